@@ -1,0 +1,70 @@
+// The abstract environment: all that a server, a pool or a learner knows of a walker.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "walker_sim/export.h"
+#include "walker_sim/sensors.h"
+#include "walker_sim/specification.h"
+
+namespace walker {
+
+/// The action has the wrong size or is not finite. Nothing has moved.
+struct WALKER_SIM_EXPORT InvalidAction : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// A step without a running episode: before the first reset, or after the end. Nothing has moved.
+struct WALKER_SIM_EXPORT ResetNeeded : std::logic_error {
+  using std::logic_error::logic_error;
+};
+
+/// Outcome of a reset or a step, written into the caller's buffers.
+struct Result {
+  double* observation = nullptr;  ///< caller's, `specification().observation_size()` values
+  double* info = nullptr;         ///< caller's, one per info name; NaN where absent
+  double reward = 0;              ///< 0 after a reset
+  bool terminated = false;
+  bool truncated = false;
+  const char* end_reason = "";    ///< static text; empty unless terminated or truncated
+  const char* error = "";         ///< static text: why the simulation had to end the episode
+};
+
+/// State of NumPy's PCG64: state high and low, increment high and low, has_uint32, uinteger.
+using GeneratorState = std::array<std::uint64_t, 6>;
+
+/// One walker in its world. Not thread-safe; distinct environments may run in distinct threads.
+class WALKER_SIM_EXPORT Environment {
+ public:
+  Environment() = default;
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+  virtual ~Environment() = default;
+
+  virtual const Specification& specification() const = 0;
+
+  /// Begins an episode. With a seed the trajectory depends on nothing else; without one the
+  /// generator continues (and is seeded from the system before the very first reset).
+  virtual void reset(std::optional<std::uint64_t> seed, Result& result) = 0;
+
+  /// Advances the world by `specification().dt`.
+  /// @param action      `size` values, unitless; beyond the bounds limited as Gymnasium limits them
+  /// @throws InvalidAction, ResetNeeded
+  virtual void step(const double* action, std::size_t size, Result& result) = 0;
+
+  /// Measures the present state. Needs a reset before.
+  virtual void sense(Sensors& sensors) = 0;
+
+  /// Describes the surroundings of the present episode. Needs a reset before.
+  virtual void scene(Scene& scene) const = 0;
+
+  /// The random number generator's state; before the first reset without a seed all zero.
+  virtual GeneratorState generator_state() const = 0;
+};
+
+}  // namespace walker

@@ -1,0 +1,221 @@
+# shellcheck shell=bash
+# The set-up that run, env and test share: system, packages, virtual environment, engines, build.
+# Source it, then call set_up. Every step looks first whether it is done; an interrupted one is done
+# again by the next command. What the tools say goes to build/log/, what this says to stderr.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+build=$root/build
+logs=$build/log
+venv=$build/venv
+engines=${WALKER_SIM_ENGINES:-pinned}
+jobs=$(nproc)
+ros_setup=/dev/null # what the distribution's ROS itself needs sourced
+# shellcheck source=scripts/packages.sh
+source "$root/scripts/packages.sh"
+
+# The ROS build of the chosen engines. BOX2D_SOURCE_DIR, if set, names a copy of the pinned sources.
+case $engines in
+  pinned) ros_build=$build/pinned ;;
+  *) ros_build=$build/ros_$engines ;;
+esac
+# shellcheck disable=SC2034  # used by the commands
+devel=$ros_build/devel
+common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3)
+ros_options=("${common_options[@]}" "-DWALKER_SIM_ENGINES=$engines"
+  "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}")
+# What a command wants on top, set by it before set_up.
+extra_packages=()
+extra_options=()
+build_targets=(all)
+
+say() { printf '%s\n' "$*" >&2; }
+
+die() {
+  say "${0##*/}: $*"
+  exit 1
+}
+
+# quiet NAME CMD...: CMD with its output in build/log/NAME.log; the log's end is shown on failure.
+quiet() {
+  local log=$logs/$1.log status=0
+  shift
+  "$@" >"$log" 2>&1 </dev/null || status=$?
+  if [ "$status" -ne 0 ]; then
+    tail -n 40 "$log" | sed 's/^/  | /' >&2
+    say "${0##*/}: failed with status $status; all of it is in $log"
+  fi
+  return "$status"
+}
+
+# within SETUP CMD...: CMD where only the space with the file SETUP is sourced, out of sight of
+# pyenv, conda and other workspaces. SETUP is /dev/null where there is nothing to source.
+within() {
+  # shellcheck disable=SC2016  # for the inner shell
+  env -u PYTHONHOME -u PYTHONPATH -u CMAKE_PREFIX_PATH -u ROS_PACKAGE_PATH -u LD_LIBRARY_PATH \
+    -u PKG_CONFIG_PATH -u VIRTUAL_ENV -u ROS_NAMESPACE -u ROS_IP -u ROS_LOG_DIR PATH=/usr/sbin:/usr/bin:/sbin:/bin \
+    bash -c 'command=("$@"); set --; source "$0"; exec "${command[@]}"' "$@"
+}
+
+check_system() {
+  local id version machine
+  # shellcheck source=/dev/null
+  id=$(source /etc/os-release && echo "$ID") version=$(source /etc/os-release && echo "${VERSION_ID:-}")
+  machine=$(uname -m)
+  case $machine in
+    x86_64 | aarch64) ;;
+    *) die "this machine is $machine; must be x86_64 or aarch64" ;;
+  esac
+  case $id-$version in
+    debian-12)
+      ros_setup=/dev/null
+      packages_of_debian_12
+      ;;
+    ubuntu-20.04)
+      ros_setup=/opt/ros/noetic/setup.bash
+      packages_of_ubuntu_20_04
+      [ -e "$ros_setup" ] || die "Ubuntu 20.04 without $ros_setup: add the ROS Noetic package" \
+        "source and install ros-noetic-ros-core first"
+      ;;
+    *) die "this system is $id${version:+ $version}; must be Debian 12, or Ubuntu 20.04 with ROS Noetic" ;;
+  esac
+  case $root in
+    *[[:space:]\;\"\'\$\\]*) die "the path $root has a blank or one of ; \" ' \$ \\ in it," \
+      "which catkin cannot build in: move this folder" ;;
+  esac
+  case $engines in
+    pinned | system) ;;
+    *) die "WALKER_SIM_ENGINES = $engines: must be pinned or system" ;;
+  esac
+}
+
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
+}
+
+# Those of the packages $@ that are not installed whole, one a line.
+missing_packages() {
+  comm -23 <(printf '%s\n' "$@" | sort -u) \
+    <(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "$@" 2>/dev/null |
+      awk 'substr($1, 2) == "i" { print $2 }' | sort -u)
+}
+
+install_packages() {
+  as_root dpkg --configure -a &&
+    as_root apt-get -q -o Acquire::Retries=3 update &&
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends \
+      -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install "$@"
+}
+
+set_up_packages() {
+  local wanted=("${base_packages[@]}" "${extra_packages[@]}") missing
+  mapfile -t missing < <(missing_packages "${wanted[@]}")
+  if [ ${#missing[@]} -eq 0 ]; then
+    say "[1/5] packages: all ${#wanted[@]} are installed"
+    return
+  fi
+  if [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null; then
+    die "not root and no sudo, so these packages cannot be installed: ${missing[*]}"
+  fi
+  say "[1/5] packages: installing ${#missing[@]} of ${#wanted[@]} and what they need"
+  quiet packages install_packages "${missing[@]}" 8>&- 9>&- # no daemon shall inherit a lock
+}
+
+make_venv() {
+  rm -rf "$venv" && env -u PYTHONHOME -u PYTHONPATH /usr/bin/python3 -m venv \
+    --system-site-packages "$venv" && env -u PYTHONHOME -u PYTHONPATH -u PIP_REQUIRE_VIRTUALENV \
+    "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar off \
+    -r "$root/scripts/requirements.txt"
+}
+
+set_up_venv() {
+  local wanted
+  wanted=$({ echo "$venv" && /usr/bin/python3 --version && cat "$root/scripts/requirements.txt"; } |
+    sha256sum)
+  if [ "$(cat "$venv/ready" 2>/dev/null)" = "$wanted" ]; then
+    say "[2/5] virtual environment: ready"
+    return
+  fi
+  say "[2/5] virtual environment: installing scripts/requirements.txt to build/venv"
+  quiet venv make_venv || return
+  echo "$wanted" >"$venv/ready.new" && mv "$venv/ready.new" "$venv/ready"
+}
+
+set_up_engines() {
+  if [ "$engines" = system ]; then
+    say "[3/5] engines: the distribution's, on request; BipedalWalker is only statistically equal"
+  elif [ -n "${BOX2D_SOURCE_DIR:-}" ]; then
+    say "[3/5] engines: Box2D from BOX2D_SOURCE_DIR = $BOX2D_SOURCE_DIR"
+  else
+    say "[3/5] engines: the pinned Box2D"
+    "$root/scripts/fetch_engines" box2d >/dev/null
+  fi
+}
+
+# configure DIR OPTION...: with Ninja, unless it was done with these options (or more) before. Ninja
+# itself sees changed files.
+configure() {
+  local dir=$1 stamp=$1/configured_with option ready=yes
+  shift
+  if [ ! -e "$stamp" ]; then
+    ready=no
+    rm -f "$dir/CMakeCache.txt" # never done, or interrupted
+  elif ! grep -qxF "source $root" "$stamp"; then
+    ready=no
+    rm -rf "$dir" # the folder has moved: nothing of it can be used
+  else
+    for option in "$@"; do grep -qxF -e "$option" "$stamp" || ready=no; done
+  fi
+  [ $ready = no ] || return 0
+  rm -f "$stamp"
+  # Without this folder catkin would cache an environment in which Python finds no messages.
+  mkdir -p "$dir/devel/lib/python3/dist-packages"
+  quiet "configure_${dir##*/}" within "$ros_setup" cmake -G Ninja -S "$root" -B "$dir" "$@" || return
+  printf '%s\n' "source $root" "$@" >"$stamp.new" && mv "$stamp.new" "$stamp"
+}
+
+# build_in DIR TARGET...
+build_in() {
+  local dir=$1
+  shift
+  quiet "build_${dir##*/}" within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@"
+}
+
+set_up_build() {
+  local options=("${ros_options[@]}" "${extra_options[@]}")
+  say "[4/5] configure: build/${ros_build##*/} with the $engines engines"
+  configure "$ros_build" "${options[@]}" || return
+  say "[5/5] build"
+  build_in "$ros_build" "${build_targets[@]}"
+}
+
+# locked CMD...: one at a time in this folder. A subshell, so that nothing started later inherits
+# the lock.
+locked() (
+  if ! flock -n 9; then
+    say "waiting for another command that is setting up here"
+    flock 9
+  fi
+  "$@"
+) 9>"$build/lock"
+
+set_up_tools() { set_up_packages && set_up_venv && set_up_engines; }
+
+set_up_all() { set_up_tools && set_up_build; }
+
+# Everything; its failure is the caller's end or not, as the caller says.
+set_up() {
+  check_system
+  mkdir -p "$logs"
+  locked set_up_all
+}
+
+# The ready environment, for this shell and what it starts.
+activate() {
+  local -
+  set +eu
+  unset PYTHONHOME
+  # shellcheck source=/dev/null
+  source "$devel/setup.bash"
+  export PATH=$venv/bin:$PATH VIRTUAL_ENV=$venv
+  if [ -z "${ROS_HOSTNAME:-}${ROS_IP:-}" ]; then export ROS_HOSTNAME=localhost; fi
+}

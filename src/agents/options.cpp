@@ -1,0 +1,55 @@
+#include "agents/options.h"
+
+#include <algorithm>
+
+#include "server/private_parameters.h"
+
+namespace walker {
+namespace {
+
+std::vector<ParameterDescription> agent_parameters() {
+  constexpr double kMostEpisodes = 4294967295.0;
+  constexpr double kFastestFactor = 1000;
+  constexpr double kLargestSeed = 2147483647.0;  // XML-RPC's integers have 32 bits
+  return {
+      {"agent", std::string("heuristic"), "", "Who decides: heuristic or random.", 0, 0},
+      {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
+      {"seeds", std::string(), "",
+       "Seeds of the episodes, in turn, as decimal texts with blanks between; empty: the server's.",
+       0, 0},
+      {"agent_seed", std::int64_t{0}, "", "Seed of the random agent.", 0, kLargestSeed},
+      {"episodes", std::int64_t{0}, "", "How many; 0: no end.", 0, kMostEpisodes},
+      {"real_time_factor", 0.0, "",
+       "Simulation time over wall time in lock-step; 0: as fast as it goes.", 0, kFastestFactor},
+  };
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> AgentOptions::seed_after(std::size_t finished) const {
+  if (seeds.empty()) return std::nullopt;
+  return seeds[finished % seeds.size()];
+}
+
+AgentOptions read_agent_options() {
+  Parameters given = private_parameters();
+  take_as_text("seeds", given);
+  const Parameters complete = complete_parameters(agent_parameters(), given);
+  AgentOptions options;
+  options.agent = std::get<std::string>(complete.at("agent"));
+  options.server = std::get<std::string>(complete.at("server"));
+  options.agent_seed = static_cast<std::uint64_t>(std::get<std::int64_t>(complete.at("agent_seed")));
+  options.episodes = static_cast<std::uint32_t>(std::get<std::int64_t>(complete.at("episodes")));
+  options.real_time_factor = std::get<double>(complete.at("real_time_factor"));
+  const std::string seeds = std::get<std::string>(complete.at("seeds"));
+  for (std::size_t begin = 0; begin < seeds.size();) {
+    const std::size_t end = std::min(seeds.find(' ', begin), seeds.size());
+    if (const auto seed = parse_seed("seeds", seeds.substr(begin, end - begin))) {
+      options.seeds.push_back(*seed);
+    }
+    begin = end + 1;
+  }
+  return options;
+}
+
+}  // namespace walker

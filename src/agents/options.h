@@ -1,0 +1,27 @@
+// What the agent nodes' private parameters choose.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace walker {
+
+struct AgentOptions {
+  std::string agent;                 ///< ~agent: heuristic or random
+  std::string server;                ///< ~server: the server's name, relative to the namespace
+  std::vector<std::uint64_t> seeds;  ///< ~seeds: of the episodes, in turn; empty: the server's own
+  std::uint64_t agent_seed;          ///< ~agent_seed: of the random agent
+  std::uint32_t episodes;            ///< ~episodes: how many; 0: no end
+  double real_time_factor;           ///< ~real_time_factor: of a lock-step agent; 0: as fast as it goes
+
+  /// The seed of the episode after `finished` ones.
+  std::optional<std::uint64_t> seed_after(std::size_t finished) const;
+};
+
+/// @throws std::invalid_argument naming the parameter, its value and what is allowed
+AgentOptions read_agent_options();
+
+}  // namespace walker

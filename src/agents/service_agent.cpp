@@ -1,0 +1,86 @@
+#include "agents/service_agent.h"
+
+#include <thread>
+
+#include <ros/console.h>
+#include <ros/init.h>
+#include <ros/service.h>
+
+#include "agents/remote_specification.h"
+#include "walker_sim/Reset.h"
+#include "walker_sim/Step.h"
+
+namespace walker {
+
+ServiceAgent::ServiceAgent(const AgentOptions& options) : options_(options) {
+  const std::optional<Specification> specification = ask_specification(node_, options_.server);
+  if (!specification) return;  // told to stop while waiting
+  agent_ = make_agent(options_.agent, *specification, options_.agent_seed);
+  pacer_ = std::make_unique<Pacer>(specification->dt, options_.real_time_factor);
+}
+
+void ServiceAgent::run() {
+  while (ros::ok() && agent_ && (options_.episodes == 0 || finished_ < options_.episodes)) {
+    if (!connect()) continue;
+    if (!play_episode()) continue;
+    ++finished_;
+    ROS_INFO_STREAM("episode " << transition_.episode << ": " << transition_.step
+                               << " steps, return " << transition_.episode_return << ", "
+                               << (transition_.terminated ? "terminated" : "truncated"));
+  }
+}
+
+bool ServiceAgent::connect() {
+  if (reset_client_ && reset_client_.isValid() && step_client_ && step_client_.isValid()) {
+    return true;
+  }
+  if (!ros::service::waitForService(options_.server + "/step", ros::Duration(1))) return false;
+  constexpr bool kPersistent = true;
+  reset_client_ = node_.serviceClient<walker_sim::Reset>(options_.server + "/reset", kPersistent);
+  step_client_ = node_.serviceClient<walker_sim::Step>(options_.server + "/step", kPersistent);
+  return reset_client_.isValid() && step_client_.isValid();
+}
+
+bool ServiceAgent::play_episode() {
+  if (!reset(options_.seed_after(finished_))) return false;
+  agent_->reset();
+  pacer_->restart(Pacer::Clock::now());
+  while (ros::ok() && transition_.terminated == 0 && transition_.truncated == 0) {
+    wait_for_next_step();
+    if (!step(agent_->act(transition_.observation))) return false;
+  }
+  return ros::ok();
+}
+
+bool ServiceAgent::reset(std::optional<std::uint64_t> seed) {
+  walker_sim::Reset call;
+  call.request.has_seed = seed.has_value();
+  call.request.seed = seed.value_or(0);
+  if (!reset_client_.call(call)) {
+    ROS_WARN_STREAM("No answer from " << options_.server << "/reset; waiting for the server");
+    return false;
+  }
+  if (call.response.success == 0) throw std::runtime_error(call.response.status_message);
+  transition_ = std::move(call.response.transition);
+  return true;
+}
+
+bool ServiceAgent::step(const std::vector<double>& action) {
+  walker_sim::Step call;
+  call.request.action = action;
+  if (!step_client_.call(call)) {
+    ROS_WARN_STREAM("No answer from " << options_.server << "/step; waiting for the server");
+    return false;
+  }
+  if (call.response.success == 0) throw std::runtime_error(call.response.status_message);
+  transition_ = std::move(call.response.transition);
+  return true;
+}
+
+void ServiceAgent::wait_for_next_step() {
+  const Pacer::Clock::duration wait = pacer_->remaining(Pacer::Clock::now());
+  if (wait > Pacer::Clock::duration::zero()) std::this_thread::sleep_for(wait);
+  pacer_->step_made(Pacer::Clock::now());
+}
+
+}  // namespace walker

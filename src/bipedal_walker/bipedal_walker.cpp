@@ -1,0 +1,192 @@
+#include "bipedal_walker/bipedal_walker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "bipedal_walker/specification.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+/// Gymnasium stores the state as float32.
+double rounded(double value) { return static_cast<double>(static_cast<float>(value)); }
+
+b2Vec2 velocity_of_origin(const b2Body& body) {
+  return body.GetLinearVelocityFromLocalPoint(b2Vec2(0, 0));
+}
+
+}  // namespace
+
+BipedalWalker::BipedalWalker(const Options& options)
+    : options_(options),
+      specification_(make_specification(options.id, options.hardcore, options.reuse_world,
+                                        options.max_episode_steps)) {}
+
+void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
+  if (seed) {
+    generator_.emplace(*seed);
+  } else if (!generator_) {
+    generator_.emplace(draw_seed());
+  }
+  renew_world();
+  // The order of draws is Gymnasium's: terrain, clouds, push.
+  terrain_ = generate_terrain(*generator_, options_.hardcore);
+  clouds_ = generate_clouds(*generator_);
+  physics_->build(terrain_, generator_->uniform(-kInitialPush, kInitialPush));
+  previous_shaping_.reset();
+  // Gymnasium's reset ends with a step without torque and drops its reward and flags.
+  const std::array<double, kJointCount> no_torque{};
+  advance(no_torque.data(), result);
+  if (world_is_broken_) throw std::runtime_error(std::string("reset: ") + result.error);
+  reward(no_torque.data());
+  observe(result.observation);
+  result.reward = 0;
+  result.terminated = false;
+  result.truncated = false;
+  result.end_reason = "";
+}
+
+void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& result) {
+  result.terminated = false;
+  result.truncated = false;
+  result.end_reason = "";
+  advance(action, result);
+  observe(result.observation);
+  if (world_is_broken_) {
+    result.reward = 0;
+    result.terminated = true;
+    result.end_reason = "the simulation failed";
+    return;
+  }
+  result.reward = reward(action);
+  judge(result);
+}
+
+void BipedalWalker::renew_world() {
+  if (physics_ && options_.reuse_world && !world_is_broken_) {
+    physics_->destroy();
+  } else {
+    physics_ = std::make_unique<Physics>();
+    world_is_broken_ = false;
+  }
+}
+
+void BipedalWalker::advance(const double* action, Result& result) {
+  result.error = "";
+  velocity_before_step_ = velocity_of_origin(physics_->hull());
+  physics_->drive(action);
+  try {
+    physics_->step();
+  } catch (const std::exception&) {
+    // Box2D failed an assertion. That leaves the world locked for ever; it can still be read.
+    world_is_broken_ = true;
+    result.error = "Box2D failed an assertion";
+    return;
+  }
+  cast_lidar(physics_->world(), physics_->hull().GetPosition(), lidar_);
+}
+
+void BipedalWalker::observe(double* observation) const {
+  const b2Body& hull = physics_->hull();
+  const b2Vec2 velocity = hull.GetLinearVelocity();  // of the centre of mass
+  observation[kHullAngle] = double{hull.GetAngle()};
+  observation[kHullAngularVelocity] =
+      rounded(2.0 * double{hull.GetAngularVelocity()} / kStepsPerSecond);
+  observation[kHorizontalSpeed] =
+      rounded(0.3 * double{velocity.x} * (kViewportWidth / kScale) / kStepsPerSecond);
+  observation[kVerticalSpeed] =
+      rounded(0.3 * double{velocity.y} * (kViewportHeight / kScale) / kStepsPerSecond);
+  for (std::size_t leg = 0; leg < 2; ++leg) {
+    const b2RevoluteJoint& hip = physics_->joint(2 * leg);
+    const b2RevoluteJoint& knee = physics_->joint(2 * leg + 1);
+    double* part = observation + (leg == 0 ? kFirstLeg : kSecondLeg);
+    part[0] = double{hip.GetJointAngle()};
+    part[1] = rounded(double{hip.GetJointSpeed()} / kHipSpeed);
+    part[2] = rounded(double{knee.GetJointAngle()} + 1.0);
+    part[3] = rounded(double{knee.GetJointSpeed()} / kKneeSpeed);
+    part[4] = physics_->leg_touches(leg) ? 1.0 : 0.0;
+  }
+  std::transform(lidar_.begin(), lidar_.end(), observation + kFirstRay,
+                 [](const RayHit& ray) { return double{ray.fraction}; });
+}
+
+/// Progress (130/30 a metre, about 300 to the end), less 5 per radian of hull angle gained, less
+/// the torque's cost; -100 instead for a fall. Gymnasium takes the difference of shapings in double
+/// and, with float32 actions under NumPy 2, subtracts the costs in single precision.
+double BipedalWalker::reward(const double* action) {
+  constexpr double kTorqueCost = 0.00035 * kMotorTorque;
+  const b2Body& hull = physics_->hull();
+  double shaping = 130 * double{hull.GetPosition().x} / kScale;
+  shaping -= 5.0 * std::abs(double{hull.GetAngle()});
+  float reward = previous_shaping_ ? static_cast<float>(shaping - *previous_shaping_) : 0.0F;
+  previous_shaping_ = shaping;
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    const float effort = std::min(std::abs(static_cast<float>(action[i])), 1.0F);
+    reward -= static_cast<float>(kTorqueCost) * effort;
+  }
+  constexpr double kFallReward = -100;
+  const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
+  return fell ? kFallReward : double{reward};
+}
+
+void BipedalWalker::judge(Result& result) const {
+  const double x = double{physics_->hull().GetPosition().x};
+  constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
+  if (physics_->hull_has_touched()) {
+    result.end_reason = "hull touched the ground";
+  } else if (x < 0) {
+    result.end_reason = "hull left the terrain";
+  } else if (x > kFarEnd) {
+    result.end_reason = "arrived at the far end";
+  }
+  result.terminated = result.end_reason[0] != '\0';
+}
+
+void BipedalWalker::sense(Sensors& sensors) {
+  sensors.joint_position.resize(kJointCount);
+  sensors.joint_velocity.resize(kJointCount);
+  sensors.joint_effort.resize(kJointCount);
+  sensors.link_poses.resize(kJointCount + 1);
+  sensors.ranges.resize(kLidarRays);
+  sensors.contacts.resize(2);
+
+  const b2Body& hull = physics_->hull();
+  sensors.link_poses[0] = to_pose(hull.GetPosition(), hull.GetAngle());
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    const b2RevoluteJoint& joint = physics_->joint(i);
+    sensors.joint_position[i] = double{joint.GetJointAngle()};
+    sensors.joint_velocity[i] = double{joint.GetJointSpeed()};
+    sensors.joint_effort[i] = double{joint.GetMotorTorque(static_cast<float>(kStepsPerSecond))};
+    sensors.link_poses[i + 1] =
+        to_pose(joint.GetAnchorB(), child_of(joint).GetAngle() - frame_rotation(*physics_, i));
+  }
+
+  const b2Vec2 velocity = velocity_of_origin(hull);
+  const b2Vec2 acceleration =
+      static_cast<float>(kStepsPerSecond) * (velocity - velocity_before_step_);
+  const b2Vec2 gravity = physics_->world().GetGravity();
+  sensors.linear_velocity = to_vector3(velocity);
+  sensors.linear_acceleration = to_vector3(acceleration);
+  sensors.gravity = to_vector3(gravity);
+  sensors.angular_velocity = {0, -double{hull.GetAngularVelocity()}, 0};
+
+  for (std::size_t i = 0; i < lidar_.size(); ++i) {
+    constexpr double kNothing = std::numeric_limits<double>::infinity();
+    sensors.ranges[i] = lidar_[i].hit ? double{lidar_[i].fraction} * kLidarRange : kNothing;
+  }
+  for (std::size_t leg = 0; leg < 2; ++leg) {
+    sensors.contacts[leg] = physics_->leg_touches(leg) ? 1 : 0;
+  }
+}
+
+void BipedalWalker::scene(Scene& scene) const { describe_scene(terrain_, clouds_, scene); }
+
+GeneratorState BipedalWalker::generator_state() const {
+  return generator_ ? generator_->state() : GeneratorState{};
+}
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,68 @@
+// BipedalWalker-v3: observation, reward and termination on top of the physics.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "bipedal_walker/physics.h"
+#include "bipedal_walker/terrain.h"
+#include "core/random.h"
+#include "walker_sim/environment.h"
+
+namespace walker::bipedal_walker {
+
+/// Places in the observation.
+enum ObservationIndex : std::size_t {
+  kHullAngle,
+  kHullAngularVelocity,
+  kHorizontalSpeed,
+  kVerticalSpeed,
+  kFirstLeg,                     // hip angle, hip speed, knee angle, knee speed, contact
+  kSecondLeg = kFirstLeg + 5,    // the same
+  kFirstRay = kSecondLeg + 5,
+  kObservationSize = kFirstRay + kLidarRays
+};
+
+/// What a constructor may choose.
+struct Options {
+  std::string id;
+  bool hardcore = false;
+  bool reuse_world = false;
+  std::uint32_t max_episode_steps = 0;  ///< for the specification; EpisodeRules enforces it
+};
+
+/// Gymnasium's BipedalWalker, to the bit: observations are float32 values, rewards float32 values
+/// but for the constant -100 of a fall.
+class BipedalWalker : public Environment {
+ public:
+  explicit BipedalWalker(const Options& options);
+
+  const Specification& specification() const override { return specification_; }
+  void reset(std::optional<std::uint64_t> seed, Result& result) override;
+  void step(const double* action, std::size_t size, Result& result) override;
+  void sense(Sensors& sensors) override;
+  void scene(Scene& scene) const override;
+  GeneratorState generator_state() const override;
+
+ private:
+  friend class BrokenWorldTest;  // breaks the world
+
+  void renew_world();
+  void advance(const double* action, Result& result);
+  void observe(double* observation) const;
+  double reward(const double* action);
+  void judge(Result& result) const;
+
+  Options options_;
+  Specification specification_;
+  std::optional<Generator> generator_;  // none before the first reset
+  std::unique_ptr<Physics> physics_;    // none before the first reset
+  bool world_is_broken_ = false;        // the engine failed: the next reset needs a new world
+  Terrain terrain_;
+  Clouds clouds_{};
+  LidarScan lidar_;
+  std::optional<double> previous_shaping_;
+  b2Vec2 velocity_before_step_{0, 0};   // of the hull's origin [m/s]
+};
+
+}  // namespace walker::bipedal_walker

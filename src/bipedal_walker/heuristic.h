@@ -1,0 +1,45 @@
+// Gymnasium's hand-written gait, BipedalWalkerHeuristics.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "walker_sim/export.h"
+
+namespace walker::bipedal_walker {
+
+/// Swings one leg forward, puts it down, pushes off with the other. It has no notion of balance:
+/// on about 15 % of the terrains it gets beyond a return of 200.
+///
+/// Gymnasium computes it on float32 observations under NumPy 2, so this rounds to single precision
+/// at the same places; actions are float32 values in [-1, 1].
+class WALKER_SIM_EXPORT Heuristic {
+ public:
+  /// @param observation 24 values as BipedalWalker gives them
+  /// @param action      4 values
+  void act(const double* observation, double* action);
+
+ private:
+  enum class Phase { stay_on_one_leg, put_other_down, push_off };
+
+  /// A Python number: a double until a float32 of the observation takes its place, and from then
+  /// on arithmetic with it happens in single precision.
+  struct KneeAngle {
+    double value;
+    bool is_single;
+
+    void add(double increment);
+    bool is_above(double limit) const;
+  };
+
+  void limit_supporting_knee();
+  void choose_targets(const std::array<float, 14>& state, std::array<double, 2>& hip,
+                      std::array<double, 2>& knee);
+
+  Phase phase_ = Phase::stay_on_one_leg;
+  std::size_t moving_leg_ = 0;
+  std::size_t supporting_leg_ = 1;
+  KneeAngle supporting_knee_{0.1, false};
+};
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,32 @@
+// What the environment tells about itself, read off the running Box2D world.
+#pragma once
+
+#include <string>
+
+#include "bipedal_walker/box2d.h"
+#include "bipedal_walker/physics.h"
+#include "bipedal_walker/terrain.h"
+#include "walker_sim/sensors.h"
+#include "walker_sim/specification.h"
+
+namespace walker::bipedal_walker {
+
+/// Builds a walker once and reads masses, shapes, joints and limits from its bodies.
+Specification make_specification(const std::string& id, bool hardcore, bool reuse_world,
+                                 std::uint32_t max_episode_steps);
+
+/// Terrain and sky in Gymnasium's colours.
+void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene);
+
+/// Box2D's x,y plane is the world's x,z plane, so its positive angle turns about -y.
+Vector3 to_vector3(const b2Vec2& vector);
+Pose to_pose(const b2Vec2& position, float angle);
+
+/// From a joint's body to the frame of its link, which is parallel to the hull when the joints'
+/// angles are 0: the walker starts with angles 0 and its legs spread [rad].
+float frame_rotation(const Physics& physics, std::size_t joint);
+
+/// The body that a joint carries.
+const b2Body& child_of(const b2RevoluteJoint& joint);
+
+}  // namespace walker::bipedal_walker

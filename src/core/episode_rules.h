@@ -1,0 +1,47 @@
+// The rules of an episode: which steps are allowed, and when the time is over.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <string>
+
+#include "walker_sim/environment.h"
+
+namespace walker {
+
+/// Wraps an environment as Gymnasium's TimeLimit and OrderEnforcing do, and refuses malformed
+/// actions, so that each environment may rely on well-formed calls.
+///
+/// The time limit sets `truncated` on step `max_episode_steps` (0: never), also where that step
+/// terminates. The wrapped environment's specification must carry the same limit.
+///
+/// An exception of the engine ends the episode: `terminated` with `error`, the observation left as
+/// it was; then only a reset is allowed.
+class EpisodeRules : public Environment {
+ public:
+  explicit EpisodeRules(std::unique_ptr<Environment> wrapped);
+
+  const Specification& specification() const override { return wrapped_->specification(); }
+  void reset(std::optional<std::uint64_t> seed, Result& result) override;
+  void step(const double* action, std::size_t size, Result& result) override;
+  void sense(Sensors& sensors) override;
+  void scene(Scene& scene) const override;
+  GeneratorState generator_state() const override { return wrapped_->generator_state(); }
+
+ private:
+  enum class Phase { before_reset, running, ended };
+
+  void check_phase() const;
+  void check_action(const double* action, std::size_t size) const;
+  void need_reset_before(const char* call) const;
+  void fail(const std::exception& error, Result& result);
+
+  std::unique_ptr<Environment> wrapped_;
+  Phase phase_ = Phase::before_reset;
+  std::uint32_t steps_ = 0;
+  std::string time_limit_reason_;
+  std::string error_;  // of the engine; `Result::error` points here
+};
+
+}  // namespace walker

@@ -1,0 +1,63 @@
+#include "walker_sim/registry.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "bipedal_walker/registration.h"
+#include "core/episode_rules.h"
+
+namespace walker {
+namespace {
+
+void append(std::vector<Registration>& all, std::vector<Registration> more) {
+  std::move(more.begin(), more.end(), std::back_inserter(all));
+}
+
+std::vector<std::string> ids() {
+  std::vector<std::string> names;
+  for (const Registration& registration : registrations()) names.push_back(registration.id);
+  return names;
+}
+
+}  // namespace
+
+const std::vector<Registration>& registrations() {
+  static const std::vector<Registration> kAll = [] {
+    std::vector<Registration> all;
+    append(all, bipedal_walker::registrations());
+    return all;
+  }();
+  return kAll;
+}
+
+const Registration& find_registration(const std::string& id) {
+  for (const Registration& registration : registrations()) {
+    if (registration.id == id) return registration;
+  }
+  std::string message = "environment " + id + ": unknown";
+  const std::string near = nearest_name(id, ids());
+  if (!near.empty()) message += "; did you mean " + near + "?";
+  message += " Known:";
+  for (const std::string& known : ids()) message += " " + known;
+  throw std::invalid_argument(message);
+}
+
+std::vector<ParameterDescription> parameter_descriptions(const std::string& id) {
+  const Registration& registration = find_registration(id);
+  std::vector<ParameterDescription> descriptions = registration.parameters;
+  descriptions.push_back({"max_episode_steps", std::int64_t{registration.max_episode_steps},
+                          "steps", "Step on which the time limit truncates an episode; 0: never.",
+                          0, std::numeric_limits<std::uint32_t>::max()});
+  return descriptions;
+}
+
+std::unique_ptr<Environment> make(const std::string& id, const Parameters& given) {
+  const Parameters complete = complete_parameters(parameter_descriptions(id), given);
+  return std::make_unique<EpisodeRules>(find_registration(id).create(id, complete));
+}
+
+const char* version() { return WALKER_SIM_VERSION; }
+
+}  // namespace walker

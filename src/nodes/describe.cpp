@@ -1,0 +1,80 @@
+// Writes an environment's robot description out of its running world. Needs no ROS master.
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+#include "server/urdf.h"
+#include "walker_sim/registry.h"
+
+namespace {
+
+constexpr const char* kUsage =
+    "Usage: describe [ID] [--urdf FILE] [--meshes FOLDER]\n"
+    "Describes environment ID (BipedalWalker-v3) as URDF, read off its running world.\n"
+    "  --urdf FILE      writes the URDF there; without, it goes to the terminal\n"
+    "  --meshes FOLDER  writes the meshes there (an existing folder); without, none are written\n";
+
+struct Options {
+  std::string id = "BipedalWalker-v3";
+  std::string urdf;
+  std::string meshes;
+  bool wants_help = false;
+};
+
+Options parse(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument == "--help" || argument == "-h") {
+      options.wants_help = true;
+    } else if (argument == "--urdf" || argument == "--meshes") {
+      if (++i == argc) throw std::invalid_argument(argument + ": needs a value");
+      (argument == "--urdf" ? options.urdf : options.meshes) = argv[i];
+    } else if (argument.rfind('-', 0) == 0) {
+      throw std::invalid_argument(argument + ": unknown option; see --help");
+    } else {
+      options.id = argument;
+    }
+  }
+  return options;
+}
+
+void write(const std::string& path, const std::string& content) {
+  std::ofstream file(path, std::ios::binary);
+  file << content;
+  file.close();
+  if (!file) throw std::runtime_error(path + ": could not be written");
+}
+
+void describe(const Options& options) {
+  const auto environment = walker::make(options.id);
+  const walker::UrdfFiles files =
+      walker::make_urdf(environment->specification(), walker::robot_name(options.id));
+  if (options.urdf.empty()) {
+    std::cout << files.urdf;
+  } else {
+    write(options.urdf, files.urdf);
+  }
+  if (options.meshes.empty()) return;
+  for (const auto& [name, content] : files.meshes) write(options.meshes + "/" + name, content);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const Options options = parse(argc, argv);
+    if (options.wants_help) {
+      std::cout << kUsage;
+    } else {
+      describe(options);
+    }
+  } catch (const std::exception& error) {
+    std::cerr << "describe: " << error.what() << "\n";
+    return EXIT_FAILURE;
+  }
+  return EXIT_SUCCESS;
+}

@@ -1,0 +1,229 @@
+#include "server/converters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+Quaternion conjugate(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
+
+Quaternion multiply(const Quaternion& a, const Quaternion& b) {
+  return {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+          a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+          a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+          a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
+}
+
+Vector3 rotate(const Quaternion& q, const Vector3& v) {
+  const Quaternion result = multiply(multiply(q, {v[0], v[1], v[2], 0}), conjugate(q));
+  return {result[0], result[1], result[2]};
+}
+
+Vector3 subtract(const Vector3& a, const Vector3& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+
+/// `pose` seen from `base`, both given in the world.
+Pose relative(const Pose& base, const Pose& pose) {
+  const Quaternion inverse = conjugate(base.orientation);
+  return {rotate(inverse, subtract(pose.position, base.position)),
+          multiply(inverse, pose.orientation)};
+}
+
+template <typename Message>
+void set(const Vector3& vector, Message& message) {
+  message.x = vector[0];
+  message.y = vector[1];
+  message.z = vector[2];
+}
+
+void set(const Quaternion& quaternion, geometry_msgs::Quaternion& message) {
+  message.x = quaternion[0];
+  message.y = quaternion[1];
+  message.z = quaternion[2];
+  message.w = quaternion[3];
+}
+
+geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
+                                          const Pose& pose, ros::Time stamp) {
+  geometry_msgs::TransformStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  set(pose.position, message.transform.translation);
+  set(pose.orientation, message.transform.rotation);
+  return message;
+}
+
+/// Gravity-aligned at the trunk's origin: X forward, Y up, whatever the trunk's attitude.
+Pose lidar_pose(const Pose& trunk) {
+  const double half = std::sqrt(0.5);
+  return {trunk.position, {half, 0, 0, half}};  // rolled by +pi/2
+}
+
+}  // namespace
+
+Frames::Frames(const Specification& specification, const std::string& tf_prefix)
+    : odometry(prefixed(tf_prefix, "odom")),
+      trunk(prefixed(tf_prefix, specification.links.front().name)),
+      base_link(prefixed(tf_prefix, "base_link")),
+      lidar(prefixed(tf_prefix, "lidar")) {
+  for (const Link& link : specification.links) links.push_back(prefixed(tf_prefix, link.name));
+}
+
+void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+          walker_sim::Transition& message) {
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.environment = 0;
+  message.episode = state.episode;
+  message.step = state.step;
+  message.action = state.action;
+  message.observation = state.observation;
+  message.reward = state.reward;
+  message.episode_return = state.episode_return;
+  message.terminated = state.terminated;
+  message.truncated = state.truncated;
+  message.info = state.info;
+  message.error = state.error;
+}
+
+void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+          walker_sim::Episode& message) {
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.environment = 0;
+  message.episode = state.episode;
+  message.has_seed = state.seed.has_value();
+  message.seed = state.seed.value_or(0);
+  std::copy(state.generator_state.begin(), state.generator_state.end(),
+            message.generator_state.begin());
+  message.length = state.step;
+  message.episode_return = state.episode_return;
+  message.end_reason = state.end_reason;
+}
+
+void fill(const Specification& specification, const ServerOptions& options,
+          walker_sim::EnvironmentSpec& message) {
+  message.interface_version = walker_sim::EnvironmentSpec::INTERFACE_VERSION;
+  message.id = specification.id;
+  message.num_envs = 1;
+  for (const auto& [name, value] : specification.parameters) {
+    message.parameter_names.push_back(name);
+    message.parameter_values.push_back(to_string(value));
+  }
+  message.observation_size = static_cast<std::uint32_t>(specification.observation_size());
+  message.observation_dtype = specification.observation_dtype;
+  message.observation_low = specification.observation_low;
+  message.observation_high = specification.observation_high;
+  message.action_size = static_cast<std::uint32_t>(specification.action_size());
+  message.action_low = specification.action_low;
+  message.action_high = specification.action_high;
+  message.dt = specification.dt;
+  message.max_episode_steps = specification.max_episode_steps;
+  message.reward_threshold = specification.reward_threshold;
+  for (const Joint& joint : specification.joints) message.joint_names.push_back(joint.name);
+  message.info_names = specification.info_names;
+  message.mode = to_text(options.mode);
+  const bool resets_itself = options.mode == Mode::free && options.auto_reset;
+  message.autoreset_mode = resets_itself ? "next_step" : "disabled";
+  message.engine = specification.engine;
+  message.engine_version = specification.engine_version;
+  message.engine_path = specification.engine_path;
+  message.version = version();
+}
+
+void fill(const Specification& specification, const Sensors& sensors, ros::Time stamp,
+          sensor_msgs::JointState& message) {
+  message.header.stamp = stamp;
+  message.name.resize(specification.joints.size());
+  std::transform(specification.joints.begin(), specification.joints.end(), message.name.begin(),
+                 [](const Joint& joint) { return joint.name; });
+  message.position = sensors.joint_position;
+  message.velocity = sensors.joint_velocity;
+  message.effort = sensors.joint_effort;
+}
+
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, walker_sim::Contacts& message) {
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.links = specification.contact_links;
+  message.in_contact.assign(sensors.contacts.begin(), sensors.contacts.end());
+}
+
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, sensor_msgs::LaserScan& message) {
+  const RangeFinder& finder = specification.range_finder;
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.lidar;
+  message.angle_min = static_cast<float>(finder.angle_minimum);
+  message.angle_max = static_cast<float>(
+      finder.angle_minimum + static_cast<double>(finder.num_rays - 1) * finder.angle_increment);
+  message.angle_increment = static_cast<float>(finder.angle_increment);
+  message.time_increment = 0;  // all rays at once
+  message.scan_time = static_cast<float>(specification.dt);
+  message.range_min = 0;
+  message.range_max = static_cast<float>(finder.maximum_range);
+  message.ranges.resize(sensors.ranges.size());
+  std::transform(sensors.ranges.begin(), sensors.ranges.end(), message.ranges.begin(),
+                 [](double range) { return static_cast<float>(range); });
+}
+
+void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+          sensor_msgs::Imu& message) {
+  const Quaternion& attitude = sensors.link_poses.front().orientation;
+  const Quaternion to_trunk = conjugate(attitude);
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.trunk;
+  set(attitude, message.orientation);
+  set(rotate(to_trunk, sensors.angular_velocity), message.angular_velocity);
+  set(rotate(to_trunk, subtract(sensors.linear_acceleration, sensors.gravity)),
+      message.linear_acceleration);
+}
+
+void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+          nav_msgs::Odometry& message) {
+  const Pose& trunk = sensors.link_poses.front();
+  const Quaternion to_trunk = conjugate(trunk.orientation);
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.child_frame_id = frames.trunk;
+  set(trunk.position, message.pose.pose.position);
+  set(trunk.orientation, message.pose.pose.orientation);
+  set(rotate(to_trunk, sensors.linear_velocity), message.twist.twist.linear);
+  set(rotate(to_trunk, sensors.angular_velocity), message.twist.twist.angular);
+}
+
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, tf2_msgs::TFMessage& message) {
+  const Pose& trunk = sensors.link_poses.front();
+  message.transforms.clear();
+  message.transforms.push_back(transform(frames.odometry, frames.trunk, trunk, stamp));
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    const auto parent = std::find_if(
+        specification.links.begin(), specification.links.end(),
+        [&](const Link& link) { return link.name == specification.joints[i].parent; });
+    const auto index = static_cast<std::size_t>(parent - specification.links.begin());
+    message.transforms.push_back(
+        transform(frames.links[index], frames.links[i + 1],
+                  relative(sensors.link_poses[index], sensors.link_poses[i + 1]), stamp));
+  }
+  if (specification.range_finder.num_rays != 0) {
+    message.transforms.push_back(
+        transform(frames.trunk, frames.lidar, relative(trunk, lidar_pose(trunk)), stamp));
+  }
+}
+
+tf2_msgs::TFMessage static_transforms(const Frames& frames, ros::Time stamp) {
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(transform(frames.trunk, frames.base_link, Pose{}, stamp));
+  return message;
+}
+
+}  // namespace walker

@@ -1,0 +1,68 @@
+// The one door from the core's types to ROS messages: frames, signs, units.
+#pragma once
+
+#include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/LaserScan.h>
+#include <std_msgs/Header.h>
+#include <string>
+#include <tf2_msgs/TFMessage.h>
+
+#include "server/parameter_reader.h"
+#include "server/simulation.h"
+#include "walker_sim/Contacts.h"
+#include "walker_sim/EnvironmentSpec.h"
+#include "walker_sim/Episode.h"
+#include "walker_sim/Transition.h"
+#include "walker_sim/sensors.h"
+#include "walker_sim/specification.h"
+
+namespace walker {
+
+/// Names of the frames under the tf_prefix; no leading slash.
+struct Frames {
+  Frames(const Specification& specification, const std::string& tf_prefix);
+
+  std::string odometry;
+  std::string trunk;
+  std::string base_link;           ///< REP 105's name for the trunk
+  std::string lidar;
+  std::vector<std::string> links;  ///< in specification order
+};
+
+// Each converter fills a message whose vectors keep their capacity from call to call. Headers are
+// filled too.
+
+void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+          walker_sim::Transition& message);
+void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+          walker_sim::Episode& message);
+void fill(const Specification& specification, const ServerOptions& options,
+          walker_sim::EnvironmentSpec& message);
+void fill(const Specification& specification, const Sensors& sensors, ros::Time stamp,
+          sensor_msgs::JointState& message);
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, walker_sim::Contacts& message);
+
+/// REP 117: +infinity where a ray met nothing.
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, sensor_msgs::LaserScan& message);
+
+/// REP 145: orientation in the odometry frame; angular velocity and specific force (acceleration
+/// less gravity) in the trunk's frame.
+void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+          sensor_msgs::Imu& message);
+
+/// Twist of the trunk's origin, in the trunk's frame.
+void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+          nav_msgs::Odometry& message);
+
+/// odom -> trunk -> every link, from the bodies' poses, and the gravity-aligned lidar.
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, tf2_msgs::TFMessage& message);
+
+/// What never moves: the trunk under REP 105's name.
+tf2_msgs::TFMessage static_transforms(const Frames& frames, ros::Time stamp);
+
+}  // namespace walker

@@ -1,0 +1,252 @@
+#include "server/markers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+#include "server/marker_shapes.h"
+
+namespace walker {
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+// The world is a plane, y = 0, seen from -y. What follows gives it depth, for the eye only [m].
+constexpr Depth kGroundDepth{-2, 2};
+constexpr Depth kObstacleDepth{-2.02, 2.02};  // a little more than the ground's: no flicker
+constexpr double kObstacleMargin = 0.02;      // the same across the depth
+constexpr double kGrassHeight = 0.12;         // grass that hangs over the ground's edge
+constexpr double kFlagY = 1;                  // behind the walker
+constexpr double kNearestCloudY = 7;
+constexpr double kCloudSpacing = 1.5;  // between the depths of clouds that follow each other
+
+constexpr double kOutlineWidth = 0.04;
+constexpr double kPoleWidth = 0.07;
+constexpr double kRayWidth = 0.025;
+constexpr double kHitDiameter = 0.14;
+constexpr double kTextHeight = 0.36;   // of a capital letter
+constexpr double kTextAltitude = 2.1;  // of the text's middle, above the trunk's origin
+
+constexpr Color kOutlineColor{0.6, 0.6, 0.6, 1};
+constexpr Color kPoleColor{0.2, 0.2, 0.22, 1};
+constexpr Color kRayColor{0.93, 0.1, 0.1, 0.85};
+constexpr Color kMissedRayColor{0.93, 0.1, 0.1, 0.18};
+constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
+
+// ---------------------------------------------------------------- scene
+
+/// Earth below the surface, darker the deeper, on the near and on the far side.
+void add_earth(const Outline& outline, const Color& color, Marker& triangles) {
+  constexpr double kDarkness = 0.62;
+  Outline earth = outline;
+  earth[0][1] -= kGrassHeight;
+  earth[1][1] -= kGrassHeight;
+  std::vector<Color> colors(earth.size(), shaded(color, kDarkness));
+  colors[0] = colors[1] = color;
+  add_face(earth, kGroundDepth.near, colors, triangles);
+  add_face(earth, kGroundDepth.far, colors, triangles);
+}
+
+/// The surface, and the edge of it that hangs over the earth.
+void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
+               Marker& triangles) {
+  constexpr double kFarShade = 0.8;
+  constexpr double kEdgeShade = 0.88;
+  add_wall(from, to, kGroundDepth, color, shaded(color, kFarShade), triangles);
+  const Outline edge{from, to, {to[0], to[1] - kGrassHeight}, {from[0], from[1] - kGrassHeight}};
+  const std::vector<Color> colors(edge.size(), shaded(color, kEdgeShade));
+  add_face(edge, kGroundDepth.near, colors, triangles);
+  add_face(edge, kGroundDepth.far, colors, triangles);
+}
+
+Marker ground_marker(const Scene& scene, const std_msgs::Header& header) {
+  constexpr double kEndShade = 0.8;
+  Marker marker = make_marker(header, "ground", Marker::TRIANGLE_LIST);
+  for (std::size_t i = 0; i < scene.ground.size(); ++i) {
+    const auto& [outline, color] = scene.ground[i];
+    if (!is_drawable(outline)) continue;
+    add_earth(outline, color, marker);
+    const bool has_surface = i < scene.surface_colors.size();
+    add_grass(outline[0], outline[1], has_surface ? scene.surface_colors[i] : color, marker);
+    // The faces where the ground begins and ends; those between the pieces nobody sees.
+    const Color end_color = shaded(color, kEndShade);
+    if (i == 0) {
+      add_wall(outline[0], outline.back(), kGroundDepth, end_color, end_color, marker);
+    }
+    if (i + 1 == scene.ground.size()) {
+      add_wall(outline[1], outline[2], kGroundDepth, end_color, end_color, marker);
+    }
+  }
+  return marker;
+}
+
+/// A block with lit top and shaded flanks, and its edges.
+void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines) {
+  constexpr double kFaceShade = 0.96;
+  constexpr double kFlankShade = 0.84;
+  const Outline outline = grown(obstacle.points, kObstacleMargin);
+  const std::vector<Color> face(outline.size(), shaded(obstacle.color, kFaceShade));
+  add_face(outline, kObstacleDepth.near, face, triangles);
+  add_face(outline, kObstacleDepth.far, face, triangles);
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const PlanePoint& a = outline[i];
+    const PlanePoint& b = outline[(i + 1) % outline.size()];
+    const bool is_flat = std::abs(b[1] - a[1]) < std::abs(b[0] - a[0]);
+    const Color color = shaded(obstacle.color, is_flat ? 1.0 : kFlankShade);
+    add_wall(a, b, kObstacleDepth, color, color, triangles);
+    for (const double y : {kObstacleDepth.near, kObstacleDepth.far}) {
+      add_line(to_point(a, y), to_point(b, y), kOutlineColor, lines);
+    }
+    add_line(to_point(a, kObstacleDepth.near), to_point(a, kObstacleDepth.far), kOutlineColor,
+             lines);
+  }
+}
+
+/// A soft bank: round, and thinner towards its lower side.
+void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
+  constexpr int kRounds = 3;
+  constexpr double kTopAlpha = 0.9;
+  constexpr double kBottomAlpha = 0.35;
+  const Outline outline = rounded(cloud.points, kRounds);
+  const auto [low, high] =
+      std::minmax_element(outline.begin(), outline.end(),
+                          [](const PlanePoint& a, const PlanePoint& b) { return a[1] < b[1]; });
+  const double bottom = (*low)[1];
+  const double height = std::max((*high)[1] - bottom, 1e-9);
+  std::vector<Color> colors;
+  for (const PlanePoint& point : outline) {
+    const double share = (point[1] - bottom) / height;
+    colors.push_back(with_alpha(cloud.color, kBottomAlpha + (kTopAlpha - kBottomAlpha) * share));
+  }
+  add_face(outline, y, colors, triangles);
+}
+
+Marker cloud_marker(const Scene& scene, const std_msgs::Header& header) {
+  constexpr std::size_t kRows = 3;
+  Marker marker = make_marker(header, "clouds", Marker::TRIANGLE_LIST);
+  for (std::size_t i = 0; i < scene.clouds.size(); ++i) {
+    const double y = kNearestCloudY + kCloudSpacing * static_cast<double>(i % kRows);
+    if (is_drawable(scene.clouds[i].points)) add_cloud(scene.clouds[i], y, marker);
+  }
+  return marker;
+}
+
+/// A pole with a pennant at its top.
+void add_flag(const Flag& flag, Marker& triangles, Marker& poles) {
+  // Gymnasium's proportions, in heights of the pole.
+  constexpr double kPennantLength = 0.5;
+  constexpr double kPennantHeight = 0.2;
+  constexpr double kTipShade = 0.85;
+  const double top = flag.z + flag.height;
+  add_line(to_point({flag.x, flag.z}, kFlagY), to_point({flag.x, top}, kFlagY), kPoleColor, poles);
+  const Outline pennant{
+      {flag.x, top},
+      {flag.x, top - kPennantHeight * flag.height},
+      {flag.x + kPennantLength * flag.height, top - kPennantHeight / 2 * flag.height}};
+  add_face(pennant, kFlagY, {flag.color, flag.color, shaded(flag.color, kTipShade)}, triangles);
+}
+
+bool stands_somewhere(const Flag& flag) {
+  return is_finite({flag.x, flag.z}) && std::isfinite(flag.height);
+}
+
+/// rviz complains of markers without points.
+void append_if_any(const Marker& marker, MarkerArray& array) {
+  if (!marker.points.empty()) array.markers.push_back(marker);
+}
+
+// ---------------------------------------------------------------- state
+
+bool is_somewhere(const Vector3& vector) {
+  return std::all_of(vector.begin(), vector.end(), [](double v) { return std::isfinite(v); });
+}
+
+/// Red rays to what they met, faint ones as far as the range finder reaches; a ball at each hit.
+void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
+                 MarkerArray& array) {
+  const Vector3& origin = sensors.link_poses.front().position;
+  Marker rays = make_marker(header, "rays", Marker::LINE_LIST);
+  rays.scale.x = kRayWidth;
+  Marker hits = make_marker(header, "hits", Marker::SPHERE_LIST);
+  hits.scale.x = hits.scale.y = hits.scale.z = kHitDiameter;
+  hits.color = to_color(with_alpha(kRayColor, 1));
+  for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
+    if (std::isnan(sensors.ranges[i])) continue;
+    const bool is_hit = std::isfinite(sensors.ranges[i]);
+    const double range = is_hit ? sensors.ranges[i] : finder.maximum_range;
+    const double angle = finder.angle_minimum + static_cast<double>(i) * finder.angle_increment;
+    // The lidar frame's X is the world's x, its Y the world's z.
+    const geometry_msgs::Point end = to_point(
+        {origin[0] + range * std::cos(angle), origin[2] + range * std::sin(angle)}, origin[1]);
+    add_line(to_point({origin[0], origin[2]}, origin[1]), end, is_hit ? kRayColor : kMissedRayColor,
+             rays);
+    if (is_hit) hits.points.push_back(end);
+  }
+  for (const Marker& marker : {rays, hits}) {
+    array.markers.push_back(marker.points.empty() ? deletion(header, marker.ns.c_str()) : marker);
+  }
+}
+
+std::string text_of(const EpisodeStatus& status) {
+  std::ostringstream text;
+  text << status.id << "\nepisode " << status.episode;
+  if (!status.seed.empty()) text << "   seed " << status.seed;
+  text << "\nstep " << status.step << "   return " << std::fixed << std::setprecision(1)
+       << status.episode_return;
+  if (!status.end_reason.empty()) text << "\n" << status.end_reason;
+  return text.str();
+}
+
+Marker text_marker(const Vector3& trunk, const EpisodeStatus& status,
+                   const std_msgs::Header& header) {
+  Marker marker = make_marker(header, "episode", Marker::TEXT_VIEW_FACING);
+  marker.pose.position = to_point({trunk[0], trunk[2] + kTextAltitude}, trunk[1]);
+  marker.scale.z = kTextHeight;
+  marker.color = to_color(kTextColor);
+  marker.text = text_of(status);
+  return marker;
+}
+
+}  // namespace
+
+MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
+  MarkerArray array;
+  array.markers.push_back(deletion(header, ""));
+  array.markers.back().action = Marker::DELETEALL;
+  append_if_any(ground_marker(scene, header), array);
+  Marker obstacles = make_marker(header, "obstacles", Marker::TRIANGLE_LIST);
+  Marker outlines = make_marker(header, "obstacle_outlines", Marker::LINE_LIST);
+  outlines.scale.x = kOutlineWidth;
+  for (const ScenePolygon& obstacle : scene.obstacles) {
+    if (is_drawable(obstacle.points)) add_obstacle(obstacle, obstacles, outlines);
+  }
+  append_if_any(obstacles, array);
+  append_if_any(outlines, array);
+  append_if_any(cloud_marker(scene, header), array);
+  Marker flags = make_marker(header, "flags", Marker::TRIANGLE_LIST);
+  Marker poles = make_marker(header, "flag_poles", Marker::LINE_LIST);
+  poles.scale.x = kPoleWidth;
+  for (const Flag& flag : scene.flags) {
+    if (stands_somewhere(flag)) add_flag(flag, flags, poles);
+  }
+  append_if_any(flags, array);
+  append_if_any(poles, array);
+  return array;
+}
+
+MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
+                          const EpisodeStatus& status, const std_msgs::Header& header) {
+  MarkerArray array;
+  if (sensors.link_poses.empty()) return array;
+  const Vector3& trunk = sensors.link_poses.front().position;
+  if (!is_somewhere(trunk)) return array;
+  if (specification.range_finder.num_rays != 0) {
+    append_rays(specification.range_finder, sensors, header, array);
+  }
+  array.markers.push_back(text_marker(trunk, status, header));
+  return array;
+}
+
+}  // namespace walker

@@ -1,0 +1,94 @@
+#include "server/parameter_reader.h"
+
+#include <limits>
+#include <stdexcept>
+
+#include <ros/param.h>
+#include <ros/this_node.h>
+
+#include "server/private_parameters.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+constexpr double kLongestTimeout = 3600;
+constexpr double kFastestFactor = 1000;
+
+Mode parse_mode(const std::string& text) {
+  if (text == to_text(Mode::free)) return Mode::free;
+  if (text == to_text(Mode::lockstep)) return Mode::lockstep;
+  throw std::invalid_argument("parameter mode = " + text + ": must be free or lockstep");
+}
+
+/// As robot_state_publisher finds it: the nearest tf_prefix up the namespaces.
+std::string find_tf_prefix() {
+  std::string key;
+  std::string prefix;
+  if (ros::param::search(ros::this_node::getName(), "tf_prefix", key)) ros::param::get(key, prefix);
+  const std::size_t first = prefix.find_first_not_of('/');
+  if (first == std::string::npos) return "";
+  return prefix.substr(first, prefix.find_last_not_of('/') - first + 1);
+}
+
+std::string wanted_id(const Parameters& given) {
+  const auto found = given.find("env");
+  const ParameterValue value =
+      found == given.end() ? server_parameters().front().default_value : found->second;
+  if (const auto* id = std::get_if<std::string>(&value)) return *id;
+  throw std::invalid_argument("parameter env = " + to_string(value) + ": must be a text");
+}
+
+}  // namespace
+
+const char* to_text(Mode mode) { return mode == Mode::free ? "free" : "lockstep"; }
+
+std::vector<ParameterDescription> server_parameters() {
+  return {
+      {"env", std::string("BipedalWalker-v3"), "", "Id of the environment.", 0, 0},
+      {"mode", std::string("free"), "", "Who steps: free (the server) or lockstep (~step).", 0, 0},
+      {"num_envs", std::int64_t{1}, "", "Environments in this server.", 1, 1},
+      {"seed", std::string(), "",
+       "Of the first reset that brings none, as decimal text; empty: drawn and reported.", 0, 0},
+      {"real_time_factor", 1.0, "",
+       "Simulation time over wall time when free-running; 0: as fast as it goes.", 0,
+       kFastestFactor},
+      {"auto_reset", true, "", "Begin the next episode by itself when free-running.", 0, 0},
+      {"command_timeout", 0.5, "s",
+       "Age at which an effort command gives way to zero torque; 0: never.", 0, kLongestTimeout},
+      {"publish_clock", true, "", "Publish /clock; false: follow it when free-running.", 0, 0},
+      {"paused", false, "", "Begin paused when free-running.", 0, 0},
+      {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
+      {"diagnostic_period", 1.0, "s", "Wall time between diagnostics.", 0.01, kLongestTimeout},
+  };
+}
+
+ServerOptions read_server_options() {
+  Parameters given = private_parameters();
+  take_as_text("seed", given);
+  ServerOptions options;
+  options.id = wanted_id(given);
+  const std::vector<ParameterDescription> own = server_parameters();
+  const std::vector<ParameterDescription> environment = parameter_descriptions(options.id);
+  std::vector<ParameterDescription> all = own;
+  all.insert(all.end(), environment.begin(), environment.end());
+  const Parameters complete = complete_parameters(all, given);
+  for (const ParameterDescription& description : environment) {
+    options.environment[description.name] = complete.at(description.name);
+  }
+  options.mode = parse_mode(std::get<std::string>(complete.at("mode")));
+  options.seed = parse_seed("seed", std::get<std::string>(complete.at("seed")));
+  options.real_time_factor = std::get<double>(complete.at("real_time_factor"));
+  options.auto_reset = std::get<bool>(complete.at("auto_reset"));
+  options.command_timeout = std::get<double>(complete.at("command_timeout"));
+  options.publish_clock = std::get<bool>(complete.at("publish_clock"));
+  options.paused = std::get<bool>(complete.at("paused"));
+  options.tf_prefix = find_tf_prefix();
+  return options;
+}
+
+std::string prefixed(const std::string& tf_prefix, const std::string& frame) {
+  return tf_prefix.empty() ? frame : tf_prefix + "/" + frame;
+}
+
+}  // namespace walker

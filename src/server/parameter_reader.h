@@ -1,0 +1,42 @@
+// The server's options, out of its private parameters.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "walker_sim/parameters.h"
+
+namespace walker {
+
+enum class Mode { free, lockstep };
+
+/// "free" or "lockstep".
+const char* to_text(Mode mode);
+
+/// What walker_sim's private parameters choose; defaults and ranges in `server_parameters()`.
+struct ServerOptions {
+  std::string id;
+  Mode mode;
+  std::optional<std::uint64_t> seed;  ///< none: drawn
+  double real_time_factor;            ///< 0: as fast as it goes
+  bool auto_reset;
+  double command_timeout;             ///< [s]; 0: never
+  bool publish_clock;
+  bool paused;
+  std::string tf_prefix;              ///< without slashes at its ends; may be empty
+  Parameters environment;             ///< the environment's own
+};
+
+/// The server's own parameters; those of the environment come beside them.
+std::vector<ParameterDescription> server_parameters();
+
+/// Reads and checks all private parameters of this node.
+/// @throws std::invalid_argument naming the parameter, its value and what is allowed
+ServerOptions read_server_options();
+
+/// `frame` under the prefix, without a leading slash, as robot_state_publisher names frames.
+std::string prefixed(const std::string& tf_prefix, const std::string& frame);
+
+}  // namespace walker

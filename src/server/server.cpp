@@ -1,0 +1,241 @@
+#include "server/server.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include <ros/callback_queue.h>
+#include <ros/console.h>
+#include <ros/init.h>
+#include <ros/transport_hints.h>
+
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+// How long the loop sleeps where nothing is due; a shutdown is noticed within this time.
+constexpr std::chrono::milliseconds kIdle{50};
+// A /clock that jumps ahead by more steps than this is followed by a slip, not by a burst.
+constexpr std::int64_t kMostStepsToCatchUp = 5;
+
+ros::WallDuration to_wall(Pacer::Clock::duration duration) {
+  return ros::WallDuration(std::chrono::duration<double>(duration).count());
+}
+
+ros::Duration to_nanoseconds(double seconds) {
+  constexpr double kPerSecond = 1e9;
+  ros::Duration duration;
+  duration.fromNSec(std::llround(seconds * kPerSecond));
+  return duration;
+}
+
+void introduce(const Specification& specification, const ServerOptions& options) {
+  ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
+                                << specification.engine << " " << specification.engine_version
+                                << " from " << specification.engine_path << ", mode "
+                                << to_text(options.mode));
+}
+
+}  // namespace
+
+Server::Server(const ServerOptions& options)
+    : options_(options),
+      private_node_("~"),
+      simulation_(make(options.id, options.environment), options.seed),
+      dt_(to_nanoseconds(simulation_.specification().dt)),
+      clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
+      publishers_(node_, simulation_, options_),
+      pacer_(simulation_.specification().dt, options.real_time_factor),
+      command_(simulation_.specification(), options.command_timeout, options.real_time_factor == 0),
+      paused_(options.paused),
+      diagnostics_(node_, simulation_, options_, counters_),
+      reset_service_(private_node_.advertiseService("reset", &Server::on_reset, this)),
+      step_service_(private_node_.advertiseService("step", &Server::on_step, this)),
+      get_spec_service_(private_node_.advertiseService("get_spec", &Server::on_get_spec, this)),
+      pause_service_(private_node_.advertiseService("pause", &Server::on_pause, this)),
+      unpause_service_(private_node_.advertiseService("unpause", &Server::on_unpause, this)),
+      effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
+                                         ros::TransportHints().tcpNoDelay())) {
+  introduce(simulation_.specification(), options_);
+}
+
+void Server::run() {
+  const bool on_wall_time = !options_.publish_clock && !ros::Time::isSimTime();
+  if (on_wall_time) clock_.catch_up(ros::Time::now());
+  // A first time above zero, so that nobody waits for one before the first reset.
+  clock_.advance(dt_);
+  publishers_.publish_constants(clock_.now());
+  if (options_.mode == Mode::free && !follows_clock()) reset(std::nullopt);
+  pacer_.restart(Pacer::Clock::now());
+  while (ros::ok()) {
+    if (runs_freely()) {
+      step_when_due();
+    } else {
+      ros::getGlobalCallbackQueue()->callAvailable(to_wall(kIdle));
+    }
+  }
+}
+
+bool Server::runs_freely() const {
+  if (options_.mode != Mode::free || paused_) return false;
+  return options_.auto_reset || !simulation_.state().has_ended();
+}
+
+bool Server::follows_clock() const {
+  return options_.mode == Mode::free && !options_.publish_clock && ros::Time::isSimTime();
+}
+
+/// Waits for the next callback or deadline, whatever comes first.
+void Server::step_when_due() {
+  const Pacer::Clock::duration wait =
+      follows_clock() ? std::chrono::milliseconds(1) : pacer_.remaining(Pacer::Clock::now());
+  const Pacer::Clock::duration longest = kIdle;
+  ros::getGlobalCallbackQueue()->callAvailable(
+      to_wall(std::clamp(wait, Pacer::Clock::duration::zero(), longest)));
+  if (!runs_freely() || !ros::ok()) return;  // a callback may have changed that
+  if (follows_clock()) {
+    follow_clock();
+  } else if (pacer_.remaining(Pacer::Clock::now()) <= Pacer::Clock::duration::zero()) {
+    step_freely();
+    pacer_.step_made(Pacer::Clock::now());
+    counters_.missed_deadlines = pacer_.missed_deadlines();
+  }
+}
+
+void Server::follow_clock() {
+  const ros::Time now = ros::Time::now();
+  if (now.isZero()) return;  // no /clock yet
+  if (!simulation_.has_episode()) {
+    clock_.catch_up(now - std::min(dt_, now - ros::Time(0, 1)));
+    reset(std::nullopt);
+    return;
+  }
+  const ros::Duration ahead = now - clock_.now();
+  if (ahead > dt_ * static_cast<double>(kMostStepsToCatchUp)) {
+    clock_.catch_up(now - dt_);
+    ++counters_.missed_deadlines;
+  }
+  if (clock_.now() + dt_ <= now) step_freely();
+}
+
+void Server::step_freely() {
+  if (simulation_.state().has_ended()) {
+    reset(std::nullopt);
+    return;
+  }
+  const bool had_timed_out = command_.has_timed_out();
+  const std::vector<double>& action = command_.action(clock_.now().toNSec());
+  if (command_.has_timed_out() && !had_timed_out) {
+    ++counters_.command_timeouts;
+    ROS_WARN_STREAM("No effort command for " << options_.command_timeout
+                                             << " s: zero torque until the next");
+  }
+  step(action);
+}
+
+void Server::reset(std::optional<std::uint64_t> seed) {
+  simulation_.reset(seed);
+  command_.clear();
+  clock_.advance(dt_);
+  publishers_.publish_reset(clock_.now());
+}
+
+void Server::step(const std::vector<double>& action) {
+  simulation_.step(action);
+  ++counters_.steps;
+  clock_.advance(dt_);
+  publishers_.publish_step(clock_.now());
+}
+
+bool Server::on_reset(walker_sim::Reset::Request& request, walker_sim::Reset::Response& response) {
+  try {
+    reset(request.has_seed != 0 ? std::optional<std::uint64_t>(request.seed) : std::nullopt);
+    pacer_.restart(Pacer::Clock::now());
+    fill(simulation_.state(), publishers_.frames(), clock_.now(), response.transition);
+    response.success = 1;
+  } catch (const std::exception& error) {
+    response.success = 0;
+    response.status_message = std::string("reset: ") + error.what();
+  }
+  return true;  // false would drop the message
+}
+
+bool Server::on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response) {
+  response.success = 0;
+  if (options_.mode == Mode::free && !paused_) {
+    response.status_message =
+        "step: mode is free and the simulation runs; call ~pause first, or start with mode lockstep";
+    return true;
+  }
+  try {
+    step(request.action);
+    count_if_clamped(request.action);
+    fill(simulation_.state(), publishers_.frames(), clock_.now(), response.transition);
+    response.success = 1;
+  } catch (const std::exception& error) {
+    response.status_message = error.what();
+  }
+  return true;
+}
+
+bool Server::on_get_spec(walker_sim::GetSpec::Request& /*request*/,
+                         walker_sim::GetSpec::Response& response) {
+  fill(simulation_.specification(), options_, response.spec);
+  return true;
+}
+
+bool Server::on_pause(std_srvs::Trigger::Request& /*request*/,
+                      std_srvs::Trigger::Response& response) {
+  response.success = 1;
+  if (options_.mode == Mode::lockstep) {
+    response.message = "nothing to pause: in lockstep nothing moves between steps";
+    return true;
+  }
+  response.message = paused_ ? "was paused already" : "paused";
+  paused_ = true;
+  return true;
+}
+
+bool Server::on_unpause(std_srvs::Trigger::Request& /*request*/,
+                        std_srvs::Trigger::Response& response) {
+  response.success = 1;
+  if (options_.mode == Mode::lockstep) {
+    response.message = "nothing to unpause: in lockstep only ~step moves anything";
+    return true;
+  }
+  response.message = paused_ ? "runs" : "ran already";
+  paused_ = false;
+  pacer_.restart(Pacer::Clock::now());
+  return true;
+}
+
+void Server::on_effort_command(const std_msgs::Float64MultiArray& message) {
+  if (options_.mode == Mode::lockstep) {
+    refuse("effort command: in mode lockstep only ~step drives the walker");
+    return;
+  }
+  try {
+    const std::uint64_t now = clock_.now().toNSec();
+    command_.set(message.data, now);
+    count_if_clamped(command_.action(now));
+  } catch (const std::exception& error) {
+    refuse(error.what());
+  }
+}
+
+void Server::count_if_clamped(const std::vector<double>& action) {
+  if (is_clamped(simulation_.specification(), action)) ++counters_.clamped_commands;
+}
+
+void Server::refuse(const std::string& reason) {
+  ++counters_.refused_commands;
+  // By wall time: in lock-step simulation time may stand still.
+  static ros::WallTime last_said;
+  const ros::WallTime now = ros::WallTime::now();
+  if (now - last_said < ros::WallDuration(1)) return;
+  last_said = now;
+  ROS_ERROR_STREAM("Refused " << reason << " (" << counters_.refused_commands << " so far)");
+}
+
+}  // namespace walker

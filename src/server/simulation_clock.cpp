@@ -1,0 +1,155 @@
+#include "server/simulation_clock.h"
+
+#include <algorithm>
+#include <future>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <ros/console.h>
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/this_node.h>
+#include <rosgraph_msgs/Clock.h>
+#include <xmlrpcpp/XmlRpcClient.h>
+
+namespace walker {
+namespace {
+
+// Not below the node's own name: launch files clear what is there.
+constexpr const char* kReservedUntil = "/walker_sim_clock/reserved_until";  // [seconds, nanoseconds]
+constexpr double kWallSecondsAhead = 10;       // a reservation lasts about as long
+constexpr double kShortestReservation = 1;     // [s]
+constexpr double kLongestReservation = 1e6;    // [s]
+constexpr auto kPeerTimeout = std::chrono::seconds(3);
+
+/// Asks the master; never waits for one that is gone.
+bool ask_master(const std::string& method, const XmlRpc::XmlRpcValue& request,
+                XmlRpc::XmlRpcValue& payload) {
+  XmlRpc::XmlRpcValue response;
+  return ros::master::execute(method, request, response, payload, false);
+}
+
+/// A node that was killed stays registered: only one that answers counts.
+bool is_alive(const std::string& node) {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  XmlRpc::XmlRpcValue uri;
+  if (!ask_master("lookupNode", request, uri)) return false;
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
+  // XmlRpcClient has no timeout of its own, so a peer that hangs is left behind in a thread.
+  std::packaged_task<bool()> ask([host, port] {
+    XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+    XmlRpc::XmlRpcValue caller;
+    caller[0] = ros::this_node::getName();
+    XmlRpc::XmlRpcValue answer;
+    return client.execute("getPid", caller, answer) && answer.valid();
+  });
+  std::future<bool> answered = ask.get_future();
+  std::thread(std::move(ask)).detach();
+  return answered.wait_for(kPeerTimeout) == std::future_status::ready && answered.get();
+}
+
+/// Another living node that publishes /clock; empty: none.
+std::string other_clock_publisher() {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  XmlRpc::XmlRpcValue state;  // [publishers, subscribers, services], each [[name, [nodes]], ...]
+  if (!ask_master("getSystemState", request, state)) return "";
+  XmlRpc::XmlRpcValue& publishers = state[0];
+  for (int i = 0; i < publishers.size(); ++i) {
+    if (static_cast<std::string>(publishers[i][0]) != "/clock") continue;
+    XmlRpc::XmlRpcValue& nodes = publishers[i][1];
+    for (int j = 0; j < nodes.size(); ++j) {
+      const auto node = static_cast<std::string>(nodes[j]);
+      if (node != ros::this_node::getName() && is_alive(node)) return node;
+    }
+  }
+  return "";
+}
+
+ros::Time read_reserved() {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = kReservedUntil;
+  XmlRpc::XmlRpcValue value;
+  const bool found = ask_master("getParam", request, value) &&
+                     value.getType() == XmlRpc::XmlRpcValue::TypeArray && value.size() == 2 &&
+                     value[0].getType() == XmlRpc::XmlRpcValue::TypeInt &&
+                     value[1].getType() == XmlRpc::XmlRpcValue::TypeInt;
+  if (!found) return {};
+  return {static_cast<std::uint32_t>(static_cast<int>(value[0])),
+          static_cast<std::uint32_t>(static_cast<int>(value[1]))};
+}
+
+void write_reserved(ros::Time time) {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = kReservedUntil;
+  request[2][0] = static_cast<int>(time.sec);
+  request[2][1] = static_cast<int>(time.nsec);
+  XmlRpc::XmlRpcValue ignored;
+  ask_master("setParam", request, ignored);  // without a master nobody can begin after us either
+}
+
+}  // namespace
+
+SimulationClock SimulationClock::owner(ros::NodeHandle& node) {
+  SimulationClock clock;
+  // Latched: who joins between two lock-steps would otherwise wait for a time that does not come.
+  clock.publisher_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10, true);
+  // Looked for after advertising, so that of two servers that start together at least one sees the
+  // other.
+  const std::string other = other_clock_publisher();
+  if (!other.empty()) {
+    throw std::runtime_error("/clock is published by " + other +
+                             " already; set publish_clock = false to follow it");
+  }
+  clock.now_ = read_reserved();
+  clock.reserved_ = clock.now_;
+  clock.reserved_at_ = std::chrono::steady_clock::now();
+  return clock;
+}
+
+SimulationClock SimulationClock::silent() { return {}; }
+
+SimulationClock::~SimulationClock() {
+  if (publisher_) write_reserved(now_);
+}
+
+void SimulationClock::advance(ros::Duration dt) {
+  now_ += dt;
+  if (!publisher_) return;
+  if (now_ > reserved_) reserve();
+  publish();
+}
+
+void SimulationClock::catch_up(ros::Time time) { now_ = std::max(now_, time); }
+
+/// Reserves what the present pace will use in kWallSecondsAhead, so that the master is asked rarely
+/// and a killed server leaves a short gap only.
+void SimulationClock::reserve() {
+  const auto wall = std::chrono::steady_clock::now();
+  const double elapsed = std::chrono::duration<double>(wall - reserved_at_).count();
+  const double pace = (now_ - reserved_from_).toSec() / std::max(elapsed, 1e-3);
+  const bool is_first = reserved_from_.isZero();
+  const double ahead =
+      is_first ? kShortestReservation
+               : std::clamp(pace * kWallSecondsAhead, kShortestReservation, kLongestReservation);
+  reserved_from_ = now_;
+  reserved_at_ = wall;
+  reserved_ = now_ + ros::Duration(ahead);
+  write_reserved(reserved_);
+}
+
+void SimulationClock::publish() {
+  rosgraph_msgs::Clock message;
+  message.clock = now_;
+  publisher_.publish(message);
+}
+
+}  // namespace walker

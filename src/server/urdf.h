@@ -1,0 +1,37 @@
+// A robot description made from what the environment tells of itself.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "walker_sim/specification.h"
+
+namespace walker {
+
+/// How far bodies of a planar world reach in y, for the eye and for whoever collides with them.
+/// Masses stay in the plane y = 0.
+struct UrdfDepths {
+  double trunk = 0.4;  ///< [m]
+  double limb = 0.16;  ///< [m]
+  double gap = 0.02;   ///< between neighbours in y [m]
+};
+
+/// The files of a robot description.
+struct UrdfFiles {
+  std::string urdf;                           ///< the XML text
+  std::map<std::string, std::string> meshes;  ///< content of binary STL files by file name
+};
+
+/// BipedalWalkerHardcore-v3 -> bipedal_walker_hardcore: an id without its version, in snake case.
+std::string robot_name(const std::string& id);
+
+/// Describes the specification's links and joints. A prism over a rectangle becomes a box, any other
+/// a mesh. Branches of the trunk stand beside each other in y, the first on the far side (+y).
+/// @param name        of the robot, and the beginning of the mesh files' names
+/// @param mesh_folder URL of the folder in which viewers find the meshes
+/// @throws std::invalid_argument for a link without shapes or a joint whose parent is not known
+UrdfFiles make_urdf(const Specification& specification, const std::string& name,
+                    const std::string& mesh_folder = "package://walker_sim/assets",
+                    const UrdfDepths& depths = {});
+
+}  // namespace walker

@@ -1,0 +1,92 @@
+// No step of ours takes memory from the heap. Box2D's own goes through malloc, not through new.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "bipedal_walker/player.h"
+
+namespace {
+
+int allocations = 0;
+bool is_counting = false;
+
+void* allocate(std::size_t size) {
+  if (is_counting) ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+
+/// Counts while it lives.
+class Counting {
+ public:
+  Counting() { is_counting = true; }
+  Counting(const Counting&) = delete;
+  Counting& operator=(const Counting&) = delete;
+  ~Counting() { is_counting = false; }
+};
+
+}  // namespace
+
+void* operator new(std::size_t size) { return allocate(size); }
+void* operator new[](std::size_t size) { return allocate(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
+
+namespace walker::bipedal_walker {
+namespace {
+
+class AllocationTest : public testing::Test {
+ protected:
+  void SetUp() override { allocations = 0; }
+};
+
+TEST_F(AllocationTest, TheCounterCounts) {
+  {
+    const Counting counting;
+    delete new int(1);
+    std::vector<double>(10).swap(*std::make_unique<std::vector<double>>());
+  }
+  EXPECT_EQ(allocations, 3);
+}
+
+TEST_F(AllocationTest, StepsSensesAndActsWithoutTheHeap) {
+  for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
+    Stepper walker(id);
+    Sensors sensors;
+    int steps = 0;
+    for (std::uint64_t seed = 0; steps < 1000; ++seed) {
+      walker.reset(seed);
+      walker.environment->sense(sensors);  // gives the vectors their sizes
+      Heuristic heuristic;
+      std::array<double, kJointCount> action{};
+      const Counting counting;
+      for (; !walker.has_ended(); ++steps) {
+        heuristic.act(walker.observation.data(), action.data());
+        walker.environment->step(action.data(), action.size(), walker.result);
+        walker.environment->sense(sensors);
+      }
+    }
+    EXPECT_EQ(allocations, 0) << id << " in " << steps << " steps";
+  }
+}
+
+/// Results go where the caller wants them this time.
+TEST_F(AllocationTest, EachCallFillsTheBuffersItIsGiven) {
+  Stepper walker("BipedalWalker-v3");
+  Stepper twin("BipedalWalker-v3");
+  walker.reset(1);
+  twin.reset(1);
+  const std::vector<double> old = walker.observation;
+  std::vector<double> elsewhere(kObservationSize, -7);
+  walker.result.observation = elsewhere.data();
+  walker.step({1, 0, -1, 0});
+  twin.step({1, 0, -1, 0});
+  EXPECT_EQ(elsewhere, twin.observation);
+  EXPECT_EQ(walker.observation, old);
+}
+
+}  // namespace
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,88 @@
+// What happens when the engine fails in the middle of a step.
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "bipedal_walker/bipedal_walker.h"
+#include "core/episode_rules.h"
+
+namespace walker::bipedal_walker {
+
+/// Throws from within b2World::Step when two bodies come near each other, as a failed assertion.
+class FailingFilter : public b2ContactFilter {
+ public:
+  bool ShouldCollide(b2Fixture* /*one*/, b2Fixture* /*other*/) override {
+    throw std::logic_error("an assertion");
+  }
+};
+
+class BrokenWorldTest : public testing::Test {
+ protected:
+  void make(bool reuse_world) {
+    Options options;
+    options.id = "BipedalWalker-v3";
+    options.reuse_world = reuse_world;
+    auto walker = std::make_unique<BipedalWalker>(options);
+    walker_ = walker.get();
+    rules_ = std::make_unique<EpisodeRules>(std::move(walker));
+    result_.observation = observation_.data();
+  }
+
+  void break_world() {
+    const_cast<b2World&>(walker_->physics_->world()).SetContactFilter(&filter_);
+  }
+
+  void walk_until_the_end() {
+    const std::array<double, kJointCount> action{1, 0, -1, 0};
+    for (int i = 0; i < 500 && !result_.terminated; ++i) {
+      rules_->step(action.data(), action.size(), result_);
+    }
+  }
+
+  std::array<double, kObservationSize> observation_{};
+  Result result_;
+  FailingFilter filter_;
+  std::unique_ptr<EpisodeRules> rules_;
+  BipedalWalker* walker_ = nullptr;
+};
+
+TEST_F(BrokenWorldTest, EndsTheEpisodeAndSaysWhy) {
+  make(false);
+  rules_->reset(1, result_);
+  break_world();
+  walk_until_the_end();
+  EXPECT_TRUE(result_.terminated);
+  EXPECT_STREQ(result_.end_reason, "the simulation failed");
+  EXPECT_STREQ(result_.error, "Box2D failed an assertion");
+  EXPECT_EQ(result_.reward, 0);
+  Sensors sensors;
+  EXPECT_NO_THROW(rules_->sense(sensors));
+}
+
+TEST_F(BrokenWorldTest, TheNextResetRepairsIt) {
+  for (const bool reuse_world : {false, true}) {
+    make(reuse_world);
+    rules_->reset(1, result_);
+    const auto start = observation_;
+    break_world();
+    walk_until_the_end();
+    ASSERT_STRNE(result_.error, "");
+    rules_->reset(1, result_);
+    EXPECT_EQ(observation_, start);
+    EXPECT_STREQ(result_.error, "");
+    EXPECT_FALSE(result_.terminated);
+    walk_until_the_end();
+    EXPECT_STREQ(result_.end_reason, "hull touched the ground");
+  }
+}
+
+TEST_F(BrokenWorldTest, AResetThatFailsSaysSo) {
+  make(true);
+  rules_->reset(1, result_);
+  break_world();  // the filter stays with the world that is used again
+  EXPECT_THROW(rules_->reset(2, result_), std::runtime_error);
+  EXPECT_THROW(walk_until_the_end(), ResetNeeded);
+  EXPECT_NO_THROW(rules_->reset(2, result_));
+}
+
+}  // namespace walker::bipedal_walker

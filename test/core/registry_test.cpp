@@ -1,0 +1,128 @@
+#include "walker_sim/registry.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <stdexcept>
+
+#include "error_message.h"
+
+namespace walker {
+namespace {
+
+const std::vector<std::string>& bipedal_walkers() {
+  static const std::vector<std::string> kIds{"BipedalWalker-v3", "BipedalWalkerHardcore-v3"};
+  return kIds;
+}
+
+std::string refusal(const std::string& id, const Parameters& parameters = {}) {
+  return message_of<std::invalid_argument>([&] { make(id, parameters); });
+}
+
+/// A parameter of the specification.
+ParameterValue parameter(const Environment& environment, const std::string& name) {
+  for (const auto& [known, value] : environment.specification().parameters) {
+    if (known == name) return value;
+  }
+  throw std::out_of_range(name);
+}
+
+TEST(Registry, KnowsTheBipedalWalkers) {
+  ASSERT_EQ(registrations().size(), bipedal_walkers().size());
+  for (std::size_t i = 0; i < bipedal_walkers().size(); ++i) {
+    EXPECT_EQ(registrations()[i].id, bipedal_walkers()[i]);
+    EXPECT_EQ(make(bipedal_walkers()[i])->specification().id, bipedal_walkers()[i]);
+  }
+}
+
+TEST(Registry, UnknownIdsGetASuggestion) {
+  const std::string known = " Known: BipedalWalker-v3 BipedalWalkerHardcore-v3";
+  EXPECT_EQ(refusal("BipedalWalker-v2"),
+            "environment BipedalWalker-v2: unknown; did you mean BipedalWalker-v3?" + known);
+  EXPECT_EQ(refusal("bipedalwalkerhardcore-v3"),
+            "environment bipedalwalkerhardcore-v3: unknown; did you mean "
+            "BipedalWalkerHardcore-v3?" +
+                known);
+  EXPECT_EQ(refusal("CartPole-v1"), "environment CartPole-v1: unknown" + known);
+  EXPECT_EQ(refusal(""), "environment : unknown" + known);
+}
+
+TEST(Registry, EveryParameterOfAnotherTypeIsRefusedByName) {
+  for (const std::string& id : bipedal_walkers()) {
+    const std::vector<ParameterDescription> all = parameter_descriptions(id);
+    ASSERT_EQ(all.size(), 3U);
+    for (const ParameterDescription& description : all) {
+      const std::vector<ParameterValue> wrong{std::string("abc"), std::vector<double>{1.0}, 0.5};
+      for (const ParameterValue& value : wrong) {
+        EXPECT_EQ(refusal(id, {{description.name, value}})
+                      .find("parameter " + description.name + " = " + to_string(value) + ": must be"),
+                  0U);
+      }
+      EXPECT_FALSE(description.description.empty()) << description.name;
+    }
+  }
+}
+
+TEST(Registry, FlagsAreNoIntegers) {
+  const std::string id = "BipedalWalker-v3";
+  EXPECT_EQ(refusal(id, {{"hardcore", std::int64_t{1}}}),
+            "parameter hardcore = 1: must be true or false");
+  EXPECT_EQ(refusal(id, {{"reuse_world", 1.0}}),
+            "parameter reuse_world = 1.0: must be true or false");
+}
+
+TEST(Registry, TheLimitIsACountOfSteps) {
+  const std::string id = "BipedalWalker-v3";
+  const std::string allowed = ": must be an integer in [0, 4294967295]";
+  EXPECT_EQ(refusal(id, {{"max_episode_steps", std::int64_t{-1}}}),
+            "parameter max_episode_steps = -1" + allowed);
+  EXPECT_EQ(refusal(id, {{"max_episode_steps", std::int64_t{4294967296}}}),
+            "parameter max_episode_steps = 4294967296" + allowed);
+  EXPECT_EQ(refusal(id, {{"max_episode_steps", 1.5}}),
+            "parameter max_episode_steps = 1.5: must be an integer");
+  EXPECT_EQ(refusal(id, {{"max_episode_steps", true}}),
+            "parameter max_episode_steps = true: must be an integer");
+  const auto longest = make(id, {{"max_episode_steps", std::int64_t{4294967295}}});
+  EXPECT_EQ(longest->specification().max_episode_steps, 4294967295U);
+  EXPECT_EQ(make(id, {{"max_episode_steps", 10.0}})->specification().max_episode_steps, 10U);
+  EXPECT_EQ(make(id, {{"max_episode_steps", std::int64_t{0}}})->specification().max_episode_steps,
+            0U);
+}
+
+TEST(Registry, UnknownParametersGetASuggestion) {
+  const std::string known = " Known: hardcore reuse_world max_episode_steps";
+  EXPECT_EQ(refusal("BipedalWalker-v3", {{"hardcor", true}}),
+            "parameter hardcor = true: unknown; did you mean hardcore?" + known);
+  EXPECT_EQ(refusal("BipedalWalker-v3", {{"gravity", -9.8}}),
+            "parameter gravity = -9.8: unknown" + known);
+}
+
+TEST(Registry, DefaultLimitBelongsToTheId) {
+  EXPECT_EQ(make("BipedalWalker-v3")->specification().max_episode_steps, 1600U);
+  EXPECT_EQ(make("BipedalWalkerHardcore-v3")->specification().max_episode_steps, 2000U);
+  const auto hardcore = make("BipedalWalker-v3", {{"hardcore", true}});
+  EXPECT_EQ(hardcore->specification().max_episode_steps, 1600U);
+  EXPECT_EQ(parameter(*hardcore, "hardcore"), ParameterValue(true));
+}
+
+TEST(Registry, SpecificationRepeatsAllParameters) {
+  const auto environment = make("BipedalWalkerHardcore-v3", {{"reuse_world", true}});
+  EXPECT_EQ(environment->specification().parameters.size(), 3U);
+  EXPECT_EQ(parameter(*environment, "hardcore"), ParameterValue(true));
+  EXPECT_EQ(parameter(*environment, "reuse_world"), ParameterValue(true));
+  EXPECT_EQ(parameter(*environment, "max_episode_steps"), ParameterValue(std::int64_t{2000}));
+  Parameters again;
+  for (const auto& [name, value] : environment->specification().parameters) again[name] = value;
+  EXPECT_NO_THROW(make("BipedalWalkerHardcore-v3", again));
+}
+
+TEST(Registry, VersionHasThreeNumbers) {
+  int major = 0;
+  int minor = 0;
+  int patch = 0;
+  char rest = 0;
+  EXPECT_EQ(std::sscanf(version(), "%d.%d.%d%c", &major, &minor, &patch, &rest), 3) << version();
+}
+
+}  // namespace
+}  // namespace walker

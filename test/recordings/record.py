@@ -1,0 +1,168 @@
+"""Makes the recordings beside it: what NumPy and Gymnasium do, for tests that need neither.
+
+    PYTHONPATH=test python test/recordings/record.py
+
+needs gymnasium[box2d] 1.4.0 with box2d 2.3.10 and NumPy 2. All files are words separated by white
+space; lines that begin with # are comments. `bits` are the IEEE 754 bits in hexadecimal.
+"""
+
+from __future__ import annotations
+
+import pathlib
+from importlib.metadata import version
+
+import numpy as np
+from gymnasium_reference import IDS, KINDS, Plan, Session, hashes, play, terrain, without_reward
+from rollout_tool import OBSERVATION_SIZE
+
+FOLDER = pathlib.Path(__file__).parent
+LARGE_SEEDS = (
+    *(2**31, 2**32 - 1, 2**32, 2**32 + 1, 2**63 - 1, 2**63, 2**64 - 1),
+    *(0x123456789ABCDEF0, 0xFEDCBA9876543210, 0xDEADBEEF00000000, 0x00000001FFFFFFFF),
+)
+
+# Ranges of `integers`: those of the terrain, then ones where a draw is often rejected and drawn
+# again (Lemire rejects 25 % and nearly 50 % of them), then extreme ones.
+RANGES = (
+    *((3, 5), (1, 3), (4, 5), (5, 10), (1, 4)),
+    *((0, 3 * 2**30), (-7, 2**31), (0, 2**31 + 1)),
+    *((0, 2**32 - 1), (-1, 0), (-(2**62), -(2**62) + 17)),
+)
+
+
+def write(name, description, lines):
+    versions = ", ".join(f"{package} {version(package)}" for package in ("gymnasium", "box2d", "numpy"))
+    with open(FOLDER / name, "w", encoding="ascii") as file:
+        file.write(f"# {description}\n# Made by record.py with {versions}.\n")
+        file.writelines(line + "\n" for line in lines)
+
+
+def double_bits(value):
+    return f"{np.float64(value).view(np.uint64):016x}"
+
+
+def float_bits(value):
+    assert np.float32(value) == value
+    return f"{np.float32(value).view(np.uint32):08x}"
+
+
+def state_words(generator):
+    """NumPy PCG64: state high, low, increment high, low, has_uint32, uinteger."""
+    state = generator.bit_generator.state
+    words = [divmod(state["state"][name], 2**64) for name in ("state", "inc")]
+    return [*words[0], *words[1], state["has_uint32"], state["uinteger"]]
+
+
+def random_lines():
+    for seed in (0, 1, 2, 42, *LARGE_SEEDS):
+        yield f"seed {seed}"
+        generator = np.random.default_rng(seed)
+        yield " ".join(["state", *map(str, state_words(generator))])
+        choice = np.random.default_rng(1000)  # the order of draws; the same for each seed
+        for _ in range(120):
+            kind = choice.integers(4)
+            if kind == 0:
+                yield f"random {double_bits(generator.random())}"
+            elif kind == 1:
+                low, high = ((-1, 1), (-5, 5), (0, 200), (-3.7, 1e-3))[choice.integers(4)]
+                yield f"uniform {low} {high} {double_bits(generator.uniform(low, high))}"
+            else:
+                low, high = RANGES[choice.integers(len(RANGES))]
+                yield f"integers {low} {high} {generator.integers(low, high)}"
+        yield " ".join(["state", *map(str, state_words(generator))])
+
+
+def terrain_lines():
+    for hardcore in (False, True):
+        for seed in (*range(1000), *LARGE_SEEDS):
+            yield f"{int(hardcore)} {seed} {hashes(terrain(hardcore, seed)[np.newaxis])[0]:016x}"
+
+
+def sessions():
+    """All kinds in new environments, then several resets with the world kept."""
+    for environment_id in IDS:
+        for kind in KINDS:
+            for seed in range(15):
+                yield Session(environment_id, False, [Plan(kind, seed, seed)])
+        for first in range(6):
+            seed = 100 + first
+            plans = [Plan("heuristic", seed, 0)]
+            plans += [Plan(kind, None, seed + i) for i, kind in enumerate(KINDS)]
+            plans += [Plan("heuristic", seed, 0)]  # the first one again, in a world that was used
+            yield Session(environment_id, True, plans)
+        plans = [Plan("noisy", 7, 7), Plan("heuristic", None, 0), Plan("random", None, 8)]
+        yield Session(environment_id, False, plans)
+
+
+def headline(plan, episode):
+    seed = "-" if plan.seed is None else plan.seed
+    return f"episode {plan.kind} {seed} {plan.action_seed} {len(episode.actions)}"
+
+
+def episode_lines():
+    per_line = 11
+    for session in sessions():
+        yield f"session {session.environment_id} {int(session.reuse_world)}"
+        for plan, episode in zip(session.plans, play(session)):
+            rows = without_reward(episode.rows) if plan.kind == "double" else episode.rows
+            words = [f"{value & 0xFFFFFFFF:08x}" for value in map(int, hashes(rows))]
+            yield headline(plan, episode)
+            for i in range(0, len(words), per_line):
+                yield " ".join(words[i : i + per_line])
+
+
+def full_episode_lines():
+    for environment_id, kind, seed in (
+        (IDS[0], "heuristic", 0),
+        (IDS[0], "heuristic", 3),
+        (IDS[0], "zero", 0),
+        (IDS[0], "outside", 1),
+        (IDS[1], "heuristic", 4),
+        (IDS[1], "random", 1),
+    ):
+        plan = Plan(kind, seed, seed)
+        (episode,) = play(Session(environment_id, False, [plan]))
+        yield f"session {environment_id} 0"
+        yield headline(plan, episode)
+        for action, row in zip([np.zeros(4), *episode.actions], episode.rows):
+            numbers = [*action, *row[: OBSERVATION_SIZE + 1]]
+            flags = [str(int(flag)) for flag in row[OBSERVATION_SIZE + 1 :]]
+            yield " ".join([*map(float_bits, numbers), *flags])
+
+
+def heuristic_lines():
+    for seed in range(1000):
+        (episode,) = play(Session(IDS[0], False, [Plan("heuristic", seed, 0)]))
+        yield f"{seed} {len(episode.actions)} {float(episode.rows[:, OBSERVATION_SIZE].sum())!r}"
+
+
+if __name__ == "__main__":
+    write(
+        "random.txt",
+        "Draws of numpy.random.default_rng: the draw, its arguments, its value"
+        " (bits; integers in decimal).",
+        random_lines(),
+    )
+    write(
+        "terrains.txt",
+        "hardcore, seed, hash of gymnasium_reference.terrain: all doubles that a reset draws.",
+        terrain_lines(),
+    )
+    write(
+        "episodes.txt",
+        "session ID REUSE_WORLD; episode KIND SEED ACTION_SEED STEPS, then for the reset and each"
+        " step the hash of\n# observation, reward (0 for the kind double), terminated, truncated:"
+        " gymnasium_reference.hashes, low 32 bits.",
+        episode_lines(),
+    )
+    write(
+        "full_episodes.txt",
+        "As episodes.txt, but for the reset and each step: action (4 bits), observation (24 bits),"
+        " reward (bits),\n# terminated, truncated. Single precision holds them all.",
+        full_episode_lines(),
+    )
+    write(
+        "heuristic_returns.txt",
+        "BipedalWalker-v3 under the heuristic in new environments: seed, steps, return.",
+        heuristic_lines(),
+    )

@@ -1,0 +1,148 @@
+#!/usr/bin/python3
+"""Two servers on one master: a <group ns> and a tf_prefix each are enough to keep them apart."""
+
+import sys
+import time
+import unittest
+
+import nav_msgs.msg
+import rosgraph
+import rospy
+import rostest
+import sensor_msgs.msg
+import tf2_msgs.msg
+import visualization_msgs.msg
+from server_harness import DT, Recorder, ServerProcess, nanoseconds, same_experience
+from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
+from walker_sim.srv import Reset, Step
+
+LINKS = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
+
+
+class NamespacesTest(unittest.TestCase):
+    def setUp(self):
+        self.tf = Recorder("/tf", tf2_msgs.msg.TFMessage, connections=2)
+        self.addCleanup(self.tf.close)
+
+    def proxies(self, space):
+        proxies = []
+        for name, kind in (("reset", Reset), ("step", Step)):
+            rospy.wait_for_service(f"{space}/walker_sim/{name}", timeout=30)
+            proxies.append(rospy.ServiceProxy(f"{space}/walker_sim/{name}", kind))
+        return proxies
+
+    def reset(self, space, seed=1):
+        reply = self.proxies(space)[0](has_seed=True, seed=seed)
+        self.assertTrue(reply.success, reply.status_message)
+        return reply.transition
+
+    def step(self, space, action=(0.0, 0.0, 0.0, 0.0)):
+        reply = self.proxies(space)[1](action)
+        self.assertTrue(reply.success, reply.status_message)
+        return reply.transition
+
+    def test_the_group_is_enough_for_all_names(self):
+        publishers, subscribers, services = rosgraph.Master("/namespaces_test").getSystemState()
+        allowed = {"/tf", "/tf_static", "/clock", "/rosout", "/diagnostics"}
+        for space in ("/one", "/two"):
+            node = f"{space}/walker_sim"
+            published = {topic for topic, nodes in publishers if node in nodes}
+            for topic in published - allowed:
+                self.assertTrue(topic.startswith(f"{space}/"), topic)
+            self.assertIn(f"{space}/transition", published)
+            self.assertIn(f"{space}/scan", published)
+            heard = {topic for topic, nodes in subscribers if node in nodes}
+            self.assertIn(f"{space}/effort_command", heard)
+            served = {service for service, nodes in services if node in nodes}
+            for service in served:
+                self.assertTrue(service.startswith(f"{node}/"), service)
+        self.assertEqual(dict(publishers)["/clock"], ["/one/walker_sim"])
+
+    def test_stepping_one_does_not_move_the_other(self):
+        one, two = self.reset("/one", 1), self.reset("/two", 1)
+        self.assertTrue(same_experience(one, two))
+        for _ in range(10):
+            self.step("/one", [1.0, -1.0, 0.5, 0.0])
+        following = self.step("/two")
+        self.assertEqual(following.step, 1)
+        self.assertEqual(nanoseconds(following), nanoseconds(two) + DT)
+
+    def frames_of(self, space, prefix):
+        """Checks the frames of all that a server publishes of one state."""
+        kinds = {
+            "odom": (nav_msgs.msg.Odometry, "odom"),
+            "imu": (sensor_msgs.msg.Imu, "hull"),
+            "scan": (sensor_msgs.msg.LaserScan, "lidar"),
+            "contacts": (Contacts, None),
+            "transition": (Transition, "odom"),
+        }
+        recorders = {name: Recorder(f"{space}/{name}", kind) for name, (kind, _) in kinds.items()}
+        self.reset(space, 2)
+        stamp = nanoseconds(self.step(space))
+        for name, (_, frame) in kinds.items():
+            message = recorders[name].at(stamp)
+            self.assertFalse(message.header.frame_id.startswith("/"), name)
+            if frame:
+                self.assertEqual(message.header.frame_id, prefix + frame, name)
+            if name == "odom":
+                self.assertEqual(message.child_frame_id, f"{prefix}hull")
+            recorders[name].close()
+        transforms = self.tf.wait(
+            lambda m: m.transforms[0].header.frame_id == f"{prefix}odom"
+            and nanoseconds(m.transforms[0]) == stamp,
+            "the transforms",
+        ).transforms
+        self.assertEqual({t.child_frame_id for t in transforms}, {prefix + link for link in LINKS})
+        for transform in transforms:
+            self.assertTrue(transform.header.frame_id.startswith(prefix))
+            self.assertNotIn("//", transform.header.frame_id + transform.child_frame_id)
+        markers = Recorder(f"{space}/scene_markers", visualization_msgs.msg.MarkerArray)
+        for marker in markers.wait().markers:
+            if marker.action == marker.ADD:
+                self.assertTrue(marker.header.frame_id.startswith(prefix), marker.header.frame_id)
+        markers.close()
+
+    def test_frames_carry_the_prefix_and_no_leading_slash(self):
+        self.frames_of("/one", "left/")
+        self.frames_of("/two", "right/")  # its parameter is /right/, as some write it
+
+    def test_frames_of_the_two_are_distinct(self):
+        for space in ("/one", "/two"):
+            self.reset(space)
+        time.sleep(0.2)
+        parents = {}
+        for message in self.tf.messages():
+            for transform in message.transforms:
+                known = parents.setdefault(transform.child_frame_id, transform.header.frame_id)
+                self.assertEqual(known, transform.header.frame_id)
+        static = Recorder("/tf_static", tf2_msgs.msg.TFMessage, connections=2)
+        time.sleep(0.2)
+        for message in static.messages():
+            for transform in message.transforms:
+                self.assertNotIn(transform.child_frame_id, parents)
+                self.assertIn(transform.header.frame_id.split("/")[0], ("left", "right"))
+        static.close()
+
+    def test_latched_topics_are_told_apart(self):
+        for space in ("/one", "/two"):
+            self.reset(space)
+            for name, kind in (("spec", EnvironmentSpec), ("episode", Episode)):
+                recorder = Recorder(f"{space}/{name}", kind)
+                recorder.wait()
+                recorder.close()
+
+    def test_the_command_can_be_remapped_to_a_controllers_name(self):
+        server = ServerProcess(
+            "/remapped/walker_sim",
+            {"mode": "lockstep", "publish_clock": False},
+            arguments=["effort_command:=legs_controller/command"],
+        )
+        self.addCleanup(server.kill)
+        server.wait_until_it_serves()
+        subscribers = dict(rosgraph.Master("/namespaces_test").getSystemState()[1])
+        self.assertIn(server.name, subscribers["/remapped/legs_controller/command"])
+
+
+if __name__ == "__main__":
+    rospy.init_node("namespaces_test")
+    rostest.rosrun("walker_sim", "namespaces_test", NamespacesTest, sys.argv)

@@ -1,0 +1,364 @@
+"""What the tests of the server share: a server as a process, recorders of topics, and TCPROS bare.
+
+Nothing here waits by simulation time: it stands still in lock-step.
+"""
+
+import io
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import xmlrpc.client
+from urllib.parse import urlparse
+
+import rosgraph
+import rospy
+from catkin.find_in_workspaces import find_in_workspaces
+
+PATIENCE = 30.0  # wall seconds; only a failing test waits as long
+DT = 20_000_000  # ns
+CALLER = "/server_test"
+
+
+def node_path(node_type):
+    """Where the node's executable lies, in the devel or the install space."""
+    found = find_in_workspaces(["libexec"], "walker_sim", node_type, first_match_only=True)
+    if not found:
+        raise RuntimeError(f"walker_sim has no executable {node_type}: build it, source the space")
+    return found[0]
+
+
+def wait_for(condition, what, timeout=PATIENCE):
+    """The condition's first true value; AssertionError that names `what` after the timeout."""
+    deadline = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError(f"waited {timeout} s in vain for {what}")
+        time.sleep(0.005)
+
+
+def nanoseconds(stamped):
+    """The stamp of a message, of a header or of a time."""
+    while not hasattr(stamped, "to_nsec"):
+        stamped = stamped.header if hasattr(stamped, "header") else stamped.stamp
+    return stamped.to_nsec()
+
+
+def bits(values):
+    """The bytes of doubles: equal only when every bit is, also of NaN and of -0."""
+    return struct.pack(f"<{len(values)}d", *values)
+
+
+def same_experience(one, other):
+    """Two transitions tell the same, whatever their stamps and episode numbers."""
+    return (
+        one.step == other.step
+        and bits(one.action) == bits(other.action)
+        and bits(one.observation) == bits(other.observation)
+        and bits([one.reward, one.episode_return]) == bits([other.reward, other.episode_return])
+        and (one.terminated, one.truncated) == (other.terminated, other.truncated)
+        and bits(one.info) == bits(other.info)
+        and one.error == other.error
+    )
+
+
+class Process:
+    """A node of this package in a process of its own, which `stop` or `kill` ends."""
+
+    def __init__(self, node_type, name, arguments=(), master_uri=None):
+        environment = dict(os.environ, PYTHONUNBUFFERED="1")
+        environment.pop("ROS_NAMESPACE", None)
+        environment["ROSCONSOLE_FORMAT"] = "[${severity}] ${message}"
+        if master_uri:
+            environment["ROS_MASTER_URI"] = master_uri
+        self.name = name if name.startswith("/") else "/" + name
+        namespace, _, base = self.name.rpartition("/")
+        if namespace:
+            environment["ROS_NAMESPACE"] = namespace
+        self._output = tempfile.NamedTemporaryFile(prefix="walker_sim_test_", suffix=".log")
+        self._process = subprocess.Popen(
+            [node_path(node_type), f"__name:={base}", *arguments],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=self._output.file,
+            stderr=subprocess.STDOUT,
+        )
+
+    @property
+    def pid(self):
+        return self._process.pid
+
+    def output(self):
+        with open(self._output.name, encoding="utf-8", errors="replace") as text:
+            return text.read()
+
+    def is_running(self):
+        return self._process.poll() is None
+
+    def wait(self, timeout=PATIENCE):
+        """The exit status; AssertionError when it does not end in time (then it is killed)."""
+        try:
+            return self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise AssertionError(
+                f"{self.name} did not end within {timeout} s; it said:\n{self.output()}"
+            ) from None
+
+    def stop(self, by=signal.SIGINT, timeout=PATIENCE):
+        if self.is_running():
+            self._process.send_signal(by)
+        return self.wait(timeout)
+
+    def kill(self):
+        if self.is_running():
+            self._process.kill()
+        self._process.wait()
+
+
+class ServerProcess(Process):
+    """A server with these private parameters and no others."""
+
+    def __init__(self, name, parameters=None, master_uri=None, arguments=()):
+        name = name if name.startswith("/") else "/" + name
+        self.master_uri = master_uri or os.environ["ROS_MASTER_URI"]
+        self.master = xmlrpc.client.ServerProxy(self.master_uri)
+        self.master.deleteParam(CALLER, name)
+        for key, value in (parameters or {}).items():
+            code, message, _ = self.master.setParam(CALLER, f"{name}/{key}", value)
+            assert code == 1, message
+        super().__init__("server", name, arguments, master_uri)
+
+    def wait_until_it_serves(self):
+        def serves():
+            if not self.is_running():
+                raise AssertionError(f"{self.name} ended at its start:\n{self.output()}")
+            try:
+                self.service_address("unpause").close()
+            except OSError:
+                return False
+            return True
+
+        wait_for(serves, f"{self.name} to serve")
+        return self
+
+    def service_address(self, service):
+        """A fresh connection to the service's port; the master says which."""
+        code, message, uri = self.master.lookupService(CALLER, f"{self.name}/{service}")
+        if code != 1:
+            raise ConnectionError(message)
+        parts = urlparse(uri)
+        return socket.create_connection((parts.hostname, parts.port), timeout=PATIENCE)
+
+    def client(self, service, service_class):
+        return BareClient(self.service_address(service), f"{self.name}/{service}", service_class)
+
+
+def receive_exactly(connection, size):
+    data = b""
+    while len(data) < size:
+        part = connection.recv(size - len(data))
+        if not part:
+            raise ConnectionError("the peer closed the connection")
+        data += part
+    return data
+
+
+def header_bytes(fields):
+    lines = [f"{key}={value}".encode() for key, value in fields.items()]
+    body = b"".join(struct.pack("<I", len(line)) + line for line in lines)
+    return struct.pack("<I", len(body)) + body
+
+
+def read_header(connection):
+    size = struct.unpack("<I", receive_exactly(connection, 4))[0]
+    body = receive_exactly(connection, size)
+    fields = {}
+    while body:
+        size = struct.unpack("<I", body[:4])[0]
+        key, _, value = body[4 : 4 + size].decode().partition("=")
+        fields[key] = value
+        body = body[4 + size :]
+    return fields
+
+
+class BareClient:
+    """A persistent service client on its own socket: needs no master and no node."""
+
+    def __init__(self, connection, service, service_class):
+        self.connection = connection
+        self._class = service_class
+        connection.sendall(
+            header_bytes(
+                {
+                    "callerid": CALLER,
+                    "service": service,
+                    "md5sum": service_class._md5sum,
+                    "type": service_class._type,
+                    "persistent": "1",
+                }
+            )
+        )
+        answer = read_header(connection)
+        if "error" in answer:
+            raise ConnectionError(answer["error"])
+
+    def request_bytes(self, **fields):
+        buffer = io.BytesIO()
+        self._class._request_class(**fields).serialize(buffer)
+        return struct.pack("<I", len(buffer.getvalue())) + buffer.getvalue()
+
+    def __call__(self, **fields):
+        self.connection.sendall(self.request_bytes(**fields))
+        fine = receive_exactly(self.connection, 1)
+        size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]
+        data = receive_exactly(self.connection, size)
+        if fine != b"\x01":
+            raise RuntimeError(f"the server dropped the reply: {data.decode(errors='replace')}")
+        return self._class._response_class().deserialize(data)
+
+    def close(self):
+        self.connection.close()
+
+
+class BareSubscriber:
+    """A subscriber on its own socket: reads one publisher's messages in order, with no master."""
+
+    def __init__(self, publisher_uri, topic, message_class):
+        publisher = xmlrpc.client.ServerProxy(publisher_uri)
+        code, text, protocol = publisher.requestTopic(CALLER, topic, [["TCPROS"]])
+        assert code == 1, text
+        self._class = message_class
+        self.connection = socket.create_connection((protocol[1], protocol[2]), timeout=PATIENCE)
+        self.connection.sendall(
+            header_bytes(
+                {
+                    "callerid": CALLER,
+                    "topic": topic,
+                    "md5sum": message_class._md5sum,
+                    "type": message_class._type,
+                    "tcp_nodelay": "1",
+                }
+            )
+        )
+        self.header = read_header(self.connection)
+        assert "error" not in self.header, self.header
+
+    def next(self):
+        size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]
+        return self._class().deserialize(receive_exactly(self.connection, size))
+
+    def close(self):
+        self.connection.close()
+
+
+class Recorder:
+    """Keeps all messages of a topic."""
+
+    def __init__(self, topic, message_class, connections=1):
+        self.topic = topic
+        self._changed = threading.Condition()
+        self._messages = []
+        self._subscriber = rospy.Subscriber(
+            topic, message_class, self._record, queue_size=None, tcp_nodelay=True
+        )
+        if connections:
+            wait_for(
+                lambda: self._subscriber.get_num_connections() >= connections,
+                f"a publisher of {topic}",
+            )
+
+    def _record(self, message):
+        with self._changed:
+            self._messages.append(message)
+            self._changed.notify_all()
+
+    def messages(self):
+        with self._changed:
+            return list(self._messages)
+
+    def clear(self):
+        with self._changed:
+            self._messages = []
+
+    def wait(self, condition=lambda _: True, what="a message", timeout=PATIENCE):
+        """The first message, old or new, that meets the condition."""
+        deadline = time.monotonic() + timeout
+        examined, count = None, 0
+        with self._changed:
+            while True:
+                if examined is not self._messages:  # cleared meanwhile
+                    examined, count = self._messages, 0
+                for message in examined[count:]:
+                    if condition(message):
+                        return message
+                count = len(examined)
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    raise AssertionError(f"waited {timeout} s in vain for {what} on {self.topic}")
+                self._changed.wait(left)
+
+    def at(self, stamp):
+        """The message with this stamp [ns]."""
+        return self.wait(lambda m: first_stamp(m) == stamp, f"the stamp {stamp}")
+
+    def wait_count(self, count, timeout=PATIENCE):
+        wait_for(
+            lambda: len(self.messages()) >= count,
+            f"{count} messages on {self.topic}",
+            timeout,
+        )
+        return self.messages()
+
+    def close(self):
+        self._subscriber.unregister()
+
+
+def first_stamp(message):
+    if hasattr(message, "transforms"):
+        return nanoseconds(message.transforms[0])
+    if hasattr(message, "clock"):
+        return message.clock.to_nsec()
+    return nanoseconds(message)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+class OwnMaster:
+    """A ROS master of the test's own, which it may kill."""
+
+    def __init__(self):
+        self.port = free_port()
+        self.uri = f"http://localhost:{self.port}"
+        code = "import rosmaster; rosmaster.rosmaster_main()"
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", code, "--core", "-p", str(self.port)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        wait_for(self._answers, "the test's own master")
+
+    def _answers(self):
+        try:
+            rosgraph.Master(CALLER, self.uri).getPid()
+        except OSError:
+            return False
+        return True
+
+    def kill(self):
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait()

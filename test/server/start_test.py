@@ -1,0 +1,100 @@
+#!/usr/bin/python3
+"""Parameters at the start: what is refused, with which words, and what is taken."""
+
+import sys
+import unittest
+
+import rospy
+import rostest
+from server_harness import ServerProcess
+from walker_sim.srv import GetSpec, Reset
+
+# Parameters that are refused, and the words of the message.
+REFUSED = [
+    ({"env": "BipedalWalker-v9"}, ["env", "BipedalWalker-v9", "BipedalWalker-v3"]),
+    ({"env": ""}, ["env", "BipedalWalker-v3"]),
+    ({"env": 3}, ["env", "3"]),
+    ({"real_time_facto": 1.0}, ["real_time_facto", "real_time_factor"]),
+    ({"hard_core": True}, ["hard_core", "hardcore"]),
+    ({"nested": {"thing": 1}}, ["nested"]),
+    ({"mode": "turbo"}, ["mode", "turbo", "free", "lockstep"]),
+    ({"mode": 1}, ["mode", "1"]),
+    ({"num_envs": 0}, ["num_envs", "0", "1"]),
+    ({"num_envs": -1}, ["num_envs", "-1", "1"]),
+    ({"num_envs": "many"}, ["num_envs", "many"]),
+    ({"seed": "-1"}, ["seed", "-1", "18446744073709551615"]),
+    ({"seed": -1}, ["seed", "-1", "18446744073709551615"]),
+    ({"seed": "18446744073709551616"}, ["seed", "18446744073709551616", "18446744073709551615"]),
+    ({"seed": "0x10"}, ["seed", "0x10", "18446744073709551615"]),
+    ({"seed": "1.5"}, ["seed", "1.5"]),
+    ({"seed": 1.5}, ["seed", "1.5"]),
+    ({"real_time_factor": -1.0}, ["real_time_factor", "-1", "0"]),
+    ({"real_time_factor": float("nan")}, ["real_time_factor", "nan"]),
+    ({"real_time_factor": float("inf")}, ["real_time_factor", "inf"]),
+    ({"real_time_factor": "fast"}, ["real_time_factor", "fast"]),
+    ({"command_timeout": -0.1}, ["command_timeout", "-0.1", "0"]),
+    ({"diagnostic_period": 0.0}, ["diagnostic_period", "0"]),
+    ({"auto_reset": "maybe"}, ["auto_reset", "maybe"]),
+    ({"publish_clock": "no"}, ["publish_clock", "no"]),
+    ({"paused": 2}, ["paused", "2"]),
+    ({"hardcore": "yes"}, ["hardcore", "yes"]),
+    ({"reuse_world": [1.0]}, ["reuse_world", "1"]),
+    ({"max_episode_steps": -1}, ["max_episode_steps", "-1", "0"]),
+    ({"max_episode_steps": 1.5}, ["max_episode_steps", "1.5"]),
+    ({"max_episode_steps": "long"}, ["max_episode_steps", "long"]),
+]
+LOCKSTEP = {"mode": "lockstep", "publish_clock": False}
+
+
+class StartTest(unittest.TestCase):
+    def test_bad_parameters_end_the_server_with_a_message_that_names_them(self):
+        for number, (parameters, words) in enumerate(REFUSED):
+            with self.subTest(parameters=parameters):
+                server = ServerProcess(f"/refused_{number}", {**LOCKSTEP, **parameters})
+                try:
+                    self.assertEqual(server.wait(), 1, server.output())
+                finally:
+                    server.kill()
+                fatal = [line for line in server.output().splitlines() if "FATAL" in line]
+                self.assertEqual(len(fatal), 1, server.output())
+                for word in words:
+                    self.assertIn(word, fatal[0].lower() if word in ("nan", "inf") else fatal[0])
+
+    def specification(self, **parameters):
+        server = ServerProcess("/taken", {**LOCKSTEP, **parameters})
+        self.addCleanup(server.kill)
+        server.wait_until_it_serves()
+        spec = server.client("get_spec", GetSpec)().spec
+        transition = server.client("reset", Reset)(has_seed=False).transition
+        self.assertEqual(server.stop(), 0)
+        return spec, transition
+
+    def test_parameters_that_are_taken_show_in_the_specification(self):
+        spec, _ = self.specification(env="BipedalWalkerHardcore-v3", max_episode_steps=17)
+        parameters = dict(zip(spec.parameter_names, spec.parameter_values))
+        self.assertEqual((spec.id, spec.max_episode_steps), ("BipedalWalkerHardcore-v3", 17))
+        self.assertEqual(parameters["max_episode_steps"], "17")
+
+    def test_default_limits(self):
+        for parameters, expected in (
+            ({}, 1600),
+            ({"env": "BipedalWalkerHardcore-v3"}, 2000),
+            ({"hardcore": True}, 1600),
+            ({"max_episode_steps": 0}, 0),
+        ):
+            self.assertEqual(self.specification(**parameters)[0].max_episode_steps, expected)
+
+    def test_numbers_convert_where_nothing_is_lost(self):
+        # A launch file turns 2 into an integer, and a seed of digits too.
+        _, one = self.specification(real_time_factor=2, command_timeout=1, seed=12)
+        _, other = self.specification(seed="12", max_episode_steps=100.0)
+        self.assertEqual(one.observation, other.observation)
+
+    def test_the_parameters_of_other_nodes_do_not_matter(self):
+        rospy.set_param("/taken_too/unknown", 1)
+        self.specification()
+
+
+if __name__ == "__main__":
+    rospy.init_node("start_test")
+    rostest.rosrun("walker_sim", "start_test", StartTest, sys.argv)
