@@ -80,7 +80,7 @@ check_system() {
   esac
   case $root in
     *[[:space:]\;\"\'\$\\]*) die "the path $root has a blank or one of ; \" ' \$ \\ in it," \
-      "which catkin cannot build in: move this folder" ;;
+      "which catkin cannot work in: move this folder" ;;
   esac
   case $engines in
     pinned | system) ;;

@@ -29,7 +29,7 @@ struct ParameterDescription {
   double maximum;           ///< largest allowed number
 };
 
-/// The value as text that YAML reads back as the same value (doubles in shortest exact form). A
+/// The value as text that YAML reads back as the same value (doubles in a short exact form). A
 /// text stays as it is.
 WALKER_SIM_EXPORT std::string to_string(const ParameterValue& value);
 

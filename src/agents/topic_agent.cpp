@@ -22,9 +22,18 @@ TopicAgent::TopicAgent(const AgentOptions& options)
 
 void TopicAgent::run() {
   if (!agent_) return;
+  wait_for_connections();
   if (!options_.seeds.empty()) reset(options_.seed_after(0));
   while (ros::ok() && (options_.episodes == 0 || finished_ < options_.episodes)) {
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
+  }
+}
+
+/// A first episode begun before the topics are connected would lose its first commands.
+void TopicAgent::wait_for_connections() {
+  while (ros::ok() && (effort_publisher_.getNumSubscribers() == 0 ||
+                       transition_subscriber_.getNumPublishers() == 0)) {
+    ros::WallDuration(0.01).sleep();
   }
 }
 

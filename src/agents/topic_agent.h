@@ -26,6 +26,7 @@ class TopicAgent {
   void run();
 
  private:
+  void wait_for_connections();
   void on_transition(const walker_sim::Transition& transition);
   void finish_episode(const walker_sim::Transition& transition);
   void reset(std::optional<std::uint64_t> seed);

@@ -37,12 +37,12 @@ void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
   terrain_ = generate_terrain(*generator_, options_.hardcore);
   clouds_ = generate_clouds(*generator_);
   physics_->build(terrain_, generator_->uniform(-kInitialPush, kInitialPush));
-  previous_shaping_.reset();
+  reward_.restart();
   // Gymnasium's reset ends with a step without torque and drops its reward and flags.
   const std::array<double, kJointCount> no_torque{};
   advance(no_torque.data(), result);
   if (world_is_broken_) throw std::runtime_error(std::string("reset: ") + result.error);
-  reward(no_torque.data());
+  score(no_torque.data());
   observe(result.observation);
   result.reward = 0;
   result.terminated = false;
@@ -62,7 +62,7 @@ void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& res
     result.end_reason = "the simulation failed";
     return;
   }
-  result.reward = reward(action);
+  result.reward = score(action);
   judge(result);
 }
 
@@ -114,23 +114,10 @@ void BipedalWalker::observe(double* observation) const {
                  [](const RayHit& ray) { return double{ray.fraction}; });
 }
 
-/// Progress (130/30 a metre, about 300 to the end), less 5 per radian of hull angle gained, less
-/// the torque's cost; -100 instead for a fall. Gymnasium takes the difference of shapings in double
-/// and, with float32 actions under NumPy 2, subtracts the costs in single precision.
-double BipedalWalker::reward(const double* action) {
-  constexpr double kTorqueCost = 0.00035 * kMotorTorque;
+double BipedalWalker::score(const double* action) {
   const b2Body& hull = physics_->hull();
-  double shaping = 130 * double{hull.GetPosition().x} / kScale;
-  shaping -= 5.0 * std::abs(double{hull.GetAngle()});
-  float reward = previous_shaping_ ? static_cast<float>(shaping - *previous_shaping_) : 0.0F;
-  previous_shaping_ = shaping;
-  for (std::size_t i = 0; i < kJointCount; ++i) {
-    const float effort = std::min(std::abs(static_cast<float>(action[i])), 1.0F);
-    reward -= static_cast<float>(kTorqueCost) * effort;
-  }
-  constexpr double kFallReward = -100;
   const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
-  return fell ? kFallReward : double{reward};
+  return reward_.of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action);
 }
 
 void BipedalWalker::judge(Result& result) const {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "bipedal_walker/physics.h"
+#include "bipedal_walker/reward.h"
 #include "bipedal_walker/terrain.h"
 #include "core/random.h"
 #include "walker_sim/environment.h"
@@ -50,7 +51,7 @@ class BipedalWalker : public Environment {
   void renew_world();
   void advance(const double* action, Result& result);
   void observe(double* observation) const;
-  double reward(const double* action);
+  double score(const double* action);
   void judge(Result& result) const;
 
   Options options_;
@@ -61,7 +62,7 @@ class BipedalWalker : public Environment {
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;
-  std::optional<double> previous_shaping_;
+  Reward reward_;
   b2Vec2 velocity_before_step_{0, 0};   // of the hull's origin [m/s]
 };
 

@@ -11,14 +11,17 @@
 namespace walker {
 namespace {
 
-/// Shortest decimal text that reads back as the same double, in YAML 1.1 as well: there a number
+/// Short decimal text that reads back as the same double, in YAML 1.1 as well: there a number
 /// without a point is not a double, whether it has an exponent or not.
 std::string number_text(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
+  // Trailing zeros are not printed, so 15 digits, which every decimal text survives, are not too
+  // many for 0.1; 17 are enough for every double.
+  constexpr int kSurvivingDigits = 15;
   constexpr int kExactDigits = 17;
   std::string text;
-  for (int digits = 1; digits <= kExactDigits; ++digits) {
+  for (int digits = kSurvivingDigits; digits <= kExactDigits; ++digits) {
     std::ostringstream stream;
     stream.precision(digits);
     stream << value;

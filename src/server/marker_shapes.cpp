@@ -61,6 +61,16 @@ Outline grown(const Outline& outline, double margin) {
   return result;
 }
 
+Outline scaled(const Outline& outline, double factor) {
+  const PlanePoint center = center_of(outline);
+  Outline result = outline;
+  for (PlanePoint& point : result) {
+    point[0] = center[0] + factor * (point[0] - center[0]);
+    point[1] = center[1] + factor * (point[1] - center[1]);
+  }
+  return result;
+}
+
 // Chaikin's algorithm: each corner gives way to two points, a quarter along its edges.
 Outline rounded(Outline outline, int rounds) {
   constexpr double kNear = 0.75;

@@ -38,6 +38,8 @@ bool is_drawable(const Outline& outline);
 PlanePoint center_of(const Outline& outline);
 /// Every point moved away from the centre by `margin` in x and in z [m].
 Outline grown(const Outline& outline, double margin);
+/// Every point at `factor` times its distance from the centre.
+Outline scaled(const Outline& outline, double factor);
 /// The same polygon with its corners cut `rounds` times, each cut nearer to a smooth curve.
 Outline rounded(Outline outline, int rounds);
 

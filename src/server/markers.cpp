@@ -104,23 +104,31 @@ void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines
   }
 }
 
-/// A soft bank: round, and thinner towards its lower side.
+/// A soft bank: round, dense within, gone at its rim, thinner towards its lower side.
 void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
   constexpr int kRounds = 3;
-  constexpr double kTopAlpha = 0.9;
-  constexpr double kBottomAlpha = 0.35;
-  const Outline outline = rounded(cloud.points, kRounds);
+  constexpr double kCore = 0.7;  // of the size
+  constexpr double kTopAlpha = 0.95;
+  constexpr double kBottomAlpha = 0.45;
+  const Outline rim = rounded(cloud.points, kRounds);
+  const Outline core = scaled(rim, kCore);
   const auto [low, high] =
-      std::minmax_element(outline.begin(), outline.end(),
+      std::minmax_element(core.begin(), core.end(),
                           [](const PlanePoint& a, const PlanePoint& b) { return a[1] < b[1]; });
   const double bottom = (*low)[1];
   const double height = std::max((*high)[1] - bottom, 1e-9);
   std::vector<Color> colors;
-  for (const PlanePoint& point : outline) {
+  for (const PlanePoint& point : core) {
     const double share = (point[1] - bottom) / height;
     colors.push_back(with_alpha(cloud.color, kBottomAlpha + (kTopAlpha - kBottomAlpha) * share));
   }
-  add_face(outline, y, colors, triangles);
+  add_face(core, y, colors, triangles);
+  const Color gone = with_alpha(cloud.color, 0);
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const std::size_t next = (i + 1) % rim.size();
+    add_face({core[i], core[next], rim[next], rim[i]}, y, {colors[i], colors[next], gone, gone},
+             triangles);
+  }
 }
 
 Marker cloud_marker(const Scene& scene, const std_msgs::Header& header) {
@@ -192,8 +200,8 @@ void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_ms
 std::string text_of(const EpisodeStatus& status) {
   std::ostringstream text;
   text << status.id << "\nepisode " << status.episode;
-  if (!status.seed.empty()) text << "   seed " << status.seed;
-  text << "\nstep " << status.step << "   return " << std::fixed << std::setprecision(1)
+  if (!status.seed.empty()) text << "  seed " << status.seed;
+  text << "\nstep " << status.step << "  return " << std::fixed << std::setprecision(1)
        << status.episode_return;
   if (!status.end_reason.empty()) text << "\n" << status.end_reason;
   return text.str();

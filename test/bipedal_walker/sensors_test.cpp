@@ -95,8 +95,7 @@ TEST_F(SensorsTest, LinksAreWhereTheBodiesAre) {
       const Pose& pose = sensors_.link_poses[i];
       const b2Body& body = twin_.body(i);
       const bool is_hull = i == 0;
-      const b2Vec2 place =
-          is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
+      const b2Vec2 place = is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
       EXPECT_EQ(pose.position, (Vector3{double{place.x}, 0, double{place.y}}));
       // The legs start spread by 0.05 rad at joint angle 0; their frames do not.
       const double spread = is_hull ? 0 : (i < 3 ? -0.05 : 0.05);
@@ -124,18 +123,17 @@ TEST_F(SensorsTest, VelocityIsThatOfTheOrigin) {
   EXPECT_GT(largest_difference, 0.01) << "else the centre's velocity would have passed";
 }
 
-/// Position and velocity tell of the same motion: their integral over the walk agrees.
+/// Forward only: upwards Box2D also moves bodies out of each other, which is no velocity.
 TEST_F(SensorsTest, VelocityIntegratesToTheWay) {
-  Vector3 start{};
-  Vector3 way{};
+  double start = 0;
+  double way = 0;
   walk([this, &start, &way](const std::vector<double>& /*action*/) {
-    if (step_ == 0) start = sensors_.link_poses[0].position;
-    for (std::size_t k = 0; k < 3 && step_ > 0; ++k) way[k] += 0.02 * sensors_.linear_velocity[k];
+    if (step_ == 0) start = sensors_.link_poses[0].position[0];
+    if (step_ > 0) way += 0.02 * sensors_.linear_velocity[0];
   });
-  const Vector3& end = sensors_.link_poses[0].position;
-  EXPECT_GT(end[0] - start[0], 1) << "it walks";
-  EXPECT_NEAR(way[0], end[0] - start[0], 0.05);
-  EXPECT_NEAR(way[2], end[2] - start[2], 0.05);
+  const double end = sensors_.link_poses[0].position[0];
+  EXPECT_GT(end - start, 1) << "it walks";
+  EXPECT_NEAR(way, end - start, 0.05);
 }
 
 TEST_F(SensorsTest, AccelerationIsTheChangeOfVelocity) {
@@ -163,9 +161,8 @@ TEST_F(SensorsTest, RangesAreInfiniteExactlyWhereNothingWasMet) {
       // X forward, Y up: the lidar frame's plane is Box2D's.
       const double angle = finder.angle_minimum + finder.angle_increment * static_cast<double>(i);
       const b2Vec2 from = hull().GetPosition();
-      const b2Vec2 to =
-          from + b2Vec2(static_cast<float>(finder.maximum_range * std::cos(angle)),
-                        static_cast<float>(finder.maximum_range * std::sin(angle)));
+      const b2Vec2 to = from + b2Vec2(static_cast<float>(finder.maximum_range * std::cos(angle)),
+                                      static_cast<float>(finder.maximum_range * std::sin(angle)));
       const double fraction = nearest_ground(twin_.physics(), from, to);
       const double observed = walker_.observation[kFirstRay + i];
       if (std::isinf(fraction)) {

@@ -83,7 +83,8 @@ double squared_error(const std::vector<double>& sample) {
 void expect_same_distribution(const std::vector<double>& one, const std::vector<double>& other) {
   const auto n = static_cast<double>(one.size());
   const auto m = static_cast<double>(other.size());
-  const double largest_allowed = std::sqrt(-std::log(kLevel / 2) / 2) * std::sqrt((n + m) / (n * m));
+  const double largest_allowed =
+      std::sqrt(-std::log(kLevel / 2) / 2) * std::sqrt((n + m) / (n * m));
   EXPECT_LE(largest_gap(one, other), largest_allowed);
   const double error = std::sqrt(squared_error(one) + squared_error(other));
   EXPECT_LE(std::abs(mean(one) - mean(other)), kStandardErrors * error)

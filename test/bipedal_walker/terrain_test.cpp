@@ -18,8 +18,8 @@ TEST(Terrain, EqualsGymnasiumsInEveryDouble) {
     const auto seed = recording.next<std::uint64_t>();
     Hash hash;
     for (const double number : terrain_numbers(hardcore, seed)) hash.add(number);
-    ASSERT_EQ(hash.value(), recording.next_hexadecimal()) << "hardcore " << hardcore << ", seed "
-                                                         << seed;
+    ASSERT_EQ(hash.value(), recording.next_hexadecimal())
+        << "hardcore " << hardcore << ", seed " << seed;
     ++compared[hardcore ? 1 : 0];
   }
   EXPECT_GE(compared[0], 1000);

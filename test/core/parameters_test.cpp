@@ -56,7 +56,8 @@ TEST(Parameters, LimitsAreAllowedValues) {
 TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
   EXPECT_EQ(refusal("flag", std::int64_t{1}), "parameter flag = 1: must be true or false");
   EXPECT_EQ(refusal("flag", std::string("yes")), "parameter flag = yes: must be true or false");
-  EXPECT_EQ(refusal("count", std::int64_t{0}), "parameter count = 0: must be an integer in [1, 10]");
+  EXPECT_EQ(refusal("count", std::int64_t{0}),
+            "parameter count = 0: must be an integer in [1, 10]");
   EXPECT_EQ(refusal("count", std::int64_t{11}),
             "parameter count = 11: must be an integer in [1, 10]");
   EXPECT_EQ(refusal("count", 2.5), "parameter count = 2.5: must be an integer");
@@ -100,8 +101,8 @@ TEST(Parameters, TextReadsBackInYaml) {
   EXPECT_EQ(to_string(0.1), "0.1");
   EXPECT_EQ(to_string(1.0 / 3.0), "0.3333333333333333");
   EXPECT_EQ(to_string(-0.0), "-0.0");
-  EXPECT_EQ(to_string(5e-324), "5.0e-324");
-  EXPECT_EQ(to_string(1e5), "1.0e+05") << "YAML 1.1 takes 1e+05 for a text";
+  EXPECT_EQ(to_string(1e15), "1.0e+15") << "YAML 1.1 takes 1e+15 for a text";
+  EXPECT_EQ(to_string(1e-5), "1.0e-05");
   EXPECT_EQ(to_string(kInfinity), ".inf");
   EXPECT_EQ(to_string(kNan), ".nan");
   EXPECT_EQ(to_string(std::vector<double>{}), "[]");
@@ -109,7 +110,8 @@ TEST(Parameters, TextReadsBackInYaml) {
 }
 
 TEST(Parameters, TextOfDoublesKeepsEveryBit) {
-  for (const double value : {0.1 + 0.2, 1e23, 123456789.123456789, -2.2250738585072014e-308, 1e22}) {
+  for (const double value :
+       {0.1 + 0.2, 1e23, 123456789.123456789, -2.2250738585072014e-308, 1e22}) {
     EXPECT_EQ(std::stod(to_string(value)), value);
   }
 }

@@ -54,9 +54,10 @@ TEST(Registry, EveryParameterOfAnotherTypeIsRefusedByName) {
     for (const ParameterDescription& description : all) {
       const std::vector<ParameterValue> wrong{std::string("abc"), std::vector<double>{1.0}, 0.5};
       for (const ParameterValue& value : wrong) {
-        EXPECT_EQ(refusal(id, {{description.name, value}})
-                      .find("parameter " + description.name + " = " + to_string(value) + ": must be"),
-                  0U);
+        EXPECT_EQ(
+            refusal(id, {{description.name, value}})
+                .find("parameter " + description.name + " = " + to_string(value) + ": must be"),
+            0U);
       }
       EXPECT_FALSE(description.description.empty()) << description.name;
     }

@@ -220,7 +220,9 @@ class LockstepTest(unittest.TestCase):
                 message = recorder.at(stamp)
                 for transform in getattr(message, "transforms", []):
                     self.assertEqual(nanoseconds(transform), stamp, topic)
-            self.assertEqual(recorders["/transition"].at(stamp), reply)
+            published = recorders["/transition"].at(stamp)
+            self.assertTrue(same_experience(published, reply))
+            self.assertEqual(published.episode, reply.episode)
         for recorder in recorders.values():
             recorder.close()
 

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import threading
 import time
-import unittest
 
 import rosgraph
 import rostest
@@ -17,7 +16,7 @@ from server_harness import (
     DT,
     BareSubscriber,
     OwnMaster,
-    ServerProcess,
+    ServerTest,
     header_bytes,
     nanoseconds,
     wait_for,
@@ -45,12 +44,7 @@ while True:
 """
 
 
-class RobustnessTest(unittest.TestCase):
-    def serve(self, master_uri=None, **parameters):
-        server = ServerProcess("/walker_sim", parameters, master_uri)
-        self.addCleanup(server.kill)
-        return server.wait_until_it_serves()
-
+class RobustnessTest(ServerTest):
     def serve_lockstep(self, **parameters):
         server = self.serve(mode="lockstep", max_episode_steps=0, **parameters)
         self.reset = server.client("reset", Reset)
@@ -99,27 +93,26 @@ class RobustnessTest(unittest.TestCase):
         }
         lingering = []
         for case, data in cases.items():
-            with self.subTest(case=case):
-                for way in ("close", "reset", "linger"):
-                    connection = server.service_address("step")
-                    try:
-                        connection.sendall(data)
-                        if way == "reset":  # the peer sees a connection reset
-                            linger = struct.pack("ii", 1, 0)
-                            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
-                    except OSError:
-                        pass  # the server has closed it already: its right
-                    if way == "linger":
-                        lingering.append(connection)
-                    else:
-                        connection.close()
-                    self.assert_serves(2)
-                self.assertTrue(server.is_running(), server.output())
-                newcomer = server.client("step", Step)
-                self.step, veteran = newcomer, self.step
+            for way in ("close", "reset", "linger"):
+                connection = server.service_address("step")
+                try:
+                    connection.sendall(data)
+                    if way == "reset":  # the peer sees a connection reset
+                        linger = struct.pack("ii", 1, 0)
+                        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
+                except OSError:
+                    pass  # the server has closed it already: its right
+                if way == "linger":
+                    lingering.append(connection)
+                else:
+                    connection.close()
                 self.assert_serves(2)
-                self.step = veteran
-                newcomer.close()
+            self.assertTrue(server.is_running(), f"{case}: {server.output()}")
+            newcomer = server.client("step", Step)
+            self.step, veteran = newcomer, self.step
+            self.assert_serves(2)
+            self.step = veteran
+            newcomer.close()
         for connection in lingering:
             connection.close()
         self.assert_serves()
@@ -212,12 +205,11 @@ class RobustnessTest(unittest.TestCase):
             {"mode": "free", "auto_reset": False, "max_episode_steps": 1},
         ):
             for end in (signal.SIGINT, signal.SIGTERM):
-                with self.subTest(parameters=parameters, end=end):
-                    server = self.serve(**parameters)
-                    self.assertEqual(server.stop(end, PROMPT), 0, server.output())
-                    master = rosgraph.Master("/robustness_test")
-                    services = dict(master.getSystemState()[2])
-                    self.assertNotIn("/walker_sim/step", services, "its services remain")
+                server = self.serve(**parameters)
+                status = server.stop(end, PROMPT)
+                self.assertEqual(status, 0, f"{parameters}, {end}: {server.output()}")
+                services = dict(rosgraph.Master("/robustness_test").getSystemState()[2])
+                self.assertNotIn("/walker_sim/step", services, "its services remain")
 
     def test_it_ends_promptly_while_clients_step(self):
         for end in (signal.SIGINT, signal.SIGTERM):
@@ -243,7 +235,7 @@ class RobustnessTest(unittest.TestCase):
         for end in (signal.SIGINT, signal.SIGTERM):
             master = OwnMaster()
             self.addCleanup(master.kill)
-            server = self.serve(master.uri, mode="lockstep", max_episode_steps=0)
+            server = self.serve(master_uri=master.uri, mode="lockstep", max_episode_steps=0)
             self.reset = server.client("reset", Reset)
             self.step = server.client("step", Step)
             address = server.service_address("step").getpeername()
@@ -268,7 +260,7 @@ class RobustnessTest(unittest.TestCase):
         for factor, end in ((1.0, signal.SIGINT), (0.0, signal.SIGTERM)):
             master = OwnMaster()
             self.addCleanup(master.kill)
-            server = self.serve(master.uri, real_time_factor=factor)
+            server = self.serve(master_uri=master.uri, real_time_factor=factor)
             uri = rosgraph.Master("/robustness_test", master.uri).lookupNode(server.name)
             subscriber = BareSubscriber(uri, "/transition", Transition)
             subscriber.next()

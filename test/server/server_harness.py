@@ -13,12 +13,16 @@ import sys
 import tempfile
 import threading
 import time
+import unittest
 import xmlrpc.client
 from urllib.parse import urlparse
 
 import rosgraph
 import rospy
 from catkin.find_in_workspaces import find_in_workspaces
+from diagnostic_msgs.msg import DiagnosticArray
+from std_srvs.srv import Trigger
+from walker_sim.srv import GetSpec, Reset, Step
 
 PATIENCE = 30.0  # wall seconds; only a failing test waits as long
 DT = 20_000_000  # ns
@@ -328,6 +332,59 @@ def first_stamp(message):
     if hasattr(message, "clock"):
         return message.clock.to_nsec()
     return nanoseconds(message)
+
+
+class ServerTest(unittest.TestCase):
+    """Starts servers with parameters of its own and ends them."""
+
+    def serve(self, name="/walker_sim", master_uri=None, **parameters):
+        """A new server; the one that `call` calls."""
+        parameters.setdefault("diagnostic_period", 0.05)
+        self.server = ServerProcess(name, parameters, master_uri)
+        self.addCleanup(self.server.kill)
+        return self.server.wait_until_it_serves()
+
+    def record(self, topic, kind, connections=1):
+        recorder = Recorder(topic, kind, connections)
+        self.addCleanup(recorder.close)
+        return recorder
+
+    def call(self, name, **fields):
+        """One call over a connection of its own."""
+        kind = {"reset": Reset, "step": Step, "get_spec": GetSpec}.get(name, Trigger)
+        client = self.server.client(name, kind)
+        try:
+            return client(**fields)
+        finally:
+            client.close()
+
+    def counter(self, word):
+        """The number in fresh diagnostics whose key holds `word`."""
+        if not hasattr(self, "_diagnostics"):
+            self._diagnostics = self.record("/diagnostics", DiagnosticArray)
+        self._diagnostics.clear()
+        for _ in range(2):  # the first may have been under way already
+            message = self._diagnostics.wait(lambda m: diagnostic_values(m, word), f"{word} in it")
+            self._diagnostics.clear()
+        return float(diagnostic_values(message, word)[0])
+
+    def assert_consecutive(self, transitions):
+        """Each follows the one before by one dt, within an episode and from one to the next."""
+        self.assertGreater(len(transitions), 1)
+        for one, other in zip(transitions, transitions[1:]):
+            self.assertEqual(nanoseconds(other), nanoseconds(one) + DT)
+            if one.terminated or one.truncated:
+                self.assertEqual((other.episode, other.step), (one.episode + 1, 0))
+                self.assertEqual(list(other.action), [])
+                self.assertEqual((other.reward, other.episode_return), (0, 0))
+            else:
+                self.assertEqual((other.episode, other.step), (one.episode, one.step + 1))
+
+
+def diagnostic_values(message, word):
+    return [
+        pair.value for status in message.status for pair in status.values if word in pair.key
+    ]
 
 
 def free_port():

@@ -46,19 +46,29 @@ REFUSED = [
 LOCKSTEP = {"mode": "lockstep", "publish_clock": False}
 
 
+AT_ONCE = 8
+
+
 class StartTest(unittest.TestCase):
     def test_bad_parameters_end_the_server_with_a_message_that_names_them(self):
-        for number, (parameters, words) in enumerate(REFUSED):
-            with self.subTest(parameters=parameters):
-                server = ServerProcess(f"/refused_{number}", {**LOCKSTEP, **parameters})
-                try:
-                    self.assertEqual(server.wait(), 1, server.output())
-                finally:
-                    server.kill()
-                fatal = [line for line in server.output().splitlines() if "FATAL" in line]
-                self.assertEqual(len(fatal), 1, server.output())
-                for word in words:
-                    self.assertIn(word, fatal[0].lower() if word in ("nan", "inf") else fatal[0])
+        for first in range(0, len(REFUSED), AT_ONCE):
+            cases = REFUSED[first : first + AT_ONCE]
+            servers = [
+                ServerProcess(f"/refused_{number}", {**LOCKSTEP, **parameters})
+                for number, (parameters, _) in enumerate(cases)
+            ]
+            for server in servers:
+                self.addCleanup(server.kill)
+            for server, (parameters, words) in zip(servers, cases):
+                self.assert_refused(server, parameters, words)
+
+    def assert_refused(self, server, parameters, words):
+        self.assertEqual(server.wait(), 1, f"{parameters}: {server.output()}")
+        fatal = [line for line in server.output().splitlines() if "FATAL" in line]
+        self.assertEqual(len(fatal), 1, f"{parameters}: {server.output()}")
+        for word in words:
+            text = fatal[0].lower() if word in ("nan", "inf") else fatal[0]
+            self.assertIn(word, text, parameters)
 
     def specification(self, **parameters):
         server = ServerProcess("/taken", {**LOCKSTEP, **parameters})

@@ -1,0 +1,119 @@
+// /clock goes out before the data stamped with it. Seen from outside, messages of two connections
+// have no order; so the server runs in this process, and roscpp's way out of it is replaced by a
+// recorder.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <nav_msgs/Odometry.h>
+#include <ros/publisher.h>
+#include <ros/ros.h>
+#include <rosgraph_msgs/Clock.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include "server/inbox.h"
+#include "server/remote.h"
+#include "server/server.h"
+
+namespace {
+
+/// Topics in the order in which the server published them.
+class Record {
+ public:
+  void add(const std::string& topic) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    topics_.push_back(topic);
+  }
+
+  std::vector<std::string> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(topics_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> topics_;
+};
+
+Record& record() {
+  static Record the_record;
+  return the_record;
+}
+
+}  // namespace
+
+namespace ros {
+
+// Takes the place of roscpp's own: whatever a publisher is given comes through here.
+void Publisher::publish(const boost::function<SerializedMessage(void)>& /*serialize*/,
+                        SerializedMessage& /*message*/) const {
+  record().add(getTopic());
+}
+
+}  // namespace ros
+
+namespace walker::test {
+namespace {
+
+class PublishOrder : public testing::Test {
+ protected:
+  PublishOrder()
+      : server_(read_server_options()),
+        loop_([this] { server_.run(); }),
+        transforms_(node_, "/tf"),
+        odometries_(node_, "odom"),
+        transitions_(node_, "transition"),
+        remote_(ros::this_node::getName()) {
+    // A publisher counts its subscribers a moment after they count it.
+    ros::WallDuration(0.3).sleep();
+    record().take();
+  }
+
+  ~PublishOrder() override {
+    ros::shutdown();
+    loop_.join();
+  }
+
+  /// What has been published since the last call: /clock once and first, then data.
+  static void expect_clock_first() {
+    const std::vector<std::string> topics = record().take();
+    ASSERT_FALSE(topics.empty());
+    EXPECT_EQ(topics.front(), "/clock");
+    EXPECT_EQ(std::count(topics.begin(), topics.end(), "/clock"), 1);
+    for (const char* data : {"/tf", "/odom", "/transition"}) {
+      EXPECT_EQ(std::count(topics.begin(), topics.end(), data), 1) << data;
+    }
+  }
+
+  ros::NodeHandle node_;
+  Server server_;
+  std::thread loop_;
+  Inbox<tf2_msgs::TFMessage> transforms_;
+  Inbox<nav_msgs::Odometry> odometries_;
+  Inbox<walker_sim::Transition> transitions_;
+  Remote remote_;
+};
+
+TEST_F(PublishOrder, ClockComesBeforeTheDataStampedWithIt) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    remote_.reset(seed);
+    expect_clock_first();
+    for (int i = 0; i < 10; ++i) {
+      remote_.step({1, 1, -1, 1});
+      expect_clock_first();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace walker::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "publish_order_test");
+  return RUN_ALL_TESTS();
+}
