@@ -7,6 +7,7 @@
 #include <ros/init.h>
 
 #include "agents/options.h"
+#include "server/signals.h"
 
 namespace walker {
 
@@ -14,6 +15,7 @@ namespace walker {
 template <typename DrivingAgent>
 int run_agent_node(int argc, char** argv, const char* name) {
   ros::init(argc, argv, name);
+  end_on_sigterm();
   try {
     ros::start();
     DrivingAgent agent(read_agent_options());

@@ -5,9 +5,11 @@
 #include <ros/init.h>
 
 #include "server/server.h"
+#include "server/signals.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "walker_sim");
+  walker::end_on_sigterm();
   try {
     ros::start();
     walker::Server server(walker::read_server_options());

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """rviz for a walker whose frames have a prefix.
 
-rviz takes frames from its configuration alone. This writes a copy of a configuration with the prefix
-put in, below ROS_HOME, and becomes rviz.
+rviz takes frames from its configuration alone. This writes a copy of a configuration with the
+prefix put in, below ROS_HOME, and becomes rviz.
 
 Usage: view.py CONFIGURATION TF_PREFIX
 """
@@ -19,7 +19,9 @@ def put_prefix(configuration, prefix):
     """Return the configuration (a tree of dictionaries) for frames under the prefix."""
     manager = configuration["Visualization Manager"]
     view = manager["Views"]["Current"]
-    manager["Global Options"]["Fixed Frame"] = prefix + "/" + manager["Global Options"]["Fixed Frame"]
+    manager["Global Options"]["Fixed Frame"] = (
+        prefix + "/" + manager["Global Options"]["Fixed Frame"]
+    )
     view["Target Frame"] = prefix + "/" + view["Target Frame"]
     for display in manager["Displays"]:
         if display["Class"] == "rviz/RobotModel":

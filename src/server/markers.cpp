@@ -32,7 +32,7 @@ constexpr double kTextAltitude = 2.1;  // of the text's middle, above the trunk'
 constexpr Color kOutlineColor{0.6, 0.6, 0.6, 1};
 constexpr Color kPoleColor{0.2, 0.2, 0.22, 1};
 constexpr Color kRayColor{0.93, 0.1, 0.1, 0.85};
-constexpr Color kMissedRayColor{0.93, 0.1, 0.1, 0.18};
+constexpr Color kMissedRayColor{0.93, 0.1, 0.1, 0.3};
 constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
 
 // ---------------------------------------------------------------- scene
@@ -175,24 +175,30 @@ bool is_somewhere(const Vector3& vector) {
 void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
                  MarkerArray& array) {
   const Vector3& origin = sensors.link_poses.front().position;
+  // rviz ignores a single line's alpha, so the faint ones need a marker of their own.
   Marker rays = make_marker(header, "rays", Marker::LINE_LIST);
-  rays.scale.x = kRayWidth;
+  Marker missed_rays = make_marker(header, "missed_rays", Marker::LINE_LIST);
   Marker hits = make_marker(header, "hits", Marker::SPHERE_LIST);
+  rays.scale.x = missed_rays.scale.x = kRayWidth;
   hits.scale.x = hits.scale.y = hits.scale.z = kHitDiameter;
+  rays.color = to_color(kRayColor);
+  missed_rays.color = to_color(kMissedRayColor);
   hits.color = to_color(with_alpha(kRayColor, 1));
+  const geometry_msgs::Point from = to_point({origin[0], origin[2]}, origin[1]);
   for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
     if (std::isnan(sensors.ranges[i])) continue;
     const bool is_hit = std::isfinite(sensors.ranges[i]);
     const double range = is_hit ? sensors.ranges[i] : finder.maximum_range;
     const double angle = finder.angle_minimum + static_cast<double>(i) * finder.angle_increment;
     // The lidar frame's X is the world's x, its Y the world's z.
-    const geometry_msgs::Point end = to_point(
+    const geometry_msgs::Point to = to_point(
         {origin[0] + range * std::cos(angle), origin[2] + range * std::sin(angle)}, origin[1]);
-    add_line(to_point({origin[0], origin[2]}, origin[1]), end, is_hit ? kRayColor : kMissedRayColor,
-             rays);
-    if (is_hit) hits.points.push_back(end);
+    Marker& lines = is_hit ? rays : missed_rays;
+    lines.points.push_back(from);
+    lines.points.push_back(to);
+    if (is_hit) hits.points.push_back(to);
   }
-  for (const Marker& marker : {rays, hits}) {
+  for (const Marker& marker : {rays, missed_rays, hits}) {
     array.markers.push_back(marker.points.empty() ? deletion(header, marker.ns.c_str()) : marker);
   }
 }

@@ -1,15 +1,22 @@
-// Heuristic episodes against Gymnasium's as samples of one distribution: what remains of fidelity
-// where the engine's bits differ (WALKER_SIM_ENGINES=system).
+// Returns and lengths of 200 heuristic episodes against 1000 recorded ones of Gymnasium: what
+// remains of fidelity where the engine's bits differ (WALKER_SIM_ENGINES=system). The seeds are
+// others than the recorded ones, so the two samples are independent.
 //
-// Ours are 200 episodes of other seeds than the 1000 recorded ones, so the two samples are
-// independent. Returns and lengths each must pass
-//   - the two-sample Kolmogorov-Smirnov test at the level 0.001: sup |F - G| is at most
+// The pinned Box2D must pass as a sample of the same distribution:
+//   - the two-sample Kolmogorov-Smirnov test at the level 0.001: the gap sup |F - G| is at most
 //     sqrt(-ln(0.001 / 2) / 2) sqrt((n + m) / (n m)) = 0.151 (conservative where values repeat),
 //   - means within 3.3 standard errors of their difference, also a level of 0.001.
+//
+// Another Box2D does not have the same distribution. Over 4000 episodes each, Debian's 2.4.1 has a
+// mean return of 49.5 where Gymnasium has 68.8 (standard deviation 133) and a mean length of 740
+// where Gymnasium has 792 (516); the gaps are 0.18 and 0.15. It must stay near:
+//   - gaps of at most 0.25,
+//   - means within 0.3 of Gymnasium's standard deviations.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <numeric>
 
 #include "bipedal_walker/player.h"
@@ -17,8 +24,11 @@
 namespace walker::bipedal_walker {
 namespace {
 
-constexpr double kLevel = 0.001;
-constexpr double kStandardErrors = 3.3;
+#ifdef WALKER_SIM_ENGINES_PINNED
+constexpr bool kIsSameDistribution = true;
+#else
+constexpr bool kIsSameDistribution = false;
+#endif
 
 struct Samples {
   std::vector<double> lengths;
@@ -80,31 +90,45 @@ double squared_error(const std::vector<double>& sample) {
   return sum / (n - 1) / n;
 }
 
-void expect_same_distribution(const std::vector<double>& one, const std::vector<double>& other) {
+/// What the comment at the top allows.
+struct Bounds {
+  double gap;
+  double mean;
+};
+
+Bounds bounds(const std::vector<double>& one, const std::vector<double>& gymnasium) {
   const auto n = static_cast<double>(one.size());
-  const auto m = static_cast<double>(other.size());
-  const double largest_allowed =
-      std::sqrt(-std::log(kLevel / 2) / 2) * std::sqrt((n + m) / (n * m));
-  EXPECT_LE(largest_gap(one, other), largest_allowed);
-  const double error = std::sqrt(squared_error(one) + squared_error(other));
-  EXPECT_LE(std::abs(mean(one) - mean(other)), kStandardErrors * error)
-      << "means " << mean(one) << " and " << mean(other);
-  std::cout << "means " << mean(one) << " and " << mean(other) << ", "
-            << std::abs(mean(one) - mean(other)) / error << " standard errors apart; gap "
-            << largest_gap(one, other) << " of " << largest_allowed << " allowed\n";
+  const auto m = static_cast<double>(gymnasium.size());
+  if (kIsSameDistribution) {
+    constexpr double kLevel = 0.001;
+    constexpr double kStandardErrors = 3.3;
+    const double error = std::sqrt(squared_error(one) + squared_error(gymnasium));
+    return {std::sqrt(-std::log(kLevel / 2) / 2) * std::sqrt((n + m) / (n * m)),
+            kStandardErrors * error};
+  }
+  return {0.25, 0.3 * std::sqrt(m * squared_error(gymnasium))};
 }
 
-TEST(Statistics, HeuristicEpisodesAreDistributedAsGymnasiums) {
+void expect_near(const std::vector<double>& one, const std::vector<double>& gymnasium) {
+  const Bounds allowed = bounds(one, gymnasium);
+  const double gap = largest_gap(one, gymnasium);
+  std::cout << "means " << mean(one) << " and " << mean(gymnasium) << ", at most " << allowed.mean
+            << " apart; gap " << gap << ", at most " << allowed.gap << '\n';
+  EXPECT_LE(gap, allowed.gap);
+  EXPECT_LE(std::abs(mean(one) - mean(gymnasium)), allowed.mean);
+}
+
+TEST(Statistics, HeuristicEpisodesAreDistributedNearGymnasiums) {
   const Samples theirs = gymnasiums();
   ASSERT_EQ(theirs.returns.size(), 1000U);
   const Samples mine = ours();
   {
     SCOPED_TRACE("returns");
-    expect_same_distribution(mine.returns, theirs.returns);
+    expect_near(mine.returns, theirs.returns);
   }
   {
     SCOPED_TRACE("lengths");
-    expect_same_distribution(mine.lengths, theirs.lengths);
+    expect_near(mine.lengths, theirs.lengths);
   }
 }
 

@@ -31,7 +31,9 @@ RANGES = (
 
 
 def write(name, description, lines):
-    versions = ", ".join(f"{package} {version(package)}" for package in ("gymnasium", "box2d", "numpy"))
+    versions = ", ".join(
+        f"{package} {version(package)}" for package in ("gymnasium", "box2d", "numpy")
+    )
     with open(FOLDER / name, "w", encoding="ascii") as file:
         file.write(f"# {description}\n# Made by record.py with {versions}.\n")
         file.writelines(line + "\n" for line in lines)

@@ -8,8 +8,9 @@ import time
 import rosgraph
 import rospy
 import rostest
+from bare_ros import wait_for
 from rosgraph_msgs.msg import Clock
-from server_harness import DT, ServerProcess, ServerTest, nanoseconds, wait_for
+from server_harness import DT, ServerProcess, ServerTest, nanoseconds
 from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step
 
@@ -154,9 +155,7 @@ class ClockTest(ServerTest):
             now += DT
             self.tell(publisher, now)
             time.sleep(0.005)
-        wait_for(
-            lambda: nanoseconds(transitions.messages()[-1]) >= now - 2 * DT, "it to follow"
-        )
+        wait_for(lambda: nanoseconds(transitions.messages()[-1]) >= now - 2 * DT, "it to follow")
         time.sleep(0.6)  # the clock stands still, and so does the server
         stamps = [nanoseconds(message) for message in transitions.messages()]
         self.assert_grows(stamps)

@@ -7,7 +7,8 @@ import time
 
 import rospy
 import rostest
-from server_harness import DT, ServerTest, bits, nanoseconds, wait_for
+from bare_ros import wait_for
+from server_harness import DT, ServerTest, bits, nanoseconds
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 

@@ -95,8 +95,8 @@ TEST(EpisodeBits, AreEqualHardcore) {
 TEST(EpisodeBits, AreEqualForSeedsOf64Bits) {
   Remote remote("/walker_sim");
   Twin twin("BipedalWalker-v3");
-  for (const std::uint64_t seed :
-       {std::numeric_limits<std::uint64_t>::max(), std::uint64_t{1} << 32, std::uint64_t{1} << 63}) {
+  for (const std::uint64_t seed : {std::numeric_limits<std::uint64_t>::max(),
+                                   std::uint64_t{1} << 32, std::uint64_t{1} << 63}) {
     compare_episode(remote, twin, seed, Policy(Policy::random, 1));
   }
 }
@@ -187,9 +187,8 @@ TEST(EpisodeBits, EpisodeTellsHowItEnded) {
   Inbox<walker_sim::Episode> episodes(node, "/episode");
   compare_episode(remote, twin, 5, Policy(Policy::zero, 0));
   ASSERT_TRUE(twin.has_ended());
-  const auto ended = episodes.find([](const walker_sim::Episode& message) {
-    return message.length > 0;
-  });
+  const auto ended =
+      episodes.find([](const walker_sim::Episode& message) { return message.length > 0; });
   ASSERT_TRUE(ended);
   EXPECT_EQ(bits({ended->episode_return}), bits({twin.episode_return()}));
   EXPECT_NE(ended->end_reason.find(twin.end_reason()), std::string::npos) << ended->end_reason;

@@ -20,6 +20,7 @@ import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
+from bare_ros import wait_for
 from server_harness import (
     DT,
     Recorder,
@@ -28,7 +29,6 @@ from server_harness import (
     first_stamp,
     nanoseconds,
     same_experience,
-    wait_for,
 )
 from std_srvs.srv import Trigger
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition

@@ -134,10 +134,11 @@ TEST(SceneMarkers, StandOnTheSurfaceThatTheWalkerWalksOn) {
   const MarkerArray array = scene_markers(world.scene, header());
   const Marker& ground = *find(array, "ground");
   for (const ScenePolygon& piece : world.scene.ground) {
-    const auto& [x, z] = piece.points[0];
-    EXPECT_TRUE(std::any_of(ground.points.begin(), ground.points.end(),
-                            [&](const auto& point) { return point.x == x && point.z == z; }))
-        << "no surface at x = " << x;
+    const auto& start = piece.points[0];
+    EXPECT_TRUE(
+        std::any_of(ground.points.begin(), ground.points.end(),
+                    [&](const auto& point) { return point.x == start[0] && point.z == start[1]; }))
+        << "no surface at x = " << start[0];
   }
 }
 
@@ -161,27 +162,28 @@ TEST(SceneMarkers, OfAnEmptySceneOnlyDelete) {
 
 TEST(StateMarkers, ShowRaysFromTheHullToWhatTheyMet) {
   World world("BipedalWalker-v3");
-  world.sensors.ranges[0] = 2;
-  world.sensors.ranges[1] = std::numeric_limits<double>::infinity();
-  const MarkerArray array = world.state();
-  const Marker& rays = *find(array, "rays");
-  const Vector3& hull = world.sensors.link_poses[0].position;
   const RangeFinder& finder = world.environment->specification().range_finder;
-  ASSERT_EQ(rays.points.size(), 2 * finder.num_rays);
+  const Vector3& hull = world.sensors.link_poses[0].position;
+  std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(), 2.0);
+  world.sensors.ranges.back() = std::numeric_limits<double>::infinity();
+  const MarkerArray array = world.state();
+
+  const Marker& rays = *find(array, "rays");
+  ASSERT_EQ(rays.points.size(), 2 * (finder.num_rays - 1));
   EXPECT_EQ(rays.points[0].x, hull[0]);
   EXPECT_EQ(rays.points[0].z, hull[2]);
   // The first ray points straight down.
   EXPECT_NEAR(rays.points[1].x, hull[0], 1e-9);
   EXPECT_NEAR(rays.points[1].z, hull[2] - 2, 1e-9);
-  // A ray that met nothing is drawn to the range's end, forward of the first, and fainter.
-  const double length = std::hypot(rays.points[3].x - hull[0], rays.points[3].z - hull[2]);
+  EXPECT_EQ(find(array, "hits")->points.size(), finder.num_rays - 1);
+
+  // The last met nothing: drawn forward to the range's end, and fainter.
+  const Marker& missed = *find(array, "missed_rays");
+  ASSERT_EQ(missed.points.size(), 2U);
+  const double length = std::hypot(missed.points[1].x - hull[0], missed.points[1].z - hull[2]);
   EXPECT_NEAR(length, finder.maximum_range, 1e-9);
-  EXPECT_GT(rays.points[3].x, hull[0]);
-  EXPECT_LT(rays.colors[3].a, rays.colors[1].a);
-  const auto hits = static_cast<std::size_t>(
-      std::count_if(world.sensors.ranges.begin(), world.sensors.ranges.end(),
-                    [](double range) { return std::isfinite(range); }));
-  EXPECT_EQ(find(array, "hits")->points.size(), hits);
+  EXPECT_GT(missed.points[1].x, hull[0]);
+  EXPECT_LT(missed.color.a, rays.color.a);
 }
 
 TEST(StateMarkers, TakeTheHitsBackWhereNothingIsMet) {
@@ -189,6 +191,7 @@ TEST(StateMarkers, TakeTheHitsBackWhereNothingIsMet) {
   std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(),
             std::numeric_limits<double>::infinity());
   EXPECT_EQ(find(world.state(), "hits")->action, Marker::DELETE);
+  EXPECT_EQ(find(world.state(), "rays")->action, Marker::DELETE);
 }
 
 TEST(StateMarkers, LeaveOutWhatIsNotFinite) {

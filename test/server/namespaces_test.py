@@ -88,8 +88,10 @@ class NamespacesTest(unittest.TestCase):
                 self.assertEqual(message.child_frame_id, f"{prefix}hull")
             recorders[name].close()
         transforms = self.tf.wait(
-            lambda m: m.transforms[0].header.frame_id == f"{prefix}odom"
-            and nanoseconds(m.transforms[0]) == stamp,
+            lambda m: (
+                m.transforms[0].header.frame_id == f"{prefix}odom"
+                and nanoseconds(m.transforms[0]) == stamp
+            ),
             "the transforms",
         ).transforms
         self.assertEqual({t.child_frame_id for t in transforms}, {prefix + link for link in LINKS})

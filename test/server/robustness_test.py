@@ -12,15 +12,8 @@ import time
 
 import rosgraph
 import rostest
-from server_harness import (
-    DT,
-    BareSubscriber,
-    OwnMaster,
-    ServerTest,
-    header_bytes,
-    nanoseconds,
-    wait_for,
-)
+from bare_ros import BareSubscriber, OwnMaster, header_bytes, wait_for
+from server_harness import DT, ServerTest, nanoseconds
 from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step
 
@@ -31,7 +24,7 @@ PROMPT = 15  # wall seconds; what hangs needs longer than this, what ends needs 
 TIGHT_LOOP = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from server_harness import BareClient
+from bare_ros import BareClient
 import socket
 from walker_sim.srv import Step
 step = BareClient(

@@ -1,0 +1,87 @@
+#!/usr/bin/python3
+"""Agents as processes: bad parameters, a server that comes late or goes, and a prompt end."""
+
+import os
+import signal
+import sys
+import time
+
+import rospy
+import rostest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "server"))
+
+from server_harness import Process, ServerTest
+from walker_sim.msg import Episode, Transition
+
+PROMPT = 15  # wall seconds
+
+
+class AgentNodesTest(ServerTest):
+    def start_agent(self, node_type, **parameters):
+        rospy.set_param("/agent", {"server": "/walker_sim", **parameters})
+        self.addCleanup(rospy.delete_param, "/agent")
+        agent = Process(node_type, "/agent")
+        self.addCleanup(agent.kill)
+        return agent
+
+    def assert_refused(self, node_type, words, **parameters):
+        agent = self.start_agent(node_type, **parameters)
+        self.assertEqual(agent.wait(), 1, agent.output())
+        fatal = [line for line in agent.output().splitlines() if "FATAL" in line]
+        self.assertEqual(len(fatal), 1, agent.output())
+        for word in words:
+            self.assertIn(word, fatal[0])
+
+    def test_bad_parameters_end_the_agent_with_a_message_that_names_them(self):
+        self.serve(mode="lockstep")
+        for node_type in ("service_agent", "topic_agent"):
+            self.assert_refused(
+                node_type, ["agent", "runner", "heuristic", "random"], agent="runner"
+            )
+            self.assert_refused(node_type, ["sedes", "seeds"], sedes="1")
+            self.assert_refused(node_type, ["seeds", "-3"], seeds="1 -3")
+            self.assert_refused(node_type, ["episodes", "-1"], episodes=-1)
+
+    def test_it_ends_after_the_episodes_it_was_given(self):
+        self.serve(mode="lockstep")
+        episodes = self.record("/episode", Episode)
+        agent = self.start_agent("service_agent", episodes=2, seeds="5")
+        self.assertEqual(agent.wait(), 0, agent.output())
+        ended = [message for message in episodes.wait_count(4) if message.length > 0]
+        self.assertEqual([message.seed for message in ended], [5, 5])
+
+    def test_an_agent_waits_for_its_server_and_for_the_next(self):
+        agent = self.start_agent("service_agent", agent="random")
+        for end in ("kill", "stop", "stop"):
+            self.serve(mode="lockstep")
+            transitions = self.record("/transition", Transition)
+            transitions.wait(lambda m: m.step > 3, "steps of the agent")
+            self.assertTrue(agent.is_running(), agent.output())
+            getattr(self.server, end)()
+            transitions.close()
+        self.assertTrue(agent.is_running(), agent.output())
+
+    def test_it_ends_promptly(self):
+        for node_type, mode in (("service_agent", "lockstep"), ("topic_agent", "free")):
+            for end in (signal.SIGINT, signal.SIGTERM):
+                waiting = self.start_agent(node_type)
+                time.sleep(0.5)
+                self.assertEqual(waiting.stop(end, PROMPT), 0, waiting.output())
+                self.serve(mode=mode)
+                transitions = self.record("/transition", Transition)
+                acting = self.start_agent(node_type)
+                transitions.wait(lambda m: any(m.action), "steps of the agent")
+                self.assertEqual(acting.stop(end, PROMPT), 0, acting.output())
+                self.server.stop()
+
+    def test_by_step_against_a_free_running_server_it_says_what_is_wrong(self):
+        self.serve()
+        agent = self.start_agent("service_agent")
+        self.assertEqual(agent.wait(), 1)
+        self.assertIn("lockstep", agent.output())
+
+
+if __name__ == "__main__":
+    rospy.init_node("agent_nodes_test")
+    rostest.rosrun("walker_sim", "agent_nodes_test", AgentNodesTest, sys.argv)

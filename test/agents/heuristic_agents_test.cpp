@@ -1,0 +1,150 @@
+// The two agent nodes walk as the heuristic does in process: by ~step with equal bits, by topics as
+// closely as two processes can.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nav_msgs/Odometry.h>
+#include <ros/ros.h>
+
+#include "bipedal_walker/heuristic.h"
+#include "server/inbox.h"
+#include "server/twin.h"
+#include "walker_sim/Episode.h"
+#include "walker_sim/Transition.h"
+
+namespace walker::test {
+namespace {
+
+const std::vector<std::uint64_t> kSeeds{0, 3, 6};  // as in heuristic_agents_test.test
+
+/// The heuristic's whole episode in process.
+Twin play(std::uint64_t seed, std::uint32_t& length) {
+  Twin twin("BipedalWalker-v3");
+  bipedal_walker::Heuristic heuristic;
+  std::vector<double> action(4);
+  twin.reset(seed);
+  for (length = 0; !twin.has_ended(); ++length) {
+    heuristic.act(twin.observation().data(), action.data());
+    twin.step(action);
+  }
+  return twin;
+}
+
+TEST(ServiceAgent, PlaysTheHeuristicsEpisodesToTheBit) {
+  ros::NodeHandle node;
+  Inbox<walker_sim::Episode> episodes(node, "/lockstep/episode");
+  // Twice round the seeds, from wherever the agent is by now.
+  ASSERT_TRUE(episodes.find([first = std::uint32_t{0}](const walker_sim::Episode& message) mutable {
+    if (first == 0) first = message.episode;
+    return message.episode >= first + 2 * kSeeds.size() + 1 && message.length > 0;
+  }));
+  std::map<std::uint64_t, int> ends;
+  for (const walker_sim::Episode& told : episodes.messages()) {
+    EXPECT_TRUE(told.has_seed);
+    EXPECT_EQ(told.seed, kSeeds[(told.episode - 1) % kSeeds.size()]) << "not the next in turn";
+    if (told.length == 0) continue;
+    ++ends[told.seed];
+    std::uint32_t length = 0;
+    const Twin twin = play(told.seed, length);
+    EXPECT_EQ(told.length, length) << "seed " << told.seed;
+    EXPECT_EQ(bits({told.episode_return}), bits({twin.episode_return()})) << "seed " << told.seed;
+    EXPECT_NE(told.end_reason.find(twin.end_reason()), std::string::npos) << told.end_reason;
+  }
+  for (const std::uint64_t seed : kSeeds) EXPECT_GT(ends[seed], 0) << "seed " << seed;
+}
+
+TEST(ServiceAgent, WithoutSeedsTheGeneratorContinues) {
+  ros::NodeHandle node;
+  Inbox<walker_sim::Episode> episodes(node, "/random/episode");
+  Inbox<walker_sim::Transition> transitions(node, "/random/transition");
+  ASSERT_TRUE(
+      episodes.find([](const walker_sim::Episode& message) { return message.episode > 5; }));
+  for (const walker_sim::Episode& told : episodes.messages()) {
+    EXPECT_EQ(told.has_seed != 0, told.episode == 1) << "episode " << told.episode;
+  }
+  std::size_t different = 0;
+  std::vector<double> last;
+  for (const walker_sim::Transition& told : transitions.messages()) {
+    for (const double value : told.action) {
+      EXPECT_LE(std::abs(value), 1);
+      EXPECT_EQ(value, double{static_cast<float>(value)}) << "not a float32";
+    }
+    different += told.action != last ? 1 : 0;
+    last = told.action;
+  }
+  EXPECT_GT(different, transitions.messages().size() / 2) << "random is not random";
+}
+
+/// Server and agent are two processes: a command may come a step late, seldom two.
+TEST(TopicAgent, AnswersEachTransitionWithTheHeuristicsAction) {
+  ros::NodeHandle node;
+  Inbox<walker_sim::Transition> transitions(node, "/topics/transition");
+  const auto begun =
+      transitions.find([](const walker_sim::Transition& message) { return message.step == 0; });
+  ASSERT_TRUE(begun) << "no episode begins";
+  const std::uint32_t episode = begun->episode;
+  ASSERT_TRUE(transitions.find([&](const walker_sim::Transition& message) {
+    return message.episode == episode && (message.step == 150 || message.terminated);
+  }));
+  bipedal_walker::Heuristic heuristic;
+  std::vector<std::vector<double>> answers;
+  int in_time = 0;
+  int late = 0;
+  int steps = 0;
+  for (const walker_sim::Transition& told : transitions.messages()) {
+    if (told.episode != episode || told.step > 150) continue;
+    ASSERT_EQ(told.step, answers.size()) << "a transition was lost";
+    if (told.step > 0) {
+      ++steps;
+      if (bits(told.action) == bits(answers.back())) {
+        ++in_time;
+      } else if (told.step > 1 && bits(told.action) == bits(answers[told.step - 2])) {
+        ++late;
+      }
+    }
+    answers.emplace_back(4);
+    heuristic.act(told.observation.data(), answers.back().data());
+  }
+  EXPECT_GT(steps, 30);
+  EXPECT_GT(in_time + late, steps * 3 / 4) << in_time << " in time, " << late << " late";
+  EXPECT_GT(in_time, steps / 2) << in_time << " in time, " << late << " late";
+}
+
+TEST(TopicAgent, WalksFurtherThanAnyFall) {
+  ros::NodeHandle node;
+  Inbox<nav_msgs::Odometry> odometries(node, "/topics/odom");
+  const auto far = odometries.find([](const nav_msgs::Odometry& message) {
+    return message.pose.pose.position.x > 15;  // it starts near 4.7 m
+  });
+  EXPECT_TRUE(far);
+}
+
+TEST(TopicAgent, BeginsEpisodesWithItsSeedsInTurn) {
+  ros::NodeHandle node;
+  Inbox<walker_sim::Episode> episodes(node, "/short/episode");
+  ASSERT_TRUE(
+      episodes.find([](const walker_sim::Episode& message) { return message.episode > 8; }));
+  std::vector<std::uint64_t> seeds;
+  for (const walker_sim::Episode& told : episodes.messages()) {
+    // The first is the server's own, from before there was an agent.
+    if (told.length != 0 || told.episode == 1) continue;
+    EXPECT_TRUE(told.has_seed);
+    seeds.push_back(told.seed);
+  }
+  for (std::size_t i = 1; i < seeds.size(); ++i) EXPECT_EQ(seeds[i], seeds[i - 1] == 3 ? 5U : 3U);
+}
+
+}  // namespace
+}  // namespace walker::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "heuristic_agents_test");
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  return RUN_ALL_TESTS();
+}

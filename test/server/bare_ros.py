@@ -1,0 +1,161 @@
+"""ROS with the standard library's sockets: what a test needs of nodes that no client library gives.
+
+Half requests, subscribers that do not read, calls without a master, a master to be killed.
+"""
+
+import io
+import socket
+import struct
+import subprocess
+import sys
+import time
+import xmlrpc.client
+
+import rosgraph
+
+PATIENCE = 30.0  # wall seconds; only a failing test waits as long
+CALLER = "/server_test"
+
+
+def wait_for(condition, what, timeout=PATIENCE):
+    """The condition's first true value; AssertionError that names `what` after the timeout."""
+    deadline = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError(f"waited {timeout} s in vain for {what}")
+        time.sleep(0.005)
+
+
+def receive_exactly(connection, size):
+    data = b""
+    while len(data) < size:
+        part = connection.recv(size - len(data))
+        if not part:
+            raise ConnectionError("the peer closed the connection")
+        data += part
+    return data
+
+
+def header_bytes(fields):
+    lines = [f"{key}={value}".encode() for key, value in fields.items()]
+    body = b"".join(struct.pack("<I", len(line)) + line for line in lines)
+    return struct.pack("<I", len(body)) + body
+
+
+def read_header(connection):
+    size = struct.unpack("<I", receive_exactly(connection, 4))[0]
+    body = receive_exactly(connection, size)
+    fields = {}
+    while body:
+        size = struct.unpack("<I", body[:4])[0]
+        key, _, value = body[4 : 4 + size].decode().partition("=")
+        fields[key] = value
+        body = body[4 + size :]
+    return fields
+
+
+class BareClient:
+    """A persistent service client on its own socket: needs no master and no node."""
+
+    def __init__(self, connection, service, service_class):
+        self.connection = connection
+        self._class = service_class
+        connection.sendall(
+            header_bytes(
+                {
+                    "callerid": CALLER,
+                    "service": service,
+                    "md5sum": service_class._md5sum,
+                    "type": service_class._type,
+                    "persistent": "1",
+                }
+            )
+        )
+        answer = read_header(connection)
+        if "error" in answer:
+            raise ConnectionError(answer["error"])
+
+    def request_bytes(self, **fields):
+        buffer = io.BytesIO()
+        self._class._request_class(**fields).serialize(buffer)
+        return struct.pack("<I", len(buffer.getvalue())) + buffer.getvalue()
+
+    def __call__(self, **fields):
+        self.connection.sendall(self.request_bytes(**fields))
+        fine = receive_exactly(self.connection, 1)
+        size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]
+        data = receive_exactly(self.connection, size)
+        if fine != b"\x01":
+            raise RuntimeError(f"the server dropped the reply: {data.decode(errors='replace')}")
+        return self._class._response_class().deserialize(data)
+
+    def close(self):
+        self.connection.close()
+
+
+class BareSubscriber:
+    """A subscriber on its own socket: reads one publisher's messages in order, with no master."""
+
+    def __init__(self, publisher_uri, topic, message_class):
+        publisher = xmlrpc.client.ServerProxy(publisher_uri)
+        code, text, protocol = publisher.requestTopic(CALLER, topic, [["TCPROS"]])
+        assert code == 1, text
+        self._class = message_class
+        self.connection = socket.create_connection((protocol[1], protocol[2]), timeout=PATIENCE)
+        self.connection.sendall(
+            header_bytes(
+                {
+                    "callerid": CALLER,
+                    "topic": topic,
+                    "md5sum": message_class._md5sum,
+                    "type": message_class._type,
+                    "tcp_nodelay": "1",
+                }
+            )
+        )
+        self.header = read_header(self.connection)
+        assert "error" not in self.header, self.header
+
+    def next(self):
+        size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]
+        return self._class().deserialize(receive_exactly(self.connection, size))
+
+    def close(self):
+        self.connection.close()
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+class OwnMaster:
+    """A ROS master of the test's own, which it may kill."""
+
+    def __init__(self):
+        self.port = free_port()
+        self.uri = f"http://localhost:{self.port}"
+        code = "import rosmaster; rosmaster.rosmaster_main()"
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", code, "--core", "-p", str(self.port)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        wait_for(self._answers, "the test's own master")
+
+    def _answers(self):
+        try:
+            rosgraph.Master(CALLER, self.uri).getPid()
+        except OSError:
+            return False
+        return True
+
+    def kill(self):
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait()
