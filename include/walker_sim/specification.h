@@ -29,11 +29,11 @@ struct Prism {
 /// A rigid body. Its frame sits at the joint that carries it (the trunk's: at the body's origin).
 struct Link {
   std::string name;
-  double mass;              ///< [kg]
-  Vector3 center_of_mass;   ///< in the link's frame [m]
-  double inertia;           ///< about the y axis through the centre of mass [kg m^2]
+  double mass = 0;          ///< [kg]
+  Vector3 center_of_mass{}; ///< in the link's frame [m]
+  double inertia = 0;       ///< about the y axis through the centre of mass [kg m^2]
   std::vector<Prism> shapes;
-  Color color;
+  Color color{};
 };
 
 /// A hinge between two links, with the actuator that drives it.

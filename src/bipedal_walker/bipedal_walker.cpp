@@ -121,7 +121,7 @@ double BipedalWalker::score(const double* action) {
 }
 
 void BipedalWalker::judge(Result& result) const {
-  const double x = double{physics_->hull().GetPosition().x};
+  const auto x = double{physics_->hull().GetPosition().x};
   constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
   if (physics_->hull_has_touched()) {
     result.end_reason = "hull touched the ground";

@@ -179,7 +179,7 @@ b2RevoluteJoint* Physics::build_joint(b2Body* parent, b2Body* child, double anch
 void Physics::drive(const double* action) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const double full_speed = i == kHip1 || i == kHip2 ? kHipSpeed : kKneeSpeed;
-    const double direction = static_cast<double>((action[i] > 0) - (action[i] < 0));
+    const auto direction = static_cast<double>((action[i] > 0) - (action[i] < 0));
     joints_[i]->SetMotorSpeed(static_cast<float>(full_speed * direction));
     const double torque = kMotorTorque * std::min(std::abs(action[i]), 1.0);
     joints_[i]->SetMaxMotorTorque(static_cast<float>(torque));

@@ -80,7 +80,7 @@ void read_walker(const Physics& physics, Specification& specification) {
 
 void set_spaces(Specification& specification) {
   constexpr double kMostSpeed = 5.0;
-  const double pi = double{static_cast<float>(M_PI)};
+  const auto pi = double{static_cast<float>(M_PI)};
   // hull angle, three speeds, then two legs: hip angle, speed, knee angle, speed, contact
   specification.observation_low = {-pi, -kMostSpeed, -kMostSpeed, -kMostSpeed};
   specification.observation_high = {pi, kMostSpeed, kMostSpeed, kMostSpeed};

@@ -11,7 +11,6 @@ import os
 import sys
 
 import rospkg
-import rospy
 import yaml
 
 
@@ -31,15 +30,15 @@ def put_prefix(configuration, prefix):
 
 def main():
     """Become rviz."""
-    template, prefix = rospy.myargv()[1:]
+    # What roslaunch appended, the node's name and its log, is meant for rviz.
+    remappings = [argument for argument in sys.argv[1:] if ":=" in argument]
+    template, prefix = [argument for argument in sys.argv[1:] if ":=" not in argument]
     prefix = prefix.strip("/")
     with open(template, encoding="utf-8") as file:
         configuration = put_prefix(yaml.safe_load(file), prefix)
     path = os.path.join(rospkg.get_ros_home(), "walker_sim_" + prefix.replace("/", "_") + ".rviz")
     with open(path, "w", encoding="utf-8") as file:
         yaml.safe_dump(configuration, file)
-    # What roslaunch appended, the node's name and its log, is meant for rviz.
-    remappings = [argument for argument in sys.argv[1:] if ":=" in argument]
     os.execvp("rviz", ["rviz", "-d", path, *remappings])
 
 

@@ -19,8 +19,9 @@ PROMPT = 15  # wall seconds
 
 class AgentNodesTest(ServerTest):
     def start_agent(self, node_type, **parameters):
+        if rospy.has_param("/agent"):
+            rospy.delete_param("/agent")
         rospy.set_param("/agent", {"server": "/walker_sim", **parameters})
-        self.addCleanup(rospy.delete_param, "/agent")
         agent = Process(node_type, "/agent")
         self.addCleanup(agent.kill)
         return agent

@@ -112,7 +112,7 @@ TEST_F(SensorsTest, VelocityIsThatOfTheOrigin) {
   double largest_difference = 0;
   walk([this, &largest_difference](const std::vector<double>& /*action*/) {
     const b2Vec2 arm = hull().GetPosition() - hull().GetWorldCenter();
-    const double omega = double{hull().GetAngularVelocity()};
+    const auto omega = double{hull().GetAngularVelocity()};
     const b2Vec2 center = hull().GetLinearVelocity();
     EXPECT_NEAR(sensors_.linear_velocity[0], double{center.x} - omega * double{arm.y}, 1e-5);
     EXPECT_NEAR(sensors_.linear_velocity[2], double{center.y} + omega * double{arm.x}, 1e-5);

@@ -63,7 +63,7 @@ TEST_F(SpecificationTest, LinksWeighWhatTheBodiesWeigh) {
     SCOPED_TRACE(link.name);
     const b2Body& body = twin_.body(i);
     EXPECT_EQ(link.mass, double{body.GetMass()});
-    const double arm = double{body.GetLocalCenter().Length()};
+    const auto arm = double{body.GetLocalCenter().Length()};
     EXPECT_NEAR(link.inertia, double{body.GetInertia()} - link.mass * arm * arm, 1e-6);
     expect_near(in_world(sensors_.link_poses[i], link.center_of_mass[0], link.center_of_mass[2]),
                 body.GetWorldCenter());

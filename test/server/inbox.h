@@ -62,6 +62,11 @@ class Inbox {
     return find([stamp](const Message& message) { return stamp_of(message) == stamp; });
   }
 
+  bool has_any() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return !messages_.empty();
+  }
+
   std::vector<Message> messages() {
     const std::lock_guard<std::mutex> lock(mutex_);
     return messages_;

@@ -4,15 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <nav_msgs/Odometry.h>
 #include <ros/publisher.h>
 #include <ros/ros.h>
-#include <rosgraph_msgs/Clock.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include "server/inbox.h"
@@ -59,6 +61,8 @@ void Publisher::publish(const boost::function<SerializedMessage(void)>& /*serial
 namespace walker::test {
 namespace {
 
+constexpr std::array<const char*, 3> kData{"/tf", "/odom", "/transition"};
+
 class PublishOrder : public testing::Test {
  protected:
   PublishOrder()
@@ -69,13 +73,22 @@ class PublishOrder : public testing::Test {
         transitions_(node_, "transition"),
         remote_(ros::this_node::getName()) {
     // A publisher counts its subscribers a moment after they count it.
-    ros::WallDuration(0.3).sleep();
-    record().take();
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    do {
+      record().take();
+      remote_.reset(0);
+    } while (!all_are_heard(record().take()) && std::chrono::steady_clock::now() < give_up);
   }
 
   ~PublishOrder() override {
     ros::shutdown();
     loop_.join();
+  }
+
+  static bool all_are_heard(const std::vector<std::string>& topics) {
+    return std::all_of(kData.begin(), kData.end(), [&](const char* data) {
+      return std::find(topics.begin(), topics.end(), data) != topics.end();
+    });
   }
 
   /// What has been published since the last call: /clock once and first, then data.
@@ -84,7 +97,7 @@ class PublishOrder : public testing::Test {
     ASSERT_FALSE(topics.empty());
     EXPECT_EQ(topics.front(), "/clock");
     EXPECT_EQ(std::count(topics.begin(), topics.end(), "/clock"), 1);
-    for (const char* data : {"/tf", "/odom", "/transition"}) {
+    for (const char* data : kData) {
       EXPECT_EQ(std::count(topics.begin(), topics.end(), data), 1) << data;
     }
   }

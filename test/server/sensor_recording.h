@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <map>
 #include <string>
 #include <utility>
@@ -63,7 +65,13 @@ class Player {
         contacts_(node_, topic("contacts")),
         observations_(node_, topic("observation")),
         rewards_(node_, topic("reward")),
-        transforms_(node_, "/tf") {}
+        transforms_(node_, "/tf") {
+    // A publisher counts its subscribers a moment after they count it.
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    do {
+      remote_.reset(0);
+    } while (!hears_all() && std::chrono::steady_clock::now() < give_up);
+  }
 
   void reset(std::uint64_t seed) {
     twin_.reset(seed);
@@ -80,6 +88,17 @@ class Player {
 
  private:
   std::string topic(const std::string& name) const { return server_.space + ("/" + name); }
+
+  bool hears_all() {
+    const std::vector<tf2_msgs::TFMessage> transforms = transforms_.messages();
+    const bool hears_transforms =
+        std::any_of(transforms.begin(), transforms.end(), [&](const tf2_msgs::TFMessage& message) {
+          return message.transforms.front().header.frame_id == frame(server_, "odom");
+        });
+    return hears_transforms && joints_.has_any() && scans_.has_any() && imus_.has_any() &&
+           odometries_.has_any() && contacts_.has_any() && observations_.has_any() &&
+           rewards_.has_any();
+  }
 
   /// Waits for the messages with the transition's stamp.
   void collect(const walker_sim::Transition& transition) {

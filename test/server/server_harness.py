@@ -162,9 +162,24 @@ class Recorder:
         )
         if connections:
             wait_for(
-                lambda: self._subscriber.get_num_connections() >= connections,
+                lambda: self._connections_known_to_publishers() >= connections,
                 f"a publisher of {topic}",
             )
+
+    def _connections_known_to_publishers(self):
+        """A publisher counts a subscriber a moment later than the subscriber its connection."""
+        known = 0
+        for connection in list(self._subscriber.impl.connections):
+            if connection.socket is None:
+                continue
+            port = connection.socket.getsockname()[1]
+            try:
+                publisher = xmlrpc.client.ServerProxy(connection.endpoint_id)
+                infos = publisher.getBusInfo(rospy.get_name())[2]
+            except OSError:
+                continue
+            known += any(f":{port} on socket" in info[-1] for info in infos)
+        return known
 
     def _record(self, message):
         with self._changed:
