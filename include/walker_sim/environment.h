@@ -31,8 +31,8 @@ struct Result {
   double reward = 0;              ///< 0 after a reset
   bool terminated = false;
   bool truncated = false;
-  const char* end_reason = "";    ///< static text; empty unless terminated or truncated
-  const char* error = "";         ///< static text: why the simulation had to end the episode
+  const char* end_reason = "";  ///< static text; empty unless terminated or truncated
+  const char* error = "";       ///< static text: why the simulation had to end the episode
 };
 
 /// State of NumPy's PCG64: state high and low, increment high and low, has_uint32, uinteger.

@@ -13,8 +13,7 @@ namespace walker {
 
 /// A value as it comes from a launch file, YAML or a Python keyword. Integers and doubles convert
 /// to each other where no information is lost.
-using ParameterValue =
-    std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
+using ParameterValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>>;
 
 /// Parameter values by name.
 using Parameters = std::map<std::string, ParameterValue>;
@@ -40,7 +39,7 @@ WALKER_SIM_EXPORT std::string nearest_name(const std::string& name,
 /// Completes `given` with the defaults of `descriptions`.
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed when a name is
 ///         unknown (with the nearest known name), a type is wrong or a number is out of range.
-WALKER_SIM_EXPORT Parameters complete_parameters(
-    const std::vector<ParameterDescription>& descriptions, const Parameters& given);
+WALKER_SIM_EXPORT Parameters
+complete_parameters(const std::vector<ParameterDescription>& descriptions, const Parameters& given);
 
 }  // namespace walker

@@ -18,10 +18,10 @@ struct Sensors {
   std::vector<Pose> link_poses;        ///< links in specification order, in the world [m]
   Vector3 linear_velocity{};           ///< of the trunk's origin, world axes [m/s]
   Vector3 angular_velocity{};          ///< of the trunk, world axes [rad/s]
-  Vector3 linear_acceleration{};       ///< of the trunk's origin without gravity, mean over the last
-                                       ///< step, world axes [m/s^2]
-  Vector3 gravity{};                   ///< world axes [m/s^2]
-  std::vector<double> ranges;          ///< of the range finder [m]; +infinity: the ray met nothing
+  Vector3 linear_acceleration{};  ///< of the trunk's origin without gravity, mean over the last
+                                  ///< step, world axes [m/s^2]
+  Vector3 gravity{};              ///< world axes [m/s^2]
+  std::vector<double> ranges;     ///< of the range finder [m]; +infinity: the ray met nothing
   std::vector<std::uint8_t> contacts;  ///< per contact link: 1 touches the ground
 };
 
@@ -41,8 +41,8 @@ struct Flag {
 
 /// What stands around the walker. Changes only at a reset.
 struct Scene {
-  std::vector<ScenePolygon> ground;     ///< pieces of the ground; the first two points are the surface
-  std::vector<Color> surface_colors;    ///< of the ground pieces' surfaces
+  std::vector<ScenePolygon> ground;  ///< pieces of the ground; the first two points are the surface
+  std::vector<Color> surface_colors;  ///< of the ground pieces' surfaces
   std::vector<ScenePolygon> obstacles;
   std::vector<ScenePolygon> clouds;
   std::vector<Flag> flags;

@@ -17,8 +17,8 @@ using Color = std::array<double, 4>;       ///< red, green, blue, alpha in [0, 1
 
 /// A frame in another one: REP 103 axes, x forward, y left, z up.
 struct Pose {
-  Vector3 position{};                      ///< [m]
-  Quaternion orientation{{0, 0, 0, 1}};    ///< unit quaternion
+  Vector3 position{};                    ///< [m]
+  Quaternion orientation{{0, 0, 0, 1}};  ///< unit quaternion
 };
 
 /// A convex polygon in the x,z plane of its link, swept along y.
@@ -29,9 +29,9 @@ struct Prism {
 /// A rigid body. Its frame sits at the joint that carries it (the trunk's: at the body's origin).
 struct Link {
   std::string name;
-  double mass = 0;          ///< [kg]
-  Vector3 center_of_mass{}; ///< in the link's frame [m]
-  double inertia = 0;       ///< about the y axis through the centre of mass [kg m^2]
+  double mass = 0;           ///< [kg]
+  Vector3 center_of_mass{};  ///< in the link's frame [m]
+  double inertia = 0;        ///< about the y axis through the centre of mass [kg m^2]
   std::vector<Prism> shapes;
   Color color{};
 };
@@ -52,17 +52,17 @@ struct Joint {
 /// A planar range finder whose rays keep their direction in the gravity-aligned `lidar` frame
 /// (odom rolled by +pi/2: X forward, Y up), origin at the trunk's.
 struct RangeFinder {
-  std::size_t num_rays = 0;      ///< 0: the environment has none
-  double angle_minimum = 0;      ///< of the first ray, about the frame's Z [rad]
-  double angle_increment = 0;    ///< [rad]
-  double maximum_range = 0;      ///< [m]
+  std::size_t num_rays = 0;    ///< 0: the environment has none
+  double angle_minimum = 0;    ///< of the first ray, about the frame's Z [rad]
+  double angle_increment = 0;  ///< [rad]
+  double maximum_range = 0;    ///< [m]
 };
 
 /// Everything about an environment that does not change while it lives.
 struct Specification {
-  std::string id;                                                 ///< Gymnasium's, e.g. BipedalWalker-v3
-  std::vector<std::pair<std::string, ParameterValue>> parameters; ///< complete
-  std::string observation_dtype;                                  ///< "float32" or "float64"
+  std::string id;  ///< Gymnasium's, e.g. BipedalWalker-v3
+  std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< complete
+  std::string observation_dtype;                                   ///< "float32" or "float64"
   std::vector<double> observation_low;
   std::vector<double> observation_high;
   std::vector<double> action_low;
@@ -72,13 +72,13 @@ struct Specification {
   std::uint32_t max_episode_steps = 0;    ///< 0: no limit
   double reward_threshold = 0;            ///< NaN: none
   std::vector<std::string> info_names;
-  std::vector<Joint> joints;              ///< in action order
-  std::vector<Link> links;                ///< the trunk first, then each joint's child in action order
-  std::vector<std::string> contact_links; ///< links with a ground contact sensor
+  std::vector<Joint> joints;  ///< in action order
+  std::vector<Link> links;    ///< the trunk first, then each joint's child in action order
+  std::vector<std::string> contact_links;  ///< links with a ground contact sensor
   RangeFinder range_finder;
   std::string engine;
   std::string engine_version;
-  std::string engine_path;                ///< file from which the engine's code was loaded
+  std::string engine_path;  ///< file from which the engine's code was loaded
 
   std::size_t observation_size() const { return observation_low.size(); }
   std::size_t action_size() const { return action_low.size(); }

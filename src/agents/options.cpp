@@ -38,7 +38,8 @@ AgentOptions read_agent_options() {
   AgentOptions options;
   options.agent = std::get<std::string>(complete.at("agent"));
   options.server = std::get<std::string>(complete.at("server"));
-  options.agent_seed = static_cast<std::uint64_t>(std::get<std::int64_t>(complete.at("agent_seed")));
+  options.agent_seed =
+      static_cast<std::uint64_t>(std::get<std::int64_t>(complete.at("agent_seed")));
   options.episodes = static_cast<std::uint32_t>(std::get<std::int64_t>(complete.at("episodes")));
   options.real_time_factor = std::get<double>(complete.at("real_time_factor"));
   const std::string seeds = std::get<std::string>(complete.at("seeds"));

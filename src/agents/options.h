@@ -15,7 +15,7 @@ struct AgentOptions {
   std::vector<std::uint64_t> seeds;  ///< ~seeds: of the episodes, in turn; empty: the server's own
   std::uint64_t agent_seed;          ///< ~agent_seed: of the random agent
   std::uint32_t episodes;            ///< ~episodes: how many; 0: no end
-  double real_time_factor;           ///< ~real_time_factor: of a lock-step agent; 0: as fast as it goes
+  double real_time_factor;  ///< ~real_time_factor: of a lock-step agent; 0: as fast as it goes
 
   /// The seed of the episode after `finished` ones.
   std::optional<std::uint64_t> seed_after(std::size_t finished) const;

@@ -35,10 +35,10 @@ void StatusLine::print() {
   const double factor = printed_stamp_.isZero() || now <= printed_at_
                             ? 0
                             : (stamp - printed_stamp_).toSec() / (now - printed_at_).toSec();
-  std::printf("%s  time %8.2f s  x%-5.2f episode %u  step %4u  at %6.2f m  %+5.2f m/s  return %+7.1f\n",
-              id_.c_str(), stamp.toSec(), factor, transition_.episode, transition_.step,
-              odometry_.pose.pose.position.x, odometry_.twist.twist.linear.x,
-              transition_.episode_return);
+  std::printf(
+      "%s  time %8.2f s  x%-5.2f episode %u  step %4u  at %6.2f m  %+5.2f m/s  return %+7.1f\n",
+      id_.c_str(), stamp.toSec(), factor, transition_.episode, transition_.step,
+      odometry_.pose.pose.position.x, odometry_.twist.twist.linear.x, transition_.episode_return);
   std::fflush(stdout);
   printed_at_ = now;
   printed_stamp_ = stamp;

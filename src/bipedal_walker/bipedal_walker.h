@@ -18,8 +18,8 @@ enum ObservationIndex : std::size_t {
   kHullAngularVelocity,
   kHorizontalSpeed,
   kVerticalSpeed,
-  kFirstLeg,                     // hip angle, hip speed, knee angle, knee speed, contact
-  kSecondLeg = kFirstLeg + 5,    // the same
+  kFirstLeg,                   // hip angle, hip speed, knee angle, knee speed, contact
+  kSecondLeg = kFirstLeg + 5,  // the same
   kFirstRay = kSecondLeg + 5,
   kObservationSize = kFirstRay + kLidarRays
 };
@@ -63,7 +63,7 @@ class BipedalWalker : public Environment {
   Clouds clouds_{};
   LidarScan lidar_;
   Reward reward_;
-  b2Vec2 velocity_before_step_{0, 0};   // of the hull's origin [m/s]
+  b2Vec2 velocity_before_step_{0, 0};  // of the hull's origin [m/s]
 };
 
 }  // namespace walker::bipedal_walker

@@ -10,7 +10,7 @@ namespace walker::bipedal_walker {
 
 /// What one ray met.
 struct RayHit {
-  float fraction = 1;   ///< of kLidarRange at which the ray met the ground; 1: it met nothing
+  float fraction = 1;  ///< of kLidarRange at which the ray met the ground; 1: it met nothing
   bool hit = false;
 };
 

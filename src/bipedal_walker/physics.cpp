@@ -120,9 +120,8 @@ void Physics::build_terrain(const Terrain& terrain) {
 void Physics::build_hull(double push) {
   constexpr std::array<Point, 5> kOutline{{{-30, +9}, {+6, +9}, {+34, +1}, {+34, -8}, {-30, -8}}};
   std::array<b2Vec2, kOutline.size()> vertices;
-  std::transform(kOutline.begin(), kOutline.end(), vertices.begin(), [](const Point& pixel) {
-    return to_vector(pixel.x / kScale, pixel.y / kScale);
-  });
+  std::transform(kOutline.begin(), kOutline.end(), vertices.begin(),
+                 [](const Point& pixel) { return to_vector(pixel.x / kScale, pixel.y / kScale); });
   b2PolygonShape shape;
   shape.Set(vertices.data(), static_cast<int>(vertices.size()));
   const b2FixtureDef definition =

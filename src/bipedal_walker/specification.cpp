@@ -62,8 +62,7 @@ void read_walker(const Physics& physics, Specification& specification) {
   const std::array<const char*, kJointCount> joints{"hip_1", "knee_1", "hip_2", "knee_2"};
   const std::array<const char*, kJointCount> children{"upper_leg_1", "lower_leg_1", "upper_leg_2",
                                                       "lower_leg_2"};
-  specification.links.push_back(
-      read_link("hull", physics.hull(), Frame{}, rgb(127, 51, 229)));
+  specification.links.push_back(read_link("hull", physics.hull(), Frame{}, rgb(127, 51, 229)));
   for (std::size_t i = 0; i < kJointCount; ++i) {
     const b2RevoluteJoint& joint = physics.joint(i);
     const bool is_hip = i == kHip1 || i == kHip2;

@@ -58,7 +58,8 @@ class Surveyor {
       case Section::stump:
         break;
       case Section::stairs: {
-        const auto step = static_cast<double>(stair_steps_ * stair_width_ - remaining_ - stair_height_);
+        const auto step =
+            static_cast<double>(stair_steps_ * stair_width_ - remaining_ - stair_height_);
         const double n = step / static_cast<double>(stair_width_);
         y_ = section_y_ + (n * static_cast<double>(stair_height_)) * kTerrainStep;
         break;
@@ -86,7 +87,8 @@ class Surveyor {
   void enter_stump(double x) {
     remaining_ = generator_.integers(1, 3);
     const double size = static_cast<double>(remaining_) * kTerrainStep;
-    terrain_.obstacles.push_back({{{x, y_}, {x + size, y_}, {x + size, y_ + size}, {x, y_ + size}}});
+    terrain_.obstacles.push_back(
+        {{{x, y_}, {x + size, y_}, {x + size, y_ + size}, {x, y_ + size}}});
   }
 
   void enter_stairs(double x) {
@@ -120,14 +122,14 @@ class Surveyor {
   bool hardcore_;
   Terrain terrain_;
   Section section_ = Section::grass;
-  bool entering_ = false;                        // this step is the section's first
-  std::int64_t remaining_ = kTerrainStartPad;    // steps of the section still to come
+  bool entering_ = false;                      // this step is the section's first
+  std::int64_t remaining_ = kTerrainStartPad;  // steps of the section still to come
   double y_ = kTerrainHeight;
-  double velocity_ = 0;                          // slope of the grass, metres per step
-  double section_y_ = 0;                         // height at which the obstacle began
+  double velocity_ = 0;   // slope of the grass, metres per step
+  double section_y_ = 0;  // height at which the obstacle began
   std::int64_t stair_steps_ = 0;
   std::int64_t stair_width_ = 0;
-  std::int64_t stair_height_ = 0;                // +1 up, -1 down
+  std::int64_t stair_height_ = 0;  // +1 up, -1 down
 };
 
 }  // namespace

@@ -17,8 +17,8 @@ struct Point {
 
 /// Ground line and obstacles of one episode.
 struct Terrain {
-  std::array<Point, kTerrainLength> ground{};     ///< an edge joins each point to the next
-  std::vector<std::array<Point, 4>> obstacles;    ///< pit walls, stumps and stairs, in this order
+  std::array<Point, kTerrainLength> ground{};   ///< an edge joins each point to the next
+  std::vector<std::array<Point, 4>> obstacles;  ///< pit walls, stumps and stairs, in this order
 };
 
 using Cloud = std::array<Point, 5>;

@@ -78,9 +78,8 @@ void EpisodeRules::check_action(const double* action, std::size_t size) const {
   }
   for (std::size_t i = 0; i < size; ++i) {
     if (!std::isfinite(action[i])) {
-      throw InvalidAction("action[" + std::to_string(i) + "] (" +
-                          specification().joints[i].name + ") = " + std::to_string(action[i]) +
-                          "; must be finite");
+      throw InvalidAction("action[" + std::to_string(i) + "] (" + specification().joints[i].name +
+                          ") = " + std::to_string(action[i]) + "; must be finite");
     }
   }
 }

@@ -81,9 +81,12 @@ Generator::Generator(const GeneratorState& state)
       uinteger_(static_cast<std::uint32_t>(state[5])) {}
 
 GeneratorState Generator::state() const {
-  return {static_cast<std::uint64_t>(state_ >> 64U),     static_cast<std::uint64_t>(state_),
-          static_cast<std::uint64_t>(increment_ >> 64U), static_cast<std::uint64_t>(increment_),
-          std::uint64_t{has_uint32_},                    std::uint64_t{uinteger_}};
+  return {static_cast<std::uint64_t>(state_ >> 64U),
+          static_cast<std::uint64_t>(state_),
+          static_cast<std::uint64_t>(increment_ >> 64U),
+          static_cast<std::uint64_t>(increment_),
+          std::uint64_t{has_uint32_},
+          std::uint64_t{uinteger_}};
 }
 
 void Generator::advance() {

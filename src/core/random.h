@@ -40,7 +40,7 @@ class WALKER_SIM_EXPORT Generator {
 
   Uint128 state_ = 0;
   Uint128 increment_ = 0;
-  bool has_uint32_ = false;     // the upper half of the last 64 bits waits in uinteger_
+  bool has_uint32_ = false;  // the upper half of the last 64 bits waits in uinteger_
   std::uint32_t uinteger_ = 0;
 };
 

@@ -206,9 +206,9 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
   message.transforms.clear();
   message.transforms.push_back(transform(frames.odometry, frames.trunk, trunk, stamp));
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
-    const auto parent = std::find_if(
-        specification.links.begin(), specification.links.end(),
-        [&](const Link& link) { return link.name == specification.joints[i].parent; });
+    const auto parent =
+        std::find_if(specification.links.begin(), specification.links.end(),
+                     [&](const Link& link) { return link.name == specification.joints[i].parent; });
     const auto index = static_cast<std::size_t>(parent - specification.links.begin());
     message.transforms.push_back(
         transform(frames.links[index], frames.links[i + 1],

@@ -6,8 +6,8 @@
 #include <sensor_msgs/JointState.h>
 #include <sensor_msgs/LaserScan.h>
 #include <std_msgs/Header.h>
-#include <string>
 #include <tf2_msgs/TFMessage.h>
+#include <string>
 
 #include "server/parameter_reader.h"
 #include "server/simulation.h"
@@ -26,7 +26,7 @@ struct Frames {
 
   std::string odometry;
   std::string trunk;
-  std::string base_link;           ///< REP 105's name for the trunk
+  std::string base_link;  ///< REP 105's name for the trunk
   std::string lidar;
   std::vector<std::string> links;  ///< in specification order
 };
@@ -51,8 +51,7 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
 
 /// REP 145: orientation in the odometry frame; angular velocity and specific force (acceleration
 /// less gravity) in the trunk's frame.
-void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
-          sensor_msgs::Imu& message);
+void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp, sensor_msgs::Imu& message);
 
 /// Twist of the trunk's origin, in the trunk's frame.
 void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,

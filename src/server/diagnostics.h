@@ -16,8 +16,8 @@ namespace walker {
 /// Counted since the start.
 struct ServerCounters {
   std::uint64_t steps = 0;
-  std::uint64_t refused_commands = 0;   ///< effort commands with an error, or in lock-step
-  std::uint64_t clamped_commands = 0;   ///< actions and efforts beyond the bounds
+  std::uint64_t refused_commands = 0;  ///< effort commands with an error, or in lock-step
+  std::uint64_t clamped_commands = 0;  ///< actions and efforts beyond the bounds
   std::uint64_t command_timeouts = 0;
   std::uint64_t missed_deadlines = 0;
 };

@@ -22,8 +22,8 @@ void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
   for (std::size_t i = 0; i < efforts.size(); ++i) {
     if (!std::isfinite(efforts[i])) {
       throw std::invalid_argument("effort command[" + std::to_string(i) + "] (" +
-                                  specification_.joints[i].name + ") = " +
-                                  std::to_string(efforts[i]) + " N m; must be finite");
+                                  specification_.joints[i].name +
+                                  ") = " + std::to_string(efforts[i]) + " N m; must be finite");
     }
   }
   for (std::size_t i = 0; i < efforts.size(); ++i) {

@@ -28,8 +28,8 @@ class EffortCommand {
   /// Forgets the held command.
   void clear();
 
-  /// The action for a step that begins at simulation time `now` [ns]: effort over the joint's effort
-  /// per unit of action, unlimited.
+  /// The action for a step that begins at simulation time `now` [ns]: effort over the joint's
+  /// effort per unit of action, unlimited.
   const std::vector<double>& action(std::uint64_t now);
 
   /// A command was held and has become too old since.

@@ -22,11 +22,11 @@ struct ServerOptions {
   std::optional<std::uint64_t> seed;  ///< none: drawn
   double real_time_factor;            ///< 0: as fast as it goes
   bool auto_reset;
-  double command_timeout;             ///< [s]; 0: never
+  double command_timeout;  ///< [s]; 0: never
   bool publish_clock;
   bool paused;
-  std::string tf_prefix;              ///< without slashes at its ends; may be empty
-  Parameters environment;             ///< the environment's own
+  std::string tf_prefix;   ///< without slashes at its ends; may be empty
+  Parameters environment;  ///< the environment's own
 };
 
 /// The server's own parameters; those of the environment come beside them.

@@ -84,10 +84,10 @@ void Publishers::publish_state(ros::Time stamp) {
 }
 
 void Publishers::publish_sensors(ros::Time stamp) {
-  const bool anybody =
-      anybody_listens(tf_publisher_) || anybody_listens(joint_states_publisher_) ||
-      (scan_publisher_ && anybody_listens(scan_publisher_)) || anybody_listens(imu_publisher_) ||
-      anybody_listens(contacts_publisher_) || anybody_listens(odometry_publisher_);
+  const bool anybody = anybody_listens(tf_publisher_) || anybody_listens(joint_states_publisher_) ||
+                       (scan_publisher_ && anybody_listens(scan_publisher_)) ||
+                       anybody_listens(imu_publisher_) || anybody_listens(contacts_publisher_) ||
+                       anybody_listens(odometry_publisher_);
   if (!anybody) return;
   const Specification& specification = simulation_.specification();
   const Sensors& sensors = simulation_.sensors();

@@ -165,7 +165,8 @@ bool Server::on_step(walker_sim::Step::Request& request, walker_sim::Step::Respo
   response.success = 0;
   if (options_.mode == Mode::free && !paused_) {
     response.status_message =
-        "step: mode is free and the simulation runs; call ~pause first, or start with mode lockstep";
+        "step: mode is free and the simulation runs; call ~pause first, or start with mode "
+        "lockstep";
     return true;
   }
   try {

@@ -16,8 +16,7 @@ Simulation::Simulation(std::unique_ptr<Environment> environment,
 
 void Simulation::reset(std::optional<std::uint64_t> seed) {
   if (!seed && !has_episode()) seed = first_seed_;
-  const GeneratorState before =
-      seed ? Generator(*seed).state() : environment_->generator_state();
+  const GeneratorState before = seed ? Generator(*seed).state() : environment_->generator_state();
   state_.info.assign(state_.info.size(), std::numeric_limits<double>::quiet_NaN());
   Result result;
   result.observation = state_.observation.data();

@@ -22,10 +22,12 @@ struct EpisodeState {
   double episode_return = 0;
   bool terminated = false;
   bool truncated = false;
-  std::string end_reason;  ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
+  std::string
+      end_reason;  ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
   std::string error;
-  std::optional<std::uint64_t> seed;  ///< with which the episode began; none: the generator continued
-  GeneratorState generator_state{};   ///< before the reset
+  std::optional<std::uint64_t>
+      seed;  ///< with which the episode began; none: the generator continued
+  GeneratorState generator_state{};  ///< before the reset
 
   bool has_ended() const { return terminated || truncated; }
 };

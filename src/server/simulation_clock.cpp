@@ -18,10 +18,11 @@ namespace walker {
 namespace {
 
 // Not below the node's own name: launch files clear what is there.
-constexpr const char* kReservedUntil = "/walker_sim_clock/reserved_until";  // [seconds, nanoseconds]
-constexpr double kWallSecondsAhead = 10;       // a reservation lasts about as long
-constexpr double kShortestReservation = 1;     // [s]
-constexpr double kLongestReservation = 1e6;    // [s]
+constexpr const char* kReservedUntil =
+    "/walker_sim_clock/reserved_until";      // [seconds, nanoseconds]
+constexpr double kWallSecondsAhead = 10;     // a reservation lasts about as long
+constexpr double kShortestReservation = 1;   // [s]
+constexpr double kLongestReservation = 1e6;  // [s]
 constexpr auto kPeerTimeout = std::chrono::seconds(3);
 
 /// Asks the master; never waits for one that is gone.

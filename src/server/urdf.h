@@ -25,8 +25,9 @@ struct UrdfFiles {
 /// BipedalWalkerHardcore-v3 -> bipedal_walker_hardcore: an id without its version, in snake case.
 std::string robot_name(const std::string& id);
 
-/// Describes the specification's links and joints. A prism over a rectangle becomes a box, any other
-/// a mesh. Branches of the trunk stand beside each other in y, the first on the far side (+y).
+/// Describes the specification's links and joints. A prism over a rectangle becomes a box, any
+/// other a mesh. Branches of the trunk stand beside each other in y, the first on the far side
+/// (+y).
 /// @param name        of the robot, and the beginning of the mesh files' names
 /// @param mesh_folder URL of the folder in which viewers find the meshes
 /// @throws std::invalid_argument for a link without shapes or a joint whose parent is not known

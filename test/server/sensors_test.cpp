@@ -302,7 +302,7 @@ TEST_P(SensorTopics, RaysEndOnTheTerrainOrMeetNothing) {
         expected = std::min(expected, distance_along(origin, direction, segment));
       }
       if (std::abs(expected - double{state.scan.range_max}) < 1e-3) continue;  // either is right
-      const double range = double{state.scan.ranges[i]};
+      const auto range = double{state.scan.ranges[i]};
       ASSERT_EQ(std::isinf(range), expected > double{state.scan.range_max})
           << "ray " << i << ": told " << range << ", the terrain is at " << expected;
       if (std::isinf(range)) {
