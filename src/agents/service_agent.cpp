@@ -1,6 +1,7 @@
 #include "agents/service_agent.h"
 
 #include <thread>
+#include <utility>
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -12,7 +13,7 @@
 
 namespace walker {
 
-ServiceAgent::ServiceAgent(const AgentOptions& options) : options_(options) {
+ServiceAgent::ServiceAgent(AgentOptions options) : options_(std::move(options)) {
   const std::optional<Specification> specification = ask_specification(node_, options_.server);
   if (!specification) return;  // told to stop while waiting
   agent_ = make_agent(options_.agent, *specification, options_.agent_seed);

@@ -18,7 +18,7 @@ namespace walker {
 class ServiceAgent {
  public:
   /// Waits for the server. @throws std::invalid_argument when the agent does not fit it
-  explicit ServiceAgent(const AgentOptions& options);
+  explicit ServiceAgent(AgentOptions options);
 
   /// Plays the episodes that the options ask for, or until the node is told to stop.
   /// A server that goes away is waited for; its interrupted episode does not count.

@@ -66,7 +66,7 @@ std::string other_clock_publisher() {
     if (static_cast<std::string>(publishers[i][0]) != "/clock") continue;
     XmlRpc::XmlRpcValue& nodes = publishers[i][1];
     for (int j = 0; j < nodes.size(); ++j) {
-      const auto node = static_cast<std::string>(nodes[j]);
+      auto node = static_cast<std::string>(nodes[j]);
       if (node != ros::this_node::getName() && is_alive(node)) return node;
     }
   }

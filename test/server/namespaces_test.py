@@ -12,6 +12,7 @@ import rostest
 import sensor_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
+from bare_ros import wait_for
 from server_harness import DT, Recorder, ServerProcess, nanoseconds, same_experience
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import Reset, Step
@@ -141,8 +142,12 @@ class NamespacesTest(unittest.TestCase):
         )
         self.addCleanup(server.kill)
         server.wait_until_it_serves()
-        subscribers = dict(rosgraph.Master("/namespaces_test").getSystemState()[1])
-        self.assertIn(server.name, subscribers["/remapped/legs_controller/command"])
+
+        def listeners():
+            state = rosgraph.Master("/namespaces_test").getSystemState()
+            return dict(state[1]).get("/remapped/legs_controller/command")
+
+        self.assertEqual(wait_for(listeners, "a listener under that name"), [server.name])
 
 
 if __name__ == "__main__":
