@@ -55,22 +55,23 @@ bool ServiceAgent::play_episode() {
 
 bool ServiceAgent::reset(std::optional<std::uint64_t> seed) {
   walker_sim::Reset call;
-  call.request.has_seed = seed.has_value();
+  call.request.has_seed = static_cast<std::uint8_t>(seed.has_value());
   call.request.seed = seed.value_or(0);
-  if (!reset_client_.call(call)) {
-    ROS_WARN_STREAM("No answer from " << options_.server << "/reset; waiting for the server");
-    return false;
-  }
-  if (call.response.success == 0) throw std::runtime_error(call.response.status_message);
-  transition_ = std::move(call.response.transition);
-  return true;
+  return make(reset_client_, call);
 }
 
 bool ServiceAgent::step(const std::vector<double>& action) {
   walker_sim::Step call;
   call.request.action = action;
-  if (!step_client_.call(call)) {
-    ROS_WARN_STREAM("No answer from " << options_.server << "/step; waiting for the server");
+  return make(step_client_, call);
+}
+
+/// Takes over the transition of the reply. @return false when the server does not answer
+/// @throws std::runtime_error with the server's words when it refuses
+template <typename Service>
+bool ServiceAgent::make(ros::ServiceClient& client, Service& call) {
+  if (!client.call(call)) {
+    ROS_WARN_STREAM("No answer from " << client.getService() << "; waiting for the server");
     return false;
   }
   if (call.response.success == 0) throw std::runtime_error(call.response.status_message);

@@ -29,6 +29,8 @@ class ServiceAgent {
   bool play_episode();
   bool reset(std::optional<std::uint64_t> seed);
   bool step(const std::vector<double>& action);
+  template <typename Service>
+  bool make(ros::ServiceClient& client, Service& call);
   void wait_for_next_step();
 
   AgentOptions options_;
