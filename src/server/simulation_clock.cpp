@@ -10,6 +10,7 @@
 #include <ros/console.h>
 #include <ros/master.h>
 #include <ros/network.h>
+#include <ros/single_subscriber_publisher.h>
 #include <ros/this_node.h>
 #include <rosgraph_msgs/Clock.h>
 #include <xmlrpcpp/XmlRpcClient.h>
@@ -99,10 +100,15 @@ void write_reserved(ros::Time time) {
 
 }  // namespace
 
-SimulationClock SimulationClock::owner(ros::NodeHandle& node) {
-  SimulationClock clock;
-  // Latched: who joins between two lock-steps would otherwise wait for a time that does not come.
-  clock.publisher_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10, true);
+SimulationClock SimulationClock::owner(ros::NodeHandle& node) { return SimulationClock(node); }
+
+SimulationClock SimulationClock::silent() { return {}; }
+
+SimulationClock::SimulationClock(ros::NodeHandle& node) {
+  // Who joins between two lock-steps would otherwise wait for a time that does not come. Latching
+  // would tell it too, but ahead of messages still queued: time would run backwards for it.
+  const auto tell_newcomer = [this](const ros::SingleSubscriberPublisher&) { publish(); };
+  publisher_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10, tell_newcomer);
   // Looked for after advertising, so that of two servers that start together at least one sees the
   // other.
   const std::string other = other_clock_publisher();
@@ -110,13 +116,10 @@ SimulationClock SimulationClock::owner(ros::NodeHandle& node) {
     throw std::runtime_error("/clock is published by " + other +
                              " already; set publish_clock = false to follow it");
   }
-  clock.now_ = read_reserved();
-  clock.reserved_ = clock.now_;
-  clock.reserved_at_ = std::chrono::steady_clock::now();
-  return clock;
+  now_ = read_reserved();
+  reserved_ = now_;
+  reserved_at_ = std::chrono::steady_clock::now();
 }
-
-SimulationClock SimulationClock::silent() { return {}; }
 
 SimulationClock::~SimulationClock() {
   if (publisher_) write_reserved(now_);

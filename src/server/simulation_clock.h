@@ -22,8 +22,7 @@ class SimulationClock {
   /// Stamps only.
   static SimulationClock silent();
 
-  SimulationClock(SimulationClock&&) = default;
-  SimulationClock& operator=(SimulationClock&&) = delete;
+  // Stays where it was made: a callback of the publisher points to it.
   SimulationClock(const SimulationClock&) = delete;
   SimulationClock& operator=(const SimulationClock&) = delete;
   ~SimulationClock();
@@ -38,6 +37,7 @@ class SimulationClock {
 
  private:
   SimulationClock() = default;
+  explicit SimulationClock(ros::NodeHandle& node);  // owner
   void reserve();
   void publish();
 

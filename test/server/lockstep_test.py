@@ -20,7 +20,7 @@ import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
-from bare_ros import wait_for
+from bare_ros import BareSubscriber, wait_for
 from server_harness import (
     DT,
     Recorder,
@@ -256,6 +256,13 @@ class LockstepTest(unittest.TestCase):
         self.assertGreater(told[0], 0)
         self.assertTrue(all(a < b for a, b in zip(told, told[1:])))
         clock.close()
+
+    def test_who_joins_between_steps_is_told_the_time(self):
+        now = nanoseconds(self.begin(1))
+        uri = rosgraph.Master("/server_test").lookupNode(SERVER)
+        subscriber = BareSubscriber(uri, "/clock", rosgraph_msgs.msg.Clock)
+        self.assertEqual(subscriber.next().clock.to_nsec(), now)
+        subscriber.close()
 
     def test_stamps_grow_over_a_thousand_resets(self):
         recorders = {topic: Recorder(topic, kind) for topic, kind in STATE_TOPICS.items()}
