@@ -142,7 +142,7 @@ set_up_venv() {
 
 set_up_engines() {
   if [ "$engines" = system ]; then
-    say "[3/5] engines: the distribution's, on request; BipedalWalker is only statistically equal"
+    say "[3/5] engines: the distribution's, on request; BipedalWalker's bits are not Gymnasium's"
   elif [ -n "${BOX2D_SOURCE_DIR:-}" ]; then
     say "[3/5] engines: Box2D from BOX2D_SOURCE_DIR = $BOX2D_SOURCE_DIR"
   else
