@@ -26,27 +26,51 @@ struct Prism {
   std::vector<std::array<double, 2>> vertices;  ///< x, z [m], counter-clockwise seen from -y
 };
 
-/// A rigid body. Its frame sits at the joint that carries it (the trunk's: at the body's origin).
+/// A round or rectangular solid.
+struct Solid {
+  enum class Kind { sphere, capsule, cylinder, box };
+
+  Kind kind = Kind::sphere;
+  Pose pose;       ///< in the link's frame; capsules and cylinders stand along its z
+  Vector3 size{};  ///< box: half lengths along x, y, z; else the radius, then half the length
+                   ///< (of a capsule without its caps) [m]
+};
+
+/// A symmetric tensor.
+struct Inertia {
+  double xx = 0;
+  double yy = 0;
+  double zz = 0;
+  double xy = 0;
+  double xz = 0;
+  double yz = 0;
+};
+
+/// A rigid body.
 struct Link {
   std::string name;
   double mass = 0;           ///< [kg]
   Vector3 center_of_mass{};  ///< in the link's frame [m]
-  double inertia = 0;        ///< about the y axis through the centre of mass [kg m^2]
-  std::vector<Prism> shapes;
+  Inertia inertia;           ///< about the centre of mass, along the link's axes [kg m^2]; NaN: the
+                             ///< engine is planar and knows yy alone
+  std::vector<Prism> prisms;
+  std::vector<Solid> solids;
   Color color{};
 };
 
-/// A hinge between two links, with the actuator that drives it.
+/// A hinge between two links, with the actuator that drives it. Its frame turns with the child and
+/// is parallel to the parent's at angle 0.
 struct Joint {
   std::string name;
   std::string parent;       ///< link
-  std::string child;        ///< link; its frame equals the joint's at every angle
-  Vector3 origin;           ///< of the child's frame in the parent's [m]; no rotation at angle 0
+  std::string child;        ///< link
+  Vector3 origin;           ///< of the joint's frame in the parent's [m]
   Vector3 axis;             ///< unit vector in the parent's frame
-  double lower;             ///< [rad]
-  double upper;             ///< [rad]
+  double lower;             ///< [rad]; -infinity: turns without end
+  double upper;             ///< [rad]; +infinity: turns without end
   double maximum_effort;    ///< actuator's limit [N m]
-  double maximum_velocity;  ///< actuator's limit [rad/s]
+  double maximum_velocity;  ///< actuator's limit [rad/s]; infinity: none
+  Pose child_frame{};       ///< the child's frame in the joint's; BipedalWalker: the same frame
 };
 
 /// A planar range finder whose rays keep their direction in the gravity-aligned `lidar` frame
@@ -72,8 +96,11 @@ struct Specification {
   std::uint32_t max_episode_steps = 0;    ///< 0: no limit
   double reward_threshold = 0;            ///< NaN: none
   std::vector<std::string> info_names;
-  std::vector<Joint> joints;  ///< in action order
-  std::vector<Link> links;    ///< the trunk first, then each joint's child in action order
+  std::vector<Joint> joints;      ///< in action order
+  std::vector<Link> links;        ///< the trunk first, then each joint's child in action order
+  bool joints_are_exact = false;  ///< the links' poses follow from the trunk's and the joints'
+                                  ///< angles to double precision; else the engine's joints give,
+                                  ///< and the numbers about its bodies have single precision
   std::vector<std::string> contact_links;  ///< links with a ground contact sensor
   RangeFinder range_finder;
   std::string engine;

@@ -42,8 +42,10 @@ Link read_link(const std::string& name, const b2Body& body, const Frame& frame, 
   link.name = name;
   link.mass = double{body.GetMass()};
   link.center_of_mass = to_vector3(frame.local(body.GetLocalCenter()));
-  // Box2D gives the inertia about the body's origin.
-  link.inertia =
+  // Box2D gives the inertia about the body's origin, and knows no other axis.
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  link.inertia = {kUnknown, 0, kUnknown, 0, kUnknown, 0};
+  link.inertia.yy =
       double{body.GetInertia()} - link.mass * double{body.GetLocalCenter().LengthSquared()};
   link.color = color;
   for (const b2Fixture* f = body.GetFixtureList(); f != nullptr; f = f->GetNext()) {
@@ -53,7 +55,7 @@ Link read_link(const std::string& name, const b2Body& body, const Frame& frame, 
       const b2Vec2 vertex = frame.local(polygon->m_vertices[i]);
       prism.vertices.push_back({double{vertex.x}, double{vertex.y}});
     }
-    link.shapes.push_back(prism);
+    link.prisms.push_back(prism);
   }
   return link;
 }

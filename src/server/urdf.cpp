@@ -75,11 +75,11 @@ Section section_of(const std::vector<Prism>& shapes) {
 /// moments are, and the depth adds m d^2/12 about x and z. Such a body exists, so every simulator
 /// accepts it; motion in the plane does not depend on these numbers.
 std::string inertia_element(const Link& link, double depth) {
-  const Section section = section_of(link.shapes);
-  const double scale = link.inertia / (section.xx + section.zz);
+  const Section section = section_of(link.prisms);
+  const double scale = link.inertia.yy / (section.xx + section.zz);
   const double of_depth = link.mass * depth * depth / 12;
   return "<inertia ixx=\"" + text(scale * section.zz + of_depth) + "\" ixy=\"0\" ixz=\"" +
-         text(-scale * section.xz) + "\" iyy=\"" + text(link.inertia) + "\" iyz=\"0\" izz=\"" +
+         text(-scale * section.xz) + "\" iyy=\"" + text(link.inertia.yy) + "\" iyz=\"0\" izz=\"" +
          text(scale * section.xx + of_depth) + "\"/>";
 }
 
@@ -176,11 +176,11 @@ class Writer {
   }
 
   void write_link(const Link& link, const Place& place) {
-    if (link.shapes.empty()) throw std::invalid_argument("link " + link.name + ": has no shape");
+    if (link.prisms.empty()) throw std::invalid_argument("link " + link.name + ": has no shape");
     xml_ << "  <link name=\"" << link.name << "\">\n    <inertial>\n      <origin xyz=\""
          << list(link.center_of_mass) << "\"/>\n      <mass value=\"" << text(link.mass)
          << "\"/>\n      " << inertia_element(link, place.depth) << "\n    </inertial>\n";
-    for (std::size_t i = 0; i < link.shapes.size(); ++i) {
+    for (std::size_t i = 0; i < link.prisms.size(); ++i) {
       const std::string geometry = place_shape(link, i, place);
       xml_ << "    <visual>\n"
            << geometry << "      <material name=\"" << link.name << "\">\n        <color rgba=\""
@@ -192,7 +192,7 @@ class Writer {
 
   /// The elements <origin> and <geometry>; where that takes a mesh, the mesh too.
   std::string place_shape(const Link& link, std::size_t index, const Place& place) {
-    const Prism& prism = link.shapes[index];
+    const Prism& prism = link.prisms[index];
     std::string origin = "<origin xyz=\"" + list(Vector3{0, place.y, 0}) + "\"/>";
     std::string geometry;
     if (const std::optional<Rectangle> box = to_rectangle(prism)) {
@@ -200,7 +200,7 @@ class Writer {
                "\" rpy=\"" + list(Vector3{0, box->pitch, 0}) + "\"/>";
       geometry = "<box size=\"" + list(Vector3{box->size[0], place.depth, box->size[1]}) + "\"/>";
     } else {
-      const std::string number = link.shapes.size() == 1 ? "" : "_" + std::to_string(index + 1);
+      const std::string number = link.prisms.size() == 1 ? "" : "_" + std::to_string(index + 1);
       const std::string file = name_ + "_" + link.name + number + ".stl";
       files_.meshes[file] = make_stl(prism, place.depth);
       geometry = "<mesh filename=\"" + mesh_folder_ + "/" + file + "\"/>";

@@ -64,7 +64,7 @@ TEST_F(SpecificationTest, LinksWeighWhatTheBodiesWeigh) {
     const b2Body& body = twin_.body(i);
     EXPECT_EQ(link.mass, double{body.GetMass()});
     const auto arm = double{body.GetLocalCenter().Length()};
-    EXPECT_NEAR(link.inertia, double{body.GetInertia()} - link.mass * arm * arm, 1e-6);
+    EXPECT_NEAR(link.inertia.yy, double{body.GetInertia()} - link.mass * arm * arm, 1e-6);
     expect_near(in_world(sensors_.link_poses[i], link.center_of_mass[0], link.center_of_mass[2]),
                 body.GetWorldCenter());
     EXPECT_EQ(link.center_of_mass[1], 0);
@@ -78,7 +78,7 @@ TEST_F(SpecificationTest, MassesFollowFromShapesAndDensities) {
     const double width = (i % 2 == 0 ? 0.8 : 1.0) * 8 / 30;
     const double height = 34.0 / 30;
     EXPECT_NEAR(link.mass, width * height, kSingle) << link.name;
-    EXPECT_NEAR(link.inertia, link.mass * (width * width + height * height) / 12, kSingle);
+    EXPECT_NEAR(link.inertia.yy, link.mass * (width * width + height * height) / 12, kSingle);
   }
   // The hull's outline in pixels; density 5. Moments of a polygon by Green's theorem.
   const double outline[5][2] = {{-30, 9}, {-30, -8}, {34, -8}, {34, 1}, {6, 9}};
@@ -102,7 +102,7 @@ TEST_F(SpecificationTest, MassesFollowFromShapesAndDensities) {
   EXPECT_NEAR(hull.center_of_mass[0], moment_x / area, kSingle);
   EXPECT_NEAR(hull.center_of_mass[2], moment_z / area, kSingle);
   const double arm_squared = (moment_x * moment_x + moment_z * moment_z) / (area * area);
-  EXPECT_NEAR(hull.inertia, 5 * (second_moment - area * arm_squared), kSingle);
+  EXPECT_NEAR(hull.inertia.yy, 5 * (second_moment - area * arm_squared), kSingle);
 }
 
 TEST_F(SpecificationTest, ShapesLieWhereTheFixturesLie) {
@@ -110,10 +110,10 @@ TEST_F(SpecificationTest, ShapesLieWhereTheFixturesLie) {
     const Link& link = specification().links[i];
     SCOPED_TRACE(link.name);
     const b2Fixture* fixture = twin_.body(i).GetFixtureList();
-    ASSERT_EQ(link.shapes.size(), 1U);
+    ASSERT_EQ(link.prisms.size(), 1U);
     ASSERT_EQ(fixture->GetNext(), nullptr);
     const auto* polygon = static_cast<const b2PolygonShape*>(fixture->GetShape());
-    const auto& vertices = link.shapes[0].vertices;
+    const auto& vertices = link.prisms[0].vertices;
     ASSERT_EQ(vertices.size(), static_cast<std::size_t>(polygon->m_count));
     double area = 0;
     for (std::size_t k = 0; k < vertices.size(); ++k) {

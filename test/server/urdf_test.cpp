@@ -182,7 +182,7 @@ TEST_F(CommittedUrdf, HasTheMassesOfTheWorld) {
     ASSERT_TRUE(found && found->inertial) << link.name;
     const urdf::Inertial& inertial = *found->inertial;
     expect_single(link.mass, inertial.mass, link.name + " mass");
-    expect_single(link.inertia, inertial.iyy, link.name + " iyy");
+    expect_single(link.inertia.yy, inertial.iyy, link.name + " iyy");
     expect_single(link.center_of_mass[0], inertial.origin.position.x, link.name + " centre x");
     expect_single(link.center_of_mass[1], inertial.origin.position.y, link.name + " centre y");
     expect_single(link.center_of_mass[2], inertial.origin.position.z, link.name + " centre z");
@@ -222,7 +222,7 @@ TEST_F(CommittedUrdf, HasTheInertiasOfUniformPrisms) {
 TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
   for (const Link& link : specification().links) {
     const urdf::LinkConstSharedPtr found = model_.getLink(link.name);
-    ASSERT_EQ(link.shapes.size(), 1U) << link.name;
+    ASSERT_EQ(link.prisms.size(), 1U) << link.name;
     ASSERT_EQ(found->visual_array.size(), 1U) << link.name;
     ASSERT_EQ(found->collision_array.size(), 1U) << link.name;
     const std::array<std::pair<urdf::GeometrySharedPtr, urdf::Pose>, 2> drawn{
@@ -231,7 +231,7 @@ TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
     for (const auto& [geometry, pose] : drawn) {
       if (geometry->type == urdf::Geometry::BOX) {
         const auto& box = static_cast<const urdf::Box&>(*geometry);
-        expect_same_corners(link.shapes[0].vertices, corners_of(box, pose), link.name);
+        expect_same_corners(link.prisms[0].vertices, corners_of(box, pose), link.name);
         continue;
       }
       ASSERT_EQ(geometry->type, urdf::Geometry::MESH) << link.name;
@@ -242,8 +242,8 @@ TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
       EXPECT_EQ(pose.position.z, 0);
       EXPECT_EQ(pose.rotation.w, 1);
       const Mesh mesh = read_stl(source(url.substr(package.size())));
-      expect_same_corners(link.shapes[0].vertices, corners_of(mesh), link.name);
-      EXPECT_NEAR(volume_of(mesh), area_of(link.shapes[0]) * UrdfDepths().trunk, kShapeTolerance);
+      expect_same_corners(link.prisms[0].vertices, corners_of(mesh), link.name);
+      EXPECT_NEAR(volume_of(mesh), area_of(link.prisms[0]) * UrdfDepths().trunk, kShapeTolerance);
     }
   }
 }
@@ -305,7 +305,7 @@ TEST(MakeUrdf, RefusesAJointWithoutParent) {
 
 TEST(MakeUrdf, RefusesALinkWithoutShape) {
   Specification specification = make("BipedalWalker-v3")->specification();
-  specification.links.back().shapes.clear();
+  specification.links.back().prisms.clear();
   EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
 }
 
