@@ -66,16 +66,21 @@ lint_ruff_format() {
 
 lint_shellcheck() { scripts_of sh bash | on_files shellcheck -x; }
 
-# Who may include what: no ROS in the core, no Box2D outside its room. Fails also where a room is
-# missing, for grep then says 2.
+# Who may include what: no ROS in the core, no engine outside its room, and no word of MuJoCo where
+# the abstract environment is enough. Fails also where a room is missing, for grep then says 2.
 lint_rooms() (
-  local ros box2d status=0
+  local ros box2d mujoco status=0
   cd "$root" || exit
   ros='#include *[<"](ros/|roscpp|rosgraph|tf2|diagnostic_updater|[a-z0-9_]*_(msgs|srvs)/|walker_sim/[A-Z])'
   box2d='#include *[<"][Bb]ox2[dD]/'
-  grep -rnE "$ros" include src/core src/bipedal_walker
+  mujoco='#include *[<"]mujoco/'
+  grep -rnE "$ros" include src/core src/bipedal_walker src/walker2d
   [ $? -eq 1 ] || { echo "a ROS header in a room without ROS"; status=1; }
   grep -rnE --exclude-dir=bipedal_walker "$box2d" include src
   [ $? -eq 1 ] || { echo "a Box2D header outside src/bipedal_walker"; status=1; }
+  grep -rnE --exclude-dir=walker2d --exclude-dir=bench "$mujoco" include src test
+  [ $? -eq 1 ] || { echo "a MuJoCo header outside src/walker2d, test/walker2d and test/bench"; status=1; }
+  grep -rni mujoco include src/core src/server src/agents src/nodes msg srv
+  [ $? -eq 1 ] || { echo "MuJoCo in a room that knows the abstract environment only"; status=1; }
   exit $status
 )

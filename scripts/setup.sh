@@ -13,7 +13,8 @@ ros_setup=/dev/null # what the distribution's ROS itself needs sourced
 # shellcheck source=scripts/packages.sh
 source "$root/scripts/packages.sh"
 
-# The ROS build of the chosen engines. BOX2D_SOURCE_DIR, if set, names a copy of the pinned sources.
+# The ROS build of the chosen engines. BOX2D_SOURCE_DIR and MUJOCO_DIR, if set, name copies of the
+# pinned ones.
 case $engines in
   pinned) ros_build=$build/pinned ;;
   *) ros_build=$build/ros_$engines ;;
@@ -22,7 +23,7 @@ esac
 devel=$ros_build/devel
 common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3)
 ros_options=("${common_options[@]}" "-DWALKER_SIM_ENGINES=$engines"
-  "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}")
+  "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}")
 # What a command wants on top, set by it before set_up.
 extra_packages=()
 extra_options=()
@@ -140,14 +141,21 @@ set_up_venv() {
   echo "$wanted" >"$venv/ready.new" && mv "$venv/ready.new" "$venv/ready"
 }
 
+# set_up_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand.
+set_up_engine() {
+  if [ -n "${!2:-}" ]; then
+    say "[3/5] engines: $1 from $2 = ${!2}"
+  else
+    say "[3/5] engines: the pinned $1"
+    "$root/scripts/fetch_engines" "$1" >/dev/null
+  fi
+}
+
 set_up_engines() {
   if [ "$engines" = system ]; then
     say "[3/5] engines: the distribution's, on request; BipedalWalker's bits are not Gymnasium's"
-  elif [ -n "${BOX2D_SOURCE_DIR:-}" ]; then
-    say "[3/5] engines: Box2D from BOX2D_SOURCE_DIR = $BOX2D_SOURCE_DIR"
   else
-    say "[3/5] engines: the pinned Box2D"
-    "$root/scripts/fetch_engines" box2d >/dev/null
+    set_up_engine box2d BOX2D_SOURCE_DIR && set_up_engine mujoco MUJOCO_DIR
   fi
 }
 

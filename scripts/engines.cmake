@@ -1,0 +1,113 @@
+# The engines as interface targets, walker_sim_box2d and walker_sim_mujoco, each with its origin as
+# a definition. Sets mujoco_dir and mujoco_library, for what is to be installed: mujoco_dir is empty
+# where the library is the distribution's.
+
+# Sets OUT to the folder in the cache that holds the pinned ENGINE, as scripts/fetch_engines names it.
+function(walker_sim_fetch_engine engine out)
+  execute_process(COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/fetch_engines ${engine}
+    OUTPUT_VARIABLE fetched RESULT_VARIABLE result OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "The pinned ${engine} could not be had; the reason stands above.")
+  endif()
+  set(${out} ${fetched} PARENT_SCOPE)
+endfunction()
+
+# ---------------------------------------------------------------- Box2D
+add_library(walker_sim_box2d INTERFACE)
+if(WALKER_SIM_ENGINES STREQUAL "pinned")
+  set(box2d_source ${BOX2D_SOURCE_DIR})
+  if(NOT box2d_source)
+    walker_sim_fetch_engine(box2d box2d_source)
+  endif()
+  if(NOT EXISTS "${box2d_source}/Box2D/Box2D.h")
+    message(FATAL_ERROR "BOX2D_SOURCE_DIR = ${box2d_source}: must hold Box2D/Box2D.h of box2d-py 2.3.8")
+  endif()
+  file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
+  add_library(box2d_pinned STATIC ${box2d_sources})
+  target_include_directories(box2d_pinned SYSTEM PUBLIC
+    ${box2d_source} ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_without_python)
+  # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
+  # live in the same process.
+  target_compile_options(box2d_pinned PRIVATE -O3 -ffp-contract=off -w)
+  set_target_properties(box2d_pinned PROPERTIES
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  target_link_libraries(walker_sim_box2d INTERFACE box2d_pinned)
+  target_compile_definitions(walker_sim_box2d INTERFACE
+    "WALKER_SIM_BOX2D_ORIGIN=\" (pinned, box2d-py 2.3.8)\"")
+elseif(WALKER_SIM_ENGINES STREQUAL "system")
+  find_path(BOX2D_2_4_INCLUDE_DIR box2d/box2d.h)
+  find_path(BOX2D_2_3_INCLUDE_DIR Box2D/Box2D.h)
+  find_library(BOX2D_LIBRARY NAMES box2d Box2D)
+  if(NOT BOX2D_LIBRARY OR NOT (BOX2D_2_4_INCLUDE_DIR OR BOX2D_2_3_INCLUDE_DIR))
+    message(FATAL_ERROR "WALKER_SIM_ENGINES = system: no Box2D found; install libbox2d-dev")
+  endif()
+  if(BOX2D_2_4_INCLUDE_DIR)
+    target_include_directories(walker_sim_box2d SYSTEM INTERFACE ${BOX2D_2_4_INCLUDE_DIR})
+    target_compile_definitions(walker_sim_box2d INTERFACE WALKER_SIM_BOX2D_2_4)
+  else()
+    target_include_directories(walker_sim_box2d SYSTEM INTERFACE ${BOX2D_2_3_INCLUDE_DIR})
+  endif()
+  target_link_libraries(walker_sim_box2d INTERFACE ${BOX2D_LIBRARY})
+  target_compile_definitions(walker_sim_box2d INTERFACE "WALKER_SIM_BOX2D_ORIGIN=\" (system)\"")
+else()
+  message(FATAL_ERROR "WALKER_SIM_ENGINES = ${WALKER_SIM_ENGINES}: must be pinned or system")
+endif()
+
+# ---------------------------------------------------------------- MuJoCo
+# A folder of a release (lib/, include/), named or fetched, or what the distribution has installed.
+set(mujoco_dir ${MUJOCO_DIR})
+if(WALKER_SIM_ENGINES STREQUAL "pinned")
+  set(mujoco_origin "pinned, mujoco 2.2.2")
+  if(NOT mujoco_dir)
+    walker_sim_fetch_engine(mujoco mujoco_dir)
+  endif()
+elseif(mujoco_dir)
+  set(mujoco_origin "MUJOCO_DIR")
+else()
+  set(mujoco_origin "system")
+endif()
+if(mujoco_dir)
+  set(mujoco_include_dir ${mujoco_dir}/include)
+  set(mujoco_library ${mujoco_dir}/lib/libmujoco.so.2.2.2)
+else()
+  find_path(MUJOCO_INCLUDE_DIR mujoco/mujoco.h)
+  find_library(MUJOCO_LIBRARY mujoco)
+  set(mujoco_include_dir ${MUJOCO_INCLUDE_DIR})
+  set(mujoco_library ${MUJOCO_LIBRARY})
+  if(NOT mujoco_include_dir OR NOT mujoco_library)
+    message(FATAL_ERROR "WALKER_SIM_ENGINES = system: no MuJoCo found. Install libmujoco-dev; where "
+      "the distribution has none, as Ubuntu 20.04, unpack a release of MuJoCo 2.2.2 and name its "
+      "folder: -DMUJOCO_DIR=DIR")
+  endif()
+endif()
+if(NOT EXISTS "${mujoco_include_dir}/mujoco/mujoco.h")
+  message(FATAL_ERROR
+    "MUJOCO_DIR = ${mujoco_dir}: must hold include/mujoco/mujoco.h and lib/ of MuJoCo 2.2.2")
+endif()
+file(STRINGS "${mujoco_include_dir}/mujoco/mujoco.h" mujoco_version
+  REGEX "^#define mjVERSION_HEADER +[0-9]+")
+string(REGEX REPLACE "[^0-9]" "" mujoco_version "${mujoco_version}")
+if(NOT mujoco_version STREQUAL "222")
+  message(FATAL_ERROR "${mujoco_include_dir}/mujoco/mujoco.h: mjVERSION_HEADER is "
+    "\"${mujoco_version}\"; must be 222, MuJoCo 2.2.2, whose results are Gymnasium's to the bit. "
+    "WALKER_SIM_ENGINES=pinned fetches it; -DMUJOCO_DIR=DIR names the folder of an unpacked release")
+endif()
+if(NOT EXISTS "${mujoco_library}")
+  message(FATAL_ERROR "MUJOCO_DIR = ${mujoco_dir}: must hold lib/libmujoco.so.2.2.2")
+endif()
+# What is built runs with a copy of its own: without the folder, the loader would quietly take the
+# distribution's library, which has the same name.
+if(mujoco_dir)
+  configure_file(${mujoco_library} mujoco/libmujoco.so.2.2.2 COPYONLY)
+  set(mujoco_library ${CMAKE_CURRENT_BINARY_DIR}/mujoco/libmujoco.so.2.2.2)
+endif()
+add_library(mujoco_shared SHARED IMPORTED)
+set_target_properties(mujoco_shared PROPERTIES IMPORTED_LOCATION ${mujoco_library})
+target_include_directories(mujoco_shared SYSTEM INTERFACE ${mujoco_include_dir})
+add_library(walker_sim_mujoco INTERFACE)
+target_link_libraries(walker_sim_mujoco INTERFACE mujoco_shared)
+target_compile_definitions(walker_sim_mujoco INTERFACE
+  "WALKER_SIM_MUJOCO_ORIGIN=\" (${mujoco_origin})\"")
+# The distribution's folder may stand in LD_LIBRARY_PATH. A DT_RPATH comes before that variable; the
+# DT_RUNPATH that linkers write by default, after it.
+target_link_options(walker_sim_mujoco INTERFACE "-Wl,--disable-new-dtags")
