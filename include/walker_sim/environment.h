@@ -54,7 +54,8 @@ class WALKER_SIM_EXPORT Environment {
 
   /// Advances the world by `specification().dt`.
   /// @param action      `size` values, unitless; beyond the bounds limited as Gymnasium limits them
-  /// @throws InvalidAction, ResetNeeded
+  /// @throws InvalidAction, ResetNeeded. What an engine throws never leaves an environment that
+  ///         `make` made: it ends the episode with `error`.
   virtual void step(const double* action, std::size_t size, Result& result) = 0;
 
   /// Measures the present state. Needs a reset before.

@@ -40,29 +40,23 @@ void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
   reward_.restart();
   // Gymnasium's reset ends with a step without torque and drops its reward and flags.
   const std::array<double, kJointCount> no_torque{};
-  advance(no_torque.data(), result);
-  if (world_is_broken_) throw std::runtime_error(std::string("reset: ") + result.error);
+  advance(no_torque.data());
   score(no_torque.data());
   observe(result.observation);
   result.reward = 0;
   result.terminated = false;
   result.truncated = false;
   result.end_reason = "";
+  result.error = "";
 }
 
 void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& result) {
-  result.terminated = false;
+  advance(action);
+  observe(result.observation);
+  result.reward = score(action);
   result.truncated = false;
   result.end_reason = "";
-  advance(action, result);
-  observe(result.observation);
-  if (world_is_broken_) {
-    result.reward = 0;
-    result.terminated = true;
-    result.end_reason = "the simulation failed";
-    return;
-  }
-  result.reward = score(action);
+  result.error = "";
   judge(result);
 }
 
@@ -75,17 +69,14 @@ void BipedalWalker::renew_world() {
   }
 }
 
-void BipedalWalker::advance(const double* action, Result& result) {
-  result.error = "";
+void BipedalWalker::advance(const double* action) {
   velocity_before_step_ = velocity_of_origin(physics_->hull());
   physics_->drive(action);
   try {
     physics_->step();
   } catch (const std::exception&) {
-    // Box2D failed an assertion. That leaves the world locked for ever; it can still be read.
-    world_is_broken_ = true;
-    result.error = "Box2D failed an assertion";
-    return;
+    world_is_broken_ = true;  // a failed assertion leaves it locked for ever
+    throw std::runtime_error("Box2D failed an assertion");
   }
   cast_lidar(physics_->world(), physics_->hull().GetPosition(), lidar_);
 }

@@ -40,6 +40,8 @@ class BipedalWalker : public Environment {
 
   const Specification& specification() const override { return specification_; }
   void reset(std::optional<std::uint64_t> seed, Result& result) override;
+
+  /// @throws std::runtime_error when Box2D fails an assertion; then only a reset is allowed
   void step(const double* action, std::size_t size, Result& result) override;
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
@@ -49,7 +51,7 @@ class BipedalWalker : public Environment {
   friend class BrokenWorldTest;  // breaks the world
 
   void renew_world();
-  void advance(const double* action, Result& result);
+  void advance(const double* action);
   void observe(double* observation) const;
   double score(const double* action);
   void judge(Result& result) const;

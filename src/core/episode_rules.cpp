@@ -37,7 +37,7 @@ void EpisodeRules::step(const double* action, std::size_t size, Result& result) 
 }
 
 void EpisodeRules::fail(const std::exception& error, Result& result) {
-  phase_ = Phase::before_reset;  // there is no state to sense or to step on
+  phase_ = Phase::failed;  // there is no state to sense or to step on
   error_ = error.what();
   result.reward = 0;
   result.terminated = true;
@@ -47,26 +47,29 @@ void EpisodeRules::fail(const std::exception& error, Result& result) {
 }
 
 void EpisodeRules::sense(Sensors& sensors) {
-  need_reset_before("sense");
+  need_state_for("sense");
   wrapped_->sense(sensors);
 }
 
 void EpisodeRules::scene(Scene& scene) const {
-  need_reset_before("scene");
+  need_state_for("scene");
   wrapped_->scene(scene);
 }
 
 void EpisodeRules::check_phase() const {
-  need_reset_before("step");
+  need_state_for("step");
   if (phase_ == Phase::ended) {
     throw ResetNeeded("step: the episode ended after " + std::to_string(steps_) +
                       " steps; reset first");
   }
 }
 
-void EpisodeRules::need_reset_before(const char* call) const {
+void EpisodeRules::need_state_for(const char* call) const {
   if (phase_ == Phase::before_reset) {
     throw ResetNeeded(std::string(call) + ": there is no episode yet; reset first");
+  }
+  if (phase_ == Phase::failed) {
+    throw ResetNeeded(std::string(call) + ": the simulation failed; reset first");
   }
 }
 

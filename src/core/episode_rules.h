@@ -30,11 +30,11 @@ class EpisodeRules : public Environment {
   GeneratorState generator_state() const override { return wrapped_->generator_state(); }
 
  private:
-  enum class Phase { before_reset, running, ended };
+  enum class Phase { before_reset, running, ended, failed };
 
   void check_phase() const;
   void check_action(const double* action, std::size_t size) const;
-  void need_reset_before(const char* call) const;
+  void need_state_for(const char* call) const;
   void fail(const std::exception& error, Result& result);
 
   std::unique_ptr<Environment> wrapped_;

@@ -7,6 +7,7 @@
 
 #include "bipedal_walker/registration.h"
 #include "core/episode_rules.h"
+#include "walker2d/registration.h"
 
 namespace walker {
 namespace {
@@ -27,6 +28,7 @@ const std::vector<Registration>& registrations() {
   static const std::vector<Registration> kAll = [] {
     std::vector<Registration> all;
     append(all, bipedal_walker::registrations());
+    append(all, walker2d::registrations());
     return all;
   }();
   return kAll;

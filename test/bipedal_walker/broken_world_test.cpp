@@ -56,7 +56,7 @@ TEST_F(BrokenWorldTest, EndsTheEpisodeAndSaysWhy) {
   EXPECT_STREQ(result_.error, "Box2D failed an assertion");
   EXPECT_EQ(result_.reward, 0);
   Sensors sensors;
-  EXPECT_NO_THROW(rules_->sense(sensors));
+  EXPECT_THROW(rules_->sense(sensors), ResetNeeded);
 }
 
 TEST_F(BrokenWorldTest, TheNextResetRepairsIt) {
