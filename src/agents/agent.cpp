@@ -4,10 +4,13 @@
 
 #include "bipedal_walker/heuristic.h"
 #include "core/random.h"
+#include "walker2d/heuristic.h"
 
 namespace walker {
 namespace {
 
+/// @tparam Heuristic what the environment's folder offers
+template <typename Heuristic>
 class HeuristicAgent : public Agent {
  public:
   explicit HeuristicAgent(std::size_t action_size) : action_(action_size) {}
@@ -20,7 +23,7 @@ class HeuristicAgent : public Agent {
   }
 
  private:
-  bipedal_walker::Heuristic heuristic_;
+  Heuristic heuristic_;
   std::vector<double> action_;
 };
 
@@ -49,18 +52,30 @@ class RandomAgent : public Agent {
   std::vector<double> action_;
 };
 
+bool begins_with(const std::string& text, const std::string& beginning) {
+  return text.rfind(beginning, 0) == 0;
+}
+
+std::unique_ptr<Agent> make_heuristic(const Specification& specification) {
+  if (begins_with(specification.id, "BipedalWalker")) {
+    return std::make_unique<HeuristicAgent<bipedal_walker::Heuristic>>(specification.action_size());
+  }
+  if (!begins_with(specification.id, "Walker2d")) {
+    throw std::invalid_argument("agent = heuristic: there is none for " + specification.id);
+  }
+  if (specification.observation_size() != walker2d::Heuristic::kObservationSize) {
+    throw std::invalid_argument("agent = heuristic: needs " + specification.id +
+                                " with exclude_current_positions_from_observation = true");
+  }
+  return std::make_unique<HeuristicAgent<walker2d::Heuristic>>(specification.action_size());
+}
+
 }  // namespace
 
 std::unique_ptr<Agent> make_agent(const std::string& name, const Specification& specification,
                                   std::uint64_t seed) {
   if (name == "random") return std::make_unique<RandomAgent>(specification, seed);
-  if (name == "heuristic") {
-    if (specification.id.rfind("BipedalWalker", 0) == 0) {
-      return std::make_unique<HeuristicAgent>(specification.action_size());
-    }
-    throw std::invalid_argument("agent = heuristic: walks in BipedalWalker only, not in " +
-                                specification.id);
-  }
+  if (name == "heuristic") return make_heuristic(specification);
   throw std::invalid_argument("agent = " + name + ": must be heuristic or random");
 }
 

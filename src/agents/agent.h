@@ -26,7 +26,7 @@ class Agent {
   virtual const std::vector<double>& act(const std::vector<double>& observation) = 0;
 };
 
-/// @param name "heuristic" (the BipedalWalkers only) or "random" (uniform within the bounds)
+/// @param name "heuristic" (a gait for the environment) or "random" (uniform within the bounds)
 /// @param seed of the random agent
 /// @throws std::invalid_argument naming the agent and what is allowed
 std::unique_ptr<Agent> make_agent(const std::string& name, const Specification& specification,

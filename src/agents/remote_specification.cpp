@@ -4,10 +4,24 @@
 #include <ros/init.h>
 #include <ros/service.h>
 
+#include "server/parameter_text.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
+namespace {
+
+/// What an environment with the server's parameters says; messages carry only a part of it.
+Specification to_specification(const walker_sim::EnvironmentSpec& message) {
+  std::vector<std::string> assignments;
+  for (std::size_t i = 0; i < message.parameter_names.size(); ++i) {
+    assignments.push_back(message.parameter_names[i] + "=" + message.parameter_values.at(i));
+  }
+  return make(message.id, parse_assignments(parameter_descriptions(message.id), assignments))
+      ->specification();
+}
+
+}  // namespace
 
 std::optional<Specification> ask_specification(ros::NodeHandle& node, const std::string& server) {
   const std::string name = server + "/get_spec";
@@ -16,7 +30,7 @@ std::optional<Specification> ask_specification(ros::NodeHandle& node, const std:
     // A wall-clock wait: simulation time stands still until the server's first step.
     if (ros::service::waitForService(name, ros::Duration(1)) &&
         node.serviceClient<walker_sim::GetSpec>(name).call(call)) {
-      return make(call.response.spec.id)->specification();
+      return to_specification(call.response.spec);
     }
     if (!said && ros::ok()) ROS_INFO_STREAM("Waiting for " << node.resolveName(name));
   }
