@@ -1,20 +1,29 @@
-"""Drives walker_sim_rollout (test/bipedal_walker/rollout.cpp), which steps our environments."""
+"""Drives walker_sim_rollout (test/rollout.cpp), which steps our environments."""
 
 import os
 import subprocess
 
 import numpy as np
 
-OBSERVATION_SIZE = 24
-ROW_SIZE = OBSERVATION_SIZE + 3  # observation, reward, terminated, truncated
-
 
 class Refused(Exception):
     """The tool answered with an error; its text is the message."""
 
 
+def parameter_text(value):
+    """A parameter's value as test/parameter_text.h reads it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (tuple, list)):
+        return ",".join(map(repr, map(float, value)))
+    return str(value)
+
+
 class Rollout:
-    """One process with at most one environment in it."""
+    """One process with at most one environment in it.
+
+    A row is observation, reward, terminated, truncated, info (NaN where absent).
+    """
 
     def __init__(self, tool=None):
         self._process = subprocess.Popen(
@@ -22,6 +31,7 @@ class Rollout:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
         )
+        self._row_size = 0
 
     def close(self):
         self._process.stdin.close()
@@ -39,19 +49,21 @@ class Rollout:
         return self._process.stdout.read(int(rest))
 
     def make(self, environment_id, **parameters):
-        texts = [f"{name}={str(value).lower()}" for name, value in parameters.items()]
-        self._ask(" ".join(["make", environment_id, *texts]))
+        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
+        self._ask("\t".join(["make", environment_id, *texts]))
+        self._row_size = len(self.spaces()[0]) + 3 + len(self.description()[0])
 
     def reset(self, seed=None):
-        """Observation, shape (24,); without a seed the generator continues."""
-        return np.frombuffer(self._ask(f"reset {'-' if seed is None else seed}"))
+        """The row of the reset, shape (row size,); without a seed the generator continues."""
+        return np.frombuffer(self._ask(f"reset\t{'-' if seed is None else seed}"))
 
     def step(self, actions):
-        """Rows (observation, reward, terminated, truncated) up to the episode's end.
+        """Rows up to the episode's end.
 
-        actions: shape (n, 4). Returns shape (m, 27) with m <= n.
+        actions: shape (n, action size). Returns shape (m, row size) with m <= n.
         """
-        return np.frombuffer(self._ask(f"step {len(actions)}", actions)).reshape(-1, ROW_SIZE)
+        answer = self._ask(f"step\t{len(actions)}", actions)
+        return np.frombuffer(answer).reshape(-1, self._row_size)
 
     def generator_state(self):
         """NumPy PCG64: state high, low, increment high, low, has_uint32, uinteger."""
@@ -60,18 +72,25 @@ class Rollout:
     def spaces(self):
         """Observation low and high, action low and high, dt, max_episode_steps, threshold."""
         numbers = np.frombuffer(self._ask("spaces"))
-        parts = np.split(numbers, np.cumsum([OBSERVATION_SIZE, OBSERVATION_SIZE, 4, 4, 1, 1]))
+        observation_size, action_size = map(int, numbers[:2])
+        sizes = [observation_size, observation_size, action_size, action_size, 1, 1]
+        parts = np.split(numbers[2:], np.cumsum(sizes))
         return [*parts[:4], *(float(part[0]) for part in parts[4:])]
 
+    def description(self):
+        """The names of the infos, then the parameters and their values as texts, in a dict."""
+        infos, *parameters = self._ask("description").decode().splitlines()
+        return infos.split(), dict(parameter.split("=", 1) for parameter in parameters)
+
     def act(self, observations):
-        """Actions of a new heuristic on observations of shape (n, 24), shape (n, 4)."""
-        return np.frombuffer(self._ask(f"act {len(observations)}", observations)).reshape(-1, 4)
+        """Actions of a new BipedalWalker heuristic on observations of shape (n, 24), (n, 4)."""
+        return np.frombuffer(self._ask(f"act\t{len(observations)}", observations)).reshape(-1, 4)
 
     def terrain(self, hardcore, seed):
-        """What an episode draws: see gymnasium_reference.terrain."""
-        return np.frombuffer(self._ask(f"terrain {int(hardcore)} {seed}"))
+        """What an episode of BipedalWalker draws: see bipedal_walker_reference.terrain."""
+        return np.frombuffer(self._ask(f"terrain\t{int(hardcore)}\t{seed}"))
 
     def random(self, seed, draws):
         """The draws (see rollout.cpp) as doubles, then the generator's state as 6 integers."""
-        answer = self._ask(" ".join([f"random {seed}", *draws]))
+        answer = self._ask("\t".join([f"random\t{seed}", *draws]))
         return np.frombuffer(answer[:-48]), np.frombuffer(answer[-48:], np.uint64)

@@ -28,6 +28,17 @@ struct Stepper {
 
   bool has_ended() const { return result.terminated || result.truncated; }
 
+  /// What the last reset or step gave, as recordings hold it: observation, reward, terminated,
+  /// truncated, info.
+  std::vector<double> row() const {
+    std::vector<double> numbers = observation;
+    numbers.push_back(result.reward);
+    numbers.push_back(result.terminated ? 1 : 0);
+    numbers.push_back(result.truncated ? 1 : 0);
+    numbers.insert(numbers.end(), info.begin(), info.end());
+    return numbers;
+  }
+
   std::unique_ptr<Environment> environment;
   std::vector<double> observation;
   std::vector<double> info;

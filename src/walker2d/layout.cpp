@@ -55,6 +55,9 @@ std::string wrong_limb(const mjModel& model, int joint) {
     return "joint " + name_of(model, mjOBJ_JOINT, joint) +
            ": must be a hinge, and the only joint of its body";
   }
+  if (carrier_of(model, model.body_parentid[body]) == 0) {
+    return "joint " + name_of(model, mjOBJ_JOINT, joint) + ": must carry a limb of the trunk";
+  }
   return "";
 }
 
@@ -80,6 +83,7 @@ std::string wrong_actuator(const mjModel& model, int actuator) {
     return name + ": must be a motor";
   }
   if (model.actuator_ctrllimited[actuator] == 0) return name + ": must have a ctrlrange";
+  if (effort_per_control(model, actuator) == 0) return name + ": must have a gear other than 0";
   return "";
 }
 
@@ -112,5 +116,9 @@ Layout::Layout(const mjModel& model) : trunk(model.jnt_bodyid[kRootX]) {
 }
 
 int carrier_of(const mjModel& model, int body) { return model.body_weldid[body]; }
+
+double effort_per_control(const mjModel& model, int actuator) {
+  return at(model.actuator_gainprm, actuator, mjNGAIN)[0] * at(model.actuator_gear, actuator, 6)[0];
+}
 
 }  // namespace walker::walker2d

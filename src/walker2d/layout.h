@@ -29,4 +29,7 @@ struct Layout {
 /// without joints are parts of it.
 int carrier_of(const mjModel& model, int body);
 
+/// Torque of the joint for a control of 1, negative where the motor turns backwards [N m].
+double effort_per_control(const mjModel& model, int actuator);
+
 }  // namespace walker::walker2d

@@ -146,10 +146,6 @@ Link read_link(const mjModel& model, int body) {
   return link;
 }
 
-double effort_per_control(const mjModel& model, int actuator) {
-  return at(model.actuator_gainprm, actuator, mjNGAIN)[0] * at(model.actuator_gear, actuator, 6)[0];
-}
-
 Joint read_joint(const mjModel& model, const Layout& layout, int action_index) {
   const int index = layout.joints[action_index];
   const int child = layout.limbs[action_index];

@@ -18,7 +18,4 @@ Link read_link(const mjModel& model, int body);
 /// The hinge that an action's element drives, with its motor.
 Joint read_joint(const mjModel& model, const Layout& layout, int action_index);
 
-/// Torque of the joint for a control of 1, negative where the motor turns backwards [N m].
-double effort_per_control(const mjModel& model, int actuator);
-
 }  // namespace walker::walker2d

@@ -5,23 +5,15 @@ Holds for the pinned Box2D only. Seeds are others than the recorded ones (record
 
 import numpy as np
 import pytest
-from gymnasium_reference import (
-    IDS,
-    KINDS,
-    Plan,
-    Session,
-    equal_bits,
-    play,
-    without_reward,
-)
+from bipedal_walker_reference import IDS, KINDS, play, without_reward
+from gymnasium_reference import Plan, Session, equal_bits, first_difference
 
 
 def our_rows(rollout, session, episodes):
     """What our environment answers to the actions that were played in Gymnasium."""
-    rollout.make(session.environment_id, reuse_world=session.reuse_world)
+    rollout.make(session.environment_id, **session.parameters)
     for plan, episode in zip(session.plans, episodes):
-        reset = np.append(rollout.reset(plan.seed), [0, 0, 0])
-        yield np.vstack([reset, rollout.step(episode.actions)])
+        yield np.vstack([rollout.reset(plan.seed), rollout.step(episode.actions)])
 
 
 def compare(rollout, session):
@@ -34,18 +26,11 @@ def compare(rollout, session):
     return episodes
 
 
-def first_difference(ours, theirs):
-    if ours.shape != theirs.shape:
-        return f"{len(ours) - 1} steps instead of {len(theirs) - 1}"
-    step = np.argmax((ours != theirs).any(axis=1))
-    return f"step {step}: {ours[step]} instead of {theirs[step]}"
-
-
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_new_environments(rollout, environment_id, kind):
     for seed in range(2000, 2016):
-        compare(rollout, Session(environment_id, False, [Plan(kind, seed, seed)]))
+        compare(rollout, Session(environment_id, {}, [Plan(kind, seed, seed)]))
 
 
 @pytest.mark.parametrize("environment_id", IDS)
@@ -54,20 +39,20 @@ def test_several_resets_in_one_world(rollout, environment_id, first):
     plans = [Plan("heuristic", first, 0)]
     plans += [Plan(kind, None, first + i) for i, kind in enumerate(KINDS)]
     plans += [Plan("noisy", first, first), Plan("heuristic", first + 1, 0)]
-    compare(rollout, Session(environment_id, True, plans))
+    compare(rollout, Session(environment_id, {"reuse_world": True}, plans))
 
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_new_worlds_with_one_generator(rollout, environment_id):
     """The default: as new environments of Gymnasium that hand on their generator."""
     plans = [Plan("heuristic", 40, 0), Plan("noisy", None, 1), Plan("saturated", None, 2)]
-    compare(rollout, Session(environment_id, False, plans))
+    compare(rollout, Session(environment_id, {}, plans))
 
 
 def test_limits_truncate_as_gymnasiums(rollout):
     """The walkers of these seeds last as long as they may."""
     for environment_id, limit in zip(IDS, (1600, 2000)):
-        (episode,) = compare(rollout, Session(environment_id, False, [Plan("random", 2, 2)]))
+        (episode,) = compare(rollout, Session(environment_id, {}, [Plan("random", 2, 2)]))
         assert len(episode.actions) == limit
         assert episode.rows[-1, -2:].tolist() == [0, 1]
 
@@ -88,15 +73,15 @@ def test_generator_state_is_numpys(rollout):
 def test_a_reused_world_differs_from_a_new_one(rollout):
     """The comparisons above tell one from the other."""
     plans = [Plan("heuristic", 102, 0), Plan("zero", None, 0), Plan("heuristic", 102, 0)]
-    session = Session(IDS[0], True, plans)
+    session = Session(IDS[0], {"reuse_world": True}, plans)
     episodes = play(session)
-    rows = list(our_rows(rollout, session._replace(reuse_world=False), episodes))
+    rows = list(our_rows(rollout, session._replace(parameters={}), episodes))
     assert equal_bits(rows[0], episodes[0].rows)
     assert not equal_bits(rows[2], episodes[2].rows)
 
 
 def test_one_bit_of_one_action_is_seen(rollout):
-    session = Session(IDS[0], False, [Plan("noisy", 1, 1)])
+    session = Session(IDS[0], {}, [Plan("noisy", 1, 1)])
     (episode,) = play(session)
     episode.actions[20, 1] = np.nextafter(np.float32(episode.actions[20, 1]), np.float32(2))
     (ours,) = our_rows(rollout, session, [episode])

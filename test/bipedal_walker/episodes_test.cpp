@@ -104,7 +104,7 @@ TEST(Episodes, RefusedActionsLeaveNoTrace) {
     EXPECT_EQ(walker.observation, before);
     walker.step({0.5, -1, 1, 0.25});
     twin.step({0.5, -1, 1, 0.25});
-    ASSERT_EQ(row_of(walker), row_of(twin)) << "step " << i;
+    ASSERT_EQ(walker.row(), twin.row()) << "step " << i;
   }
 }
 
@@ -116,7 +116,7 @@ TEST(Episodes, ActionsBeyondTheBoundsActAsTheBounds) {
   for (int i = 0; i < 40; ++i) {
     walker.step({1e300, -7, 1.5, -1.0000001});
     twin.step({1, -1, 1, -1});
-    ASSERT_EQ(row_of(walker), row_of(twin)) << "step " << i;
+    ASSERT_EQ(walker.row(), twin.row()) << "step " << i;
   }
 }
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from bipedal_walker_reference import IDS, OBSERVATION_SIZE, play
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
-from gymnasium_reference import IDS, Plan, Session, equal_bits, play
-from rollout_tool import OBSERVATION_SIZE
+from gymnasium_reference import Plan, Session, equal_bits
 
 
 def gymnasium_actions(observations):
@@ -16,7 +16,7 @@ def gymnasium_actions(observations):
 @pytest.mark.parametrize("kind", ["heuristic", "noisy"])
 def test_actions_are_equal(rollout, environment_id, kind):
     for seed in range(500, 520):
-        (episode,) = play(Session(environment_id, False, [Plan(kind, seed, seed)]))
+        (episode,) = play(Session(environment_id, {}, [Plan(kind, seed, seed)]))
         observations = episode.rows[:, :OBSERVATION_SIZE]
         ours = rollout.act(observations)
         assert equal_bits(ours, gymnasium_actions(observations)), seed

@@ -1,4 +1,4 @@
-// Plays episodes whose actions follow from a kind and a seed, as gymnasium_reference.py does.
+// Plays episodes whose actions follow from a kind and a seed, as bipedal_walker_reference.py does.
 #pragma once
 
 #include <cstdint>
@@ -47,25 +47,16 @@ class Actions {
   Heuristic heuristic_;
 };
 
-/// What one recorded row holds: observation, reward, terminated, truncated.
-inline std::vector<double> row_of(const Stepper& walker) {
-  std::vector<double> row = walker.observation;
-  row.push_back(walker.result.reward);
-  row.push_back(walker.result.terminated ? 1 : 0);
-  row.push_back(walker.result.truncated ? 1 : 0);
-  return row;
-}
-
 /// Resets and plays to the end of the episode, at most `most_steps` steps. Row 0 is the reset's.
 inline std::vector<std::vector<double>> play(Stepper& walker, std::optional<std::uint64_t> seed,
                                              Actions actions, std::size_t most_steps = 5000) {
   walker.reset(seed);
-  std::vector<std::vector<double>> rows{row_of(walker)};
+  std::vector<std::vector<double>> rows{walker.row()};
   std::vector<double> action;
   while (!walker.has_ended() && rows.size() <= most_steps) {
     actions.draw(walker.observation, action);
     walker.step(action);
-    rows.push_back(row_of(walker));
+    rows.push_back(walker.row());
   }
   return rows;
 }

@@ -3,7 +3,8 @@
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium_reference import IDS, equal_bits
+from bipedal_walker_reference import IDS
+from gymnasium_reference import equal_bits
 
 
 @pytest.mark.parametrize("environment_id", IDS)

@@ -1,8 +1,9 @@
 """Terrain, clouds and push against the Gymnasium that is installed, in every double."""
 
-import gymnasium_reference
 import numpy as np
 import pytest
+from bipedal_walker_reference import terrain
+from gymnasium_reference import equal_bits
 
 LARGE_SEEDS = np.random.default_rng(2).integers(0, 2**64, 200, np.uint64)
 
@@ -13,9 +14,7 @@ def test_every_double_is_equal(rollout, hardcore):
     differing = [
         seed
         for seed in seeds
-        if not gymnasium_reference.equal_bits(
-            rollout.terrain(hardcore, seed), gymnasium_reference.terrain(hardcore, seed)
-        )
+        if not equal_bits(rollout.terrain(hardcore, seed), terrain(hardcore, seed))
     ]
     assert differing == []
 
@@ -23,5 +22,5 @@ def test_every_double_is_equal(rollout, hardcore):
 def test_another_seed_or_variant_is_another_terrain(rollout):
     """What the comparison above can tell apart."""
     plain = rollout.terrain(False, 5)
-    assert not gymnasium_reference.equal_bits(plain, gymnasium_reference.terrain(False, 6))
-    assert not gymnasium_reference.equal_bits(plain, gymnasium_reference.terrain(True, 5))
+    assert not equal_bits(plain, terrain(False, 6))
+    assert not equal_bits(plain, terrain(True, 5))

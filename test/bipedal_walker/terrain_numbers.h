@@ -1,4 +1,4 @@
-// All doubles that a reset draws, in the order of gymnasium_reference.terrain.
+// All doubles that a reset draws, in the order of bipedal_walker_reference.terrain.
 #pragma once
 
 #include <vector>

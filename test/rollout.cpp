@@ -1,19 +1,23 @@
 // Steps environments for a test that talks through a pipe, so that it compares thousands of steps
 // with Gymnasium without a binding.
 //
-// A command is one line on stdin, where needed followed by raw doubles. The answer is a line
-// `ok BYTES` followed by that many bytes, or a line `error MESSAGE`. Numbers are native 64 bits.
+// A command is one line on stdin, its words with tabs between them, where needed followed by raw
+// doubles. The answer is a line `ok BYTES` followed by that many bytes, or a line `error MESSAGE`.
+// Numbers are native 64 bits.
 //
-//   make ID [NAME=true|false|INTEGER ...]  -> nothing; the environment of the commands below
-//   reset SEED|-           -> observation; - continues the generator
-//   step N + N x action    -> rows of observation, reward, terminated, truncated; ends with the
-//                             episode, however many actions are left
+//   make ID [NAME=VALUE ...]  -> nothing; the environment of the commands below
+//   reset SEED|-           -> a row: observation, reward, terminated, truncated, info (NaN where
+//                             absent); - continues the generator
+//   step N + N x action    -> rows; ends with the episode, however many actions are left
 //   state                  -> generator state, 6 integers
-//   spaces                 -> observation low, high, action low, high, dt, max_episode_steps,
-//                             reward_threshold
-//   act N + N x 24         -> N x 4 actions of a new heuristic that sees these observations
-//   terrain 0|1 SEED       -> 200 ground points, number of obstacles, 4 points of each, 10 clouds
-//                             of 5 points, push; 1: hardcore
+//   spaces                 -> observation and action size, observation low, high, action low, high,
+//                             dt, max_episode_steps, reward_threshold
+//   description            -> text: a line with the names of the infos, then a line NAME=VALUE a
+//                             parameter
+//   act N + N x 24         -> N x 4 actions of a new BipedalWalker heuristic that sees these
+//                             observations
+//   terrain 0|1 SEED       -> BipedalWalker's 200 ground points, number of obstacles, 4 points of
+//                             each, 10 clouds of 5 points, push; 1: hardcore
 //   random SEED DRAW ...   -> one number a draw, then generator state, 6 integers. A draw is
 //                             `random`, `uniform LOW HIGH` or `integers LOW HIGH`
 #include <array>
@@ -21,7 +25,7 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
-#include <memory>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -31,7 +35,8 @@
 #include "bipedal_walker/heuristic.h"
 #include "bipedal_walker/terrain_numbers.h"
 #include "core/random.h"
-#include "walker_sim/registry.h"
+#include "parameter_text.h"
+#include "stepper.h"
 
 namespace {
 
@@ -49,6 +54,7 @@ class Answer {
   void add(const walker::GeneratorState& state) {
     for (const std::uint64_t word : state) add_bytes(word);
   }
+  void add(const std::string& text) { bytes_ += text; }
   const std::string& bytes() const { return bytes_; }
 
  private:
@@ -71,24 +77,9 @@ std::vector<double> read_numbers(std::size_t count) {
   return numbers;
 }
 
-walker::Parameters read_parameters(std::istream& words) {
-  walker::Parameters parameters;
-  for (std::string word; words >> word;) {
-    const std::size_t equals = word.find('=');
-    if (equals == std::string::npos) throw std::invalid_argument(word + ": must be NAME=VALUE");
-    const std::string value = word.substr(equals + 1);
-    if (value == "true" || value == "false") {
-      parameters[word.substr(0, equals)] = value == "true";
-    } else {
-      parameters[word.substr(0, equals)] = std::int64_t{std::stoll(value)};
-    }
-  }
-  return parameters;
-}
-
 template <typename T>
 T read(std::istream& words) {
-  T value;
+  T value{};
   if (!(words >> value)) throw std::invalid_argument("a word of the command is missing or wrong");
   return value;
 }
@@ -103,6 +94,7 @@ class Session {
     if (command == "step") return step(read<std::size_t>(words));
     if (command == "state") return state();
     if (command == "spaces") return spaces();
+    if (command == "description") return description();
     if (command == "act") return act(read<std::size_t>(words));
     if (command == "terrain") return terrain(words);
     if (command == "random") return random(words);
@@ -112,56 +104,62 @@ class Session {
  private:
   Answer make(std::istream& words) {
     const auto id = read<std::string>(words);
-    environment_ = walker::make(id, read_parameters(words));
-    observation_.assign(environment_->specification().observation_size(), 0);
-    info_.assign(environment_->specification().info_names.size(), 0);
-    result_.observation = observation_.data();
-    result_.info = info_.data();
+    words >> std::ws;
+    walker::Parameters parameters;
+    for (std::string word; std::getline(words, word, '\t');) {
+      parameters.insert(walker::parameter(word));
+    }
+    walker_.emplace(id, parameters);
     return {};
   }
 
   Answer reset(const std::string& seed) {
-    if (seed == "-") {
-      environment().reset(std::nullopt, result_);
-    } else {
-      environment().reset(std::stoull(seed), result_);
-    }
+    walker().reset(seed == "-" ? std::nullopt : std::optional<std::uint64_t>(std::stoull(seed)));
     Answer answer;
-    answer.add_all(observation_);
+    answer.add_all(walker().row());
     return answer;
   }
 
   Answer step(std::size_t count) {
-    const std::size_t size = environment().specification().action_size();
+    const std::size_t size = specification().action_size();
     const std::vector<double> actions = read_numbers(count * size);
     Answer answer;
     for (std::size_t i = 0; i < count; ++i) {
-      environment().step(&actions[i * size], size, result_);
-      answer.add_all(observation_);
-      answer.add(result_.reward);
-      answer.add(result_.terminated ? 1 : 0);
-      answer.add(result_.truncated ? 1 : 0);
-      if (result_.terminated || result_.truncated) break;
+      walker().environment->step(&actions[i * size], size, walker().result);
+      answer.add_all(walker().row());
+      if (walker().has_ended()) break;
     }
     return answer;
   }
 
   Answer state() {
     Answer answer;
-    answer.add(environment().generator_state());
+    answer.add(walker().environment->generator_state());
     return answer;
   }
 
   Answer spaces() {
-    const walker::Specification& specification = environment().specification();
+    const walker::Specification& all = specification();
     Answer answer;
-    answer.add_all(specification.observation_low);
-    answer.add_all(specification.observation_high);
-    answer.add_all(specification.action_low);
-    answer.add_all(specification.action_high);
-    answer.add(specification.dt);
-    answer.add(specification.max_episode_steps);
-    answer.add(specification.reward_threshold);
+    answer.add(static_cast<double>(all.observation_size()));
+    answer.add(static_cast<double>(all.action_size()));
+    answer.add_all(all.observation_low);
+    answer.add_all(all.observation_high);
+    answer.add_all(all.action_low);
+    answer.add_all(all.action_high);
+    answer.add(all.dt);
+    answer.add(all.max_episode_steps);
+    answer.add(all.reward_threshold);
+    return answer;
+  }
+
+  Answer description() {
+    Answer answer;
+    for (const std::string& name : specification().info_names) answer.add(name + ' ');
+    answer.add("\n");
+    for (const auto& [name, value] : specification().parameters) {
+      answer.add(name + '=' + walker::to_string(value) + '\n');
+    }
     return answer;
   }
 
@@ -204,15 +202,14 @@ class Session {
     return answer;
   }
 
-  walker::Environment& environment() {
-    if (!environment_) throw std::logic_error("no environment yet; make one first");
-    return *environment_;
+  walker::Stepper& walker() {
+    if (!walker_) throw std::logic_error("no environment yet; make one first");
+    return *walker_;
   }
 
-  std::unique_ptr<walker::Environment> environment_;
-  std::vector<double> observation_;
-  std::vector<double> info_;
-  walker::Result result_;
+  const walker::Specification& specification() { return walker().environment->specification(); }
+
+  std::optional<walker::Stepper> walker_;
 };
 
 }  // namespace

@@ -1,24 +1,32 @@
 """Makes the recordings beside it: what NumPy and Gymnasium do, for tests that need neither.
 
-    PYTHONPATH=test python test/recordings/record.py
+    PYTHONPATH=test:test/bipedal_walker python test/recordings/record_bipedal_walker.py
 
-needs gymnasium[box2d] 1.4.0 with box2d 2.3.10 and NumPy 2. All files are words separated by white
-space; lines that begin with # are comments. `bits` are the IEEE 754 bits in hexadecimal.
+needs gymnasium[box2d] 1.4.0 with box2d 2.3.10 and NumPy 2. `bits` are the IEEE 754 bits in
+hexadecimal. record_walker2d.py makes the recordings of the other walker.
 """
 
 from __future__ import annotations
 
-import pathlib
-from importlib.metadata import version
+import functools
 
 import numpy as np
-from gymnasium_reference import IDS, KINDS, Plan, Session, hashes, play, terrain, without_reward
-from rollout_tool import OBSERVATION_SIZE
+import recording_file
+from bipedal_walker_reference import (
+    IDS,
+    KINDS,
+    OBSERVATION_SIZE,
+    play,
+    terrain,
+    without_reward,
+)
+from gymnasium_reference import Plan, Session, hashes
+from recording_file import LARGE_SEEDS, double_bits, float_bits, hash_lines, headline
 
-FOLDER = pathlib.Path(__file__).parent
-LARGE_SEEDS = (
-    *(2**31, 2**32 - 1, 2**32, 2**32 + 1, 2**63 - 1, 2**63, 2**64 - 1),
-    *(0x123456789ABCDEF0, 0xFEDCBA9876543210, 0xDEADBEEF00000000, 0x00000001FFFFFFFF),
+write = functools.partial(
+    recording_file.write,
+    script="record_bipedal_walker.py",
+    packages=("gymnasium", "box2d", "numpy"),
 )
 
 # Ranges of `integers`: those of the terrain, then ones where a draw is often rejected and drawn
@@ -28,24 +36,6 @@ RANGES = (
     *((0, 3 * 2**30), (-7, 2**31), (0, 2**31 + 1)),
     *((0, 2**32 - 1), (-1, 0), (-(2**62), -(2**62) + 17)),
 )
-
-
-def write(name, description, lines):
-    versions = ", ".join(
-        f"{package} {version(package)}" for package in ("gymnasium", "box2d", "numpy")
-    )
-    with open(FOLDER / name, "w", encoding="ascii") as file:
-        file.write(f"# {description}\n# Made by record.py with {versions}.\n")
-        file.writelines(line + "\n" for line in lines)
-
-
-def double_bits(value):
-    return f"{np.float64(value).view(np.uint64):016x}"
-
-
-def float_bits(value):
-    assert np.float32(value) == value
-    return f"{np.float32(value).view(np.uint32):08x}"
 
 
 def state_words(generator):
@@ -85,32 +75,24 @@ def sessions():
     for environment_id in IDS:
         for kind in KINDS:
             for seed in range(15):
-                yield Session(environment_id, False, [Plan(kind, seed, seed)])
+                yield Session(environment_id, {}, [Plan(kind, seed, seed)])
         for first in range(6):
             seed = 100 + first
             plans = [Plan("heuristic", seed, 0)]
             plans += [Plan(kind, None, seed + i) for i, kind in enumerate(KINDS)]
             plans += [Plan("heuristic", seed, 0)]  # the first one again, in a world that was used
-            yield Session(environment_id, True, plans)
+            yield Session(environment_id, {"reuse_world": True}, plans)
         plans = [Plan("noisy", 7, 7), Plan("heuristic", None, 0), Plan("random", None, 8)]
-        yield Session(environment_id, False, plans)
-
-
-def headline(plan, episode):
-    seed = "-" if plan.seed is None else plan.seed
-    return f"episode {plan.kind} {seed} {plan.action_seed} {len(episode.actions)}"
+        yield Session(environment_id, {}, plans)
 
 
 def episode_lines():
-    per_line = 11
     for session in sessions():
-        yield f"session {session.environment_id} {int(session.reuse_world)}"
+        yield f"session {session.environment_id} {int('reuse_world' in session.parameters)}"
         for plan, episode in zip(session.plans, play(session)):
             rows = without_reward(episode.rows) if plan.kind == "double" else episode.rows
-            words = [f"{value & 0xFFFFFFFF:08x}" for value in map(int, hashes(rows))]
             yield headline(plan, episode)
-            for i in range(0, len(words), per_line):
-                yield " ".join(words[i : i + per_line])
+            yield from hash_lines(rows)
 
 
 def full_episode_lines():
@@ -123,7 +105,7 @@ def full_episode_lines():
         (IDS[1], "random", 1),
     ):
         plan = Plan(kind, seed, seed)
-        (episode,) = play(Session(environment_id, False, [plan]))
+        (episode,) = play(Session(environment_id, {}, [plan]))
         yield f"session {environment_id} 0"
         yield headline(plan, episode)
         for action, row in zip([np.zeros(4), *episode.actions], episode.rows):
@@ -134,7 +116,7 @@ def full_episode_lines():
 
 def heuristic_lines():
     for seed in range(1000):
-        (episode,) = play(Session(IDS[0], False, [Plan("heuristic", seed, 0)]))
+        (episode,) = play(Session(IDS[0], {}, [Plan("heuristic", seed, 0)]))
         yield f"{seed} {len(episode.actions)} {float(episode.rows[:, OBSERVATION_SIZE].sum())!r}"
 
 
@@ -147,7 +129,7 @@ if __name__ == "__main__":
     )
     write(
         "terrains.txt",
-        "hardcore, seed, hash of gymnasium_reference.terrain: all doubles that a reset draws.",
+        "hardcore, seed, hash of bipedal_walker_reference.terrain: all doubles that a reset draws.",
         terrain_lines(),
     )
     write(

@@ -1,0 +1,96 @@
+"""Gymnasium's BipedalWalker: terrains and episodes. player.h repeats the actions in C++."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import gymnasium
+import numpy as np
+from gymnasium.envs.box2d import bipedal_walker
+from gymnasium_reference import play_episode, rounded
+
+IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3")
+KINDS = ("random", "heuristic", "noisy", "zero", "saturated", "outside", "double")
+OBSERVATION_SIZE = 24
+
+
+class Actions:
+    """The actions of one episode: float32 values in float64, but for the kind `double`."""
+
+    def __init__(self, kind, seed):
+        self._kind = kind
+        self._random = np.random.default_rng(seed)
+        self._heuristic = bipedal_walker.BipedalWalkerHeuristics()
+
+    def draw(self, observation):
+        assert observation.dtype == np.float32
+        if self._kind == "zero":
+            return np.zeros(4)
+        if self._kind == "saturated":
+            return self._random.integers(-1, 2, 4).astype(np.float64)
+        if self._kind == "random":
+            return rounded(self._random.uniform(-1, 1, 4))
+        if self._kind == "outside":
+            return rounded(self._random.uniform(-3, 3, 4))
+        if self._kind == "double":
+            return self._random.uniform(-1, 1, 4)
+        action = self._heuristic.step_heuristic(observation).copy()  # it writes into it later
+        if self._kind == "noisy":
+            return rounded(action + self._random.uniform(-0.5, 0.5, 4))
+        assert self._kind == "heuristic"
+        assert (rounded(action) == action).all()
+        return action
+
+
+def play(session):
+    """Plays a session in Gymnasium. Without `reuse_world` each episode gets a new environment
+    that takes over the generator of the one before. Returns a list of Episode."""
+    environment = None
+    episodes = []
+    for plan in session.plans:
+        if environment is None or not session.parameters.get("reuse_world"):
+            generator = environment and environment.unwrapped.np_random
+            environment = gymnasium.make(session.environment_id, disable_env_checker=True)
+            if generator is not None:
+                environment.unwrapped.np_random = generator
+        episodes.append(play_episode(environment, plan, Actions(plan.kind, plan.action_seed)))
+    return episodes
+
+
+def without_reward(rows):
+    """Rows with rewards 0: under float64 actions Gymnasium's rewards round elsewhere."""
+    rows = rows.copy()
+    rows[:, OBSERVATION_SIZE] = 0
+    assert rows.shape[1] == OBSERVATION_SIZE + 3
+    return rows
+
+
+def terrain(hardcore, seed):
+    """The doubles that a new environment draws at its reset: 200 ground points, the number of
+    obstacles, 4 points of each, 10 clouds of 5 points, the push on the hull.
+
+    Gymnasium's own functions draw them; its world is replaced by a listener, for the engine would
+    round the obstacles to single precision.
+    """
+    environment = bipedal_walker.BipedalWalker(hardcore=hardcore)
+    environment.np_random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))
+    obstacles = []
+
+    def create_static_body(fixtures):
+        if fixtures is environment.fd_polygon:
+            obstacles.append(fixtures.shape.vertices)
+        return SimpleNamespace()
+
+    environment.world = SimpleNamespace(CreateStaticBody=create_static_body)
+    environment.fd_polygon = SimpleNamespace(shape=SimpleNamespace())
+    environment.fd_edge = SimpleNamespace(shape=SimpleNamespace())
+    environment._generate_terrain(hardcore)
+    environment._generate_clouds()
+    push = environment.np_random.uniform(
+        -bipedal_walker.INITIAL_RANDOM, bipedal_walker.INITIAL_RANDOM
+    )
+    ground = np.column_stack([environment.terrain_x, environment.terrain_y])
+    clouds = np.array([polygon for polygon, _, _ in environment.cloud_poly])
+    return np.concatenate(
+        [ground.ravel(), [len(obstacles)], np.ravel(obstacles), clouds.ravel(), [push]]
+    )

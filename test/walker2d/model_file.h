@@ -1,0 +1,78 @@
+// Model files for tests, and the built-in models' texts to make them from.
+#pragma once
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+#include "walker2d/builtin_models.h"
+
+namespace walker::walker2d {
+
+/// A temporary folder that lives as long as the object.
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "walker2d_XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error(pattern + ": cannot be made");
+    path_ = pattern;
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code error;
+    std::filesystem::remove_all(path_, error);
+  }
+
+  std::string path(const std::string& name = "") const { return (path_ / name).string(); }
+
+  /// @returns the file's path
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(path(name)) << text;
+    return path(name);
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string builtin_text(const std::string& name) {
+  const auto* const found =
+      std::find_if(kBuiltinModels.begin(), kBuiltinModels.end(),
+                   [&name](const BuiltinModel& model) { return name == model.name; });
+  if (found == kBuiltinModels.end()) throw std::out_of_range(name);
+  return found->text;
+}
+
+/// `text` with `to` for every `from`. There must be one: a test that changes nothing tests nothing.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  std::size_t place = text.find(from);
+  if (place == std::string::npos) throw std::out_of_range(from + ": is not in the text");
+  for (; place != std::string::npos; place = text.find(from, place + to.size())) {
+    text.replace(place, from.size(), to);
+  }
+  return text;
+}
+
+/// `text` without what stands from `begin` to `end`, these included.
+inline std::string without(std::string text, const std::string& begin, const std::string& end) {
+  const std::size_t first = text.find(begin);
+  const std::size_t last = text.find(end, first);
+  if (last == std::string::npos) throw std::out_of_range(begin + ": is not in the text");
+  return text.erase(first, last + end.size() - first);
+}
+
+/// A built-in model that looks for contacts everywhere and takes MuJoCo's own buffer sizes.
+inline std::string stock_text(const std::string& name) {
+  std::string text = builtin_text(name);
+  text = replaced(text, " collision=\"predefined\"", "");
+  text = without(text, "<size", "/>");
+  text = without(text, "<contact>", "</contact>");
+  return without(text, "<pair", "/>");
+}
+
+}  // namespace walker::walker2d

@@ -1,0 +1,84 @@
+"""Gymnasium's Walker2d: its episodes. player.h repeats the actions in C++."""
+
+from __future__ import annotations
+
+import pathlib
+
+import gymnasium
+import numpy as np
+from gymnasium.envs.mujoco import mujoco_env
+from gymnasium_reference import play_episode, rounded
+
+IDS = ("Walker2d-v4", "Walker2d-v5")
+KINDS = ("random", "saturated", "zero", "outside", "smooth", "balance", "double")
+REWARD_TERMS = ("reward_forward", "reward_ctrl", "reward_survive")
+INFO_NAMES = {
+    "Walker2d-v4": ("x_position", "x_velocity"),
+    "Walker2d-v5": ("x_position", "z_distance_from_origin", "x_velocity", *REWARD_TERMS),
+}
+# Gymnasium's own models, by the environment that they belong to.
+MODELS = {
+    environment_id: pathlib.Path(mujoco_env.__file__).parent / "assets" / name
+    for environment_id, name in zip(IDS, ("walker2d.xml", "walker2d_v5.xml"))
+}
+
+
+class Actions:
+    """The actions of one episode: float32 values in float64, but for the kind `double`.
+
+    `smooth` wanders slowly; `balance` holds the legs straight and the feet level, and so keeps
+    the walker up for hundreds of steps. Only sums and products: C++ gets the same bits.
+    """
+
+    def __init__(self, kind, seed):
+        assert kind in KINDS
+        self._kind = kind
+        self._random = np.random.default_rng(seed)
+        self._slow = np.zeros(6)
+
+    def draw(self, observation):
+        if self._kind == "zero":
+            return np.zeros(6)
+        if self._kind == "saturated":
+            return self._random.integers(-1, 2, 6).astype(np.float64)
+        if self._kind == "random":
+            return rounded(self._random.uniform(-1, 1, 6))
+        if self._kind == "outside":
+            return rounded(self._random.uniform(-3, 3, 6))
+        if self._kind == "double":
+            return self._random.uniform(-1, 1, 6)
+        self._slow = 0.95 * self._slow + self._random.uniform(-0.03, 0.03, 6)
+        if self._kind == "smooth":
+            return rounded(self._slow)
+        # Counted from the end, for x may stand first: tilt, joint angles, joint speeds.
+        tilt, angles, speeds = observation[-16], observation[-15:-9], observation[-6:]
+        off_level = tilt * np.array([0, 0, 1, 0, 0, 1])
+        return rounded(-0.5 * (angles + off_level) - 0.05 * speeds + self._slow)
+
+
+def play(session):
+    """Plays a session in one environment of Gymnasium. Returns a list of Episode."""
+    environment = gymnasium.make(
+        session.environment_id, disable_env_checker=True, **session.parameters
+    )
+    info_names = INFO_NAMES[session.environment_id]
+    return [
+        play_episode(environment, plan, Actions(plan.kind, plan.action_seed), info_names)
+        for plan in session.plans
+    ]
+
+
+def comparable(environment_id, kind, rows):
+    """Rows as they are compared: for the kind `double` with reward and reward_ctrl 0.
+
+    Under float64 actions Gymnasium does not round the control cost to single precision.
+    """
+    if kind != "double":
+        return rows
+    info_names = INFO_NAMES[environment_id]
+    first_info = rows.shape[1] - len(info_names)
+    rows = rows.copy()
+    rows[:, first_info - 3] = 0
+    if "reward_ctrl" in info_names:
+        rows[:, first_info + info_names.index("reward_ctrl")] = 0
+    return rows
