@@ -5,20 +5,24 @@
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "server/parameter_text.h"
 #include "server/urdf.h"
 #include "walker_sim/registry.h"
 
 namespace {
 
 constexpr const char* kUsage =
-    "Usage: describe [ID] [--urdf FILE] [--meshes FOLDER]\n"
+    "Usage: describe [ID [NAME=VALUE ...]] [--urdf FILE] [--meshes FOLDER]\n"
     "Describes environment ID (BipedalWalker-v3) as URDF, read off its running world.\n"
+    "  NAME=VALUE       parameters of the environment, e.g. xml_file=/path/model.xml\n"
     "  --urdf FILE      writes the URDF there; without, it goes to the terminal\n"
     "  --meshes FOLDER  writes the meshes there (an existing folder); without, none are written\n";
 
 struct Options {
   std::string id = "BipedalWalker-v3";
+  std::vector<std::string> assignments;  // NAME=VALUE
   std::string urdf;
   std::string meshes;
   bool wants_help = false;
@@ -35,6 +39,8 @@ Options parse(int argc, char** argv) {
       (argument == "--urdf" ? options.urdf : options.meshes) = argv[i];
     } else if (argument.rfind('-', 0) == 0) {
       throw std::invalid_argument(argument + ": unknown option; see --help");
+    } else if (argument.find('=') != std::string::npos) {
+      options.assignments.push_back(argument);
     } else {
       options.id = argument;
     }
@@ -50,7 +56,9 @@ void write(const std::string& path, const std::string& content) {
 }
 
 void describe(const Options& options) {
-  const auto environment = walker::make(options.id);
+  const auto environment = walker::make(
+      options.id,
+      walker::parse_assignments(walker::parameter_descriptions(options.id), options.assignments));
   const walker::UrdfFiles files =
       walker::make_urdf(environment->specification(), walker::robot_name(options.id));
   if (options.urdf.empty()) {

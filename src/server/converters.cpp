@@ -5,35 +5,11 @@
 #include <limits>
 #include <map>
 
+#include "server/poses.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
 namespace {
-
-Quaternion conjugate(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
-
-Quaternion multiply(const Quaternion& a, const Quaternion& b) {
-  return {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-          a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
-          a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
-          a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
-}
-
-Vector3 rotate(const Quaternion& q, const Vector3& v) {
-  const Quaternion result = multiply(multiply(q, {v[0], v[1], v[2], 0}), conjugate(q));
-  return {result[0], result[1], result[2]};
-}
-
-Vector3 subtract(const Vector3& a, const Vector3& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-/// `pose` seen from `base`, both given in the world.
-Pose relative(const Pose& base, const Pose& pose) {
-  const Quaternion inverse = conjugate(base.orientation);
-  return {rotate(inverse, subtract(pose.position, base.position)),
-          multiply(inverse, pose.orientation)};
-}
 
 template <typename Message>
 void set(const Vector3& vector, Message& message) {
@@ -64,6 +40,20 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
 Pose lidar_pose(const Pose& trunk) {
   const double half = std::sqrt(0.5);
   return {trunk.position, {half, 0, 0, half}};  // rolled by +pi/2
+}
+
+/// Each joint's child in its parent, from the bodies' own poses.
+void append_limbs(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                  ros::Time stamp, tf2_msgs::TFMessage& message) {
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    const auto parent =
+        std::find_if(specification.links.begin(), specification.links.end(),
+                     [&](const Link& link) { return link.name == specification.joints[i].parent; });
+    const auto index = static_cast<std::size_t>(parent - specification.links.begin());
+    message.transforms.push_back(
+        transform(frames.links[index], frames.links[i + 1],
+                  relative(sensors.link_poses[index], sensors.link_poses[i + 1]), stamp));
+  }
 }
 
 }  // namespace
@@ -205,15 +195,7 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
   const Pose& trunk = sensors.link_poses.front();
   message.transforms.clear();
   message.transforms.push_back(transform(frames.odometry, frames.trunk, trunk, stamp));
-  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
-    const auto parent =
-        std::find_if(specification.links.begin(), specification.links.end(),
-                     [&](const Link& link) { return link.name == specification.joints[i].parent; });
-    const auto index = static_cast<std::size_t>(parent - specification.links.begin());
-    message.transforms.push_back(
-        transform(frames.links[index], frames.links[i + 1],
-                  relative(sensors.link_poses[index], sensors.link_poses[i + 1]), stamp));
-  }
+  if (!specification.joints_are_exact) append_limbs(specification, sensors, frames, stamp, message);
   if (specification.range_finder.num_rays != 0) {
     message.transforms.push_back(
         transform(frames.trunk, frames.lidar, relative(trunk, lidar_pose(trunk)), stamp));

@@ -57,7 +57,9 @@ void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp, sensor_
 void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
           nav_msgs::Odometry& message);
 
-/// odom -> trunk -> every link, from the bodies' poses, and the gravity-aligned lidar.
+/// odom -> trunk, and the gravity-aligned lidar where there is one. From the trunk on
+/// robot_state_publisher tells the links from the joint states; where the engine's joints give, it
+/// would be wrong, and every link is told here, from the bodies' poses.
 void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
           ros::Time stamp, tf2_msgs::TFMessage& message);
 

@@ -26,8 +26,8 @@ constexpr double kOutlineWidth = 0.04;
 constexpr double kPoleWidth = 0.07;
 constexpr double kRayWidth = 0.025;
 constexpr double kHitDiameter = 0.14;
-constexpr double kTextHeight = 0.36;   // of a capital letter
-constexpr double kTextAltitude = 2.1;  // of the text's middle, above the trunk's origin
+constexpr double kTextHeight = 0.24;   // of a capital letter
+constexpr double kTextAltitude = 1.4;  // of the text's middle, above the trunk's origin
 
 constexpr Color kOutlineColor{0.6, 0.6, 0.6, 1};
 constexpr Color kPoleColor{0.2, 0.2, 0.22, 1};

@@ -1,129 +1,38 @@
 #include "server/urdf.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include "server/planar_shapes.h"
+#include "server/poses.h"
 #include "server/stl.h"
+#include "server/urdf_text.h"
 
 namespace walker {
 namespace {
 
-/// Shortest text that reads back as the same single, which is the engine's precision.
-std::string text(double value) {
-  constexpr int kPlain = 3;  // fewer digits would write 80 as 8e+01
-  constexpr int kExact = 9;
-  const auto single = static_cast<float>(value == 0 ? 0.0 : value);  // no -0
-  std::string result;
-  for (int digits = kPlain; digits <= kExact; ++digits) {
-    std::ostringstream stream;
-    stream.precision(digits);
-    stream << single;
-    result = stream.str();
-    if (std::strtof(result.c_str(), nullptr) == single) break;
-  }
-  return result;
-}
+// A motor without a velocity limit: a turn of 20 rad within 2 ms is beyond what it ever reaches.
+constexpr double kAnyVelocity = 10000;
 
-template <typename Numbers>
-std::string list(const Numbers& numbers) {
-  std::string result;
-  for (const double number : numbers) result += (result.empty() ? "" : " ") + text(number);
-  return result;
-}
+// What a reader of the file must know, by whether the engine's joints are exact.
+constexpr const char* kPlanarNotes =
+    "     Bodies move in the plane y = 0, where their masses lie. Only what is seen and\n"
+    "     collides has depth and stands beside each other. The actuators are velocity\n"
+    "     motors: limit's velocity is the speed they run at, effort their torque's cap.\n"
+    "     Numbers have the engine's precision, single.\n";
+constexpr const char* kExactNotes =
+    "     A link's frame is that of the engine's body. Where the joint sits elsewhere in it, the\n"
+    "     joint turns a link without mass, NAME_hinge, on which the body is fixed. Numbers read\n"
+    "     back as the engine's own, double. The motors give their torque at any speed; URDF\n"
+    "     demands a velocity limit, and 10000 stands for none.\n";
 
-/// Second moments of area about the centroid [m^4].
-struct Section {
-  double xx = 0;
-  double zz = 0;
-  double xz = 0;
-};
-
-/// Of all shapes together, which must not overlap.
-Section section_of(const std::vector<Prism>& shapes) {
-  double area = 0;
-  std::array<double, 2> first{};
-  Section section;
-  for (const Prism& shape : shapes) {
-    for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
-      const auto [x0, z0] = shape.vertices[i];
-      const auto [x1, z1] = shape.vertices[(i + 1) % shape.vertices.size()];
-      // Signed sums over the triangles between the origin and each edge.
-      const double twice_area = x0 * z1 - x1 * z0;
-      area += twice_area / 2;
-      first[0] += (x0 + x1) * twice_area / 6;
-      first[1] += (z0 + z1) * twice_area / 6;
-      section.xx += (x0 * x0 + x0 * x1 + x1 * x1) * twice_area / 12;
-      section.zz += (z0 * z0 + z0 * z1 + z1 * z1) * twice_area / 12;
-      section.xz += (2 * x0 * z0 + x0 * z1 + x1 * z0 + 2 * x1 * z1) * twice_area / 24;
-    }
-  }
-  section.xx -= first[0] * first[0] / area;
-  section.zz -= first[1] * first[1] / area;
-  section.xz -= first[0] * first[1] / area;
-  return section;
-}
-
-/// The engine knows the inertia about y alone. The rest is that of a prism of this depth whose
-/// density does not vary: iyy, the moment in the plane, is shared out as the section's second
-/// moments are, and the depth adds m d^2/12 about x and z. Such a body exists, so every simulator
-/// accepts it; motion in the plane does not depend on these numbers.
-std::string inertia_element(const Link& link, double depth) {
-  const Section section = section_of(link.prisms);
-  const double scale = link.inertia.yy / (section.xx + section.zz);
-  const double of_depth = link.mass * depth * depth / 12;
-  return "<inertia ixx=\"" + text(scale * section.zz + of_depth) + "\" ixy=\"0\" ixz=\"" +
-         text(-scale * section.xz) + "\" iyy=\"" + text(link.inertia.yy) + "\" iyz=\"0\" izz=\"" +
-         text(scale * section.xx + of_depth) + "\"/>";
-}
-
-/// A rectangle in the x,z plane.
-struct Rectangle {
-  std::array<double, 2> center;  ///< x, z [m]
-  std::array<double, 2> size;    ///< along its own x and z [m]
-  double pitch;                  ///< of its own axes, about +y, at most pi/4 either way [rad]
-};
-
-std::array<double, 2> subtract(const std::array<double, 2>& a, const std::array<double, 2>& b) {
-  return {a[0] - b[0], a[1] - b[1]};
-}
-
-double dot(const std::array<double, 2>& a, const std::array<double, 2>& b) {
-  return a[0] * b[0] + a[1] * b[1];
-}
-
-/// The prism's section as a rectangle, if it is one to the engine's single precision.
-std::optional<Rectangle> to_rectangle(const Prism& prism) {
-  constexpr std::size_t kCorners = 4;
-  constexpr double kTolerance = 1e-5;  // of the size
-  const auto& v = prism.vertices;
-  if (v.size() != kCorners) return std::nullopt;
-  std::array<double, 2> a = subtract(v[1], v[0]);
-  std::array<double, 2> b = subtract(v[2], v[1]);
-  const std::array<double, 2> opposite = subtract(v[2], v[3]);
-  const double scale = dot(a, a) + dot(b, b);
-  const std::array<double, 2> skew = subtract(a, opposite);
-  if (std::abs(dot(a, b)) > kTolerance * scale) return std::nullopt;
-  if (dot(skew, skew) > kTolerance * kTolerance * scale) return std::nullopt;
-  // `a` becomes the edge nearest to +x.
-  if (std::abs(a[0]) < std::abs(a[1])) std::swap(a, b);
-  if (a[0] < 0) a = {-a[0], -a[1]};
-  const std::array<double, 2> center{(v[0][0] + v[2][0]) / 2, (v[0][1] + v[2][1]) / 2};
-  // The longer edge knows the direction better; a quarter turn back from the own z is the own x.
-  if (b[1] < 0) b = {-b[0], -b[1]};
-  const std::array<double, 2> x_axis =
-      dot(b, b) > dot(a, a) ? std::array<double, 2>{b[1], -b[0]} : a;
-  const double pitch = std::atan2(-x_axis[1], x_axis[0]);  // positive: turns x down
-  return Rectangle{center, {std::sqrt(dot(a, a)), std::sqrt(dot(b, b))}, pitch};
-}
-
-/// Where a link's shapes stand in y and how far they reach [m].
+/// Where a link's prisms stand in y and how far they reach [m].
 struct Place {
   double y;
   double depth;
@@ -139,13 +48,8 @@ class Writer {
   UrdfFiles write(const UrdfDepths& depths) {
     xml_ << "<?xml version=\"1.0\"?>\n"
             "<!-- Written by `rosrun walker_sim describe "
-         << specification_.id
-         << "` out of the running world; do not edit.\n"
-            "     Bodies move in the plane y = 0, where their masses lie. Only what is seen and\n"
-            "     collides has depth and stands beside each other. The actuators are velocity\n"
-            "     motors: limit's velocity is the speed they run at, effort their torque's cap.\n"
-            "     Numbers have the engine's precision, single.\n"
-            "-->\n<robot name=\""
+         << specification_.id << "` out of the running world; do not edit.\n"
+         << (specification_.joints_are_exact ? kExactNotes : kPlanarNotes) << "-->\n<robot name=\""
          << name_ << "\">\n";
     const std::map<std::string, Place> places = place_links(depths);
     for (const Link& link : specification_.links) write_link(link, places.at(link.name));
@@ -158,63 +62,161 @@ class Writer {
  private:
   std::map<std::string, Place> place_links(const UrdfDepths& depths) const {
     const std::string& trunk = specification_.links.front().name;
-    const auto is_first = [&](const Joint& joint) { return joint.parent == trunk; };
-    const auto branches =
-        std::count_if(specification_.joints.begin(), specification_.joints.end(), is_first);
-    const double spacing = depths.trunk + depths.limb + 2 * depths.gap;
     std::map<std::string, Place> places{{trunk, {0, depths.trunk}}};
-    double y = static_cast<double>(branches + 1) / 2 * spacing;
+    std::vector<std::string> branches;  // by the link with which each begins
     for (const Joint& joint : specification_.joints) {
-      const auto parent = places.find(joint.parent);
-      if (parent == places.end()) {
-        throw std::invalid_argument("joint " + joint.name + ": unknown parent " + joint.parent);
-      }
-      if (is_first(joint)) y -= spacing;
-      places[joint.child] = {is_first(joint) ? y : parent->second.y, depths.limb};
+      if (joint.parent == trunk) branches.push_back(joint.child);
+    }
+    const double spacing = depths.trunk + depths.limb + 2 * depths.gap;
+    const double first = static_cast<double>(branches.size() + 1) / 2 * spacing;
+    for (const Joint& joint : specification_.joints) {
+      const auto branch = std::find(branches.begin(), branches.end(), branch_of(joint));
+      const auto number = static_cast<double>(branch - branches.begin() + 1);
+      places[joint.child] = {first - number * spacing, depths.limb};
     }
     return places;
   }
 
-  void write_link(const Link& link, const Place& place) {
-    if (link.prisms.empty()) throw std::invalid_argument("link " + link.name + ": has no shape");
-    xml_ << "  <link name=\"" << link.name << "\">\n    <inertial>\n      <origin xyz=\""
-         << list(link.center_of_mass) << "\"/>\n      <mass value=\"" << text(link.mass)
-         << "\"/>\n      " << inertia_element(link, place.depth) << "\n    </inertial>\n";
-    for (std::size_t i = 0; i < link.prisms.size(); ++i) {
-      const std::string geometry = place_shape(link, i, place);
-      xml_ << "    <visual>\n"
-           << geometry << "      <material name=\"" << link.name << "\">\n        <color rgba=\""
-           << list(link.color) << "\"/>\n      </material>\n    </visual>\n    <collision>\n"
-           << geometry << "    </collision>\n";
+  /// The link with which the joint's branch of the trunk begins. Joints are in action order, which
+  /// need not lead from the trunk outwards.
+  std::string branch_of(const Joint& joint) const {
+    const Joint* inner = &joint;
+    for (std::size_t i = 0; i < specification_.joints.size(); ++i) {
+      if (inner->parent == specification_.links.front().name) return inner->child;
+      const auto next =
+          std::find_if(specification_.joints.begin(), specification_.joints.end(),
+                       [&](const Joint& other) { return other.child == inner->parent; });
+      if (next == specification_.joints.end()) {
+        throw std::invalid_argument("joint " + inner->name + ": unknown parent " + inner->parent);
+      }
+      inner = &*next;
     }
+    throw std::invalid_argument("joint " + joint.name + ": hangs in a circle of joints");
+  }
+
+  // ---------------------------------------------------------------- links
+
+  void write_link(const Link& link, const Place& place) {
+    xml_ << "  <link name=\"" << attribute_text(link.name) << "\">\n    <inertial>\n      "
+         << origin(link.center_of_mass) << "\n      <mass value=\"" << text(link.mass)
+         << "\"/>\n      " << inertia_element(link, place) << "\n    </inertial>\n";
+    for (std::size_t i = 0; i < link.prisms.size(); ++i) write_prism(link, i, place);
+    for (const Solid& solid : link.solids) write_solid(link, solid);
     xml_ << "  </link>\n";
   }
 
-  /// The elements <origin> and <geometry>; where that takes a mesh, the mesh too.
-  std::string place_shape(const Link& link, std::size_t index, const Place& place) {
-    const Prism& prism = link.prisms[index];
-    std::string origin = "<origin xyz=\"" + list(Vector3{0, place.y, 0}) + "\"/>";
-    std::string geometry;
-    if (const std::optional<Rectangle> box = to_rectangle(prism)) {
-      origin = "<origin xyz=\"" + list(Vector3{box->center[0], place.y, box->center[1]}) +
-               "\" rpy=\"" + list(Vector3{0, box->pitch, 0}) + "\"/>";
-      geometry = "<box size=\"" + list(Vector3{box->size[0], place.depth, box->size[1]}) + "\"/>";
-    } else {
-      const std::string number = link.prisms.size() == 1 ? "" : "_" + std::to_string(index + 1);
-      const std::string file = name_ + "_" + link.name + number + ".stl";
-      files_.meshes[file] = make_stl(prism, place.depth);
-      geometry = "<mesh filename=\"" + mesh_folder_ + "/" + file + "\"/>";
+  std::string inertia_element(const Link& link, const Place& place) const {
+    Inertia inertia = link.inertia;
+    if (std::isnan(inertia.xx)) {
+      if (link.prisms.empty()) throw std::invalid_argument("link " + link.name + ": has no shape");
+      inertia = planar_inertia(link, place.depth);
     }
-    return "      " + origin + "\n      <geometry>\n        " + geometry + "\n      </geometry>\n";
+    return "<inertia ixx=\"" + text(inertia.xx) + "\" ixy=\"" + text(inertia.xy) + "\" ixz=\"" +
+           text(inertia.xz) + "\" iyy=\"" + text(inertia.yy) + "\" iyz=\"" + text(inertia.yz) +
+           "\" izz=\"" + text(inertia.zz) + "\"/>";
   }
 
+  /// As a box, or as a mesh, which joins the files.
+  void write_prism(const Link& link, std::size_t index, const Place& place) {
+    const Prism& prism = link.prisms[index];
+    if (const std::optional<Rectangle> box = to_rectangle(prism)) {
+      write_shape(link, origin({box->center[0], place.y, box->center[1]}, {0, box->pitch, 0}),
+                  "<box size=\"" + list(Vector3{box->size[0], place.depth, box->size[1]}) + "\"/>");
+      return;
+    }
+    const std::string number = link.prisms.size() == 1 ? "" : "_" + std::to_string(index + 1);
+    const std::string file = name_ + "_" + link.name + number + ".stl";
+    files_.meshes[file] = make_stl(prism, place.depth);
+    write_shape(link, origin({0, place.y, 0}),
+                "<mesh filename=\"" + mesh_folder_ + "/" + file + "\"/>");
+  }
+
+  void write_solid(const Link& link, const Solid& solid) {
+    const Vector3& center = solid.pose.position;
+    const std::string turned = origin(center, roll_pitch_yaw(solid.pose.orientation));
+    const auto [first, second, third] = solid.size;
+    const std::string cylinder =
+        "<cylinder radius=\"" + text(first) + "\" length=\"" + text(2 * second) + "\"/>";
+    const std::string sphere = "<sphere radius=\"" + text(first) + "\"/>";
+    switch (solid.kind) {
+      case Solid::Kind::sphere:
+        write_shape(link, origin(center), sphere);
+        break;
+      case Solid::Kind::capsule:
+        write_shape(link, turned, cylinder);
+        for (const double z : {second, -second}) {
+          const Vector3 to_cap = rotate(solid.pose.orientation, {0, 0, z});
+          write_shape(link, origin(add(center, to_cap)), sphere);
+        }
+        break;
+      case Solid::Kind::cylinder:
+        write_shape(link, turned, cylinder);
+        break;
+      case Solid::Kind::box:
+        write_shape(link, turned,
+                    "<box size=\"" + list(Vector3{2 * first, 2 * second, 2 * third}) + "\"/>");
+        break;
+    }
+  }
+
+  /// What is seen is what collides.
+  void write_shape(const Link& link, const std::string& origin_element,
+                   const std::string& geometry) {
+    const std::string placed = "      " + origin_element + "\n      <geometry>\n        " +
+                               geometry + "\n      </geometry>\n";
+    xml_ << "    <visual>\n"
+         << placed << "      <material name=\"" << attribute_text(link.name)
+         << "\">\n        <color rgba=\"" << list_text(link.color, Precision::in_single)
+         << "\"/>\n      </material>\n    </visual>\n    <collision>\n"
+         << placed << "    </collision>\n";
+  }
+
+  // ---------------------------------------------------------------- joints
+
   void write_joint(const Joint& joint) {
-    xml_ << "  <joint name=\"" << joint.name << "\" type=\"revolute\">\n    <parent link=\""
-         << joint.parent << "\"/>\n    <child link=\"" << joint.child << "\"/>\n    <origin xyz=\""
-         << list(joint.origin) << "\"/>\n    <axis xyz=\"" << list(joint.axis)
-         << "\"/>\n    <limit lower=\"" << text(joint.lower) << "\" upper=\"" << text(joint.upper)
-         << "\" effort=\"" << text(joint.maximum_effort) << "\" velocity=\""
-         << text(joint.maximum_velocity) << "\"/>\n  </joint>\n";
+    const bool is_limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
+    const bool is_direct = is_identity(joint.child_frame);
+    const std::string turned = is_direct ? joint.child : joint.child + "_hinge";
+    begin_joint(joint.name, is_limited ? "revolute" : "continuous", joint.parent, turned);
+    xml_ << "    " << origin(joint.origin) << "\n    <axis xyz=\"" << list(joint.axis)
+         << "\"/>\n    <limit ";
+    if (is_limited) {
+      xml_ << "lower=\"" << text(joint.lower) << "\" upper=\"" << text(joint.upper) << "\" ";
+    }
+    xml_ << "effort=\"" << text(joint.maximum_effort) << "\" velocity=\""
+         << text(std::min(joint.maximum_velocity, kAnyVelocity)) << "\"/>\n  </joint>\n";
+    if (is_direct) return;
+    xml_ << "  <link name=\"" << attribute_text(turned) << "\"/>\n";
+    begin_joint(turned + "_mount", "fixed", turned, joint.child);
+    xml_ << "    "
+         << origin(joint.child_frame.position, roll_pitch_yaw(joint.child_frame.orientation))
+         << "\n  </joint>\n";
+  }
+
+  void begin_joint(const std::string& name, const char* type, const std::string& parent,
+                   const std::string& child) {
+    xml_ << "  <joint name=\"" << attribute_text(name) << "\" type=\"" << type
+         << "\">\n    <parent link=\"" << attribute_text(parent) << "\"/>\n    <child link=\""
+         << attribute_text(child) << "\"/>\n";
+  }
+
+  // ---------------------------------------------------------------- text
+
+  Precision precision() const {
+    return specification_.joints_are_exact ? Precision::in_double : Precision::in_single;
+  }
+
+  std::string text(double value) const { return number_text(value, precision()); }
+
+  template <typename Numbers>
+  std::string list(const Numbers& numbers) const {
+    return list_text(numbers, precision());
+  }
+
+  std::string origin(const Vector3& xyz) const { return "<origin xyz=\"" + list(xyz) + "\"/>"; }
+
+  std::string origin(const Vector3& xyz, const Vector3& rpy) const {
+    return "<origin xyz=\"" + list(xyz) + "\" rpy=\"" + list(rpy) + "\"/>";
   }
 
   const Specification& specification_;

@@ -25,12 +25,18 @@ struct UrdfFiles {
 /// BipedalWalkerHardcore-v3 -> bipedal_walker_hardcore: an id without its version, in snake case.
 std::string robot_name(const std::string& id);
 
-/// Describes the specification's links and joints. A prism over a rectangle becomes a box, any
-/// other a mesh. Branches of the trunk stand beside each other in y, the first on the far side
-/// (+y).
+/// Describes the specification's links and joints; numbers have the specification's precision.
+/// - A prism over a rectangle becomes a box, any other a mesh; branches of the trunk stand beside
+///   each other in y, the first on the far side (+y). Solids stand where they are; URDF knows no
+///   capsule, so one becomes a cylinder between two spheres.
+/// - A child whose frame is not its joint's hangs on a link without mass, `<child>_hinge`, that the
+///   joint turns, and a fixed joint: so each link's frame is the engine's.
+/// - A joint without limits becomes a continuous one. URDF demands a velocity limit; where there is
+///   none it is 10000 rad/s.
 /// @param name        of the robot, and the beginning of the mesh files' names
 /// @param mesh_folder URL of the folder in which viewers find the meshes
-/// @throws std::invalid_argument for a link without shapes or a joint whose parent is not known
+/// @throws std::invalid_argument for a joint that does not hang on the trunk, or for a link without
+///         shapes of which the engine does not know the whole inertia
 UrdfFiles make_urdf(const Specification& specification, const std::string& name,
                     const std::string& mesh_folder = "package://walker_sim/assets",
                     const UrdfDepths& depths = {});

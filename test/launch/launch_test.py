@@ -3,7 +3,10 @@
 
 import itertools
 import os
+import re
+import subprocess
 import sys
+import tempfile
 import unittest
 from unittest import mock
 
@@ -16,7 +19,6 @@ from roslaunch.xmlloader import XmlLoader
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 LAUNCH_FILE = os.path.join(ROOT, "launch", "walker.launch")
-TEMPLATE = os.path.join(ROOT, "config", "server.yaml")
 # What the package's interface names.
 ARGUMENTS = [
     *("env", "mode", "agent", "num_envs", "seed", "real_time_factor", "xml_file", "config"),
@@ -24,6 +26,13 @@ ARGUMENTS = [
     *("required", "respawn", "recording"),
 ]
 SEEDS_THAT_ARRIVE = "0 6 9 19 21 32"
+ROBOTS = {
+    "BipedalWalker-v3": "bipedal_walker",
+    "BipedalWalkerHardcore-v3": "bipedal_walker",
+    "Walker2d-v4": "walker2d",
+    "Walker2d-v5": "walker2d",
+}
+ENGINE_S_MODEL = os.path.join(ROOT, "assets", "walker2d_v5.xml")
 
 sys.path.insert(0, os.path.join(ROOT, "src", "nodes"))
 sys.dont_write_bytecode = True
@@ -33,9 +42,9 @@ import view  # noqa: E402
 class Launch:
     """What roslaunch would start with these arguments."""
 
-    def __init__(self, *arguments, display=None):
+    def __init__(self, *arguments, display=None, **variables):
         environment = {} if display is None else {"DISPLAY": display}
-        with mock.patch.dict(os.environ, environment):
+        with mock.patch.dict(os.environ, {**environment, **variables}):
             if display is None:
                 os.environ.pop("DISPLAY", None)
             self.config = ROSLaunchConfig()
@@ -100,6 +109,7 @@ class LaunchTest(unittest.TestCase):
                 "mode:=" + mode,
                 "tf_prefix:=" + prefix,
                 "status:=true",
+                "env:=Walker2d-v5",
                 display=":9",
             )
             types |= {n.type for n in launch.config.nodes if n.package == "walker_sim"}
@@ -137,7 +147,6 @@ class LaunchTest(unittest.TestCase):
             "num_envs:=2",
             "real_time_factor:=0",
             "paused:=true",
-            "xml_file:=model.xml",
             "use_sim_time:=false",
             "agent:=random",
             "output:=log",
@@ -147,33 +156,121 @@ class LaunchTest(unittest.TestCase):
             "/walker_sim/num_envs": 2,
             "/walker_sim/real_time_factor": 0.0,
             "/walker_sim/paused": True,
-            "/walker_sim/xml_file": "model.xml",
             "/use_sim_time": False,
             "/agent/real_time_factor": 0.0,
         }.items():
             self.assertEqual(launch.parameters[name], value, name)
         self.assertEqual(launch.nodes["/walker_sim"].output, "log")
 
+    # ------------------------------------------------------------ what is seen of which walker
+
+    def test_each_environment_has_its_robot_description_and_view(self):
+        for env, robot in ROBOTS.items():
+            with self.subTest(env=env):
+                launch = Launch("env:=" + env, display=":9")
+                self.assertEqual(launch.parameters["/walker_sim/env"], env)
+                with open(os.path.join(ROOT, "urdf", robot + ".urdf"), encoding="utf-8") as file:
+                    self.assertEqual(launch.parameters["/robot_description"], file.read())
+                path = launch.nodes["/rviz"].args[len("-d ") :]
+                self.assertEqual(os.path.basename(path), robot + ".rviz")
+                self.assertTrue(os.path.isfile(path), path)
+
+    def test_robot_state_publisher_tells_of_exact_joints_as_often_as_they_move(self):
+        self.assertNotIn("/robot_state_publisher", Launch().types())
+        launch = Launch("env:=Walker2d-v5", "output:=log", "respawn:=true")
+        node = launch.nodes["/robot_state_publisher"]
+        self.assertEqual((node.package, node.type), ("robot_state_publisher",) * 2)
+        self.assertEqual((node.output, node.respawn, node.required), ("log", True, False))
+        self.assertFalse(Launch("env:=Walker2d-v5").nodes["/robot_state_publisher"].respawn)
+        # It throttles by stamps; 0.0001 s is the shortest time step that anybody would take.
+        frequency = launch.parameters["/robot_state_publisher/publish_frequency"]
+        self.assertIsInstance(frequency, float)
+        self.assertGreaterEqual(frequency, 1e4)
+        self.assertIn("/robot_state_publisher/", launch.config.clear_params)
+
+    def test_xml_file_reaches_the_server_only_when_given(self):
+        self.assertNotIn("/walker_sim/xml_file", Launch("env:=Walker2d-v5").parameters)
+        for given, expected in (
+            ("walker2d_v4.xml", "walker2d_v4.xml"),
+            (ENGINE_S_MODEL, ENGINE_S_MODEL),
+            # From where roslaunch was called; nodes run elsewhere.
+            ("assets/walker2d_v5.xml", ROOT + "/assets/walker2d_v5.xml"),
+        ):
+            with self.subTest(given=given):
+                launch = Launch("env:=Walker2d-v5", "xml_file:=" + given, PWD=ROOT)
+                self.assertEqual(launch.parameters["/walker_sim/xml_file"], expected)
+
+    def test_the_robot_description_is_that_of_xml_file(self):
+        with open(ENGINE_S_MODEL, encoding="utf-8") as file:
+            model = file.read()
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "my walker.xml")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(model.replace('density="1000"', 'density="2000"'))
+            launch = Launch("env:=Walker2d-v5", "xml_file:=" + path)
+        masses = [
+            [float(mass) for mass in re.findall('<mass value="([^"]*)"', text)]
+            for text in (
+                Launch("env:=Walker2d-v5").parameters["/robot_description"],
+                launch.parameters["/robot_description"],
+            )
+        ]
+        self.assertEqual(len(masses[0]), 7)
+        for one, other in zip(*masses):
+            self.assertAlmostEqual(other, 2 * one, places=12)
+
+    def test_a_broken_model_stops_the_launch_with_the_engine_s_words(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "torn.xml")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("<mujoco><worldbody>")
+            ended = subprocess.run(
+                ["roslaunch", LAUNCH_FILE, "env:=Walker2d-v5", "xml_file:=" + path],
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                encoding="utf-8",
+                env=dict(os.environ, ROS_HOME=folder),
+                timeout=60,
+                check=False,
+            )
+        self.assertNotEqual(ended.returncode, 0)
+        self.assertIn("xml_file = " + path, ended.stderr)
+        self.assertIn("XML parse error", ended.stderr)
+
+    # ------------------------------------------------------------ beside others, and how it runs
+
     def test_parameters_of_an_earlier_start_are_cleared(self):
         self.assertIn("/walker_sim/", Launch().config.clear_params)
 
     def test_a_file_s_values_hold_where_an_argument_keeps_its_default(self):
-        with open(TEMPLATE, encoding="utf-8") as file:
-            template = yaml.safe_load(file)
-        parameters = Launch("config:=" + TEMPLATE, "mode:=lockstep").parameters
-        for name, value in template.items():
-            expected = "lockstep" if name == "mode" else value
-            self.assertEqual(parameters["/walker_sim/" + name], expected, name)
+        for name in ("server", "walker2d"):
+            path = os.path.join(ROOT, "config", name + ".yaml")
+            with open(path, encoding="utf-8") as file:
+                template = yaml.safe_load(file)
+            arguments = ["config:=" + path, "env:=" + template["env"], "mode:=lockstep"]
+            parameters = Launch(*arguments).parameters
+            for key, value in {**template, "mode": "lockstep"}.items():
+                self.assertEqual(parameters["/walker_sim/" + key], value, key)
 
     def test_a_second_walker_needs_its_namespace_only(self):
-        launch = Launch("ns:=second", "agent:=heuristic", "recording:=true", display=":9")
-        for name in launch.nodes:
-            self.assertTrue(name.startswith("/second/"), name)
-        self.assertEqual(launch.parameters["/second/tf_prefix"], "second")
-        self.assertIs(launch.parameters["/second/walker_sim/publish_clock"], False)
-        self.assertIn("/second/robot_description", launch.parameters)
-        self.assertEqual(launch.nodes["/second/rviz"].type, "view.py")
-        self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
+        arguments = ["ns:=second", "agent:=heuristic", "recording:=true"]
+        for env in ("BipedalWalker-v3", "Walker2d-v5"):
+            launch = Launch(*arguments, "env:=" + env, display=":9")
+            for name in launch.nodes:
+                self.assertTrue(name.startswith("/second/"), name)
+            self.assertEqual(launch.parameters["/second/tf_prefix"], "second")
+            self.assertIs(launch.parameters["/second/walker_sim/publish_clock"], False)
+            self.assertIn("/second/robot_description", launch.parameters)
+            self.assertEqual(launch.nodes["/second/rviz"].type, "view.py")
+            self.assertIn(ROBOTS[env] + ".rviz second", launch.nodes["/second/rviz"].args)
+            self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
+
+    def test_slashes_around_a_prefix_do_not_count(self):
+        # robot_state_publisher would keep the second one.
+        for prefix in ("robot", "/robot/", "7"):
+            launch = Launch("env:=Walker2d-v5", "tf_prefix:=" + prefix)
+            self.assertEqual(launch.parameters["/tf_prefix"], prefix.strip("/"))
+        self.assertNotIn("/tf_prefix", Launch("tf_prefix:=/").parameters)
 
     def test_rviz_where_there_is_a_display_else_lines(self):
         self.assertNotIn("/rviz", Launch().types())
@@ -205,24 +302,35 @@ class LaunchTest(unittest.TestCase):
         self.assertIn("-o trial ", Launch("recording:=trial").nodes["/recorder"].args)
 
 
+# By robot: the frame that the camera follows, and all topics.
+VIEWS = {
+    "bipedal_walker": ("hull", ["scene_markers", "state_markers", "scan"]),
+    "walker2d": ("torso", ["scene_markers", "state_markers"]),
+}
+
+
 class ViewTest(unittest.TestCase):
-    """rviz's configuration under a prefix."""
+    """rviz's configurations, also under a prefix."""
+
+    def each(self):
+        for robot, (followed, topics) in VIEWS.items():
+            path = os.path.join(ROOT, "config", robot + ".rviz")
+            with open(path, encoding="utf-8") as file, self.subTest(robot=robot):
+                yield yaml.safe_load(file), followed, topics
 
     def test_puts_the_prefix_before_every_frame(self):
-        with open(os.path.join(ROOT, "config", "bipedal_walker.rviz"), encoding="utf-8") as file:
-            manager = view.put_prefix(yaml.safe_load(file), "second")["Visualization Manager"]
-        self.assertEqual(manager["Global Options"]["Fixed Frame"], "second/odom")
-        self.assertEqual(manager["Views"]["Current"]["Target Frame"], "second/hull")
-        prefixes = [d["TF Prefix"] for d in manager["Displays"] if "TF Prefix" in d]
-        self.assertEqual(prefixes, ["second"])
+        for configuration, followed, _ in self.each():
+            manager = view.put_prefix(configuration, "second")["Visualization Manager"]
+            self.assertEqual(manager["Global Options"]["Fixed Frame"], "second/odom")
+            self.assertEqual(manager["Views"]["Current"]["Target Frame"], "second/" + followed)
+            prefixes = [d["TF Prefix"] for d in manager["Displays"] if "TF Prefix" in d]
+            self.assertEqual(prefixes, ["second"])
 
     def test_topics_are_relative(self):
-        with open(os.path.join(ROOT, "config", "bipedal_walker.rviz"), encoding="utf-8") as file:
-            displays = yaml.safe_load(file)["Visualization Manager"]["Displays"]
-        topics = [d.get("Topic", d.get("Marker Topic")) for d in displays]
-        self.assertEqual(
-            [t for t in topics if t is not None], ["scene_markers", "state_markers", "scan"]
-        )
+        for configuration, _, expected in self.each():
+            displays = configuration["Visualization Manager"]["Displays"]
+            topics = [d.get("Topic", d.get("Marker Topic")) for d in displays]
+            self.assertEqual([t for t in topics if t is not None], expected)
 
 
 if __name__ == "__main__":

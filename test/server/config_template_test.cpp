@@ -1,4 +1,4 @@
-// config/server.yaml documents exactly the parameters that the server takes.
+// The templates in config document exactly the parameters that the server takes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,9 +22,32 @@ struct Entry {
   std::string comment;
 };
 
-std::vector<Entry> read_template() {
-  std::ifstream file(std::string(WALKER_SIM_SOURCE_DIR) + "/config/server.yaml");
-  EXPECT_TRUE(file) << "config/server.yaml cannot be read";
+/// A template, and what it must document.
+struct Template {
+  std::string name;
+  std::vector<ParameterDescription> parameters;
+};
+
+/// Those of the server and of BipedalWalker.
+Template whole_template() {
+  Template whole{"server", server_parameters()};
+  const auto own = parameter_descriptions("BipedalWalker-v3");
+  whole.parameters.insert(whole.parameters.end(), own.begin(), own.end());
+  return whole;
+}
+
+/// Walker2d's own, and the id.
+Template walker2d_template() {
+  Template own{"walker2d", parameter_descriptions("Walker2d-v5")};
+  ParameterDescription id = server_parameters().front();
+  id.default_value = std::string("Walker2d-v5");
+  own.parameters.push_back(id);
+  return own;
+}
+
+std::vector<Entry> read_template(const std::string& name) {
+  std::ifstream file(std::string(WALKER_SIM_SOURCE_DIR) + "/config/" + name + ".yaml");
+  EXPECT_TRUE(file) << "config/" << name << ".yaml cannot be read";
   std::vector<Entry> entries;
   std::string comment;
   for (std::string line; std::getline(file, line);) {
@@ -40,13 +63,6 @@ std::vector<Entry> read_template() {
   return entries;
 }
 
-std::vector<ParameterDescription> all_parameters() {
-  std::vector<ParameterDescription> all = server_parameters();
-  const auto own = parameter_descriptions("BipedalWalker-v3");
-  all.insert(all.end(), own.begin(), own.end());
-  return all;
-}
-
 /// As one writes it: neither an exponent nor an idle point.
 std::string plain(double number) {
   constexpr int kDigits = 15;
@@ -60,7 +76,8 @@ std::string plain(double number) {
 std::string limits(const ParameterDescription& parameter) {
   std::string text = parameter.unit.empty() ? "" : " [" + parameter.unit + "]";
   const bool is_number = std::holds_alternative<std::int64_t>(parameter.default_value) ||
-                         std::holds_alternative<double>(parameter.default_value);
+                         std::holds_alternative<double>(parameter.default_value) ||
+                         std::holds_alternative<std::vector<double>>(parameter.default_value);
   if (is_number) text += " " + plain(parameter.minimum) + " .. " + plain(parameter.maximum);
   return text;
 }
@@ -70,9 +87,11 @@ std::string default_text(const ParameterDescription& parameter) {
   return text.empty() ? "\"\"" : text;
 }
 
-TEST(ConfigTemplate, HasEachParameterWithItsDefaultUnitAndRange) {
-  const std::vector<Entry> entries = read_template();
-  for (const ParameterDescription& parameter : all_parameters()) {
+class ConfigTemplate : public testing::TestWithParam<Template> {};
+
+TEST_P(ConfigTemplate, HasEachParameterWithItsDefaultUnitAndRange) {
+  const std::vector<Entry> entries = read_template(GetParam().name);
+  for (const ParameterDescription& parameter : GetParam().parameters) {
     const auto entry = std::find_if(entries.begin(), entries.end(), [&](const Entry& candidate) {
       return candidate.name == parameter.name;
     });
@@ -83,14 +102,18 @@ TEST(ConfigTemplate, HasEachParameterWithItsDefaultUnitAndRange) {
   }
 }
 
-TEST(ConfigTemplate, HasNoOthers) {
-  const std::vector<ParameterDescription> known = all_parameters();
-  for (const Entry& entry : read_template()) {
+TEST_P(ConfigTemplate, HasNoOthers) {
+  const std::vector<ParameterDescription>& known = GetParam().parameters;
+  for (const Entry& entry : read_template(GetParam().name)) {
     EXPECT_TRUE(std::any_of(known.begin(), known.end(), [&](const ParameterDescription& parameter) {
       return parameter.name == entry.name;
     })) << entry.name;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Templates, ConfigTemplate,
+                         testing::Values(whole_template(), walker2d_template()),
+                         [](const testing::TestParamInfo<Template>& of) { return of.param.name; });
 
 }  // namespace
 }  // namespace walker

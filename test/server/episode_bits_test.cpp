@@ -24,8 +24,9 @@ class Policy {
 
   Policy(Kind kind, unsigned seed) : kind_(kind), draws_(seed) {}
 
-  std::vector<double> act(const std::vector<double>& observation) {
-    std::vector<double> action(4);
+  /// @param size of the action; the heuristic is BipedalWalker's
+  std::vector<double> act(const std::vector<double>& observation, std::size_t size) {
+    std::vector<double> action(size);
     if (kind_ == heuristic) {
       heuristic_.act(observation.data(), action.data());
       return action;
@@ -59,12 +60,13 @@ class Policy {
 /// Plays one episode on both. @returns its length
 std::uint32_t compare_episode(Remote& remote, Twin& twin, std::optional<std::uint64_t> seed,
                               Policy policy, std::uint32_t most_steps = 2000) {
+  const std::size_t action_size = twin.environment().specification().action_size();
   twin.reset(seed);
   walker_sim::Transition told = remote.reset(seed);
   EXPECT_TRUE(told.action.empty());
   EXPECT_TRUE(twin.equals(told));
   while (!twin.has_ended() && told.step < most_steps && !testing::Test::HasFailure()) {
-    const std::vector<double> action = policy.act(twin.observation());
+    const std::vector<double> action = policy.act(twin.observation(), action_size);
     twin.step(action);
     told = remote.step(action);
     EXPECT_TRUE(twin.equals(told));
@@ -90,6 +92,38 @@ TEST(EpisodeBits, AreEqualHardcore) {
   for (const Policy::Kind kind : Policy::kAll) {
     compare_episode(remote, twin, 40 + kind, Policy(kind, kind));
   }
+}
+
+/// @returns the steps of all policies but the heuristic, which is BipedalWalker's
+std::uint32_t compare_walker2d(const std::string& space, const std::string& id, unsigned seeds,
+                               const Parameters& parameters = {}) {
+  Remote remote(space + "/walker_sim");
+  Twin twin(id, parameters);
+  std::uint32_t steps = 0;
+  for (const Policy::Kind kind : Policy::kAll) {
+    if (kind == Policy::heuristic) continue;
+    for (unsigned seed = 0; seed < seeds; ++seed) {
+      steps += compare_episode(remote, twin, seed, Policy(kind, seed));
+    }
+  }
+  return steps;
+}
+
+TEST(EpisodeBits, AreEqualOfWalker2d) {
+  EXPECT_GT(compare_walker2d("/v4", "Walker2d-v4", 8), 500U);
+  EXPECT_GT(compare_walker2d("/v5", "Walker2d-v5", 8), 500U);
+}
+
+/// As its server's parameters in episode_bits_test.test.
+TEST(EpisodeBits, AreEqualOfWalker2dWithOtherParameters) {
+  const Parameters parameters{{"frame_skip", std::int64_t{2}},
+                              {"terminate_when_unhealthy", false},
+                              {"ctrl_cost_weight", 0.1},
+                              {"healthy_angle_range", std::vector<double>{-0.2, 0.3}},
+                              {"reset_noise_scale", 0.1},
+                              {"exclude_current_positions_from_observation", false},
+                              {"max_episode_steps", std::int64_t{200}}};
+  EXPECT_EQ(compare_walker2d("/other", "Walker2d-v5", 2, parameters), 2U * 5U * 200U);
 }
 
 TEST(EpisodeBits, AreEqualForSeedsOf64Bits) {

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Two servers on one master: a <group ns> and a tf_prefix each are enough to keep them apart."""
+"""Servers of both engines on one master: a <group ns> and a tf_prefix keep them apart."""
 
 import sys
 import time
@@ -17,12 +17,14 @@ from server_harness import DT, Recorder, ServerProcess, nanoseconds, same_experi
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import Reset, Step
 
-LINKS = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
+BIPEDAL_WALKER = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
+# The frames that each server publishes, the trunk first. Walker2d's limbs are not its server's.
+FRAMES = {"/one": BIPEDAL_WALKER, "/two": BIPEDAL_WALKER, "/three": ["torso"]}
 
 
 class NamespacesTest(unittest.TestCase):
     def setUp(self):
-        self.tf = Recorder("/tf", tf2_msgs.msg.TFMessage, connections=2)
+        self.tf = Recorder("/tf", tf2_msgs.msg.TFMessage, connections=len(FRAMES))
         self.addCleanup(self.tf.close)
 
     def proxies(self, space):
@@ -37,7 +39,8 @@ class NamespacesTest(unittest.TestCase):
         self.assertTrue(reply.success, reply.status_message)
         return reply.transition
 
-    def step(self, space, action=(0.0, 0.0, 0.0, 0.0)):
+    def step(self, space, action=None):
+        action = action or [0.0] * (6 if space == "/three" else 4)
         reply = self.proxies(space)[1](action)
         self.assertTrue(reply.success, reply.status_message)
         return reply.transition
@@ -45,13 +48,13 @@ class NamespacesTest(unittest.TestCase):
     def test_the_group_is_enough_for_all_names(self):
         publishers, subscribers, services = rosgraph.Master("/namespaces_test").getSystemState()
         allowed = {"/tf", "/tf_static", "/clock", "/rosout", "/diagnostics"}
-        for space in ("/one", "/two"):
+        for space in FRAMES:
             node = f"{space}/walker_sim"
             published = {topic for topic, nodes in publishers if node in nodes}
             for topic in published - allowed:
                 self.assertTrue(topic.startswith(f"{space}/"), topic)
             self.assertIn(f"{space}/transition", published)
-            self.assertIn(f"{space}/scan", published)
+            self.assertEqual(f"{space}/scan" in published, "lidar" in FRAMES[space])
             heard = {topic for topic, nodes in subscribers if node in nodes}
             self.assertIn(f"{space}/effort_command", heard)
             served = {service for service, nodes in services if node in nodes}
@@ -68,25 +71,39 @@ class NamespacesTest(unittest.TestCase):
         self.assertEqual(following.step, 1)
         self.assertEqual(nanoseconds(following), nanoseconds(two) + DT)
 
+    def test_the_other_engine_beside_it_changes_nothing(self):
+        action = [0.5, -1.0, 0.25, 0.0, 1.0, -0.5]
+        alone = [self.reset("/three")] + [self.step("/three", action) for _ in range(10)]
+        self.reset("/one")
+        together = [self.reset("/three")]
+        for _ in range(10):
+            self.step("/one", [1.0, -1.0, 0.5, 0.0])
+            together.append(self.step("/three", action))
+        for one, other in zip(alone, together):
+            self.assertTrue(same_experience(one, other))
+        passed = nanoseconds(together[-1]) - nanoseconds(together[0])
+        self.assertEqual(passed, 10 * 8_000_000)
+
     def frames_of(self, space, prefix):
         """Checks the frames of all that a server publishes of one state."""
+        frames = FRAMES[space]
         kinds = {
             "odom": (nav_msgs.msg.Odometry, "odom"),
-            "imu": (sensor_msgs.msg.Imu, "hull"),
-            "scan": (sensor_msgs.msg.LaserScan, "lidar"),
-            "contacts": (Contacts, None),
+            "imu": (sensor_msgs.msg.Imu, frames[0]),
+            "contacts": (Contacts, "odom"),
             "transition": (Transition, "odom"),
         }
+        if "lidar" in frames:
+            kinds["scan"] = (sensor_msgs.msg.LaserScan, "lidar")
         recorders = {name: Recorder(f"{space}/{name}", kind) for name, (kind, _) in kinds.items()}
         self.reset(space, 2)
         stamp = nanoseconds(self.step(space))
         for name, (_, frame) in kinds.items():
             message = recorders[name].at(stamp)
             self.assertFalse(message.header.frame_id.startswith("/"), name)
-            if frame:
-                self.assertEqual(message.header.frame_id, prefix + frame, name)
+            self.assertEqual(message.header.frame_id, prefix + frame, name)
             if name == "odom":
-                self.assertEqual(message.child_frame_id, f"{prefix}hull")
+                self.assertEqual(message.child_frame_id, prefix + frames[0])
             recorders[name].close()
         transforms = self.tf.wait(
             lambda m: (
@@ -95,7 +112,7 @@ class NamespacesTest(unittest.TestCase):
             ),
             "the transforms",
         ).transforms
-        self.assertEqual({t.child_frame_id for t in transforms}, {prefix + link for link in LINKS})
+        self.assertEqual({t.child_frame_id for t in transforms}, {prefix + link for link in frames})
         for transform in transforms:
             self.assertTrue(transform.header.frame_id.startswith(prefix))
             self.assertNotIn("//", transform.header.frame_id + transform.child_frame_id)
@@ -108,9 +125,10 @@ class NamespacesTest(unittest.TestCase):
     def test_frames_carry_the_prefix_and_no_leading_slash(self):
         self.frames_of("/one", "left/")
         self.frames_of("/two", "right/")  # its parameter is /right/, as some write it
+        self.frames_of("/three", "middle/")
 
-    def test_frames_of_the_two_are_distinct(self):
-        for space in ("/one", "/two"):
+    def test_frames_of_all_are_distinct(self):
+        for space in FRAMES:
             self.reset(space)
         time.sleep(0.2)
         parents = {}
@@ -118,16 +136,16 @@ class NamespacesTest(unittest.TestCase):
             for transform in message.transforms:
                 known = parents.setdefault(transform.child_frame_id, transform.header.frame_id)
                 self.assertEqual(known, transform.header.frame_id)
-        static = Recorder("/tf_static", tf2_msgs.msg.TFMessage, connections=2)
+        static = Recorder("/tf_static", tf2_msgs.msg.TFMessage, connections=len(FRAMES))
         time.sleep(0.2)
         for message in static.messages():
             for transform in message.transforms:
                 self.assertNotIn(transform.child_frame_id, parents)
-                self.assertIn(transform.header.frame_id.split("/")[0], ("left", "right"))
+                self.assertIn(transform.header.frame_id.split("/")[0], ("left", "right", "middle"))
         static.close()
 
     def test_latched_topics_are_told_apart(self):
-        for space in ("/one", "/two"):
+        for space in FRAMES:
             self.reset(space)
             for name, kind in (("spec", EnvironmentSpec), ("episode", Episode)):
                 recorder = Recorder(f"{space}/{name}", kind)

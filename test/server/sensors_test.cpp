@@ -10,33 +10,16 @@
 #include <vector>
 
 #include <ros/ros.h>
-#include <tf2/LinearMath/Quaternion.h>
-#include <tf2/LinearMath/Transform.h>
-#include <tf2/buffer_core.h>
 
 #include "server/plane_geometry.h"
 #include "server/sensor_recording.h"
+#include "server/tf_geometry.h"
 
 namespace walker::test {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kGravity = 10;  // Box2D's default, which Gymnasium keeps [m/s^2]
-
-tf2::Vector3 to_tf(const geometry_msgs::Vector3& v) { return {v.x, v.y, v.z}; }
-tf2::Vector3 to_tf(const geometry_msgs::Point& p) { return {p.x, p.y, p.z}; }
-tf2::Vector3 to_tf(const Vector3& v) { return {v[0], v[1], v[2]}; }
-tf2::Quaternion to_tf(const geometry_msgs::Quaternion& q) { return {q.x, q.y, q.z, q.w}; }
-tf2::Quaternion to_tf(const Quaternion& q) { return {q[0], q[1], q[2], q[3]}; }
-
-/// Box2D's +angle is a rotation about -y.
-tf2::Quaternion about_minus_y(double angle) { return {tf2::Vector3(0, -1, 0), angle}; }
-
-/// [rad] between two rotations; the sign of a quaternion does not matter.
-double angle_between(const tf2::Quaternion& a, const tf2::Quaternion& b) {
-  const tf2::Quaternion turn = a.inverse() * b;
-  return 2 * std::asin(std::min(1.0, tf2::Vector3(turn.x(), turn.y(), turn.z()).length()));
-}
 
 /// The joints' frames in their parents, as ros-conventions and interface.md name them.
 struct Edge {
@@ -53,32 +36,30 @@ constexpr std::array<const char*, 5> kLinks{"hull", "upper_leg_1", "lower_leg_1"
                                             "lower_leg_2"};
 constexpr std::array<const char*, 4> kJoints{"hip_1", "knee_1", "hip_2", "knee_2"};
 
-class SensorTopics : public testing::TestWithParam<Server> {
+/// As in sensors_test.test.
+struct Walk {
+  Server server;
+  std::uint64_t seed;
+};
+
+class SensorTopics : public testing::TestWithParam<Walk> {
  protected:
   void SetUp() override {
-    recording_ = &recording_of(GetParam());
+    recording_ = &recording_of(GetParam().server, GetParam().seed);
     ASSERT_GT(recording_->walk.size(), 60U) << "the episode was to last";
   }
 
   const std::vector<State>& walk() const { return recording_->walk; }
   const Scene& scene() const { return recording_->scene; }
   const State& rest() const { return recording_->rest; }
-  static std::string frame(const std::string& name) { return test::frame(GetParam(), name); }
+  static std::string frame(const std::string& name) { return test::frame(GetParam().server, name); }
   static Vector3 center_of_mass() {
-    return make(GetParam().id)->specification().links.front().center_of_mass;
+    return make(GetParam().server.id)->specification().links.front().center_of_mass;
   }
 
-  /// `child` in `parent`, through tf2.
   static tf2::Transform look_up(const State& state, const std::string& parent,
                                 const std::string& child) {
-    tf2::BufferCore buffer;
-    for (const auto& transform : state.transforms.transforms) {
-      EXPECT_TRUE(buffer.setTransform(transform, "test"));
-    }
-    const geometry_msgs::Transform found =
-        buffer.lookupTransform(frame(parent), frame(child), state.transition.header.stamp)
-            .transform;
-    return tf2::Transform(to_tf(found.rotation), to_tf(found.translation));
+    return test::look_up(state.transforms, frame(parent), frame(child));
   }
 
  private:
@@ -324,13 +305,13 @@ TEST_P(SensorTopics, RaysEndOnTheTerrainOrMeetNothing) {
   EXPECT_GT(misses, 20U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Servers, SensorTopics,
-                         testing::Values(Server{"", "", "BipedalWalker-v3", 0},
-                                         Server{"/hardcore", "rough/", "BipedalWalkerHardcore-v3",
-                                                3}),
-                         [](const testing::TestParamInfo<Server>& server) {
-                           return server.index == 0 ? "plain" : "hardcore";
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Servers, SensorTopics,
+    testing::Values(Walk{{"", "", "BipedalWalker-v3", {}}, 0},
+                    Walk{{"/hardcore", "rough/", "BipedalWalkerHardcore-v3", {}}, 3}),
+    [](const testing::TestParamInfo<Walk>& walk) {
+      return walk.index == 0 ? "plain" : "hardcore";
+    });
 
 }  // namespace
 }  // namespace walker::test

@@ -33,6 +33,13 @@ def node_path(node_type):
     return found[0]
 
 
+def builtin_model():
+    """The MJCF text of Walker2d-v5."""
+    path = find_in_workspaces(["share"], "walker_sim", "assets/walker2d_v5.xml")[0]
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
 def nanoseconds(stamped):
     """The stamp of a message, of a header or of a time."""
     while not hasattr(stamped, "to_nsec"):
@@ -238,6 +245,8 @@ def first_stamp(message):
 class ServerTest(unittest.TestCase):
     """Starts servers with parameters of its own and ends them."""
 
+    dt = DT  # of the environment [ns]
+
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
         """A new server; the one that `call` calls."""
         parameters.setdefault("diagnostic_period", 0.05)
@@ -273,7 +282,7 @@ class ServerTest(unittest.TestCase):
         """Each follows the one before by one dt, within an episode and from one to the next."""
         self.assertGreater(len(transitions), 1)
         for one, other in zip(transitions, transitions[1:]):
-            self.assertEqual(nanoseconds(other), nanoseconds(one) + DT)
+            self.assertEqual(nanoseconds(other), nanoseconds(one) + self.dt)
             if one.terminated or one.truncated:
                 self.assertEqual((other.episode, other.step), (one.episode + 1, 0))
                 self.assertEqual(list(other.action), [])

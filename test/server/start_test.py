@@ -1,14 +1,18 @@
 #!/usr/bin/python3
 """Parameters at the start: what is refused, with which words, and what is taken."""
 
+import os
+import re
 import sys
+import tempfile
 import unittest
 
 import rospy
 import rostest
-from server_harness import ServerProcess
+from server_harness import ServerProcess, builtin_model
 from walker_sim.srv import GetSpec, Reset
 
+WALKER2D = {"env": "Walker2d-v5"}
 # Parameters that are refused, and the words of the message.
 REFUSED = [
     ({"env": "BipedalWalker-v9"}, ["env", "BipedalWalker-v9", "BipedalWalker-v3"]),
@@ -42,7 +46,26 @@ REFUSED = [
     ({"max_episode_steps": -1}, ["max_episode_steps", "-1", "0"]),
     ({"max_episode_steps": 1.5}, ["max_episode_steps", "1.5"]),
     ({"max_episode_steps": "long"}, ["max_episode_steps", "long"]),
+    ({**WALKER2D, "hardcore": False}, ["hardcore", "unknown"]),
+    ({**WALKER2D, "frame_skip": 0}, ["frame_skip", "0", "1"]),
+    ({**WALKER2D, "healthy_z_range": [2.0, 0.8]}, ["healthy_z_range", "[2.0, 0.8]"]),
+    ({**WALKER2D, "healthy_z_range": [2.0]}, ["healthy_z_range", "[2.0]", "list of 2"]),
+    ({**WALKER2D, "reset_noise_scale": -1.0}, ["reset_noise_scale", "-1.0", "0.0"]),
+    ({"env": "Walker2d-v4", "xml_file": "model.xml"}, ["xml_file", "model.xml", "unknown"]),
 ]
+# Models that are refused, and what the message says beside the file's name: the engine's own
+# words where the engine refuses.
+BAD_MODELS = {
+    "missing": (None, ["FILE_NOT_FOUND"]),
+    "empty": ("", ["XML"]),
+    "torn": ("<mujoco><worldbody>", ["XML parse error", "worldbody"]),
+    "foreign": ("<mujoco><nonsense/></mujoco>", ["Schema violation", "nonsense"]),
+    "small": (
+        "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>",
+        ["nq = 1", "must be nq = nv = 9"],
+    ),
+    "motorless": (None, ["nu = 0", "nu = 6"]),  # Walker2d without its motors
+}
 LOCKSTEP = {"mode": "lockstep", "publish_clock": False}
 
 
@@ -70,6 +93,23 @@ class StartTest(unittest.TestCase):
             text = fatal[0].lower() if word in ("nan", "inf") else fatal[0]
             self.assertIn(word, text, parameters)
 
+    def test_a_model_that_is_none_ends_the_server_with_its_name_and_the_engine_s_words(self):
+        with tempfile.TemporaryDirectory() as folder:
+            started = []
+            for name, (text, words) in BAD_MODELS.items():
+                path = os.path.join(folder, name + ".xml")
+                if name == "motorless":
+                    text = re.sub("(?s)<actuator>.*</actuator>", "", builtin_model())
+                if text is not None:
+                    with open(path, "w", encoding="utf-8") as file:
+                        file.write(text)
+                parameters = {**LOCKSTEP, **WALKER2D, "xml_file": path}
+                server = ServerProcess(f"/refused_{name}", parameters)
+                self.addCleanup(server.kill)
+                started.append((server, parameters, ["xml_file", path, *words]))
+            for case in started:
+                self.assert_refused(*case)
+
     def specification(self, **parameters):
         server = ServerProcess("/taken", {**LOCKSTEP, **parameters})
         self.addCleanup(server.kill)
@@ -91,6 +131,7 @@ class StartTest(unittest.TestCase):
             ({"env": "BipedalWalkerHardcore-v3"}, 2000),
             ({"hardcore": True}, 1600),
             ({"max_episode_steps": 0}, 0),
+            ({"env": "Walker2d-v4"}, 1000),
         ):
             self.assertEqual(self.specification(**parameters)[0].max_episode_steps, expected)
 

@@ -303,6 +303,12 @@ TEST(MakeUrdf, RefusesAJointWithoutParent) {
   EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
 }
 
+TEST(MakeUrdf, RefusesACircleOfJoints) {
+  Specification specification = make("BipedalWalker-v3")->specification();
+  specification.joints[0].parent = specification.joints[1].child;
+  EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
+}
+
 TEST(MakeUrdf, RefusesALinkWithoutShape) {
   Specification specification = make("BipedalWalker-v3")->specification();
   specification.links.back().prisms.clear();

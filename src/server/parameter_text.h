@@ -1,0 +1,18 @@
+// Environment parameters given as text, on a command line.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "walker_sim/parameters.h"
+
+namespace walker {
+
+/// Reads NAME=VALUE texts. A value is read in the type of the parameter's default, as YAML has it
+/// (true, 4, 0.5, a text, [0.8, 2.0]); one that cannot be stays a text, which `make` refuses.
+/// @param descriptions of the parameters that the environment takes
+/// @throws std::invalid_argument for a text without a name or given twice
+Parameters parse_assignments(const std::vector<ParameterDescription>& descriptions,
+                             const std::vector<std::string>& assignments);
+
+}  // namespace walker

@@ -1,0 +1,185 @@
+// Drives a server and collects what its topics tell, each state beside the truth of a twin in this
+// process.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nav_msgs/Odometry.h>
+#include <ros/message_traits.h>
+#include <ros/node_handle.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/LaserScan.h>
+#include <std_msgs/Float64.h>
+#include <std_msgs/Float64MultiArray.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include "server/inbox.h"
+#include "server/remote.h"
+#include "server/twin.h"
+#include "walker_sim/Contacts.h"
+
+namespace walker::test {
+
+/// All that a server publishes of one state, and the truth.
+struct State {
+  walker_sim::Transition transition;
+  sensor_msgs::JointState joints;
+  sensor_msgs::LaserScan scan;  // empty where the walker has no range finder
+  sensor_msgs::Imu imu;
+  nav_msgs::Odometry odometry;
+  walker_sim::Contacts contacts;
+  tf2_msgs::TFMessage transforms;  // with those of robot_state_publisher where it runs
+  Sensors truth;                   // of the twin in this process
+};
+
+struct Server {
+  const char* space;      // of the node and its topics
+  const char* tf_prefix;  // with a slash at its end
+  const char* id;
+  Parameters parameters;
+};
+
+inline std::string frame(const Server& server, const std::string& name) {
+  return server.tf_prefix + name;
+}
+
+/// Drives a server and a twin by the same actions and collects what the topics tell.
+class Player {
+ public:
+  explicit Player(const Server& server)
+      : server_(server),
+        remote_(server.space + std::string("/walker_sim")),
+        twin_(server.id, server.parameters),
+        joints_(node_, topic("joint_states")),
+        imus_(node_, topic("imu")),
+        odometries_(node_, topic("odom")),
+        contacts_(node_, topic("contacts")),
+        observations_(node_, topic("observation")),
+        rewards_(node_, topic("reward")),
+        transforms_(node_, "/tf") {
+    if (specification().range_finder.num_rays != 0) scans_.emplace(node_, topic("scan"));
+    // A publisher counts its subscribers a moment after they count it.
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    do {
+      remote_.reset(0);
+    } while (!hears_all() && std::chrono::steady_clock::now() < give_up);
+  }
+
+  void reset(std::uint64_t seed) {
+    twin_.reset(seed);
+    collect(remote_.reset(seed));
+  }
+
+  void step(const std::vector<double>& action) {
+    twin_.step(action);
+    collect(remote_.step(action));
+  }
+
+  Twin& twin() { return twin_; }
+  const Specification& specification() { return twin_.environment().specification(); }
+  std::vector<State> take_states() { return std::exchange(states_, {}); }
+
+ private:
+  std::string topic(const std::string& name) const { return server_.space + ("/" + name); }
+
+  bool tells_of_trunk(const tf2_msgs::TFMessage& message) const {
+    return message.transforms.front().header.frame_id == frame(server_, "odom");
+  }
+
+  /// Is robot_state_publisher's, of this server's joints.
+  bool tells_of_joints(const tf2_msgs::TFMessage& message) {
+    return message.transforms.size() == specification().joints.size() &&
+           std::all_of(message.transforms.begin(), message.transforms.end(),
+                       [this](const geometry_msgs::TransformStamped& transform) {
+                         const std::string& parent = transform.header.frame_id;
+                         return std::any_of(
+                             specification().links.begin(), specification().links.end(),
+                             [&](const Link& link) { return frame(server_, link.name) == parent; });
+                       });
+  }
+
+  bool hears_all() {
+    const auto hears = [this](const auto& condition) {
+      const std::vector<tf2_msgs::TFMessage> all = transforms_.messages();
+      return std::any_of(all.begin(), all.end(), condition);
+    };
+    const bool hears_transforms =
+        hears([this](const auto& message) { return tells_of_trunk(message); }) &&
+        (!specification().joints_are_exact ||
+         hears([this](const auto& message) { return tells_of_joints(message); }));
+    return hears_transforms && joints_.has_any() && (!scans_ || scans_->has_any()) &&
+           imus_.has_any() && odometries_.has_any() && contacts_.has_any() &&
+           observations_.has_any() && rewards_.has_any();
+  }
+
+  /// Waits for the messages with the transition's stamp.
+  void collect(const walker_sim::Transition& transition) {
+    ASSERT_TRUE(twin_.equals(transition));
+    State state;
+    state.transition = transition;
+    state.truth = twin_.sense();
+    const ros::Time stamp = transition.header.stamp;
+    take(joints_.at(stamp), state.joints);
+    if (scans_) take(scans_->at(stamp), state.scan);
+    take(imus_.at(stamp), state.imu);
+    take(odometries_.at(stamp), state.odometry);
+    take(contacts_.at(stamp), state.contacts);
+    // All servers publish /tf, with stamps of their own.
+    take(transforms_.find([&](const tf2_msgs::TFMessage& message) {
+      return stamp_of(message) == stamp && tells_of_trunk(message);
+    }),
+         state.transforms);
+    if (specification().joints_are_exact) {
+      tf2_msgs::TFMessage joints;
+      take(transforms_.find([&](const tf2_msgs::TFMessage& message) {
+        return stamp_of(message) == stamp && tells_of_joints(message);
+      }),
+           joints);
+      auto& all = state.transforms.transforms;
+      all.insert(all.end(), joints.transforms.begin(), joints.transforms.end());
+    }
+    // These two have no stamp.
+    std_msgs::Float64MultiArray observation;
+    take(observations_.find([&](const std_msgs::Float64MultiArray& message) {
+      return bits(message.data) == bits(transition.observation);
+    }),
+         observation);
+    std_msgs::Float64 reward;
+    take(rewards_.find([&](const std_msgs::Float64& message) {
+      return bits({message.data}) == bits({transition.reward});
+    }),
+         reward);
+    states_.push_back(state);
+  }
+
+  template <typename Message>
+  static void take(const std::optional<Message>& found, Message& place) {
+    ASSERT_TRUE(found) << "nothing on " << ros::message_traits::datatype<Message>()
+                       << " tells of this step";
+    place = *found;
+  }
+
+  ros::NodeHandle node_;
+  Server server_;
+  Remote remote_;
+  Twin twin_;
+  Inbox<sensor_msgs::JointState> joints_;
+  Inbox<sensor_msgs::Imu> imus_;
+  Inbox<nav_msgs::Odometry> odometries_;
+  Inbox<walker_sim::Contacts> contacts_;
+  Inbox<std_msgs::Float64MultiArray> observations_;
+  Inbox<std_msgs::Float64> rewards_;
+  Inbox<tf2_msgs::TFMessage> transforms_;
+  std::optional<Inbox<sensor_msgs::LaserScan>> scans_;  // none: the walker has no range finder
+  std::vector<State> states_;
+};
+
+}  // namespace walker::test

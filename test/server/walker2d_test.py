@@ -1,0 +1,239 @@
+#!/usr/bin/python3
+"""What of a server is Walker2d's own: its specification, time, commands, models, and its end."""
+
+import math
+import os
+import sys
+import tempfile
+
+import nav_msgs.msg
+import rosgraph_msgs.msg
+import rospy
+import rostest
+import sensor_msgs.msg
+import std_msgs.msg
+import tf2_msgs.msg
+import visualization_msgs.msg
+from bare_ros import wait_for
+from server_harness import ServerTest, bits, builtin_model, nanoseconds, same_experience
+from walker_sim.msg import Contacts, Episode, Transition
+from walker_sim.srv import Reset, Step
+
+JOINTS = ["thigh_joint", "leg_joint", "foot_joint"]
+JOINTS += ["thigh_left_joint", "leg_left_joint", "foot_left_joint"]
+INFO = {
+    "Walker2d-v4": ["x_position", "x_velocity"],
+    "Walker2d-v5": [
+        *("x_position", "z_distance_from_origin", "x_velocity"),
+        *("reward_forward", "reward_ctrl", "reward_survive"),
+    ],
+}
+ZERO = [0.0] * 6
+TOPICS = {
+    "/joint_states": sensor_msgs.msg.JointState,
+    "/imu": sensor_msgs.msg.Imu,
+    "/contacts": Contacts,
+    "/odom": nav_msgs.msg.Odometry,
+    "/reward": std_msgs.msg.Float64,
+    "/observation": std_msgs.msg.Float64MultiArray,
+    "/transition": Transition,
+    "/episode": Episode,
+    "/tf": tf2_msgs.msg.TFMessage,
+    "/state_markers": visualization_msgs.msg.MarkerArray,
+    "/scene_markers": visualization_msgs.msg.MarkerArray,
+}
+
+
+def numbers_of(message):
+    """All floats of a message, but for a transition's info, whose absent values are NaN."""
+    if isinstance(message, float):
+        yield message
+    elif isinstance(message, (list, tuple)):
+        for element in message:
+            yield from numbers_of(element)
+    elif hasattr(message, "__slots__"):
+        for name in message.__slots__:
+            if not (isinstance(message, Transition) and name == "info"):
+                yield from numbers_of(getattr(message, name))
+
+
+class Walker2dTest(ServerTest):
+    dt = 8_000_000
+
+    def serve(self, **parameters):
+        """A server of this test's own, and its transitions from now on."""
+        parameters.setdefault("env", "Walker2d-v5")
+        super().serve(**parameters)
+        self.transitions = self.record("/transition", Transition)
+
+    def model_file(self, *replacements):
+        """A file with the built-in model, changed."""
+        text = builtin_model()
+        for old, new in replacements:
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, "my walker.xml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    def lockstep(self):
+        """Reset and step over connections that stay."""
+        return self.server.client("reset", Reset), self.server.client("step", Step)
+
+    # ------------------------------------------------------------ specification
+
+    def test_the_specification_is_gymnasium_s(self):
+        for env, info_names in INFO.items():
+            self.serve(mode="lockstep", env=env)
+            spec = self.call("get_spec").spec
+            self.assertEqual((spec.id, spec.mode), (env, "lockstep"))
+            self.assertEqual((spec.observation_size, spec.action_size), (17, 6))
+            self.assertEqual(spec.observation_dtype, "float64")
+            self.assertEqual(set(spec.observation_low), {-math.inf})
+            self.assertEqual(set(spec.observation_high), {math.inf})
+            self.assertEqual((set(spec.action_low), set(spec.action_high)), ({-1.0}, {1.0}))
+            self.assertEqual((spec.dt, spec.max_episode_steps), (0.008, 1000))
+            self.assertTrue(math.isnan(spec.reward_threshold))
+            self.assertEqual(list(spec.joint_names), JOINTS)
+            self.assertEqual(list(spec.info_names), info_names)
+            parameters = dict(zip(spec.parameter_names, spec.parameter_values))
+            self.assertEqual(parameters.get("xml_file"), {"v5": "walker2d_v5.xml"}.get(env[-2:]))
+            self.assertEqual(parameters["healthy_z_range"], "[0.8, 2.0]")
+            self.server.stop()
+
+    def test_engine_path_is_the_library_that_is_loaded(self):
+        self.serve(mode="lockstep")
+        spec = self.call("get_spec").spec
+        self.assertEqual(spec.engine, "MuJoCo")
+        self.assertRegex(spec.engine_version, r"^2\.2\.2\b")
+        with open(f"/proc/{self.server.pid}/maps", encoding="utf-8") as maps:
+            loaded = {os.path.realpath(line.split()[-1]) for line in maps if "libmujoco" in line}
+        self.assertEqual(loaded, {os.path.realpath(spec.engine_path)})
+
+    def test_with_the_position_in_it_the_observation_has_18_values(self):
+        self.serve(mode="lockstep", exclude_current_positions_from_observation=False)
+        self.assertEqual(self.call("get_spec").spec.observation_size, 18)
+        transition = self.call("reset", has_seed=True, seed=1).transition
+        self.assertEqual(len(transition.observation), 18)
+        self.assertEqual(transition.observation[0], transition.info[0])
+
+    # ------------------------------------------------------------ time
+
+    def test_a_reset_and_a_step_advance_the_clock_by_8_milliseconds(self):
+        self.serve(mode="lockstep")
+        clock = self.record("/clock", rosgraph_msgs.msg.Clock)
+        reset, step = self.lockstep()
+        last = nanoseconds(reset(has_seed=True, seed=1).transition)
+        for i in range(30):
+            reply = step(action=ZERO) if i % 3 else reset(has_seed=False)
+            now = nanoseconds(reply.transition)
+            self.assertEqual(now, last + self.dt)
+            clock.at(now)
+            last = now
+
+    def test_free_it_runs_at_125_hz_of_real_time(self):
+        self.serve(terminate_when_unhealthy=False)
+        begun = self.transitions.wait()
+        late = self.transitions.wait(lambda m: m.step == begun.step + 250, "two seconds more")
+        self.assertEqual(nanoseconds(late) - nanoseconds(begun), 250 * self.dt)
+        self.assert_consecutive(self.transitions.messages())
+        self.assertLess(abs(self.counter("real_time_factor") - 1), 0.3)
+
+    # ------------------------------------------------------------ commands
+
+    def test_a_command_is_in_newton_metres_and_limited_at_100(self):
+        self.serve(command_timeout=0.0, terminate_when_unhealthy=False)
+        joints = self.record("/joint_states", sensor_msgs.msg.JointState)
+        command = rospy.Publisher("/effort_command", std_msgs.msg.Float64MultiArray, queue_size=9)
+        self.addCleanup(command.unregister)
+        wait_for(lambda: command.get_num_connections() >= 1, "the server to listen")
+        self.assertEqual(self.counter("clamped"), 0)
+        for efforts, clamped in (
+            ([25.0, -50.0, 12.5, 100.0, -100.0, 0.0], 0),
+            ([100.5, -1e6, 12.5, 0.0, 0.0, 33.0], 1),
+        ):
+            command.publish(data=efforts)
+            wanted = bits([effort / 100 for effort in efforts])
+            step = self.transitions.wait(
+                lambda m, wanted=wanted: bits(m.action) == wanted, "the command, as given"
+            )
+            told = joints.at(nanoseconds(step))
+            self.assertEqual(list(told.name), JOINTS)
+            limited = [100 * max(-1.0, min(1.0, effort / 100)) for effort in efforts]
+            self.assertEqual(list(told.effort), limited)
+            self.assertEqual(self.counter("clamped"), clamped)
+        command.publish(data=[1.0] * 4)
+        wait_for(lambda: self.counter("refused") == 1, "the refusal of four values")
+        self.assertRegex(self.server.output(), "4 values; must have 6")
+
+    # ------------------------------------------------------------ models of one's own
+
+    def test_a_model_of_one_s_own_walks_by_its_own_masses(self):
+        heavy = self.model_file(('density="1000"', 'density="2000"'))
+        transitions = []
+        for model in (heavy, "walker2d_v5.xml"):
+            self.serve(mode="lockstep", xml_file=model)
+            spec = self.call("get_spec").spec
+            self.assertIn(model, spec.parameter_values)
+            reset, step = self.lockstep()
+            first = reset(has_seed=True, seed=3).transition
+            transitions.append((first, step(action=[1.0] * 6).transition))
+            self.server.stop()
+        (first, heavy_step), (other, light_step) = transitions
+        self.assertTrue(same_experience(first, other), "the noise of a reset has no mass")
+        self.assertFalse(same_experience(heavy_step, light_step))
+
+    # ------------------------------------------------------------ unstable simulations
+
+    def assert_it_ends_with_an_error_and_goes_on(self):
+        """Steps until the engine gives up; nothing on any topic is NaN; then a reset works."""
+        recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]
+        reset, step = self.lockstep()
+        for _ in range(3):
+            state = reset(has_seed=True, seed=2).transition
+            self.assertEqual((state.error, state.terminated), ("", False))
+            while not state.terminated:
+                last, state = state, step(action=[1.0] * 6).transition
+                self.assertLess(state.step, 300, "it was to be unstable")
+            self.assertIn("MuJoCo", state.error)
+            self.assertEqual(state.reward, 0)
+            self.assertEqual(bits(state.observation), bits(last.observation))
+            self.assertFalse(step(action=ZERO).success, "only a reset is allowed")
+            following = reset(has_seed=True, seed=2)
+            self.assertTrue(following.success, following.status_message)
+            self.assertEqual(nanoseconds(following.transition), nanoseconds(state) + self.dt)
+            ended = self.transitions.at(nanoseconds(state))
+            self.assertEqual((ended.error, ended.terminated), (state.error, True))
+        end = recorders[list(TOPICS).index("/episode")].wait(lambda m: m.length > 0, "the end")
+        self.assertRegex(end.end_reason, "^terminated: ")
+        for recorder in recorders:
+            recorder.wait()
+            for message in recorder.messages():
+                self.assertFalse(any(map(math.isnan, numbers_of(message))), recorder.topic)
+
+    def test_a_simulation_that_gives_up_ends_the_episode_with_an_error(self):
+        self.serve(mode="lockstep", reset_noise_scale=1e6, terminate_when_unhealthy=False)
+        self.assert_it_ends_with_an_error_and_goes_on()
+
+    def test_so_does_an_unstable_model_of_one_s_own(self):
+        unstable = self.model_file(
+            ('timestep="0.002" integrator="RK4"', 'timestep="0.5" integrator="Euler"'),
+        )
+        self.serve(mode="lockstep", xml_file=unstable, terminate_when_unhealthy=False)
+        self.dt = 2_000_000_000
+        self.assert_it_ends_with_an_error_and_goes_on()
+
+    def test_free_running_it_begins_the_next_episode_by_itself(self):
+        self.serve(reset_noise_scale=1e6, real_time_factor=4.0)
+        self.transitions.wait(lambda m: m.episode == 5, "the fifth episode")
+        self.assert_consecutive(self.transitions.messages())
+        self.assertTrue(any(m.error for m in self.transitions.messages()))
+        self.assertTrue(self.server.is_running())
+
+
+if __name__ == "__main__":
+    rospy.init_node("walker2d_test")
+    rostest.rosrun("walker_sim", "walker2d_test", Walker2dTest, sys.argv)
