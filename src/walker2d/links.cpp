@@ -123,6 +123,19 @@ std::optional<Solid> read_solid(const mjModel& model, int carrier, int geom) {
   return solid;
 }
 
+/// By the range of the control, and of the force before the gear where there is one.
+double maximum_effort(const mjModel& model, int actuator) {
+  const auto largest = [actuator](const mjtNum* ranges) {
+    const mjtNum* const range = at(ranges, actuator, 2);
+    return std::max(std::abs(range[0]), std::abs(range[1]));
+  };
+  const double effort =
+      std::abs(effort_per_control(model, actuator)) * largest(model.actuator_ctrlrange);
+  if (model.actuator_forcelimited[actuator] == 0) return effort;
+  const double gear = at(model.actuator_gear, actuator, 6)[0];
+  return std::min(effort, std::abs(gear) * largest(model.actuator_forcerange));
+}
+
 }  // namespace
 
 std::string body_name(const mjModel& model, int body) {
@@ -150,9 +163,8 @@ Joint read_joint(const mjModel& model, const Layout& layout, int action_index) {
   const int index = layout.joints[action_index];
   const int child = layout.limbs[action_index];
   const int parent = carrier_of(model, model.body_parentid[child]);
-  const Frame frame =
-      compose(frame_in(model, parent, model.body_parentid[child]),
-              frame_at(model.body_pos, model.body_quat, child));  // of the child at angle 0
+  const Frame frame = compose(frame_in(model, parent, model.body_parentid[child]),
+                              frame_at(model.body_pos, model.body_quat, child));
 
   Joint joint;
   const char* const name = mj_id2name(&model, mjOBJ_JOINT, index);
@@ -162,19 +174,22 @@ Joint read_joint(const mjModel& model, const Layout& layout, int action_index) {
   Vector3 arm{};  // from the child's origin to the hinge, in the parent's axes
   mju_rotVecQuat(arm.data(), at(model.jnt_pos, index, 3), frame.quaternion.data());
   mju_rotVecQuat(joint.axis.data(), at(model.jnt_axis, index, 3), frame.quaternion.data());
-  joint.child_frame = to_pose(frame);
+  Frame in_joint{{}, frame.quaternion};
   for (std::size_t k = 0; k < 3; ++k) {
     joint.origin[k] = frame.position[k] + arm[k];
-    joint.child_frame.position[k] = 0 - arm[k];  // no -0
+    in_joint.position[k] = -arm[k];
   }
+  // The model's frames hold at the joint's reference angle; turned back, at angle 0.
+  Frame back;
+  mju_axisAngle2Quat(back.quaternion.data(), joint.axis.data(),
+                     -model.qpos0[model.jnt_qposadr[index]]);
+  joint.child_frame = to_pose(compose(back, in_joint));
 
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const bool is_limited = model.jnt_limited[index] != 0;
   joint.lower = is_limited ? at(model.jnt_range, index, 2)[0] : -kInfinity;
   joint.upper = is_limited ? at(model.jnt_range, index, 2)[1] : kInfinity;
-  const mjtNum* const control = at(model.actuator_ctrlrange, action_index, 2);
-  joint.maximum_effort = std::abs(effort_per_control(model, action_index)) *
-                         std::max(std::abs(control[0]), std::abs(control[1]));
+  joint.maximum_effort = maximum_effort(model, action_index);
   joint.maximum_velocity = kInfinity;
   return joint;
 }

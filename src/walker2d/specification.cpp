@@ -87,7 +87,7 @@ Specification make_specification(const Options& options, const Layout& layout,
   return specification;
 }
 
-void describe_scene(const mjModel& model, Scene& scene) {
+void describe_scene(const mjModel& model, const mjData& data, Scene& scene) {
   // Far enough for the best walker in the default time, and as deep as it looks well [m].
   constexpr int kFirstTile = -20;
   constexpr int kLastTile = 100;
@@ -98,7 +98,7 @@ void describe_scene(const mjModel& model, Scene& scene) {
   scene = {};
   const int* const plane = std::find(model.geom_type, model.geom_type + model.ngeom, mjGEOM_PLANE);
   if (plane == model.geom_type + model.ngeom) return;
-  const double top = at(model.geom_pos, static_cast<int>(plane - model.geom_type), 3)[2];
+  const double top = at(data.geom_xpos, static_cast<int>(plane - model.geom_type), 3)[2];
   for (int x = kFirstTile; x < kLastTile; ++x) {
     const double left = x;
     const double right = x + 1;

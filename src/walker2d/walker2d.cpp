@@ -140,7 +140,9 @@ void Walker2d::sense(Sensors& sensors) {
                  [&](int foot) { return touches_ground(model, data, foot) ? 1 : 0; });
 }
 
-void Walker2d::scene(Scene& scene) const { describe_scene(physics_.model(), scene); }
+void Walker2d::scene(Scene& scene) const {
+  describe_scene(physics_.model(), physics_.data(), scene);
+}
 
 GeneratorState Walker2d::generator_state() const {
   return generator_ ? generator_->state() : GeneratorState{};

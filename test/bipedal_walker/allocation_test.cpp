@@ -1,39 +1,8 @@
 // No step of ours takes memory from the heap. Box2D's own goes through malloc, not through new.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
+#include "allocation_counter.h"
 #include "bipedal_walker/player.h"
-
-namespace {
-
-int allocations = 0;
-bool is_counting = false;
-
-void* allocate(std::size_t size) {
-  if (is_counting) ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-
-/// Counts while it lives.
-class Counting {
- public:
-  Counting() { is_counting = true; }
-  Counting(const Counting&) = delete;
-  Counting& operator=(const Counting&) = delete;
-  ~Counting() { is_counting = false; }
-};
-
-}  // namespace
-
-void* operator new(std::size_t size) { return allocate(size); }
-void* operator new[](std::size_t size) { return allocate(size); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
 
 namespace walker::bipedal_walker {
 namespace {

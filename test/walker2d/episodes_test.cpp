@@ -18,8 +18,8 @@ Parameters whole_state() { return {{"exclude_current_positions_from_observation"
 
 /// The state that a generator gives: nine positions around the upright stance, nine velocities.
 std::vector<double> draw_state(Generator& generator, double scale) {
-  std::vector<double> state;
-  for (int i = 0; i < 2 * kDegreesOfFreedom; ++i) state.push_back(generator.uniform(-scale, scale));
+  std::vector<double> state(2 * std::size_t{kDegreesOfFreedom});
+  for (double& value : state) value = generator.uniform(-scale, scale);
   state[kRootZ] += 1.25;
   return state;
 }

@@ -1,9 +1,11 @@
 // What happens when MuJoCo gives up in the middle of a step.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <thread>
 
 #include "error_message.h"
 #include "stepper.h"
@@ -135,6 +137,18 @@ TEST_F(InstabilityTest, BadPositionsEndTheEpisode) {
   }
 }
 
+/// A model may leave its controls without a limit.
+TEST_F(InstabilityTest, BadControlsEndTheEpisode) {
+  const std::string text =
+      replaced(builtin_text("walker2d_v5.xml"), "collision=\"predefined\"/>",
+               "collision=\"predefined\"><flag clampctrl=\"disable\"/></option>");
+  Stepper walker = make(text);
+  Stepper fresh = make(text);
+  walker.reset(1);
+  expect_failure(walker, {0, 0, 1e300, 0, 0, 0}, "CTRL");
+  expect_recovery(walker, fresh);
+}
+
 /// The largest noise that is allowed.
 TEST_F(InstabilityTest, WildStartsAreFiniteToo) {
   Stepper walker("Walker2d-v4", {{"reset_noise_scale", 1e6}, {"terminate_when_unhealthy", false}});
@@ -200,6 +214,43 @@ TEST_F(InstabilityTest, AResetThatFailsSaysSo) {
   }
   EXPECT_GT(failed, 0);
   EXPECT_LT(failed, 20);
+}
+
+/// Models are compiled in one thread while others step, and each fails for itself.
+TEST_F(InstabilityTest, ThreadsFailApart) {
+  const std::string broken = folder_.write("broken.xml", "<mujoco><body/></mujoco>");
+  const std::string cramped = folder_.write("cramped.xml", cramped_walker());
+  std::atomic<int> failures{0};
+  const auto compile = [&] {
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_THROW(walker::make("Walker2d-v5", {{"xml_file", broken}}), std::invalid_argument);
+      walker::make("Walker2d-v5", {{"xml_file", cramped}});
+    }
+  };
+  const auto overflow = [&] {
+    Stepper walker("Walker2d-v5", {{"xml_file", cramped}, {"terminate_when_unhealthy", false}});
+    for (int i = 0; i < 20; ++i) {
+      walker.reset(1);
+      while (!walker.has_ended()) walker.step(kRest);
+      EXPECT_STREQ(walker.result.error, "MuJoCo: Stack overflow");
+      ++failures;
+    }
+  };
+  const auto run_away = [&] {
+    Stepper walker("Walker2d-v4", {{"reset_noise_scale", 1e6}});
+    for (std::uint64_t seed = 0; seed < 300; ++seed) {
+      walker.reset(seed);
+      walker.step(kRest);
+      EXPECT_TRUE(walker.result.terminated);
+      ++failures;
+    }
+  };
+  std::vector<std::thread> threads;
+  threads.emplace_back(compile);
+  threads.emplace_back(overflow);
+  threads.emplace_back(run_away);
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(failures, 320);
 }
 
 }  // namespace

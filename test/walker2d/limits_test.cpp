@@ -75,9 +75,6 @@ class Limits : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(Limits, FitTheSizes) {
-  EXPECT_EQ(ours->nconmax, 16);
-  EXPECT_EQ(ours->njmax, 64);
-  EXPECT_EQ(ours->nstack, 8000);
   EXPECT_LE(kMostContacts, ours->nconmax);
   EXPECT_LE(kMostConstraints, ours->njmax);
 }

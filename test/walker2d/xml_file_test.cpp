@@ -1,12 +1,8 @@
 // Models of a user's own: which are refused, in what words, and that the others work.
 #include <gtest/gtest.h>
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -39,9 +35,7 @@ class XmlFileTest : public testing::Test {
   }
 
   static std::string refusal_of_path(const std::string& path) {
-    return message_of<std::invalid_argument>([&] {
-      make("Walker2d-v5", {{"xml_file", path}});
-    });
+    return message_of<std::invalid_argument>([&] { make("Walker2d-v5", {{"xml_file", path}}); });
   }
 
   /// What is said about a file after its name, or all that is said where the name is missing.
@@ -126,8 +120,8 @@ TEST_F(XmlFileTest, OtherNumbersOfJointsAreRefusedWithTheirs) {
             "nq = 16, nv = 15, nu = 6, na = 0" + rule);
   const std::string ball =
       replaced(stock_text("walker2d_v5.xml"), "name=\"foot_left_joint\" ", "name=\"b\" ");
-  EXPECT_EQ(refusal(replaced(without(ball, "<motor joint=\"foot_left_joint\"", "/>"),
-                             "name=\"b\" ", "name=\"b\" type=\"ball\" limited=\"false\" ")),
+  EXPECT_EQ(refusal(replaced(without(ball, "<motor joint=\"foot_left_joint\"", "/>"), "name=\"b\" ",
+                             "name=\"b\" type=\"ball\" limited=\"false\" ")),
             "nq = 12, nv = 11, nu = 5, na = 0" + rule);
 }
 
@@ -188,8 +182,9 @@ TEST_F(XmlFileTest, OtherActuatorsAreRefusedByName) {
   EXPECT_EQ(refusal_with(motor, "<general gaintype=\"affine\" " + range), rule);
   EXPECT_EQ(refusal_with(motor, "<motor joint=\"leg_joint\" gear=\"0\"/>"),
             "actuator number 1: must have a gear other than 0");
-  const std::string tendon = "<tendon><fixed name=\"t\"><joint joint=\"leg_joint\" coef=\"1\"/>"
-                             "</fixed></tendon><actuator>";
+  const std::string tendon =
+      "<tendon><fixed name=\"t\"><joint joint=\"leg_joint\" coef=\"1\"/>"
+      "</fixed></tendon><actuator>";
   EXPECT_EQ(refusal(replaced(replaced(stock_text("walker2d_v5.xml"), "<actuator>", tendon), motor,
                              "<motor tendon=\"t\"/>")),
             "actuator number 1: must drive one of the six hinges");
@@ -253,7 +248,8 @@ TEST_F(XmlFileTest, PathsAreTakenAsTheyCome) {
 TEST_F(XmlFileTest, IncludesAreFoundBesideTheFile) {
   const std::string text = stock_text("walker2d_v5.xml");
   const std::string begin = "<actuator>";
-  const std::string motors = text.substr(text.find(begin), text.find("</mujoco>") - text.find(begin));
+  const std::string motors =
+      text.substr(text.find(begin), text.find("</mujoco>") - text.find(begin));
   folder_.write("motors.xml", "<mujocoinclude>" + motors + "</mujocoinclude>");
   const std::string file =
       folder_.write("main.xml", replaced(text, motors, "<include file=\"motors.xml\"/>"));

@@ -1,0 +1,35 @@
+// Counts what a test takes from the heap with new. For one source file of a program: it replaces
+// the program's operators.
+#pragma once
+
+#include <cstdlib>
+#include <new>
+
+namespace walker {
+
+inline int allocations = 0;
+inline bool is_counting = false;
+
+inline void* allocate(std::size_t size) {
+  if (is_counting) ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+
+/// Counts while it lives.
+class Counting {
+ public:
+  Counting() { is_counting = true; }
+  Counting(const Counting&) = delete;
+  Counting& operator=(const Counting&) = delete;
+  ~Counting() { is_counting = false; }
+};
+
+}  // namespace walker
+
+void* operator new(std::size_t size) { return walker::allocate(size); }
+void* operator new[](std::size_t size) { return walker::allocate(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
