@@ -1,7 +1,9 @@
 #include "core/episode_rules.h"
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -39,6 +41,8 @@ void EpisodeRules::step(const double* action, std::size_t size, Result& result) 
 void EpisodeRules::fail(const std::exception& error, Result& result) {
   phase_ = Phase::failed;  // there is no state to sense or to step on
   error_ = error.what();
+  std::fill_n(result.info, specification().info_names.size(),
+              std::numeric_limits<double>::quiet_NaN());  // absent
   result.reward = 0;
   result.terminated = true;
   result.truncated = false;

@@ -16,8 +16,8 @@ namespace walker {
 /// The time limit sets `truncated` on step `max_episode_steps` (0: never), also where that step
 /// terminates. The wrapped environment's specification must carry the same limit.
 ///
-/// An exception of the engine ends the episode: `terminated` with `error`, the observation left as
-/// it was; then only a reset is allowed.
+/// An exception of the engine ends the episode: `terminated` with `error`, reward 0, no info, the
+/// observation left as it was; then only a reset is allowed.
 class EpisodeRules : public Environment {
  public:
   explicit EpisodeRules(std::unique_ptr<Environment> wrapped);

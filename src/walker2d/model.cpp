@@ -88,14 +88,15 @@ ModelPointer compile(const std::string& xml_file) {
   return compiled;
 }
 
-/// What distinguishes one model from another: the name, and for a file its time of change. Files
-/// that it includes do not count.
+/// What distinguishes one model from another: the name, and for a file its size and time of change.
+/// Files that it includes do not count.
 std::string identity(const std::string& xml_file) {
   if (find_builtin(xml_file) != nullptr) return xml_file;
   std::error_code error;
   const std::filesystem::path path = std::filesystem::absolute(expand_home(xml_file), error);
   const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch().count();
-  return path.string() + "\n" + (error ? "" : std::to_string(changed));
+  const auto size = std::filesystem::file_size(path, error);
+  return path.string() + "\n" + std::to_string(changed) + "\n" + std::to_string(size);
 }
 
 }  // namespace

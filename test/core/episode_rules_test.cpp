@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -21,6 +22,7 @@ class Fake : public Environment {
     specification_.action_low = {-1, -1};
     specification_.joints.resize(2);
     specification_.joints[1].name = "knee";
+    specification_.info_names = {"x", "z"};
   }
 
   const Specification& specification() const override { return specification_; }
@@ -30,6 +32,7 @@ class Fake : public Environment {
   }
   void step(const double* /*action*/, std::size_t /*size*/, Result& result) override {
     ++steps;
+    if (step_fails) throw std::runtime_error("the engine gave up");
     result.truncated = false;
     result.terminated = terminates;
     result.end_reason = terminates ? "fell" : "";
@@ -39,6 +42,7 @@ class Fake : public Environment {
   GeneratorState generator_state() const override { return {1, 2, 3, 4, 5, 6}; }
 
   bool reset_fails = false;
+  bool step_fails = false;
   bool terminates = false;
   int steps = 0;
   int senses = 0;
@@ -135,6 +139,33 @@ TEST_F(EpisodeRulesTest, NoStepAfterAResetThatFailed) {
   EXPECT_THROW(reset(), std::runtime_error);
   EXPECT_THROW(step(), ResetNeeded);
   EXPECT_EQ(fake_->steps, 0);
+}
+
+TEST_F(EpisodeRulesTest, AnEngineThatFailsEndsTheEpisodeInItsOwnWords) {
+  reset();
+  std::vector<double> info{1, 2};
+  double observation = 3;
+  result_.info = info.data();
+  result_.observation = &observation;
+  result_.reward = 4;
+  fake_->step_fails = true;
+  step();
+  EXPECT_TRUE(result_.terminated);
+  EXPECT_FALSE(result_.truncated);
+  EXPECT_STREQ(result_.end_reason, "the simulation failed");
+  EXPECT_STREQ(result_.error, "the engine gave up");
+  EXPECT_EQ(result_.reward, 0);
+  EXPECT_EQ(observation, 3) << "as it was";
+  EXPECT_TRUE(std::isnan(info[0]) && std::isnan(info[1])) << "absent";
+  Sensors sensors;
+  EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }), "step: the simulation failed; reset first");
+  EXPECT_EQ(message_of<ResetNeeded>([&] { rules_->sense(sensors); }),
+            "sense: the simulation failed; reset first");
+  EXPECT_EQ(fake_->steps, 1);
+  fake_->step_fails = false;
+  reset();
+  step();
+  EXPECT_FALSE(result_.terminated);
 }
 
 TEST_F(EpisodeRulesTest, MalformedActionsNeverReachTheEnvironment) {

@@ -137,6 +137,18 @@ TEST_F(XmlFileTest, OtherKindsOfJointsAreRefusedByName) {
             "joint rooty: must turn about the trunk's origin (pos 0 0 0)");
 }
 
+TEST_F(XmlFileTest, SlidesOfAnotherDirectionAreRefused) {
+  const std::string reason = "the trunk's slides must run along the world's x and z, in this order";
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"0 1 0\""), reason);
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"-1 0 0\""),
+            reason);
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"0 0 1\"", "type=\"slide\" axis=\"1 0 0.01\""),
+            reason);
+  EXPECT_EQ(refusal_with("<body name=\"torso\" pos=\"0 0 1.25\"",
+                         "<body name=\"torso\" pos=\"0 0 1.25\" euler=\"0 10 0\""),
+            reason);
+}
+
 /// The pitch on a body of its own, below the two slides'.
 TEST_F(XmlFileTest, ATrunkOfTwoBodiesIsRefused) {
   const std::string hinge = "<joint class=\"root\" name=\"rooty\" axis=\"0 1 0\"/>";
