@@ -13,6 +13,7 @@
 #include "bipedal_walker/heuristic.h"
 #include "server/inbox.h"
 #include "server/twin.h"
+#include "walker2d/heuristic.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
 
@@ -22,10 +23,11 @@ namespace {
 const std::vector<std::uint64_t> kSeeds{0, 3, 6};  // as in heuristic_agents_test.test
 
 /// The heuristic's whole episode in process.
-Twin play(std::uint64_t seed, std::uint32_t& length) {
-  Twin twin("BipedalWalker-v3");
-  bipedal_walker::Heuristic heuristic;
-  std::vector<double> action(4);
+template <typename Heuristic>
+Twin play(const std::string& id, std::uint64_t seed, std::uint32_t& length) {
+  Twin twin(id);
+  Heuristic heuristic;
+  std::vector<double> action(twin.environment().specification().action_size());
   twin.reset(seed);
   for (length = 0; !twin.has_ended(); ++length) {
     heuristic.act(twin.observation().data(), action.data());
@@ -34,9 +36,11 @@ Twin play(std::uint64_t seed, std::uint32_t& length) {
   return twin;
 }
 
-TEST(ServiceAgent, PlaysTheHeuristicsEpisodesToTheBit) {
+/// What the agent plays in the namespace is what the heuristic plays in process.
+template <typename Heuristic>
+void expect_equal_episodes(const std::string& name_space, const std::string& id) {
   ros::NodeHandle node;
-  Inbox<walker_sim::Episode> episodes(node, "/lockstep/episode");
+  Inbox<walker_sim::Episode> episodes(node, name_space + "/episode");
   // Twice round the seeds, from wherever the agent is by now.
   ASSERT_TRUE(episodes.find([first = std::uint32_t{0}](const walker_sim::Episode& message) mutable {
     if (first == 0) first = message.episode;
@@ -49,12 +53,20 @@ TEST(ServiceAgent, PlaysTheHeuristicsEpisodesToTheBit) {
     if (told.length == 0) continue;
     ++ends[told.seed];
     std::uint32_t length = 0;
-    const Twin twin = play(told.seed, length);
+    const Twin twin = play<Heuristic>(id, told.seed, length);
     EXPECT_EQ(told.length, length) << "seed " << told.seed;
     EXPECT_EQ(bits({told.episode_return}), bits({twin.episode_return()})) << "seed " << told.seed;
     EXPECT_NE(told.end_reason.find(twin.end_reason()), std::string::npos) << told.end_reason;
   }
   for (const std::uint64_t seed : kSeeds) EXPECT_GT(ends[seed], 0) << "seed " << seed;
+}
+
+TEST(ServiceAgent, PlaysBipedalWalkersHeuristicToTheBit) {
+  expect_equal_episodes<bipedal_walker::Heuristic>("/lockstep", "BipedalWalker-v3");
+}
+
+TEST(ServiceAgent, PlaysWalker2dsHeuristicToTheBit) {
+  expect_equal_episodes<walker2d::Heuristic>("/lockstep_walker2d", "Walker2d-v5");
 }
 
 TEST(ServiceAgent, WithoutSeedsTheGeneratorContinues) {
