@@ -1,5 +1,8 @@
 #include "agents/remote_specification.h"
 
+#include <exception>
+#include <stdexcept>
+
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/service.h>
@@ -17,8 +20,13 @@ Specification to_specification(const walker_sim::EnvironmentSpec& message) {
   for (std::size_t i = 0; i < message.parameter_names.size(); ++i) {
     assignments.push_back(message.parameter_names[i] + "=" + message.parameter_values.at(i));
   }
-  return make(message.id, parse_assignments(parameter_descriptions(message.id), assignments))
-      ->specification();
+  try {
+    return make(message.id, parse_assignments(parameter_descriptions(message.id), assignments))
+        ->specification();
+  } catch (const std::exception& error) {
+    throw std::invalid_argument("the server's environment cannot be made here: " +
+                                std::string(error.what()));
+  }
 }
 
 }  // namespace

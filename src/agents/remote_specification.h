@@ -12,7 +12,8 @@ namespace walker {
 
 /// Waits for `<server>/get_spec`, however long, and asks it.
 /// @return the specification of the same environment made here; none when told to stop
-/// @throws std::invalid_argument when this package does not know the server's environment
+/// @throws std::invalid_argument when it cannot be made here: this package does not know it, or its
+///         model file is on the server's machine only
 std::optional<Specification> ask_specification(ros::NodeHandle& node, const std::string& server);
 
 }  // namespace walker

@@ -157,7 +157,7 @@ Parameters complete_parameters(const std::vector<ParameterDescription>& descript
     if (found == descriptions.end()) {
       const std::string near = nearest_name(name, known);
       std::string message = "parameter " + name + " = " + to_string(value) + ": unknown";
-      if (!near.empty()) message += "; did you mean " + near + "?";
+      message += near.empty() ? "." : "; did you mean " + near + "?";
       message += " Known:";
       for (const std::string& one : known) message += " " + one;
       throw std::invalid_argument(message);

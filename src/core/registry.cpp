@@ -40,7 +40,7 @@ const Registration& find_registration(const std::string& id) {
   }
   std::string message = "environment " + id + ": unknown";
   const std::string near = nearest_name(id, ids());
-  if (!near.empty()) message += "; did you mean " + near + "?";
+  message += near.empty() ? "." : "; did you mean " + near + "?";
   message += " Known:";
   for (const std::string& known : ids()) message += " " + known;
   throw std::invalid_argument(message);

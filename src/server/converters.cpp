@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <stdexcept>
 
 #include "server/poses.h"
 #include "walker_sim/registry.h"
@@ -63,7 +64,13 @@ Frames::Frames(const Specification& specification, const std::string& tf_prefix)
       trunk(prefixed(tf_prefix, specification.links.front().name)),
       base_link(prefixed(tf_prefix, "base_link")),
       lidar(prefixed(tf_prefix, "lidar")) {
-  for (const Link& link : specification.links) links.push_back(prefixed(tf_prefix, link.name));
+  for (const Link& link : specification.links) {
+    const bool is_trunk = &link == &specification.links.front();
+    if (link.name == "odom" || link.name == "lidar" || (link.name == "base_link" && !is_trunk)) {
+      throw std::invalid_argument("link " + link.name + ": another frame has this name");
+    }
+    links.push_back(prefixed(tf_prefix, link.name));
+  }
 }
 
 void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
@@ -204,7 +211,9 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
 
 tf2_msgs::TFMessage static_transforms(const Frames& frames, ros::Time stamp) {
   tf2_msgs::TFMessage message;
-  message.transforms.push_back(transform(frames.trunk, frames.base_link, Pose{}, stamp));
+  if (frames.base_link != frames.trunk) {
+    message.transforms.push_back(transform(frames.trunk, frames.base_link, Pose{}, stamp));
+  }
   return message;
 }
 

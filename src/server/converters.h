@@ -22,6 +22,7 @@ namespace walker {
 
 /// Names of the frames under the tf_prefix; no leading slash.
 struct Frames {
+  /// @throws std::invalid_argument for a link with the name of another frame
   Frames(const Specification& specification, const std::string& tf_prefix);
 
   std::string odometry;

@@ -1,6 +1,8 @@
 #include "server/effort_command.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -27,7 +29,10 @@ void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
     }
   }
   for (std::size_t i = 0; i < efforts.size(); ++i) {
-    action_[i] = efforts[i] / specification_.effort_per_action[i];
+    // Motors weaker than 1 N m turn the largest efforts into an infinite action.
+    constexpr double kLargest = std::numeric_limits<double>::max();
+    const double action = efforts[i] / specification_.effort_per_action[i];
+    action_[i] = std::clamp(action, -kLargest, kLargest);
   }
   is_held_ = true;
   timed_out_ = false;

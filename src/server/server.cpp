@@ -30,6 +30,20 @@ ros::Duration to_nanoseconds(double seconds) {
   return duration;
 }
 
+/// A walker of one name under the description of another would be shown wrong, or not at all.
+void compare_with_description(const ros::NodeHandle& node, const Specification& specification) {
+  std::string key;
+  std::string description;
+  if (!node.searchParam("robot_description", key) || !node.getParam(key, description)) return;
+  for (const Link& link : specification.links) {
+    if (description.find("<link name=\"" + link.name + "\"") != std::string::npos) continue;
+    ROS_WARN_STREAM(key << " has no link " << link.name << ", so it describes another robot than "
+                        << specification.id << "; walker.launch makes it from its arguments env "
+                        << "and xml_file, not from config");
+    return;
+  }
+}
+
 void introduce(const Specification& specification, const ServerOptions& options) {
   ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
                                 << specification.engine << " " << specification.engine_version
@@ -58,6 +72,7 @@ Server::Server(const ServerOptions& options)
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
                                          ros::TransportHints().tcpNoDelay())) {
   introduce(simulation_.specification(), options_);
+  compare_with_description(node_, simulation_.specification());
 }
 
 void Server::run() {

@@ -176,7 +176,7 @@ class Writer {
   void write_joint(const Joint& joint) {
     const bool is_limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
     const bool is_direct = is_identity(joint.child_frame);
-    const std::string turned = is_direct ? joint.child : joint.child + "_hinge";
+    const std::string turned = is_direct ? joint.child : free_name(joint.child + "_hinge");
     begin_joint(joint.name, is_limited ? "revolute" : "continuous", joint.parent, turned);
     xml_ << "    " << origin(joint.origin) << "\n    <axis xyz=\"" << list(joint.axis)
          << "\"/>\n    <limit ";
@@ -191,6 +191,14 @@ class Writer {
     xml_ << "    "
          << origin(joint.child_frame.position, roll_pitch_yaw(joint.child_frame.orientation))
          << "\n  </joint>\n";
+  }
+
+  /// The name, or a longer one where a link has it already.
+  std::string free_name(std::string name) const {
+    const auto is_taken = [&](const Link& link) { return link.name == name; };
+    const auto& links = specification_.links;
+    while (std::any_of(links.begin(), links.end(), is_taken)) name += "_hinge";
+    return name;
   }
 
   void begin_joint(const std::string& name, const char* type, const std::string& parent,

@@ -32,12 +32,12 @@ std::string wrong_timestep(const mjModel& model) {
   return text.str();
 }
 
-/// Whether a slide of the trunk runs along the world's axis 0 (x), 1 (y) or 2 (z).
-bool runs_along(const mjModel& model, int slide, std::size_t axis) {
+/// Whether a joint of the trunk has the world's axis 0 (x), 1 (y) or 2 (z).
+bool has_axis(const mjModel& model, int joint, std::size_t axis) {
   constexpr double kRounding = 1e-6;
   std::array<mjtNum, 3> direction{};
-  mju_rotVecQuat(direction.data(), at(model.jnt_axis, slide, 3),
-                 at(model.body_quat, model.jnt_bodyid[slide], 4));
+  mju_rotVecQuat(direction.data(), at(model.jnt_axis, joint, 3),
+                 at(model.body_quat, model.jnt_bodyid[joint], 4));
   return direction[axis] > 1 - kRounding;
 }
 
@@ -50,8 +50,9 @@ std::string wrong_root(const mjModel& model) {
   if (!is_planar) {
     return "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)";
   }
-  if (!runs_along(model, kRootX, 0) || !runs_along(model, kRootZ, 2)) {
-    return "the trunk's slides must run along the world's x and z, in this order";
+  if (!has_axis(model, kRootX, 0) || !has_axis(model, kRootZ, 2) ||
+      !has_axis(model, kRootPitch, 1)) {
+    return "the trunk must slide along the world's x, then z, and turn about its y";
   }
   const mjtNum* const anchor = at(model.jnt_pos, kRootPitch, 3);
   if (anchor[0] != 0 || anchor[1] != 0 || anchor[2] != 0) {

@@ -23,7 +23,7 @@ namespace {
 }
 
 /// MuJoCo would print and append to a file in the working directory. `Physics` reads the warnings
-/// that matter from its data.
+/// that end an episode from its data; the others Gymnasium passes over as well.
 void ignore_warning(const char* /*message*/) {}
 
 void install_handlers() {

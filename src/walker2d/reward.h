@@ -25,7 +25,8 @@ struct RewardTerms {
 };
 
 /// Gymnasium's reward. With float32 actions under NumPy 2 the cost of the action is computed in
-/// single precision, everything else in double.
+/// single precision, everything else in double. Where Gymnasium's cost would overflow (actions of
+/// 1e19 and more) it is the largest single-precision number, so that the reward stays finite.
 /// @param x_velocity mean over the step [m/s]
 /// @param is_healthy after the step
 /// @param action     kJointCount values as given, not limited to the actuators' ranges

@@ -82,7 +82,7 @@ TEST(Parameters, UnknownNamesGetASuggestion) {
             "parameter wieght = 1.0: unknown; did you mean weight? "
             "Known: flag count weight file range");
   EXPECT_EQ(refusal("gravity", 1.0),
-            "parameter gravity = 1.0: unknown Known: flag count weight file range");
+            "parameter gravity = 1.0: unknown. Known: flag count weight file range");
 }
 
 TEST(Parameters, NearestName) {

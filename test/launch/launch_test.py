@@ -305,7 +305,7 @@ class LaunchTest(unittest.TestCase):
 # By robot: the frame that the camera follows, and all topics.
 VIEWS = {
     "bipedal_walker": ("hull", ["scene_markers", "state_markers", "scan"]),
-    "walker2d": ("torso", ["scene_markers", "state_markers"]),
+    "walker2d": ("base_link", ["scene_markers", "state_markers"]),
 }
 
 

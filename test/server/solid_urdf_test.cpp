@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <urdf/model.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -188,6 +189,30 @@ TEST_F(MadeUpUrdf, TakesNamesThatXmlWouldReadAsItsOwn) {
   urdf::Model model;
   ASSERT_TRUE(model.initString(make_urdf(specification_, "x").urdf));
   EXPECT_TRUE(model.getLink("a<b & \"c\""));
+}
+
+TEST_F(MadeUpUrdf, InventsNoNameThatALinkHas) {
+  const auto turned = std::find_if(specification_.joints.begin(), specification_.joints.end(),
+                                   [](const Joint& joint) {
+                                     return joint.child_frame.position != Vector3{0, 0, 0};
+                                   });
+  ASSERT_NE(turned, specification_.joints.end());
+  const auto other = std::find_if(specification_.joints.begin(), specification_.joints.end(),
+                                  [&](const Joint& joint) { return joint.child != turned->child; });
+  ASSERT_NE(other, specification_.joints.end());
+  const std::string taken = turned->child + "_hinge";
+  for (Link& link : specification_.links) {
+    if (link.name == other->child) link.name = taken;
+  }
+  for (Joint& joint : specification_.joints) {
+    if (joint.parent == other->child) joint.parent = taken;
+  }
+  other->child = taken;
+  urdf::Model model;
+  ASSERT_TRUE(model.initString(make_urdf(specification_, "x").urdf));
+  ASSERT_TRUE(model.getLink(taken) && model.getLink(taken + "_hinge"));
+  EXPECT_TRUE(model.getLink(taken)->inertial);
+  EXPECT_FALSE(model.getLink(taken + "_hinge")->inertial);
 }
 
 // ---------------------------------------------------------------- Walker2d

@@ -66,6 +66,7 @@ BAD_MODELS = {
     ),
     "motorless": (None, ["nu = 0", "nu = 6"]),  # Walker2d without its motors
 }
+TAKEN_NAMES = ["odom", "lidar", "base_link"]
 LOCKSTEP = {"mode": "lockstep", "publish_clock": False}
 
 
@@ -109,6 +110,33 @@ class StartTest(unittest.TestCase):
                 started.append((server, parameters, ["xml_file", path, *words]))
             for case in started:
                 self.assert_refused(*case)
+
+    def own_model(self, *replacement):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, "own.xml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(builtin_model().replace(*replacement))
+        return {**LOCKSTEP, **WALKER2D, "xml_file": path}
+
+    def test_a_limb_with_the_name_of_another_frame_is_refused(self):
+        for name in TAKEN_NAMES:
+            parameters = self.own_model('body name="foot"', f'body name="{name}"')
+            server = ServerProcess("/refused", parameters)
+            self.addCleanup(server.kill)
+            self.assert_refused(server, parameters, [f"link {name}", "another frame"])
+
+    def test_a_description_of_another_robot_is_warned_of(self):
+        rospy.set_param("/robot_description", '<robot name="x"><link name="torso"/></robot>')
+        self.addCleanup(rospy.delete_param, "/robot_description")
+        for parameters, missing in ((WALKER2D, "thigh"), ({}, "hull")):
+            server = ServerProcess("/described", {**LOCKSTEP, **parameters})
+            self.addCleanup(server.kill)
+            server.wait_until_it_serves()
+            self.assertEqual(server.stop(), 0)
+            warnings = [line for line in server.output().splitlines() if "WARN" in line]
+            self.assertEqual(len(warnings), 1, server.output())
+            self.assertIn(f"/robot_description has no link {missing}", warnings[0])
 
     def specification(self, **parameters):
         server = ServerProcess("/taken", {**LOCKSTEP, **parameters})

@@ -165,6 +165,9 @@ class Walker2dTest(ServerTest):
             limited = [100 * max(-1.0, min(1.0, effort / 100)) for effort in efforts]
             self.assertEqual(list(told.effort), limited)
             self.assertEqual(self.counter("clamped"), clamped)
+        command.publish(data=[1.7e308] * 6)
+        huge = self.transitions.wait(lambda m: m.action and m.action[0] > 1e300, "a huge effort")
+        self.assertTrue(all(map(math.isfinite, [huge.reward, huge.episode_return, *huge.info])))
         command.publish(data=[1.0] * 4)
         wait_for(lambda: self.counter("refused") == 1, "the refusal of four values")
         self.assertRegex(self.server.output(), "4 values; must have 6")
@@ -185,6 +188,30 @@ class Walker2dTest(ServerTest):
         (first, heavy_step), (other, light_step) = transitions
         self.assertTrue(same_experience(first, other), "the noise of a reset has no mass")
         self.assertFalse(same_experience(heavy_step, light_step))
+
+    def test_a_motor_of_less_than_a_newton_metre_takes_any_effort(self):
+        weak = self.model_file(('gear="100"', 'gear="0.1"'))
+        self.serve(xml_file=weak, command_timeout=0.0)
+        command = rospy.Publisher("/effort_command", std_msgs.msg.Float64MultiArray, queue_size=9)
+        self.addCleanup(command.unregister)
+        wait_for(lambda: command.get_num_connections() >= 1, "the server to listen")
+        command.publish(data=[1.7e308, -1.7e308, 0.05, 0.0, 0.0, 0.0])
+        step = self.transitions.wait(lambda m: m.action and m.action[0] > 1, "the command")
+        self.assertEqual(step.action[:3], (sys.float_info.max, -sys.float_info.max, 0.5))
+        self.transitions.wait(lambda m: m.episode > step.episode, "the next episode")
+        self.assertTrue(self.server.is_running())
+
+    def test_a_trunk_may_have_the_name_that_robots_trunks_have(self):
+        named = self.model_file(('body name="torso"', 'body name="base_link"'))
+        self.serve(mode="lockstep", xml_file=named)
+        static = self.record("/tf_static", tf2_msgs.msg.TFMessage)
+        moving = self.record("/tf", tf2_msgs.msg.TFMessage)
+        self.call("reset", has_seed=True, seed=1)
+        (transform,) = moving.wait().transforms
+        self.assertEqual(
+            (transform.header.frame_id, transform.child_frame_id), ("odom", "base_link")
+        )
+        self.assertEqual(static.wait().transforms, [])
 
     # ------------------------------------------------------------ unstable simulations
 

@@ -58,6 +58,22 @@ TEST(Reward, ChargesTheActionAsGivenNotAsLimited) {
   EXPECT_EQ(reward_of_step(options(true), 0, true, action).control, -double{1e-3F * 9});
 }
 
+/// Gymnasium's would be infinite, or with a weight of 0 no number.
+TEST(Reward, StaysFiniteForTheLargestActions) {
+  constexpr double kLargestCost = std::numeric_limits<float>::max();
+  for (const double huge : {1e19, 1e30, 1e300, -std::numeric_limits<double>::max()}) {
+    const double action[kJointCount] = {0, huge, 0, huge, 0, 0};
+    RewardOptions weighted = options(true);
+    for (const double weight : {0.0, 1e-3, 1e9, -1e9}) {
+      weighted.ctrl_cost_weight = weight;
+      const double control = reward_of_step(weighted, 0, true, action).control;
+      EXPECT_TRUE(std::isfinite(control)) << huge << " " << weight;
+      EXPECT_LE(std::abs(control), kLargestCost);
+      EXPECT_EQ(control<0, weight> 0) << "a cost is a cost";
+    }
+  }
+}
+
 /// Python's signs of zero: -0.0 for an action that costs nothing, and for False times a negative.
 TEST(Reward, KeepsTheSignOfZero) {
   RewardOptions penal = options(true);

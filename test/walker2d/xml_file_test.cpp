@@ -137,8 +137,12 @@ TEST_F(XmlFileTest, OtherKindsOfJointsAreRefusedByName) {
             "joint rooty: must turn about the trunk's origin (pos 0 0 0)");
 }
 
-TEST_F(XmlFileTest, SlidesOfAnotherDirectionAreRefused) {
-  const std::string reason = "the trunk's slides must run along the world's x and z, in this order";
+TEST_F(XmlFileTest, ATrunkWithOtherAxesIsRefused) {
+  const std::string reason =
+      "the trunk must slide along the world's x, then z, and turn about its y";
+  EXPECT_EQ(refusal_with("name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 0 1\""), reason);
+  EXPECT_EQ(refusal_with("name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 -1 0\""),
+            reason);
   EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"0 1 0\""), reason);
   EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"-1 0 0\""),
             reason);
