@@ -31,8 +31,7 @@ Frame compose(const Frame& outer, const Frame& inner) {
 }
 
 Pose to_pose(const Frame& frame) {
-  const auto& q = frame.quaternion;
-  return {{frame.position[0], frame.position[1], frame.position[2]}, {q[1], q[2], q[3], q[0]}};
+  return walker2d::to_pose(frame.position.data(), frame.quaternion.data());
 }
 
 /// The frame of a body in the body that carries it.
@@ -137,6 +136,11 @@ double maximum_effort(const mjModel& model, int actuator) {
 }
 
 }  // namespace
+
+Pose to_pose(const mjtNum* position, const mjtNum* quaternion) {
+  return {{position[0], position[1], position[2]},
+          {quaternion[1], quaternion[2], quaternion[3], quaternion[0]}};
+}
 
 std::string body_name(const mjModel& model, int body) {
   const char* const name = mj_id2name(&model, mjOBJ_BODY, body);

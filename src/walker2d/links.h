@@ -9,6 +9,9 @@
 
 namespace walker::walker2d {
 
+/// @param quaternion MuJoCo's, w first
+Pose to_pose(const mjtNum* position, const mjtNum* quaternion);
+
 std::string body_name(const mjModel& model, int body);
 
 /// Mass, shapes and colour of a body and of all that is fixed to it, in the body's frame. Planes,

@@ -111,8 +111,7 @@ void describe_scene(const mjModel& model, const mjData& data, Scene& scene) {
 Vector3 to_vector3(const mjtNum* vector) { return {vector[0], vector[1], vector[2]}; }
 
 Pose pose_of_body(const mjData& data, int body) {
-  const mjtNum* const q = at(data.xquat, body, 4);  // w first
-  return {to_vector3(at(data.xpos, body, 3)), {q[1], q[2], q[3], q[0]}};
+  return to_pose(at(data.xpos, body, 3), at(data.xquat, body, 4));
 }
 
 bool touches_ground(const mjModel& model, const mjData& data, int body) {

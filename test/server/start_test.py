@@ -9,6 +9,7 @@ import unittest
 
 import rospy
 import rostest
+from bare_ros import wait_for
 from server_harness import ServerProcess, builtin_model
 from walker_sim.srv import GetSpec, Reset
 
@@ -132,7 +133,7 @@ class StartTest(unittest.TestCase):
         for parameters, missing in ((WALKER2D, "thigh"), ({}, "hull")):
             server = ServerProcess("/described", {**LOCKSTEP, **parameters})
             self.addCleanup(server.kill)
-            server.wait_until_it_serves()
+            wait_for(lambda server=server: "WARN" in server.output(), "the warning")
             self.assertEqual(server.stop(), 0)
             warnings = [line for line in server.output().splitlines() if "WARN" in line]
             self.assertEqual(len(warnings), 1, server.output())
