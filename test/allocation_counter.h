@@ -1,9 +1,12 @@
-// Counts what a test takes from the heap with new. For one source file of a program: it replaces
-// the program's operators.
+// Counts what a test takes from the heap with new, and tests that it does. For one source file of a
+// program: it replaces the program's operators.
 #pragma once
+
+#include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <new>
+#include <vector>
 
 namespace walker {
 
@@ -24,6 +27,22 @@ class Counting {
   Counting& operator=(const Counting&) = delete;
   ~Counting() { is_counting = false; }
 };
+
+class AllocationTest : public testing::Test {
+ protected:
+  void SetUp() override { allocations = 0; }
+};
+
+TEST_F(AllocationTest, TheCounterCounts) {
+  std::vector<std::vector<double>> kept;
+  {
+    const Counting counting;
+    kept.emplace_back(10);
+  }
+  EXPECT_EQ(allocations, 2);
+  kept.emplace_back(10);
+  EXPECT_EQ(allocations, 2);
+}
 
 }  // namespace walker
 

@@ -1,12 +1,15 @@
 // What the recordings of all walkers' episodes have in common.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "recording.h"
+#include "stepper.h"
 
 namespace walker {
 
@@ -34,6 +37,24 @@ inline std::uint64_t short_hash(const std::vector<double>& row) {
   Hash hash;
   for (const double value : row) hash.add(value);
   return hash.value() & 0xFFFFFFFFU;
+}
+
+/// Plays a recorded episode again and calls `compare(i, action)` after the reset (i = 0, with
+/// zeros) and after each step, until one of them fails fatally.
+template <typename Actions, typename Compare>
+void replay(const Headline& episode, Stepper& walker, Compare compare) {
+  Actions actions(episode.kind, episode.action_seed);
+  std::vector<double> action(walker.environment->specification().action_size(), 0);
+  for (std::size_t i = 0; i <= episode.steps; ++i) {
+    if (i == 0) {
+      walker.reset(episode.reset_seed());
+    } else {
+      actions.draw(walker.observation, action);
+      walker.step(action);
+    }
+    compare(i, action);
+    if (testing::Test::HasFatalFailure()) return;
+  }
 }
 
 }  // namespace walker

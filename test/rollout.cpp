@@ -34,8 +34,8 @@
 #include "bipedal_walker/bipedal_walker.h"
 #include "bipedal_walker/heuristic.h"
 #include "bipedal_walker/terrain_numbers.h"
+#include "core/parameter_text.h"
 #include "core/random.h"
-#include "parameter_text.h"
 #include "stepper.h"
 
 namespace {
@@ -105,11 +105,9 @@ class Session {
   Answer make(std::istream& words) {
     const auto id = read<std::string>(words);
     words >> std::ws;
-    walker::Parameters parameters;
-    for (std::string word; std::getline(words, word, '\t');) {
-      parameters.insert(walker::parameter(word));
-    }
-    walker_.emplace(id, parameters);
+    std::vector<std::string> assignments;
+    for (std::string word; std::getline(words, word, '\t');) assignments.push_back(word);
+    walker_.emplace(id, walker::parse_assignments(walker::parameter_descriptions(id), assignments));
     return {};
   }
 

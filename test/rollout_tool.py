@@ -11,11 +11,11 @@ class Refused(Exception):
 
 
 def parameter_text(value):
-    """A parameter's value as test/parameter_text.h reads it."""
+    """A parameter's value as src/core/parameter_text.h reads it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (tuple, list)):
-        return ",".join(map(repr, map(float, value)))
+        return "[" + ",".join(map(repr, map(float, value))) + "]"
     return str(value)
 
 

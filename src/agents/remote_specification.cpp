@@ -7,7 +7,7 @@
 #include <ros/init.h>
 #include <ros/service.h>
 
-#include "server/parameter_text.h"
+#include "core/parameter_text.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/registry.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/parameter_text.h"
+#include "core/parameter_text.h"
 #include "server/urdf.h"
 #include "walker_sim/registry.h"
 

@@ -7,22 +7,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-class AllocationTest : public testing::Test {
- protected:
-  void SetUp() override { allocations = 0; }
-};
-
-TEST_F(AllocationTest, TheCounterCounts) {
-  std::vector<std::vector<double>> kept;
-  {
-    const Counting counting;
-    kept.emplace_back(10);
-  }
-  EXPECT_EQ(allocations, 2);
-  kept.emplace_back(10);
-  EXPECT_EQ(allocations, 2);
-}
-
 TEST_F(AllocationTest, StepsSensesAndActsWithoutTheHeap) {
   for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
     Stepper walker(id);

@@ -56,15 +56,7 @@ TEST(Recordings, FullEpisodesAreEqual) {
     }
     const Headline episode(recording);
     SCOPED_TRACE(episode.kind + " seed " + episode.seed);
-    Actions actions(episode.kind, episode.action_seed);
-    std::vector<double> action(kJointCount, 0);
-    for (std::size_t i = 0; i <= episode.steps; ++i) {
-      if (i == 0) {
-        walker->reset(episode.reset_seed());
-      } else {
-        actions.draw(walker->observation, action);
-        walker->step(action);
-      }
+    replay<Actions>(episode, *walker, [&](std::size_t i, const std::vector<double>& action) {
       for (const double value : action) ASSERT_EQ(to_bits(value), to_bits(recording.next_float()));
       const std::vector<double> row = walker->row();
       for (std::size_t k = 0; k < row.size(); ++k) {
@@ -73,7 +65,8 @@ TEST(Recordings, FullEpisodesAreEqual) {
         ASSERT_EQ(to_bits(row[k]), to_bits(expected))
             << "step " << i << ", number " << k << ": " << row[k] << " instead of " << expected;
       }
-    }
+    });
+    if (HasFatalFailure()) return;
     ASSERT_TRUE(walker->has_ended());
     steps += episode.steps;
   }

@@ -8,22 +8,6 @@
 namespace walker::walker2d {
 namespace {
 
-class AllocationTest : public testing::Test {
- protected:
-  void SetUp() override { allocations = 0; }
-};
-
-TEST_F(AllocationTest, TheCounterCounts) {
-  std::vector<std::vector<double>> kept;
-  {
-    const Counting counting;
-    kept.emplace_back(10);
-  }
-  EXPECT_EQ(allocations, 2);
-  kept.emplace_back(10);
-  EXPECT_EQ(allocations, 2);
-}
-
 TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
   for (const char* id : {"Walker2d-v4", "Walker2d-v5"}) {
     Stepper walker(id);

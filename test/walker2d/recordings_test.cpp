@@ -7,7 +7,7 @@
 #include <memory>
 #include <set>
 
-#include "parameter_text.h"
+#include "core/parameter_text.h"
 #include "recorded_episode.h"
 #include "stepper.h"
 #include "walker2d/player.h"
@@ -18,11 +18,9 @@ namespace {
 /// What follows the word `session`.
 std::unique_ptr<Stepper> next_session(Recording& recording) {
   const auto id = recording.next<std::string>();
-  Parameters parameters;
-  for (auto left = recording.next<int>(); left > 0; --left) {
-    parameters.insert(parameter(recording.next<std::string>()));
-  }
-  return std::make_unique<Stepper>(id, parameters);
+  std::vector<std::string> assignments(recording.next<std::size_t>());
+  for (std::string& assignment : assignments) assignment = recording.next<std::string>();
+  return std::make_unique<Stepper>(id, parse_assignments(parameter_descriptions(id), assignments));
 }
 
 /// The row as recordings hold it: under float64 actions Gymnasium does not round the control cost
@@ -51,22 +49,15 @@ void compare_episode(Recording& recording, Stepper& walker, Tally& tally,
   const Headline episode(recording);
   SCOPED_TRACE(walker.environment->specification().id + " " + episode.kind + " seed " +
                episode.seed + ", episode " + std::to_string(tally.episodes));
-  Actions actions(episode.kind, episode.action_seed);
-  std::vector<double> action;
   std::size_t differing = 0;
   std::size_t first_differing = 0;
-  for (std::size_t i = 0; i <= episode.steps; ++i) {
-    if (i == 0) {
-      walker.reset(episode.reset_seed());
-    } else {
-      actions.draw(walker.observation, action);
-      walker.step(action);
-    }
+  replay<Actions>(episode, walker, [&](std::size_t i, const std::vector<double>& /*action*/) {
     if (short_hash(comparable_row(walker, episode.kind)) != recording.next_hexadecimal()) {
       if (differing++ == 0) first_differing = i;
     }
     ASSERT_EQ(walker.has_ended(), i == episode.steps) << "at step " << i;
-  }
+  });
+  if (testing::Test::HasFatalFailure()) return;
   EXPECT_EQ(differing, 0U) << "rows differ, the first at step " << first_differing;
   kinds.insert(episode.kind);
   ++tally.episodes;
@@ -117,15 +108,7 @@ TEST(Recordings, FullEpisodesAreEqual) {
     }
     const Headline episode(recording);
     SCOPED_TRACE(walker->environment->specification().id + " " + episode.kind);
-    Actions actions(episode.kind, episode.action_seed);
-    std::vector<double> action(kJointCount, 0);
-    for (std::size_t i = 0; i <= episode.steps; ++i) {
-      if (i == 0) {
-        walker->reset(episode.reset_seed());
-      } else {
-        actions.draw(walker->observation, action);
-        walker->step(action);
-      }
+    replay<Actions>(episode, *walker, [&](std::size_t i, const std::vector<double>& action) {
       for (const double value : action) ASSERT_EQ(to_bits(value), to_bits(recording.next_float()));
       const std::vector<double> row = walker->row();
       const std::size_t first_flag = walker->observation.size() + 1;
@@ -136,7 +119,8 @@ TEST(Recordings, FullEpisodesAreEqual) {
             << "step " << i << ", number " << k << ": " << row[k] << " instead of " << expected;
         ++values;
       }
-    }
+    });
+    if (HasFatalFailure()) return;
     ASSERT_TRUE(walker->has_ended());
   }
   EXPECT_GT(values, 15000U);

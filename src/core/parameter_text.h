@@ -1,9 +1,10 @@
-// Environment parameters given as text, on a command line.
+// Environment parameters given as text: on a command line, in a message, in a recording.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "walker_sim/export.h"
 #include "walker_sim/parameters.h"
 
 namespace walker {
@@ -12,7 +13,8 @@ namespace walker {
 /// (true, 4, 0.5, a text, [0.8, 2.0]); one that cannot be stays a text, which `make` refuses.
 /// @param descriptions of the parameters that the environment takes
 /// @throws std::invalid_argument for a text without a name or given twice
-Parameters parse_assignments(const std::vector<ParameterDescription>& descriptions,
-                             const std::vector<std::string>& assignments);
+WALKER_SIM_EXPORT Parameters
+parse_assignments(const std::vector<ParameterDescription>& descriptions,
+                  const std::vector<std::string>& assignments);
 
 }  // namespace walker

@@ -1,4 +1,4 @@
-#include "server/parameter_text.h"
+#include "core/parameter_text.h"
 
 #include <algorithm>
 #include <cerrno>

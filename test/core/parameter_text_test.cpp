@@ -1,5 +1,5 @@
 // Environment parameters from a command line.
-#include "server/parameter_text.h"
+#include "core/parameter_text.h"
 
 #include <gtest/gtest.h>
 
