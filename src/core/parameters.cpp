@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <numeric>
-#include <sstream>
 #include <stdexcept>
+
+#include "core/shortest_text.h"
 
 namespace walker {
 namespace {
@@ -16,18 +16,7 @@ namespace {
 std::string number_text(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
-  // Trailing zeros are not printed, so 15 digits, which every decimal text survives, are not too
-  // many for 0.1; 17 are enough for every double.
-  constexpr int kSurvivingDigits = 15;
-  constexpr int kExactDigits = 17;
-  std::string text;
-  for (int digits = kSurvivingDigits; digits <= kExactDigits; ++digits) {
-    std::ostringstream stream;
-    stream.precision(digits);
-    stream << value;
-    text = stream.str();
-    if (std::strtod(text.c_str(), nullptr) == value) break;
-  }
+  std::string text = shortest_text(value);
   if (text.find('.') == std::string::npos) text.insert(std::min(text.find('e'), text.size()), ".0");
   return text;
 }
