@@ -66,6 +66,10 @@ class WALKER_SIM_EXPORT Environment {
 
   /// The random number generator's state; before the first reset without a seed all zero.
   virtual GeneratorState generator_state() const = 0;
+
+  /// The next reset without a seed continues from `state`, as `generator_state` gave it.
+  /// @throws std::invalid_argument naming what no generator's state has
+  virtual void set_generator_state(const GeneratorState& state) = 0;
 };
 
 }  // namespace walker

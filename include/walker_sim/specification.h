@@ -101,6 +101,8 @@ struct Specification {
   bool joints_are_exact = false;  ///< the links' poses follow from the trunk's and the joints'
                                   ///< angles to double precision; else the engine's joints give,
                                   ///< and the numbers about its bodies have single precision
+  bool episodes_are_independent = true;  ///< an episode depends on the generator's state before its
+                                         ///< reset and on the actions alone
   std::vector<std::string> contact_links;  ///< links with a ground contact sensor
   RangeFinder range_finder;
   std::string engine;

@@ -82,7 +82,7 @@ bool ServiceAgent::make(ros::ServiceClient& client, Service& call) {
 void ServiceAgent::wait_for_next_step() {
   const Pacer::Clock::duration wait = pacer_->remaining(Pacer::Clock::now());
   if (wait > Pacer::Clock::duration::zero()) std::this_thread::sleep_for(wait);
-  pacer_->step_made(Pacer::Clock::now());
+  pacer_->step_begins(Pacer::Clock::now());
 }
 
 }  // namespace walker

@@ -167,4 +167,6 @@ GeneratorState BipedalWalker::generator_state() const {
   return generator_ ? generator_->state() : GeneratorState{};
 }
 
+void BipedalWalker::set_generator_state(const GeneratorState& state) { generator_.emplace(state); }
+
 }  // namespace walker::bipedal_walker

@@ -46,6 +46,7 @@ class BipedalWalker : public Environment {
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
+  void set_generator_state(const GeneratorState& state) override;
 
  private:
   friend class BrokenWorldTest;  // breaks the world

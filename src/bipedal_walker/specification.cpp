@@ -125,6 +125,7 @@ Specification make_specification(const std::string& id, bool hardcore, bool reus
   specification.dt = 1.0 / kStepsPerSecond;
   specification.max_episode_steps = max_episode_steps;
   specification.reward_threshold = kRewardThreshold;
+  specification.episodes_are_independent = !reuse_world;
   specification.contact_links = {"lower_leg_1", "lower_leg_2"};
   // Ray 0 points straight down: -Y of the lidar frame, whose Y is up.
   specification.range_finder = {kLidarRays, -M_PI / 2, kLidarIncrement, kLidarRange};

@@ -28,6 +28,9 @@ class EpisodeRules : public Environment {
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override { return wrapped_->generator_state(); }
+  void set_generator_state(const GeneratorState& state) override {
+    wrapped_->set_generator_state(state);
+  }
 
  private:
   enum class Phase { before_reset, running, ended, failed };

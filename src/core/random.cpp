@@ -62,6 +62,11 @@ std::array<std::uint64_t, 4> seed_words(std::uint64_t seed) {
   return words;
 }
 
+void check(bool is_right, const char* name, std::uint64_t value, const char* allowed) {
+  if (is_right) return;
+  throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) + ": " + allowed);
+}
+
 }  // namespace
 
 Generator::Generator(std::uint64_t seed) {
@@ -78,7 +83,12 @@ Generator::Generator(const GeneratorState& state)
     : state_((Uint128{state[0]} << 64U) | state[1]),
       increment_((Uint128{state[2]} << 64U) | state[3]),
       has_uint32_(state[4] != 0),
-      uinteger_(static_cast<std::uint32_t>(state[5])) {}
+      uinteger_(static_cast<std::uint32_t>(state[5])) {
+  check(state[3] % 2 == 1, "generator_state[3] (increment, low half)", state[3], "must be odd");
+  check(state[4] <= 1, "generator_state[4] (has_uint32)", state[4], "must be 0 or 1");
+  check(state[5] <= std::numeric_limits<std::uint32_t>::max(), "generator_state[5] (uinteger)",
+        state[5], "must be below 2^32");
+}
 
 GeneratorState Generator::state() const {
   return {static_cast<std::uint64_t>(state_ >> 64U),

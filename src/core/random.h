@@ -18,6 +18,7 @@ class WALKER_SIM_EXPORT Generator {
   explicit Generator(std::uint64_t seed);
 
   /// Continues from a state that `state()` gave.
+  /// @throws std::invalid_argument naming what no state has
   explicit Generator(const GeneratorState& state);
 
   GeneratorState state() const;

@@ -35,6 +35,7 @@ Publishers::Publishers(ros::NodeHandle& node, Simulation& simulation, const Serv
       observation_publisher_(node.advertise<std_msgs::Float64MultiArray>("observation", kState)),
       transition_publisher_(node.advertise<walker_sim::Transition>("transition", kRecord)),
       episode_publisher_(node.advertise<walker_sim::Episode>("episode", kRecord, kLatched)),
+      restored_publisher_(node.advertise<walker_sim::EpisodeRecord>("restored", kState, kLatched)),
       spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
       tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kRecord)),
       tf_static_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
@@ -58,6 +59,11 @@ void Publishers::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
   publish_scene(stamp);
   publish_state(stamp);
+}
+
+void Publishers::publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp) {
+  restored_publisher_.publish(record);
+  publish_reset(stamp);
 }
 
 void Publishers::publish_step(ros::Time stamp) {

@@ -11,6 +11,7 @@
 #include "server/converters.h"
 #include "server/parameter_reader.h"
 #include "server/simulation.h"
+#include "walker_sim/EpisodeRecord.h"
 
 namespace walker {
 
@@ -24,6 +25,9 @@ class Publishers {
 
   /// The state right after a reset, with the episode and the scene (both latched).
   void publish_reset(ros::Time stamp);
+
+  /// The same after a restore, with the record (latched), by which a bag can repeat the episode.
+  void publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp);
 
   /// The state after a step; at the episode's end also the episode (latched).
   void publish_step(ros::Time stamp);
@@ -50,6 +54,7 @@ class Publishers {
   ros::Publisher observation_publisher_;
   ros::Publisher transition_publisher_;
   ros::Publisher episode_publisher_;
+  ros::Publisher restored_publisher_;
   ros::Publisher spec_publisher_;
   ros::Publisher tf_publisher_;
   ros::Publisher tf_static_publisher_;

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <stdexcept>
+#include <utility>
 
 #include <ros/callback_queue.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/transport_hints.h>
 
+#include "server/records.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -55,8 +58,7 @@ void introduce(const Specification& specification, const ServerOptions& options)
 
 Server::Server(const ServerOptions& options)
     : options_(options),
-      private_node_("~"),
-      simulation_(make(options.id, options.environment), options.seed),
+      simulation_([this] { return make(options_.id, options_.environment); }, options.seed),
       dt_(to_nanoseconds(simulation_.specification().dt)),
       clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
       publishers_(node_, simulation_, options_),
@@ -64,11 +66,7 @@ Server::Server(const ServerOptions& options)
       command_(simulation_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.paused),
       diagnostics_(node_, simulation_, options_, counters_),
-      reset_service_(private_node_.advertiseService("reset", &Server::on_reset, this)),
-      step_service_(private_node_.advertiseService("step", &Server::on_step, this)),
-      get_spec_service_(private_node_.advertiseService("get_spec", &Server::on_get_spec, this)),
-      pause_service_(private_node_.advertiseService("pause", &Server::on_pause, this)),
-      unpause_service_(private_node_.advertiseService("unpause", &Server::on_unpause, this)),
+      services_(*this),
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
                                          ros::TransportHints().tcpNoDelay())) {
   introduce(simulation_.specification(), options_);
@@ -81,7 +79,7 @@ void Server::run() {
   // A first time above zero, so that nobody waits for one before the first reset.
   clock_.advance(dt_);
   publishers_.publish_constants(clock_.now());
-  if (options_.mode == Mode::free && !follows_clock()) reset(std::nullopt);
+  if (options_.mode == Mode::free && !follows_clock()) begin_episode(std::nullopt);
   pacer_.restart(Pacer::Clock::now());
   while (ros::ok()) {
     if (runs_freely()) {
@@ -112,8 +110,8 @@ void Server::step_when_due() {
   if (follows_clock()) {
     follow_clock();
   } else if (pacer_.remaining(Pacer::Clock::now()) <= Pacer::Clock::duration::zero()) {
+    pacer_.step_begins(Pacer::Clock::now());
     step_freely();
-    pacer_.step_made(Pacer::Clock::now());
     counters_.missed_deadlines = pacer_.missed_deadlines();
   }
 }
@@ -123,7 +121,7 @@ void Server::follow_clock() {
   if (now.isZero()) return;  // no /clock yet
   if (!simulation_.has_episode()) {
     clock_.catch_up(now - std::min(dt_, now - ros::Time(0, 1)));
-    reset(std::nullopt);
+    begin_episode(std::nullopt);
     return;
   }
   const ros::Duration ahead = now - clock_.now();
@@ -136,7 +134,7 @@ void Server::follow_clock() {
 
 void Server::step_freely() {
   if (simulation_.state().has_ended()) {
-    reset(std::nullopt);
+    begin_episode(std::nullopt);
     return;
   }
   const bool had_timed_out = command_.has_timed_out();
@@ -146,84 +144,84 @@ void Server::step_freely() {
     ROS_WARN_STREAM("No effort command for " << options_.command_timeout
                                              << " s: zero torque until the next");
   }
-  step(action);
+  advance(action);
 }
 
-void Server::reset(std::optional<std::uint64_t> seed) {
+void Server::begin_episode(std::optional<std::uint64_t> seed) {
   simulation_.reset(seed);
   command_.clear();
   clock_.advance(dt_);
   publishers_.publish_reset(clock_.now());
 }
 
-void Server::step(const std::vector<double>& action) {
+void Server::advance(const std::vector<double>& action) {
   simulation_.step(action);
   ++counters_.steps;
   clock_.advance(dt_);
   publishers_.publish_step(clock_.now());
 }
 
-bool Server::on_reset(walker_sim::Reset::Request& request, walker_sim::Reset::Response& response) {
-  try {
-    reset(request.has_seed != 0 ? std::optional<std::uint64_t>(request.seed) : std::nullopt);
-    pacer_.restart(Pacer::Clock::now());
-    fill(simulation_.state(), publishers_.frames(), clock_.now(), response.transition);
-    response.success = 1;
-  } catch (const std::exception& error) {
-    response.success = 0;
-    response.status_message = std::string("reset: ") + error.what();
-  }
-  return true;  // false would drop the message
-}
-
-bool Server::on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response) {
-  response.success = 0;
-  if (options_.mode == Mode::free && !paused_) {
-    response.status_message =
-        "step: mode is free and the simulation runs; call ~pause first, or start with mode "
-        "lockstep";
-    return true;
-  }
-  try {
-    step(request.action);
-    count_if_clamped(request.action);
-    fill(simulation_.state(), publishers_.frames(), clock_.now(), response.transition);
-    response.success = 1;
-  } catch (const std::exception& error) {
-    response.status_message = error.what();
-  }
-  return true;
-}
-
-bool Server::on_get_spec(walker_sim::GetSpec::Request& /*request*/,
-                         walker_sim::GetSpec::Response& response) {
-  fill(simulation_.specification(), options_, response.spec);
-  return true;
-}
-
-bool Server::on_pause(std_srvs::Trigger::Request& /*request*/,
-                      std_srvs::Trigger::Response& response) {
-  response.success = 1;
-  if (options_.mode == Mode::lockstep) {
-    response.message = "nothing to pause: in lockstep nothing moves between steps";
-    return true;
-  }
-  response.message = paused_ ? "was paused already" : "paused";
-  paused_ = true;
-  return true;
-}
-
-bool Server::on_unpause(std_srvs::Trigger::Request& /*request*/,
-                        std_srvs::Trigger::Response& response) {
-  response.success = 1;
-  if (options_.mode == Mode::lockstep) {
-    response.message = "nothing to unpause: in lockstep only ~step moves anything";
-    return true;
-  }
-  response.message = paused_ ? "runs" : "ran already";
-  paused_ = false;
+void Server::reset(std::optional<std::uint64_t> seed) {
+  begin_episode(seed);
   pacer_.restart(Pacer::Clock::now());
-  return true;
+}
+
+void Server::step(const std::vector<double>& action) {
+  if (options_.mode == Mode::free && !paused_) {
+    throw std::logic_error(
+        "step: mode is free and the simulation runs; call ~pause first, or start with mode "
+        "lockstep");
+  }
+  advance(action);
+  count_if_clamped(action);
+}
+
+walker_sim::EpisodeRecord Server::snapshot() const {
+  walker_sim::EpisodeRecord message;
+  message.actions = simulation_.record().actions;
+  tell(message.spec);
+  fill(simulation_.state(), publishers_.frames(), clock_.now(), message.episode);
+  return message;
+}
+
+void Server::restore(const walker_sim::EpisodeRecord& record) {
+  simulation_.restore(to_record(record));
+  command_.clear();
+  clock_.advance(dt_);
+  publishers_.publish_restored(snapshot(), clock_.now());
+  pacer_.restart(Pacer::Clock::now());
+}
+
+void Server::set_real_time_factor(double factor) {
+  if (options_.mode == Mode::lockstep) {
+    throw std::logic_error("set_real_time_factor: in lockstep who calls ~step sets the pace");
+  }
+  (void)factor;
+}
+
+std::string Server::pause() {
+  if (options_.mode == Mode::lockstep) {
+    return "nothing to pause: in lockstep nothing moves between steps";
+  }
+  const bool was_paused = std::exchange(paused_, true);
+  return was_paused ? "was paused already" : "paused";
+}
+
+std::string Server::unpause() {
+  if (options_.mode == Mode::lockstep) {
+    return "nothing to unpause: in lockstep only ~step moves anything";
+  }
+  pacer_.restart(Pacer::Clock::now());
+  const bool was_paused = std::exchange(paused_, false);
+  return was_paused ? "runs" : "ran already";
+}
+
+void Server::tell(walker_sim::Transition& message) const {
+  fill(simulation_.state(), publishers_.frames(), clock_.now(), message);
+}
+
+void Server::tell(walker_sim::EnvironmentSpec& message) const {
+  fill(simulation_.specification(), options_, message);
 }
 
 void Server::on_effort_command(const std_msgs::Float64MultiArray& message) {

@@ -1,4 +1,4 @@
-// The environment server: services, commands, and the loop that steps when nobody else does.
+// The environment server: commands, and the loop that steps when nobody else does.
 #pragma once
 
 #include <cstdint>
@@ -7,21 +7,20 @@
 #include <vector>
 
 #include <ros/node_handle.h>
-#include <ros/service_server.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
-#include <std_srvs/Trigger.h>
 
 #include "server/diagnostics.h"
 #include "server/effort_command.h"
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
 #include "server/publishers.h"
+#include "server/services.h"
 #include "server/simulation.h"
 #include "server/simulation_clock.h"
-#include "walker_sim/GetSpec.h"
-#include "walker_sim/Reset.h"
-#include "walker_sim/Step.h"
+#include "walker_sim/EnvironmentSpec.h"
+#include "walker_sim/EpisodeRecord.h"
+#include "walker_sim/Transition.h"
 
 namespace walker {
 
@@ -35,6 +34,26 @@ class Server {
   /// Serves until the node is told to stop.
   void run();
 
+  // What the services ask for. Each throws a std::exception that says why not; then nothing has
+  // changed.
+
+  /// Begins an episode. Without a seed the generator continues.
+  void reset(std::optional<std::uint64_t> seed);
+  /// Makes exactly one step.
+  void step(const std::vector<double>& action);
+  /// The present episode.
+  walker_sim::EpisodeRecord snapshot() const;
+  /// A new episode that is, and goes on, as the recorded one.
+  void restore(const walker_sim::EpisodeRecord& record);
+  /// @param factor simulation time over wall time, 0 .. 1000; 0: as fast as it goes
+  void set_real_time_factor(double factor);
+  /// @return what has changed
+  std::string pause();
+  std::string unpause();
+
+  void tell(walker_sim::Transition& message) const;
+  void tell(walker_sim::EnvironmentSpec& message) const;
+
  private:
   // What decides who steps: the tables Modes and Time.
   bool runs_freely() const;
@@ -43,21 +62,14 @@ class Server {
   void follow_clock();
   void step_freely();
 
-  void reset(std::optional<std::uint64_t> seed);
-  void step(const std::vector<double>& action);
-
-  bool on_reset(walker_sim::Reset::Request& request, walker_sim::Reset::Response& response);
-  bool on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response);
-  bool on_get_spec(walker_sim::GetSpec::Request& request, walker_sim::GetSpec::Response& response);
-  bool on_pause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  bool on_unpause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  void begin_episode(std::optional<std::uint64_t> seed);
+  void advance(const std::vector<double>& action);
   void on_effort_command(const std_msgs::Float64MultiArray& message);
   void count_if_clamped(const std::vector<double>& action);
   void refuse(const std::string& reason);
 
   ServerOptions options_;
   ros::NodeHandle node_;
-  ros::NodeHandle private_node_;
   Simulation simulation_;
   ros::Duration dt_;
   SimulationClock clock_;
@@ -68,11 +80,7 @@ class Server {
   ServerCounters counters_;
   Diagnostics diagnostics_;
 
-  ros::ServiceServer reset_service_;
-  ros::ServiceServer step_service_;
-  ros::ServiceServer get_spec_service_;
-  ros::ServiceServer pause_service_;
-  ros::ServiceServer unpause_service_;
+  Services services_;
   ros::Subscriber effort_subscriber_;
 };
 

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/episode_record.h"
 #include "walker_sim/environment.h"
 
 namespace walker {
@@ -32,19 +34,39 @@ struct EpisodeState {
   bool has_ended() const { return terminated || truncated; }
 };
 
-/// Drives an environment and keeps `EpisodeState` in step with it.
+/// Drives an environment, keeps `EpisodeState` in step with it and remembers what was done.
 class Simulation {
  public:
-  /// @param first_seed for the first reset that brings no seed; none: drawn from the system
-  Simulation(std::unique_ptr<Environment> environment, std::optional<std::uint64_t> first_seed);
+  using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 
-  /// Begins an episode. @throws std::exception of the engine; then there is no episode
+  /// @param make       makes the environment, and another one like it for each restore
+  /// @param first_seed for the first reset that brings no seed; none: drawn from the system
+  Simulation(MakeEnvironment make, std::optional<std::uint64_t> first_seed);
+
+  /// Begins an episode. Without a seed the generator continues.
+  /// @throws std::exception of the engine; then there is no episode
   void reset(std::optional<std::uint64_t> seed);
+
+  /// Begins the episode that began from this state of the generator.
+  /// @param seed that the state came from, for the account; none: it was a continued one
+  /// @throws std::invalid_argument for a state that no generator has; then nothing has changed.
+  ///         std::exception of the engine; then there is no episode
+  void begin(const GeneratorState& state, std::optional<std::uint64_t> seed);
 
   /// Makes one step. @throws InvalidAction, ResetNeeded; then nothing has changed
   void step(const std::vector<double>& action);
 
-  const Specification& specification() const { return environment_->specification(); }
+  /// The present episode up to now.
+  /// @throws std::logic_error when there is none, when it cannot be repeated, or when it is longer
+  ///         than `kMostRecordedSteps`
+  EpisodeRecord record() const;
+
+  /// A new episode that is, and goes on, as the recorded one.
+  /// @throws std::invalid_argument naming what keeps this environment from repeating it; then
+  ///         nothing has changed
+  void restore(const EpisodeRecord& record);
+
+  const Specification& specification() const { return specification_; }
   const EpisodeState& state() const { return state_; }
   bool has_episode() const { return state_.episode != 0; }
 
@@ -54,12 +76,18 @@ class Simulation {
   /// Surroundings of the present episode.
   const Scene& scene();
 
- private:
-  void record(const Result& result);
+  /// An endless episode must not fill the memory: its record is given up (at 6 joints, 48 MB).
+  static constexpr std::uint32_t kMostRecordedSteps = 1000000;
 
+ private:
+  void take(const Result& result);
+
+  MakeEnvironment make_;
   std::unique_ptr<Environment> environment_;
+  Specification specification_;  // outlives an environment that a restore replaces
   std::uint64_t first_seed_;
   EpisodeState state_;
+  std::vector<double> actions_;  // step x action
   Sensors sensors_;
   Scene scene_;
   bool sensors_are_fresh_ = false;

@@ -148,4 +148,6 @@ GeneratorState Walker2d::generator_state() const {
   return generator_ ? generator_->state() : GeneratorState{};
 }
 
+void Walker2d::set_generator_state(const GeneratorState& state) { generator_.emplace(state); }
+
 }  // namespace walker::walker2d

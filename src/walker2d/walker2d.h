@@ -52,6 +52,7 @@ class Walker2d : public Environment {
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
+  void set_generator_state(const GeneratorState& state) override;
 
  private:
   using State = std::array<double, kDegreesOfFreedom>;

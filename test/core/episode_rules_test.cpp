@@ -39,13 +39,15 @@ class Fake : public Environment {
   }
   void sense(Sensors& /*sensors*/) override { ++senses; }
   void scene(Scene& /*scene*/) const override {}
-  GeneratorState generator_state() const override { return {1, 2, 3, 4, 5, 6}; }
+  GeneratorState generator_state() const override { return state; }
+  void set_generator_state(const GeneratorState& given) override { state = given; }
 
   bool reset_fails = false;
   bool step_fails = false;
   bool terminates = false;
   int steps = 0;
   int senses = 0;
+  GeneratorState state{1, 2, 3, 4, 5, 6};
 
  private:
   Specification specification_;
@@ -184,6 +186,8 @@ TEST_F(EpisodeRulesTest, MalformedActionsNeverReachTheEnvironment) {
 
 TEST_F(EpisodeRulesTest, TheGeneratorsStateShowsThrough) {
   EXPECT_EQ(rules_->generator_state(), (GeneratorState{1, 2, 3, 4, 5, 6}));
+  rules_->set_generator_state({9, 8, 7, 6, 5, 4});
+  EXPECT_EQ(fake_->state, (GeneratorState{9, 8, 7, 6, 5, 4}));
 }
 
 }  // namespace

@@ -1,0 +1,58 @@
+#include "server/records.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/parameter_text.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+void check_sizes(const walker_sim::EnvironmentSpec& message) {
+  if (message.parameter_names.size() == message.parameter_values.size()) return;
+  throw std::invalid_argument(
+      "parameter_values has " + std::to_string(message.parameter_values.size()) +
+      " values; must have " + std::to_string(message.parameter_names.size()) +
+      ", one per parameter name");
+}
+
+}  // namespace
+
+Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
+  check_sizes(message);
+  std::vector<std::string> assignments;
+  for (std::size_t i = 0; i < message.parameter_names.size(); ++i) {
+    assignments.push_back(message.parameter_names[i] + "=" + message.parameter_values[i]);
+  }
+  return parse_assignments(parameter_descriptions(message.id), assignments);
+}
+
+EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
+  check_sizes(message.spec);
+  EpisodeRecord record;
+  record.id = message.spec.id;
+  for (std::size_t i = 0; i < message.spec.parameter_names.size(); ++i) {
+    record.parameters.emplace_back(message.spec.parameter_names[i],
+                                   message.spec.parameter_values[i]);
+  }
+  record.engine = message.spec.engine;
+  record.engine_version = message.spec.engine_version;
+  if (message.episode.has_seed != 0) record.seed = message.episode.seed;
+  std::copy(message.episode.generator_state.begin(), message.episode.generator_state.end(),
+            record.generator_state.begin());
+  record.actions = message.actions;
+  record.episode_return = message.episode.episode_return;
+  const std::size_t expected = std::size_t{message.episode.length} * message.spec.action_size;
+  if (record.actions.size() != expected) {
+    throw std::invalid_argument("actions has " + std::to_string(record.actions.size()) +
+                                " values; must have " + std::to_string(expected) + ", " +
+                                std::to_string(message.episode.length) + " steps of " +
+                                std::to_string(message.spec.action_size));
+  }
+  return record;
+}
+
+}  // namespace walker
