@@ -8,20 +8,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "bits.h"
+
 namespace walker {
-
-/// The double with these IEEE 754 bits.
-inline double from_bits(std::uint64_t bits) {
-  double value = 0;
-  std::memcpy(&value, &bits, sizeof(value));
-  return value;
-}
-
-inline std::uint64_t to_bits(double value) {
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof(bits));
-  return bits;
-}
 
 /// The words of a recording, one after the other, without its comment lines.
 class Recording {

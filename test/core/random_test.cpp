@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "error_message.h"
 #include "recording.h"
 
 namespace walker {
@@ -55,6 +56,20 @@ TEST(Random, ContinuesFromAStateWithHalfADrawLeft) {
   EXPECT_EQ(copy.integers(0, 1000000), generator.integers(0, 1000000));
   EXPECT_EQ(copy.state()[4], 0U);
   EXPECT_EQ(copy.random(), generator.random());
+}
+
+TEST(Random, AStateThatNoGeneratorHasIsRefused) {
+  const GeneratorState state = Generator(5).state();
+  const auto refusal = [&](std::size_t word, std::uint64_t value) {
+    GeneratorState wrong = state;
+    wrong[word] = value;
+    return message_of<std::invalid_argument>([&] { Generator generator(wrong); });
+  };
+  EXPECT_EQ(refusal(3, 4), "generator_state[3] (increment, low half) = 4: must be odd");
+  EXPECT_EQ(refusal(4, 2), "generator_state[4] (has_uint32) = 2: must be 0 or 1");
+  EXPECT_EQ(refusal(5, 4294967296),
+            "generator_state[5] (uinteger) = 4294967296: must be below 2^32");
+  EXPECT_EQ(refusal(5, 4294967295), "nothing thrown");
 }
 
 TEST(Random, ARangeOfOneValueDrawsNothing) {

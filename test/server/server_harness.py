@@ -20,9 +20,17 @@ from bare_ros import CALLER, PATIENCE, BareClient, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import Trigger
-from walker_sim.srv import GetSpec, Reset, Step
+from walker_sim.srv import GetSpec, Reset, Restore, SetRealTimeFactor, Snapshot, Step
 
 DT = 20_000_000  # ns
+SERVICES = {
+    "reset": Reset,
+    "step": Step,
+    "get_spec": GetSpec,
+    "snapshot": Snapshot,
+    "restore": Restore,
+    "set_real_time_factor": SetRealTimeFactor,
+}
 
 
 def node_path(node_type):
@@ -261,8 +269,7 @@ class ServerTest(unittest.TestCase):
 
     def call(self, name, **fields):
         """One call over a connection of its own."""
-        kind = {"reset": Reset, "step": Step, "get_spec": GetSpec}.get(name, Trigger)
-        client = self.server.client(name, kind)
+        client = self.server.client(name, SERVICES.get(name, Trigger))
         try:
             return client(**fields)
         finally:

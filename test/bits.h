@@ -1,0 +1,31 @@
+// Doubles as their bits, which are equal also where a NaN or a -0 is.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+namespace walker {
+
+/// The double with these IEEE 754 bits.
+inline double from_bits(std::uint64_t bits) {
+  double value = 0;
+  std::memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
+inline std::uint64_t to_bits(double value) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
+
+inline std::vector<std::uint64_t> to_bits(const std::vector<double>& values) {
+  std::vector<std::uint64_t> bits(values.size());
+  std::transform(values.begin(), values.end(), bits.begin(),
+                 [](double value) { return to_bits(value); });
+  return bits;
+}
+
+}  // namespace walker

@@ -1,0 +1,216 @@
+#!/usr/bin/python3
+"""~snapshot and ~restore: an episode goes on elsewhere, or again, to the bit."""
+
+import copy
+import random
+import sys
+
+import rospy
+import rostest
+from server_harness import ServerTest, bits, nanoseconds, same_experience
+from walker_sim.msg import Episode, EpisodeRecord, Transition
+
+IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
+
+
+def actions(size, count, seed):
+    draws = random.Random(seed)
+    return [[draws.uniform(-1, 1) for _ in range(size)] for _ in range(count)]
+
+
+class RecordsTest(ServerTest):
+    def ask(self, name, **fields):
+        reply = self.call(name, **fields)
+        self.assertTrue(reply.success, reply)
+        return reply
+
+    def refused(self, name, **fields):
+        """The words with which the call is refused, and nothing moved."""
+        before = self.ask("snapshot").record
+        reply = self.call(name, **fields)
+        self.assertFalse(reply.success)
+        after = self.ask("snapshot").record
+        self.assertEqual(bits(before.actions), bits(after.actions))
+        self.assertEqual(before.episode, after.episode)
+        return reply.status_message
+
+    def play(self, all_actions):
+        """The transitions of these steps, until the episode ends."""
+        transitions = []
+        for action in all_actions:
+            transitions.append(self.ask("step", action=action).transition)
+            if transitions[-1].terminated or transitions[-1].truncated:
+                break
+        return transitions
+
+    def assert_same_experiences(self, ones, others):
+        self.assertEqual(len(ones), len(others))
+        for one, other in zip(ones, others):
+            self.assertTrue(same_experience(one, other), f"{one}\n{other}")
+
+    def serve_lockstep(self, **parameters):
+        return self.serve(mode="lockstep", **parameters)
+
+    # ------------------------------------------------------------ to the bit
+
+    def test_a_restarted_server_goes_on_as_the_first_would_have(self):
+        for identifier, size in IDS.items():
+            with self.subTest(identifier):
+                first = self.serve_lockstep(env=identifier, seed="42")
+                self.ask("reset")
+                self.ask("reset")  # continues the generator
+                present = self.play(actions(size, 15, 1))[-1]
+                record = self.ask("snapshot").record
+                future = self.play(actions(size, 300, 2))
+                following = self.ask("reset").transition
+                first.kill()
+
+                self.serve_lockstep(env=identifier, seed="1")
+                restored = self.ask("restore", record=record).transition
+                self.assertTrue(same_experience(restored, present))
+                self.assert_same_experiences(self.play(actions(size, 300, 2)), future)
+                self.assertTrue(same_experience(self.ask("reset").transition, following))
+                self.server.stop()
+
+    def test_what_a_snapshot_says(self):
+        self.serve_lockstep(env="Walker2d-v5")
+        self.ask("reset", has_seed=True, seed=2**64 - 1)
+        played = actions(6, 4, 3)
+        last = self.play(played)[-1]
+        record = self.ask("snapshot").record
+        self.assertEqual(str(record.spec), str(self.call("get_spec").spec), "NaN included")
+        self.assertEqual(
+            bits(record.actions), bits([value for action in played for value in action])
+        )
+        episode = record.episode
+        self.assertEqual((episode.has_seed, episode.seed), (True, 2**64 - 1))
+        self.assertEqual((episode.episode, episode.length, episode.end_reason), (1, 4, ""))
+        self.assertEqual(episode.episode_return, last.episode_return)
+        self.assertEqual(nanoseconds(episode), nanoseconds(last))
+
+    def test_a_restore_is_a_reset_to_topics_and_time(self):
+        self.serve_lockstep()
+        episodes = self.record("/episode", Episode)
+        restored = self.record("/restored", EpisodeRecord)
+        transitions = self.record("/transition", Transition)
+        self.ask("reset", has_seed=True, seed=5)
+        self.play(actions(4, 7, 1))
+        record = self.ask("snapshot").record
+        last = self.play(actions(4, 3, 2))[-1]
+        reply = self.ask("restore", record=record).transition
+        self.assertEqual((reply.episode, reply.step), (2, 7))
+        self.assertEqual(nanoseconds(reply), nanoseconds(last) + self.dt)
+        self.assertTrue(same_experience(transitions.at(nanoseconds(reply)), reply))
+        episode = episodes.wait(lambda m: m.episode == 2)
+        self.assertEqual((episode.length, episode.end_reason), (7, ""))
+        self.assertEqual((episode.has_seed, episode.seed), (True, 5))
+        self.assertEqual(nanoseconds(episode), nanoseconds(reply))
+        published = restored.wait()
+        published.episode.header.seq = episode.header.seq  # roscpp's own count
+        self.assertEqual(published.episode, episode)
+        self.assertEqual(bits(published.actions), bits(record.actions))
+
+    def test_a_free_running_server_restores_and_goes_on(self):
+        self.serve(real_time_factor=5.0)
+        transitions = self.record("/transition", Transition)
+        self.ask("reset", has_seed=True, seed=5)
+        transitions.wait(lambda m: m.episode == 2 and m.step == 20)
+        self.ask("pause")
+        record = self.ask("snapshot").record
+        self.assertGreaterEqual(record.episode.length, 20)
+        future = self.play([[0.0] * 4] * 20)
+        self.ask("unpause")
+        reply = self.ask("restore", record=record).transition
+        self.assertEqual(reply.episode, 3)
+        self.assertEqual(reply.step, record.episode.length)
+        last = transitions.wait(lambda m: m.episode == 3 and m.step == future[-1].step)
+        self.assertTrue(same_experience(last, future[-1]))
+        stamps = [nanoseconds(m) for m in transitions.messages()]
+        self.assertEqual(stamps, sorted(set(stamps)))
+
+    # ------------------------------------------------------------ refused
+
+    def test_another_environment_is_refused_by_name(self):
+        self.serve_lockstep(env="Walker2d-v5")
+        self.ask("reset", has_seed=True, seed=1)
+        self.play(actions(6, 3, 1))
+        good = self.ask("snapshot").record
+
+        def changed(change):
+            record = copy.deepcopy(good)
+            change(record)
+            return self.refused("restore", record=record)
+
+        def set_id(record):
+            record.spec.id = "Walker2d-v4"
+
+        def set_engine(record):
+            record.spec.engine = "another"
+
+        def set_version(record):
+            record.spec.engine_version = "1.0"
+
+        def set_parameter(record):
+            index = record.spec.parameter_names.index("frame_skip")
+            record.spec.parameter_values[index] = "5"
+
+        def lose_value(record):
+            record.spec.parameter_values.pop()
+
+        def lose_action(record):
+            record.actions = record.actions[:-1]
+
+        def set_seed(record):
+            record.episode.seed = 2
+
+        def set_return(record):
+            record.episode.episode_return += 1
+
+        def spoil_action(record):
+            record.actions = [float("nan"), *record.actions[1:]]
+
+        for change, words in (
+            (set_id, "id = Walker2d-v4 in the record; here it is Walker2d-v5"),
+            (set_engine, "engine = another in the record; here it is MuJoCo"),
+            (set_version, "engine_version = 1.0 in the record; here it is 2.2.2"),
+            (set_parameter, "parameter frame_skip = 5 in the record; here it is 4"),
+            (lose_value, "parameter_values has 10 values; must have 11"),
+            (lose_action, "actions has 17 values; must have 18"),
+            (set_seed, "generator_state is not that of seed = 2"),
+            (set_return, "episode_return = "),
+            (spoil_action, "action[0] (thigh_joint) = nan; must be finite"),
+        ):
+            with self.subTest(change.__name__):
+                self.assertIn(words, changed(change))
+        self.ask("restore", record=good)
+
+    def test_under_reuse_world_neither_is_possible(self):
+        self.serve_lockstep(reuse_world=True)
+        self.ask("reset", has_seed=True, seed=1)
+        reply = self.call("snapshot")
+        self.assertFalse(reply.success)
+        self.assertIn("reuse_world", reply.status_message)
+        self.server.stop()
+
+        self.serve_lockstep()
+        self.ask("reset", has_seed=True, seed=1)
+        record = self.ask("snapshot").record
+        self.server.stop()
+
+        self.serve_lockstep(reuse_world=True)
+        self.ask("reset", has_seed=True, seed=1)
+        reply = self.call("restore", record=record)
+        self.assertFalse(reply.success)
+        self.assertIn("reuse_world", reply.status_message)
+        self.assertEqual(self.ask("step", action=[0.0] * 4).transition.step, 1)
+
+    def test_before_the_first_reset_there_is_nothing_to_take(self):
+        self.serve_lockstep()
+        reply = self.call("snapshot")
+        self.assertFalse(reply.success)
+        self.assertIn("reset", reply.status_message)
+
+
+if __name__ == "__main__":
+    rospy.init_node("records_test", disable_rostime=True)
+    rostest.rosrun("walker_sim", "records_test", RecordsTest, sys.argv)
