@@ -8,37 +8,61 @@
 #include <ros/node_handle.h>
 #include <ros/wall_timer.h>
 
+#include "server/effort_command.h"
+#include "server/episode_statistics.h"
+#include "server/pacer.h"
 #include "server/parameter_reader.h"
 #include "server/simulation.h"
+#include "server/step_timing.h"
 
 namespace walker {
 
 /// Counted since the start.
 struct ServerCounters {
   std::uint64_t steps = 0;
+  std::uint64_t resets = 0;  ///< restores too
+  std::uint64_t simulation_errors = 0;
   std::uint64_t refused_commands = 0;  ///< effort commands with an error, or in lock-step
   std::uint64_t clamped_commands = 0;  ///< actions and efforts beyond the bounds
   std::uint64_t command_timeouts = 0;
   std::uint64_t missed_deadlines = 0;
 };
 
-/// Publishes /diagnostics, driven by a wall timer: ros::Time stands still in lock-step.
+/// All that the diagnostics read; outlives them.
+struct DiagnosedServer {
+  const ServerOptions& options;
+  const Simulation& simulation;
+  const Pacer& pacer;
+  const EffortCommand& command;
+  const bool& paused;
+  const ServerCounters& counters;
+  const EpisodeStatistics& episodes;
+  StepTiming& timing;  ///< each report begins it anew
+  bool follows_clock;  ///< of another publisher
+};
+
+/// Publishes /diagnostics, driven by a wall timer: ros::Time stands still in lock-step. Four
+/// statuses, so that each has a level of its own: simulation, pace, commands, episodes.
 class Diagnostics {
  public:
-  Diagnostics(ros::NodeHandle& node, const Simulation& simulation, const ServerOptions& options,
-              const ServerCounters& counters);
+  Diagnostics(ros::NodeHandle& node, const DiagnosedServer& server);
 
  private:
-  void describe(diagnostic_updater::DiagnosticStatusWrapper& status);
-  double real_time_factor();
+  using Status = diagnostic_updater::DiagnosticStatusWrapper;
 
-  const Simulation& simulation_;
-  const ServerOptions& options_;
-  const ServerCounters& counters_;
+  void report();
+  void describe_simulation(Status& status);
+  void describe_pace(Status& status);
+  void describe_commands(Status& status);
+  void describe_episodes(Status& status);
+  double real_time_factor() const;
+  const char* pace() const;
+
+  DiagnosedServer server_;
   diagnostic_updater::Updater updater_;
   ros::WallTimer timer_;
-  std::uint64_t reported_refused_ = 0;
-  std::uint64_t reported_steps_ = 0;
+  // As of the last report.
+  ServerCounters reported_;
   std::chrono::steady_clock::time_point reported_at_ = std::chrono::steady_clock::now();
 };
 

@@ -1,6 +1,7 @@
 #include "server/effort_command.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -34,32 +35,29 @@ void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
     const double action = efforts[i] / specification_.effort_per_action[i];
     action_[i] = std::clamp(action, -kLargest, kLargest);
   }
-  is_held_ = true;
-  timed_out_ = false;
-  set_at_ = now;
-  set_at_wall_ = Clock::now();
+  state_ = State::held;
+  set_at_ = time(now);
 }
 
-void EffortCommand::clear() {
-  is_held_ = false;
-  timed_out_ = false;
+/// Now, by the clock that counts [ns].
+std::int64_t EffortCommand::time(std::uint64_t now) const {
+  if (!in_wall_time_) return static_cast<std::int64_t>(now);
+  const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::nanoseconds(since_boot).count();
 }
 
-const std::vector<double>& EffortCommand::action(std::uint64_t now) {
-  if (is_held_ && is_too_old(now)) {
-    is_held_ = false;
-    timed_out_ = true;
-  }
-  return is_held_ ? action_ : zero_;
+void EffortCommand::count_in_wall_time(bool in_wall_time, std::uint64_t now) {
+  const std::int64_t age = time(now) - set_at_;
+  in_wall_time_ = in_wall_time;
+  set_at_ = time(now) - age;
 }
 
-bool EffortCommand::is_too_old(std::uint64_t now) const {
-  if (timeout_ == 0) return false;
-  constexpr double kNanosecond = 1e-9;
-  const double age = in_wall_time_
-                         ? std::chrono::duration<double>(Clock::now() - set_at_wall_).count()
-                         : static_cast<double>(now - set_at_) * kNanosecond;
-  return age >= timeout_;
+bool EffortCommand::expire(std::uint64_t now) {
+  if (state_ != State::held || timeout_ == 0) return false;
+  const std::chrono::duration<double> age = std::chrono::nanoseconds(time(now) - set_at_);
+  if (age.count() < timeout_) return false;
+  state_ = State::timed_out;
+  return true;
 }
 
 bool is_clamped(const Specification& specification, const std::vector<double>& action) {

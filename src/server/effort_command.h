@@ -1,9 +1,7 @@
 // The held effort command of a free-running simulation. No ROS.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "walker_sim/specification.h"
@@ -14,9 +12,9 @@ namespace walker {
 /// is zero.
 class EffortCommand {
  public:
-  using Clock = std::chrono::steady_clock;
+  enum class State { none, held, timed_out };
 
-  /// @param timeout     [s]; 0: never too old
+  /// @param timeout      [s]; 0: never too old
   /// @param in_wall_time the age is counted in wall time, else in simulation time
   EffortCommand(const Specification& specification, double timeout, bool in_wall_time);
 
@@ -25,28 +23,32 @@ class EffortCommand {
   /// @throws std::invalid_argument naming what is wrong; the held command stays
   void set(const std::vector<double>& efforts, std::uint64_t now);
 
-  /// Forgets the held command.
-  void clear();
+  /// Forgets the held command, and that one has timed out.
+  void clear() { state_ = State::none; }
 
-  /// The action for a step that begins at simulation time `now` [ns]: effort over the joint's
-  /// effort per unit of action, unlimited.
-  const std::vector<double>& action(std::uint64_t now);
+  /// Counts the age of commands by the other clock from now on; a held one keeps the age it has.
+  /// @param now simulation time [ns]
+  void count_in_wall_time(bool in_wall_time, std::uint64_t now);
 
-  /// A command was held and has become too old since.
-  bool has_timed_out() const { return timed_out_; }
+  /// Lets go of a command that is too old at simulation time `now` [ns]. @return whether it just
+  /// did
+  bool expire(std::uint64_t now);
+
+  /// The action for the next step: effort over the joint's effort per unit of action, unlimited.
+  const std::vector<double>& action() const { return state_ == State::held ? action_ : zero_; }
+
+  State state() const { return state_; }
 
  private:
-  bool is_too_old(std::uint64_t now) const;
+  std::int64_t time(std::uint64_t now) const;
 
   const Specification& specification_;
   double timeout_;
   bool in_wall_time_;
   std::vector<double> action_;
   std::vector<double> zero_;
-  bool is_held_ = false;
-  bool timed_out_ = false;
-  std::uint64_t set_at_ = 0;
-  Clock::time_point set_at_wall_{};
+  State state_ = State::none;
+  std::int64_t set_at_ = 0;  // by the clock that counts [ns]
 };
 
 /// Some value of the action lies outside the bounds and will be limited.

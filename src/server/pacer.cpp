@@ -6,7 +6,7 @@
 namespace walker {
 namespace {
 
-Pacer::Clock::duration period(double dt, double real_time_factor) {
+Pacer::Clock::duration planned_period(double dt, double real_time_factor) {
   using Duration = Pacer::Clock::duration;
   if (real_time_factor == 0) return Duration::zero();
   // The smallest factors ask for more than the clock can count, the shortest steps for less.
@@ -19,12 +19,12 @@ Pacer::Clock::duration period(double dt, double real_time_factor) {
 }  // namespace
 
 Pacer::Pacer(double dt, double real_time_factor)
-    : dt_(dt), real_time_factor_(real_time_factor), period_(period(dt, real_time_factor)) {}
+    : dt_(dt), real_time_factor_(real_time_factor), period_(planned_period(dt, real_time_factor)) {}
 
 void Pacer::set_real_time_factor(double factor, Clock::time_point now) {
   const Clock::time_point last_beginning = deadline_ - period_;
   real_time_factor_ = factor;
-  period_ = period(dt_, factor);
+  period_ = planned_period(dt_, factor);
   deadline_ = std::max(last_beginning + period_, now);
 }
 

@@ -33,6 +33,20 @@ ros::Duration to_nanoseconds(double seconds) {
   return duration;
 }
 
+/// Lets pass one message a second. By wall time: simulation time may stand still, or fly.
+class Throttle {
+ public:
+  bool passes() {
+    const ros::WallTime now = ros::WallTime::now();
+    if (now - last_ < ros::WallDuration(1)) return false;
+    last_ = now;
+    return true;
+  }
+
+ private:
+  ros::WallTime last_;
+};
+
 /// A walker of one name under the description of another would be shown wrong, or not at all.
 void compare_with_description(const ros::NodeHandle& node, const Specification& specification) {
   std::string key;
@@ -64,9 +78,11 @@ Server::Server(const ServerOptions& options)
       publishers_(node_, simulation_, options_),
       pacer_(simulation_.specification().dt, options.real_time_factor),
       command_(simulation_.specification(), options.command_timeout, options.real_time_factor == 0),
-      paused_(options.paused),
-      diagnostics_(node_, simulation_, options_, counters_),
+      paused_(options.mode == Mode::free && options.paused),
+      diagnostics_(node_, {options_, simulation_, pacer_, command_, paused_, counters_, episodes_,
+                           timing_, follows_clock()}),
       services_(*this),
+      gazebo_services_(*this, options_.mode),
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
                                          ros::TransportHints().tcpNoDelay())) {
   introduce(simulation_.specification(), options_);
@@ -80,7 +96,7 @@ void Server::run() {
   clock_.advance(dt_);
   publishers_.publish_constants(clock_.now());
   if (options_.mode == Mode::free && !follows_clock()) begin_episode(std::nullopt);
-  pacer_.restart(Pacer::Clock::now());
+  restart_schedule();
   while (ros::ok()) {
     if (runs_freely()) {
       step_when_due();
@@ -109,11 +125,13 @@ void Server::step_when_due() {
   if (!runs_freely() || !ros::ok()) return;  // a callback may have changed that
   if (follows_clock()) {
     follow_clock();
-  } else if (pacer_.remaining(Pacer::Clock::now()) <= Pacer::Clock::duration::zero()) {
-    pacer_.step_begins(Pacer::Clock::now());
-    step_freely();
-    counters_.missed_deadlines = pacer_.missed_deadlines();
+    return;
   }
+  const Pacer::Clock::time_point now = Pacer::Clock::now();
+  if (pacer_.remaining(now) > Pacer::Clock::duration::zero()) return;
+  timing_.step_begins(now, pacer_.period());
+  counters_.missed_deadlines += pacer_.step_begins(now);
+  step_freely();
 }
 
 void Server::follow_clock() {
@@ -127,7 +145,7 @@ void Server::follow_clock() {
   const ros::Duration ahead = now - clock_.now();
   if (ahead > dt_ * static_cast<double>(kMostStepsToCatchUp)) {
     clock_.catch_up(now - dt_);
-    ++counters_.missed_deadlines;
+    counters_.missed_deadlines += ahead.toNSec() / dt_.toNSec() - 1;
   }
   if (clock_.now() + dt_ <= now) step_freely();
 }
@@ -137,33 +155,40 @@ void Server::step_freely() {
     begin_episode(std::nullopt);
     return;
   }
-  const bool had_timed_out = command_.has_timed_out();
-  const std::vector<double>& action = command_.action(clock_.now().toNSec());
-  if (command_.has_timed_out() && !had_timed_out) {
+  if (command_.expire(clock_.now().toNSec())) {
     ++counters_.command_timeouts;
-    ROS_WARN_STREAM("No effort command for " << options_.command_timeout
-                                             << " s: zero torque until the next");
+    static Throttle throttle;
+    if (throttle.passes()) {
+      ROS_WARN_STREAM("No effort command for " << options_.command_timeout
+                                               << " s: zero torque until the next");
+    }
   }
-  advance(action);
+  advance(command_.action());
 }
 
 void Server::begin_episode(std::optional<std::uint64_t> seed) {
   simulation_.reset(seed);
+  ++counters_.resets;
   command_.clear();
   clock_.advance(dt_);
   publishers_.publish_reset(clock_.now());
 }
 
 void Server::advance(const std::vector<double>& action) {
+  const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   simulation_.step(action);
+  timing_.step_took(StepTiming::Clock::now() - begin);
   ++counters_.steps;
+  const EpisodeState& state = simulation_.state();
+  if (!state.error.empty()) ++counters_.simulation_errors;
+  if (state.has_ended()) episodes_.add(state);
   clock_.advance(dt_);
   publishers_.publish_step(clock_.now());
 }
 
 void Server::reset(std::optional<std::uint64_t> seed) {
   begin_episode(seed);
-  pacer_.restart(Pacer::Clock::now());
+  restart_schedule();
 }
 
 void Server::step(const std::vector<double>& action) {
@@ -186,17 +211,25 @@ walker_sim::EpisodeRecord Server::snapshot() const {
 
 void Server::restore(const walker_sim::EpisodeRecord& record) {
   simulation_.restore(to_record(record));
+  ++counters_.resets;
   command_.clear();
   clock_.advance(dt_);
   publishers_.publish_restored(snapshot(), clock_.now());
-  pacer_.restart(Pacer::Clock::now());
+  restart_schedule();
 }
 
 void Server::set_real_time_factor(double factor) {
   if (options_.mode == Mode::lockstep) {
     throw std::logic_error("set_real_time_factor: in lockstep who calls ~step sets the pace");
   }
-  (void)factor;
+  if (follows_clock()) {
+    throw std::logic_error(
+        "set_real_time_factor: this server follows /clock, so its publisher sets the pace");
+  }
+  complete_parameters(server_parameters(), {{"real_time_factor", factor}});  // throws
+  pacer_.set_real_time_factor(factor, Pacer::Clock::now());
+  timing_.interrupt();
+  command_.count_in_wall_time(factor == 0, clock_.now().toNSec());
 }
 
 std::string Server::pause() {
@@ -211,9 +244,16 @@ std::string Server::unpause() {
   if (options_.mode == Mode::lockstep) {
     return "nothing to unpause: in lockstep only ~step moves anything";
   }
+  if (!paused_) return "ran already";
+  paused_ = false;
+  restart_schedule();
+  return "runs";
+}
+
+/// After a pause or a reset: a period passes before the next step.
+void Server::restart_schedule() {
   pacer_.restart(Pacer::Clock::now());
-  const bool was_paused = std::exchange(paused_, false);
-  return was_paused ? "runs" : "ran already";
+  timing_.interrupt();
 }
 
 void Server::tell(walker_sim::Transition& message) const {
@@ -230,9 +270,8 @@ void Server::on_effort_command(const std_msgs::Float64MultiArray& message) {
     return;
   }
   try {
-    const std::uint64_t now = clock_.now().toNSec();
-    command_.set(message.data, now);
-    count_if_clamped(command_.action(now));
+    command_.set(message.data, clock_.now().toNSec());
+    count_if_clamped(command_.action());
   } catch (const std::exception& error) {
     refuse(error.what());
   }
@@ -244,11 +283,8 @@ void Server::count_if_clamped(const std::vector<double>& action) {
 
 void Server::refuse(const std::string& reason) {
   ++counters_.refused_commands;
-  // By wall time: in lock-step simulation time may stand still.
-  static ros::WallTime last_said;
-  const ros::WallTime now = ros::WallTime::now();
-  if (now - last_said < ros::WallDuration(1)) return;
-  last_said = now;
+  static Throttle throttle;
+  if (!throttle.passes()) return;
   ROS_ERROR_STREAM("Refused " << reason << " (" << counters_.refused_commands << " so far)");
 }
 

@@ -12,12 +12,15 @@
 
 #include "server/diagnostics.h"
 #include "server/effort_command.h"
+#include "server/episode_statistics.h"
+#include "server/gazebo_services.h"
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
 #include "server/publishers.h"
 #include "server/services.h"
 #include "server/simulation.h"
 #include "server/simulation_clock.h"
+#include "server/step_timing.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/Transition.h"
@@ -65,6 +68,7 @@ class Server {
   void begin_episode(std::optional<std::uint64_t> seed);
   void advance(const std::vector<double>& action);
   void on_effort_command(const std_msgs::Float64MultiArray& message);
+  void restart_schedule();
   void count_if_clamped(const std::vector<double>& action);
   void refuse(const std::string& reason);
 
@@ -78,9 +82,12 @@ class Server {
   EffortCommand command_;
   bool paused_;
   ServerCounters counters_;
+  StepTiming timing_;
+  EpisodeStatistics episodes_;
   Diagnostics diagnostics_;
 
   Services services_;
+  GazeboServices gazebo_services_;
   ros::Subscriber effort_subscriber_;
 };
 

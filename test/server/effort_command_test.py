@@ -97,6 +97,54 @@ class EffortCommandTest(ServerTest):
         self.assertGreater(simulated, 100 * DT, "that was the timeout in simulation time")
         self.assertGreater(self.counter("timeouts"), 0)
 
+    def simulated_since(self, message):
+        """Simulation time [s] from this transition to the newest."""
+        return (nanoseconds(self.transitions.messages()[-1]) - nanoseconds(message)) / 1e9
+
+    def test_the_timeout_follows_the_real_time_factor(self):
+        self.serve(command_timeout=20.0, max_episode_steps=0)
+        self.drive(STAND)
+        first = self.driven()[0]
+        self.assertTrue(self.call("set_real_time_factor", factor=0.0).success)
+        # Many times the timeout, but for its being in wall time.
+        wait_for(lambda: self.simulated_since(first) > 60, "a minute of simulation time")
+        self.assertEqual(self.counter("timeouts"), 0)
+        self.call("pause")
+        self.assertTrue(self.call("set_real_time_factor", factor=40.0).success)
+        changed = self.call("step", action=STAND).transition
+        self.call("unpause")
+        late = self.transitions.wait(
+            lambda m: nanoseconds(m) > nanoseconds(changed) and not any(m.action), "the timeout"
+        )
+        # The command keeps the age that it had in wall time.
+        simulated = (nanoseconds(late) - nanoseconds(changed)) / 1e9
+        self.assertLess(simulated, 20.1, "that was the timeout in wall time")
+        self.assertEqual(self.counter("timeouts"), 1)
+
+    def test_timeout_0_is_never(self):
+        for factor in (40.0, 0.0):
+            self.serve(command_timeout=0.0, real_time_factor=factor, max_episode_steps=0)
+            self.drive(STAND)
+            first = self.driven()[0]
+            begin = time.monotonic()
+            wait_for(lambda n=first: self.simulated_since(n) > 20, "20 s of simulation time")
+            time.sleep(max(0.0, begin + 1 - time.monotonic()))
+            after = [m for m in self.transitions.messages() if m.step > first.step]
+            self.assertTrue(all(any(m.action) for m in after if m.episode == first.episode))
+            self.assertEqual(self.counter("timeouts"), 0)
+            self.server.stop()
+
+    def test_a_timeout_can_be_seen(self):
+        self.serve(command_timeout=0.2)
+        self.drive(STAND)
+        self.assertNotRegex(self.server.output(), "No effort command")
+        last = self.driven()[-1]
+        self.transitions.wait(
+            lambda m: nanoseconds(m) > nanoseconds(last) and list(m.action) == ZERO, "zero torque"
+        )
+        self.assertEqual(self.counter("timeouts"), 1)
+        self.assertRegex(self.server.output(), r"WARN.*No effort command for 0\.2 s: zero torque")
+
     def test_every_reset_clears_the_held_command(self):
         self.serve(command_timeout=0.0, real_time_factor=2.0)
         self.drive(STAND)

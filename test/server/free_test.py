@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A free-running server: its pace, its resets, pausing."""
+"""A free-running server: its resets, pausing."""
 
 import math
 import sys
@@ -33,60 +33,6 @@ class FreeTest(ServerTest):
         time.sleep(QUIET)
         self.assertEqual(self.transitions.messages(), [])
         self.assertEqual(clock.messages(), [])
-
-    # ------------------------------------------------------------ pace
-
-    def pace(self, wall_seconds):
-        """Simulation time over wall time, measured on /clock."""
-        clock = self.record("/clock", rosgraph_msgs.msg.Clock)
-        clock.clear()
-        begin, first = time.monotonic(), clock.wait()
-        time.sleep(wall_seconds)
-        last = clock.messages()[-1]
-        simulated = (last.clock - first.clock).to_sec()
-        # What lay in buffers at the start may only have made `simulated` larger.
-        return simulated / (time.monotonic() - begin), simulated
-
-    def test_free_at_50_hz_of_real_time_is_the_default(self):
-        self.serve(diagnostic_period=1.0)  # over which the pace is averaged
-        self.transitions.wait_count(100)
-        self.assert_consecutive(self.transitions.messages())
-        self.assertEqual(self.torques(), {tuple(ZERO)})
-        factor, _ = self.pace(2)
-        self.assertLess(factor, 1.1)
-        self.assertGreater(factor, 0.5)
-        self.assertLess(self.counter("real_time_factor"), 1.2)
-        spec = self.call("get_spec").spec
-        self.assertEqual((spec.mode, spec.id), ("free", "BipedalWalker-v3"))
-
-    def test_the_real_time_factor_sets_the_pace(self):
-        for factor, slowest, fastest in ((0.25, 0.1, 0.35), (5.0, 2.0, 5.5)):
-            self.serve(real_time_factor=factor)
-            measured, _ = self.pace(1.5)
-            self.assertGreater(measured, slowest)
-            self.assertLess(measured, fastest)
-            self.server.stop()
-
-    def test_real_time_factor_0_is_as_fast_as_it_goes(self):
-        self.serve(real_time_factor=0.0)
-        measured, _ = self.pace(1)
-        self.assertGreater(measured, 10)
-        reply = self.call("step", action=ZERO)  # services are served meanwhile
-        self.assertFalse(reply.success)
-
-    def test_a_run_is_the_same_at_any_pace(self):
-        runs = []
-        for factor in (0.0, 20.0):
-            # One episode only: at full speed a longer run could overflow the publisher's queue.
-            self.serve(real_time_factor=factor, max_episode_steps=30, auto_reset=False, paused=True)
-            self.call("reset", has_seed=True, seed=5)
-            self.call("unpause")
-            self.transitions.wait(lambda m: m.episode == 2 and m.truncated, "the end")
-            runs.append([m for m in self.transitions.messages() if m.episode == 2])
-            self.assertEqual([m.step for m in runs[-1]], list(range(31)))
-            self.server.stop()
-        for one, other in zip(*runs):
-            self.assertEqual(bits(one.observation), bits(other.observation))
 
     # ------------------------------------------------------------ resets
 

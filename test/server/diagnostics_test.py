@@ -1,0 +1,307 @@
+#!/usr/bin/python3
+"""What /diagnostics tells: keys, levels and their sentences, statistics of episodes."""
+
+import math
+import statistics
+import sys
+import time
+
+import rospy
+import rostest
+from bare_ros import wait_for
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from server_harness import ServerTest, diagnostic_values
+from std_msgs.msg import Float64MultiArray
+from walker_sim.msg import Transition
+from walker_sim.srv import Reset, Step
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+KEYS = {
+    "simulation": """environment engine engine_version version mode paused episode step
+        episode_return steps simulation_errors""",
+    "pace": """real_time_factor real_time_factor_wanted missed_deadlines jitter_p50_us
+        jitter_p99_us jitter_max_us step_time_mean_us step_time_max_us""",
+    "commands": "effort_command refused_commands clamped_commands command_timeouts",
+    "episodes": """finished_episodes return_mean return_std return_min return_max length_mean
+        terminated truncated failed""",
+}
+JITTER = ("jitter_p50_us", "jitter_p99_us", "jitter_max_us")
+STEP_TIME = ("step_time_mean_us", "step_time_max_us")
+
+
+class Report:
+    """One status of the server."""
+
+    def __init__(self, status):
+        self.level, self.message = status.level, status.message
+        self.values = {pair.key: pair.value for pair in status.values}
+
+    def numbers(self, keys):
+        return [float(self.values[key]) for key in keys]
+
+
+class DiagnosticsTest(ServerTest):
+    def serve(self, **parameters):
+        super().serve(**parameters)
+        self.diagnostics = self.record("/diagnostics", DiagnosticArray)
+
+    def report_so_far(self, task, condition=lambda _: True, what="a report"):
+        """The first report of the task, kept or to come, that meets the condition."""
+
+        def reports(message):
+            told = (s for s in message.status if s.name == f"walker_sim: {task}")
+            return [report for report in map(Report, told) if report.values]
+
+        message = self.diagnostics.wait(
+            lambda m: any(map(condition, reports(m))), f"{what} about {task}"
+        )
+        return next(filter(condition, reports(message)))
+
+    def report(self, task, condition=lambda _: True, what="a report"):
+        """The first report that was made after this call and meets the condition."""
+        self.diagnostics.clear()
+        self.report_so_far("simulation")  # one may have been under way
+        self.diagnostics.clear()
+        return self.report_so_far(task, condition, what)
+
+    def commander(self):
+        publisher = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=10)
+        self.addCleanup(publisher.unregister)
+        wait_for(lambda: publisher.get_num_connections() >= 1, "the server to listen")
+        return publisher
+
+    def lockstep(self):
+        clients = self.server.client("reset", Reset), self.server.client("step", Step)
+        for client in clients:
+            self.addCleanup(client.close)
+        return clients
+
+    # ------------------------------------------------------------ what is told
+
+    def test_every_key_is_told_in_either_mode(self):
+        for mode in ("free", "lockstep"):
+            self.serve(mode=mode)
+            spec = self.call("get_spec").spec
+            for task, keys in KEYS.items():
+                self.assertEqual(list(self.report(task).values), keys.split())
+            told = self.report("simulation").values
+            self.assertEqual(told["environment"], spec.id)
+            self.assertEqual(told["engine"], spec.engine)
+            self.assertEqual(told["engine_version"], spec.engine_version)
+            self.assertEqual(told["version"], spec.version)
+            self.assertEqual(told["mode"], mode)
+            (message,) = self.diagnostics.messages()[-1:]
+            self.assertEqual({status.hardware_id for status in message.status}, {spec.id})
+            self.server.stop()
+
+    def test_the_simulation_tells_its_state(self):
+        self.serve(auto_reset=False, max_episode_steps=40, real_time_factor=2.0)
+        self.report("simulation", lambda r: r.message.startswith("truncated: "), "the end")
+        self.call("pause")
+        self.call("reset", has_seed=True, seed=1)
+        state = self.call("step", action=[0.0] * 4).transition
+        paused = self.report("simulation", lambda r: r.values["step"] == "1", "one step")
+        self.assertEqual((paused.level, paused.message), (OK, "paused"))
+        self.assertEqual(paused.values["paused"], "True")
+        self.assertEqual(paused.values["episode"], str(state.episode))
+        self.assertAlmostEqual(
+            float(paused.values["episode_return"]), state.episode_return, places=4
+        )
+        self.call("unpause")
+        self.report("simulation", lambda r: r.message == "running", "running")
+
+    def test_lockstep_waits_for_the_first_reset_and_has_no_pace(self):
+        self.serve(mode="lockstep")
+        waiting = self.report("simulation")
+        self.assertEqual((waiting.level, waiting.message), (OK, "waits for the first reset"))
+        pace = self.report("pace")
+        self.assertEqual((pace.level, pace.values["real_time_factor_wanted"]), (OK, "-"))
+        self.assertEqual({pace.values[key] for key in JITTER + STEP_TIME}, {"-"})
+        commands = self.report("commands")
+        self.assertRegex(commands.values["effort_command"], "refused")
+
+    # ------------------------------------------------------------ pace
+
+    def test_jitter_and_step_time_of_a_paced_simulation(self):
+        self.serve(diagnostic_period=0.5)
+        pace = self.report("pace", lambda r: r.values["jitter_p50_us"] != "-", "jitter")
+        median, high, largest = pace.numbers(JITTER)
+        self.assertGreaterEqual(median, 0)
+        self.assertLessEqual(median, high)
+        self.assertLessEqual(high, largest)
+        mean, longest = pace.numbers(STEP_TIME)
+        self.assertGreater(mean, 0)
+        self.assertLessEqual(mean, longest)
+        self.assertLess(mean, 20_000, "a step of the environment takes microseconds")
+        self.call("pause")
+        begin = time.monotonic()
+        still = self.report("pace", lambda r: r.values["jitter_p50_us"] == "-", "no jitter")
+        self.assertEqual(float(still.values["real_time_factor"]), 0)
+        self.assertEqual(still.values["step_time_mean_us"], "-")
+        self.assertEqual(still.values["real_time_factor_wanted"], "1")
+        paused = time.monotonic() - begin
+        self.diagnostics.clear()
+        self.call("unpause")
+        pace = self.report_so_far("pace", lambda r: r.values["jitter_p50_us"] != "-", "jitter")
+        self.assertLess(pace.numbers(JITTER)[2], (paused - 0.02) * 1e6, "a pause is no jitter")
+
+    def test_without_a_plan_there_is_step_time_but_no_jitter(self):
+        self.serve(real_time_factor=0.0)
+        pace = self.report("pace", lambda r: r.values["step_time_mean_us"] != "-", "steps")
+        self.assertEqual({pace.values[key] for key in JITTER}, {"-"})
+        self.assertEqual(pace.values["missed_deadlines"], "0")
+        self.assertEqual((pace.level, pace.message), (OK, "as fast as it goes"))
+        self.server.stop()
+        self.serve(mode="lockstep")
+        reset, step = self.lockstep()
+        reset(has_seed=True, seed=1)
+        told = []
+
+        def steps_are_told():
+            if step(action=[0.0] * 4).transition.terminated:
+                reset(has_seed=True, seed=1)
+            told[:] = [m for m in self.diagnostics.messages() if self.tells(m, "step_time_max_us")]
+            return told
+
+        wait_for(steps_are_told, "the step time in lockstep")
+        self.assertFalse(any(self.tells(told[0], key) for key in JITTER))
+
+    @staticmethod
+    def tells(message, key):
+        return any(value != "-" for value in diagnostic_values(message, key))
+
+    def test_who_cannot_keep_up_says_so(self):
+        self.serve(real_time_factor=1000.0)
+        late = self.report("pace", lambda r: r.level == WARN, "a warning")
+        self.assertRegex(late.message, "^cannot keep up: [0-9]+ deadlines? missed")
+        self.assertGreater(float(late.values["missed_deadlines"]), 0)
+        self.assertLess(float(late.values["real_time_factor"]), 1000)
+        self.assertTrue(self.call("set_real_time_factor", factor=0.5).success)
+        # The report after the change still tells of what was missed before it.
+        fine = self.report("pace", lambda r: r.level == OK, "that it keeps up")
+        self.assertEqual(fine.values["real_time_factor_wanted"], "0.5")
+
+    # ------------------------------------------------------------ commands
+
+    def test_the_state_of_the_effort_command(self):
+        self.serve(command_timeout=0.3)
+        none = self.report("commands")
+        self.assertEqual((none.level, none.values["effort_command"]), (OK, "none: zero torque"))
+        command = self.commander()
+        for count in (1, 2):  # the next command ends the warning
+            self.diagnostics.clear()
+            command.publish(data=[0.0] * 4)
+            self.report_so_far(
+                "commands", lambda r: r.values["effort_command"] == "held", "a held one"
+            )
+            late = self.report("commands", lambda r: "timed out" in r.values["effort_command"])
+            self.assertEqual(late.level, WARN)
+            self.assertIn("no effort command for 0.3 s: zero torque", late.message)
+            self.assertEqual(late.values["command_timeouts"], str(count))
+        self.call("reset", has_seed=True, seed=1)
+        none = self.report("commands", lambda r: r.level == OK, "the end of the warning")
+        self.assertEqual(none.values["effort_command"], "none: zero torque")
+
+    def test_refused_commands_warn_once(self):
+        for mode in ("free", "lockstep"):
+            self.serve(mode=mode)
+            command = self.commander()
+            command.publish(data=[math.nan] * 4)
+            warning = self.report_so_far(
+                "commands", lambda r: r.values["refused_commands"] == "1", "the count"
+            )
+            self.assertEqual(warning.level, WARN)
+            self.assertIn("1 effort command refused", warning.message)
+            after = self.report("commands", lambda r: r.level == OK, "the end of the warning")
+            self.assertEqual(after.values["refused_commands"], "1")
+            command.unregister()
+            self.server.stop()
+
+    # ------------------------------------------------------------ failures and episodes
+
+    def test_a_failed_simulation_is_an_error_until_the_reset(self):
+        self.serve(
+            env="Walker2d-v5",
+            mode="lockstep",
+            reset_noise_scale=1e6,
+            terminate_when_unhealthy=False,
+        )
+        reset, step = self.lockstep()
+        state = reset(has_seed=True, seed=2).transition
+        while not state.terminated:
+            state = step(action=[1.0] * 6).transition
+        self.assertTrue(state.error)
+        failed = self.report("simulation", lambda r: r.level == ERROR, "the failure")
+        self.assertEqual(failed.message, f"simulation failed: {state.error}")
+        self.assertEqual(self.report("episodes").values["failed"], "1")
+        reset(has_seed=True, seed=2)
+        fine = self.report("simulation", lambda r: r.level == OK, "the end of the failure")
+        self.assertEqual(fine.values["simulation_errors"], "1")
+
+    def test_a_failure_is_told_also_where_the_next_episode_has_begun(self):
+        self.serve(env="Walker2d-v5", reset_noise_scale=1e6, real_time_factor=4.0)
+        self.report(
+            "simulation",
+            lambda r: r.level == ERROR and "since the last report" in r.message,
+            "the failure",
+        )
+
+    def play(self, count):
+        """Last transitions of episodes: with an odd seed the walker soon falls."""
+        reset, step = self.lockstep()
+        ended = []
+        for seed in range(count):
+            state = reset(has_seed=True, seed=seed).transition
+            while not (state.terminated or state.truncated):
+                state = step(action=[seed % 2, -1.0 * (seed % 2)] * 2).transition
+            ended.append(state)
+        return ended
+
+    def assert_told(self, ended, finished):
+        told = self.report(
+            "episodes", lambda r: r.values["finished_episodes"] == str(finished), "all episodes"
+        )
+        last = ended[-100:]
+        returns = [state.episode_return for state in last]
+        for key, expected in (
+            ("return_mean", statistics.fmean(returns)),
+            ("return_std", statistics.pstdev(returns)),
+            ("return_min", min(returns)),
+            ("return_max", max(returns)),
+            ("length_mean", statistics.fmean(state.step for state in last)),
+            ("terminated", sum(state.terminated for state in last)),
+            ("truncated", sum(state.truncated and not state.terminated for state in last)),
+            ("failed", 0),
+        ):
+            value = float(told.values[key])
+            self.assertTrue(math.isclose(value, expected, rel_tol=1e-5), (key, value, expected))
+        self.assertIn(f"over the last {finished} episodes", told.message)
+
+    def test_statistics_of_the_last_hundred_episodes(self):
+        self.serve(mode="lockstep", max_episode_steps=100)
+        none = self.report("episodes")
+        self.assertEqual(none.values["finished_episodes"], "0")
+        self.assertEqual(none.message, "no episode has come to its end yet")
+        ended = self.play(12)
+        self.assertEqual({state.terminated for state in ended}, {True, False}, "of either kind")
+        self.assert_told(ended, 12)
+        self.call("reset", has_seed=True, seed=7)
+        self.call("step", action=[1.0] * 4)
+        self.call("reset", has_seed=True, seed=8)  # cut short: does not count
+        self.assert_told(ended, 12)
+        self.assert_told(ended + self.play(110), 100)
+
+    def test_reports_come_at_the_pace_of_the_period(self):
+        self.serve(diagnostic_period=0.2)
+        self.record("/transition", Transition).wait_count(3)
+        self.diagnostics.clear()
+        begin = time.monotonic()
+        time.sleep(2)
+        count = len(self.diagnostics.messages())
+        self.assertLessEqual(count, (time.monotonic() - begin) / 0.2 + 2)
+        self.assertGreater(count, 2)
+
+
+if __name__ == "__main__":
+    rospy.init_node("diagnostics_test")
+    rostest.rosrun("walker_sim", "diagnostics_test", DiagnosticsTest, sys.argv)
