@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "walker_sim/environment.h"
+#include "walker_sim/observation_builder.h"
 
 namespace walker {
 
@@ -17,6 +18,9 @@ struct Registration {
   std::uint32_t max_episode_steps;               ///< default limit; 0: none
   /// Builds an environment from its complete parameters.
   std::function<std::unique_ptr<Environment>(const std::string& id, const Parameters&)> create;
+  /// Builds what makes that environment's observation out of sensors' measurements.
+  std::function<std::unique_ptr<ObservationBuilder>(const std::string& id, const Parameters&)>
+      create_observation_builder;
 };
 
 /// All registrations, in the order of registry.cpp.
@@ -33,6 +37,11 @@ WALKER_SIM_EXPORT std::vector<ParameterDescription> parameter_descriptions(const
 /// @throws std::invalid_argument for an unknown id or parameter or a value out of range
 WALKER_SIM_EXPORT std::unique_ptr<Environment> make(const std::string& id,
                                                     const Parameters& given = {});
+
+/// Creates what makes the observations of the environment that `make` would make, on a robot.
+/// @throws std::invalid_argument as `make`
+WALKER_SIM_EXPORT std::unique_ptr<ObservationBuilder> make_observation_builder(
+    const std::string& id, const Parameters& given = {});
 
 /// This package's version, e.g. "0.1.0".
 WALKER_SIM_EXPORT const char* version();

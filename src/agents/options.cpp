@@ -1,19 +1,22 @@
 #include "agents/options.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "server/private_parameters.h"
 
 namespace walker {
-namespace {
 
 std::vector<ParameterDescription> agent_parameters() {
   constexpr double kMostEpisodes = 4294967295.0;
   constexpr double kFastestFactor = 1000;
+  constexpr double kLongestTolerance = 1;
   constexpr double kLargestSeed = 2147483647.0;  // XML-RPC's integers have 32 bits
   return {
       {"agent", std::string("heuristic"), "", "Who decides: heuristic or random.", 0, 0},
       {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
+      {"env", std::string(), "",
+       "Id of the environment that the policy was made for; empty: the server is asked.", 0, 0},
       {"seeds", std::string(), "",
        "Seeds of the episodes, in turn, as decimal texts with blanks between; empty: the server's.",
        0, 0},
@@ -21,10 +24,11 @@ std::vector<ParameterDescription> agent_parameters() {
       {"episodes", std::int64_t{0}, "", "How many; 0: no end.", 0, kMostEpisodes},
       {"real_time_factor", 0.0, "",
        "Simulation time over wall time in lock-step; 0: as fast as it goes.", 0, kFastestFactor},
+      {"stamp_tolerance", 0.0, "s",
+       "How far apart the stamps of sensors of one instant may be; 0: equal stamps.", 0,
+       kLongestTolerance},
   };
 }
-
-}  // namespace
 
 std::optional<std::uint64_t> AgentOptions::seed_after(std::size_t finished) const {
   if (seeds.empty()) return std::nullopt;
@@ -41,7 +45,9 @@ AgentOptions read_agent_options() {
   options.agent_seed =
       static_cast<std::uint64_t>(std::get<std::int64_t>(complete.at("agent_seed")));
   options.episodes = static_cast<std::uint32_t>(std::get<std::int64_t>(complete.at("episodes")));
+  options.env = std::get<std::string>(complete.at("env"));
   options.real_time_factor = std::get<double>(complete.at("real_time_factor"));
+  options.stamp_tolerance = std::get<double>(complete.at("stamp_tolerance"));
   const std::string seeds = std::get<std::string>(complete.at("seeds"));
   for (std::size_t begin = 0; begin < seeds.size();) {
     const std::size_t end = std::min(seeds.find(' ', begin), seeds.size());
@@ -49,6 +55,10 @@ AgentOptions read_agent_options() {
       options.seeds.push_back(*seed);
     }
     begin = end + 1;
+  }
+  if (!options.env.empty() && !options.seeds.empty()) {
+    throw std::invalid_argument("seeds = " + seeds + ": needs a server to begin episodes; env = " +
+                                options.env + " means that there is none");
   }
   return options;
 }

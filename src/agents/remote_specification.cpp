@@ -7,7 +7,7 @@
 #include <ros/init.h>
 #include <ros/service.h>
 
-#include "core/parameter_text.h"
+#include "server/records.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/registry.h"
 
@@ -16,13 +16,8 @@ namespace {
 
 /// What an environment with the server's parameters says; messages carry only a part of it.
 Specification to_specification(const walker_sim::EnvironmentSpec& message) {
-  std::vector<std::string> assignments;
-  for (std::size_t i = 0; i < message.parameter_names.size(); ++i) {
-    assignments.push_back(message.parameter_names[i] + "=" + message.parameter_values.at(i));
-  }
   try {
-    return make(message.id, parse_assignments(parameter_descriptions(message.id), assignments))
-        ->specification();
+    return make(message.id, parameters_of(message))->specification();
   } catch (const std::exception& error) {
     throw std::invalid_argument("the server's environment cannot be made here: " +
                                 std::string(error.what()));

@@ -1,5 +1,6 @@
 #include "agents/service_agent.h"
 
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -14,6 +15,10 @@
 namespace walker {
 
 ServiceAgent::ServiceAgent(AgentOptions options) : options_(std::move(options)) {
+  if (!options_.env.empty()) {
+    throw std::invalid_argument("env = " + options_.env +
+                                ": is for the topic agent; this one asks its server");
+  }
   const std::optional<Specification> specification = ask_specification(node_, options_.server);
   if (!specification) return;  // told to stop while waiting
   agent_ = make_agent(options_.agent, *specification, options_.agent_seed);

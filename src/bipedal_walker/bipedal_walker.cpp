@@ -12,11 +12,11 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Gymnasium stores the state as float32.
-double rounded(double value) { return static_cast<double>(static_cast<float>(value)); }
-
+/// By the arm in the body's frame: Box2D's own function takes the difference of two places in the
+/// world, which single precision makes coarse far from its origin.
 b2Vec2 velocity_of_origin(const b2Body& body) {
-  return body.GetLinearVelocityFromLocalPoint(b2Vec2(0, 0));
+  return body.GetLinearVelocity() -
+         b2Cross(body.GetAngularVelocity(), body.GetWorldVector(body.GetLocalCenter()));
 }
 
 }  // namespace
@@ -84,25 +84,18 @@ void BipedalWalker::advance(const double* action) {
 void BipedalWalker::observe(double* observation) const {
   const b2Body& hull = physics_->hull();
   const b2Vec2 velocity = hull.GetLinearVelocity();  // of the centre of mass
-  observation[kHullAngle] = double{hull.GetAngle()};
-  observation[kHullAngularVelocity] =
-      rounded(2.0 * double{hull.GetAngularVelocity()} / kStepsPerSecond);
-  observation[kHorizontalSpeed] =
-      rounded(0.3 * double{velocity.x} * (kViewportWidth / kScale) / kStepsPerSecond);
-  observation[kVerticalSpeed] =
-      rounded(0.3 * double{velocity.y} * (kViewportHeight / kScale) / kStepsPerSecond);
-  for (std::size_t leg = 0; leg < 2; ++leg) {
-    const b2RevoluteJoint& hip = physics_->joint(2 * leg);
-    const b2RevoluteJoint& knee = physics_->joint(2 * leg + 1);
-    double* part = observation + (leg == 0 ? kFirstLeg : kSecondLeg);
-    part[0] = double{hip.GetJointAngle()};
-    part[1] = rounded(double{hip.GetJointSpeed()} / kHipSpeed);
-    part[2] = rounded(double{knee.GetJointAngle()} + 1.0);
-    part[3] = rounded(double{knee.GetJointSpeed()} / kKneeSpeed);
-    part[4] = physics_->leg_touches(leg) ? 1.0 : 0.0;
+  Observed observed{};
+  observed.hull_angle = double{hull.GetAngle()};
+  observed.hull_angular_velocity = double{hull.GetAngularVelocity()};
+  observed.hull_velocity = {double{velocity.x}, double{velocity.y}};
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    observed.joint_position[i] = double{physics_->joint(i).GetJointAngle()};
+    observed.joint_velocity[i] = double{physics_->joint(i).GetJointSpeed()};
   }
-  std::transform(lidar_.begin(), lidar_.end(), observation + kFirstRay,
+  for (std::size_t leg = 0; leg < 2; ++leg) observed.leg_touches[leg] = physics_->leg_touches(leg);
+  std::transform(lidar_.begin(), lidar_.end(), observed.ray_fraction.begin(),
                  [](const RayHit& ray) { return double{ray.fraction}; });
+  write_observation(observed, observation);
 }
 
 double BipedalWalker::score(const double* action) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "bipedal_walker/observation.h"
 #include "bipedal_walker/physics.h"
 #include "bipedal_walker/reward.h"
 #include "bipedal_walker/terrain.h"
@@ -11,18 +12,6 @@
 #include "walker_sim/environment.h"
 
 namespace walker::bipedal_walker {
-
-/// Places in the observation.
-enum ObservationIndex : std::size_t {
-  kHullAngle,
-  kHullAngularVelocity,
-  kHorizontalSpeed,
-  kVerticalSpeed,
-  kFirstLeg,                   // hip angle, hip speed, knee angle, knee speed, contact
-  kSecondLeg = kFirstLeg + 5,  // the same
-  kFirstRay = kSecondLeg + 5,
-  kObservationSize = kFirstRay + kLidarRays
-};
 
 /// What a constructor may choose.
 struct Options {

@@ -1,6 +1,7 @@
 #include "bipedal_walker/registration.h"
 
 #include "bipedal_walker/bipedal_walker.h"
+#include "bipedal_walker/observation_builder.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -13,21 +14,31 @@ std::vector<ParameterDescription> parameters(bool hardcore) {
            0, 0}};
 }
 
-std::unique_ptr<Environment> create(const std::string& id, const Parameters& parameters) {
+Options to_options(const std::string& id, const Parameters& parameters) {
   Options options;
   options.id = id;
   options.hardcore = std::get<bool>(parameters.at("hardcore"));
   options.reuse_world = std::get<bool>(parameters.at("reuse_world"));
   options.max_episode_steps =
       static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at("max_episode_steps")));
-  return std::make_unique<BipedalWalker>(options);
+  return options;
+}
+
+Registration registration(const std::string& id, bool hardcore, std::uint32_t max_episode_steps) {
+  return {id, parameters(hardcore), max_episode_steps,
+          [](const std::string& name, const Parameters& given) {
+            return std::make_unique<BipedalWalker>(to_options(name, given));
+          },
+          [](const std::string& name, const Parameters& given) {
+            return make_observation_builder(to_options(name, given));
+          }};
 }
 
 }  // namespace
 
 std::vector<Registration> registrations() {
-  return {{"BipedalWalker-v3", parameters(false), 1600, create},
-          {"BipedalWalkerHardcore-v3", parameters(true), 2000, create}};
+  return {registration("BipedalWalker-v3", false, 1600),
+          registration("BipedalWalkerHardcore-v3", true, 2000)};
 }
 
 }  // namespace walker::bipedal_walker

@@ -60,6 +60,12 @@ std::unique_ptr<Environment> make(const std::string& id, const Parameters& given
   return std::make_unique<EpisodeRules>(find_registration(id).create(id, complete));
 }
 
+std::unique_ptr<ObservationBuilder> make_observation_builder(const std::string& id,
+                                                             const Parameters& given) {
+  const Parameters complete = complete_parameters(parameter_descriptions(id), given);
+  return find_registration(id).create_observation_builder(id, complete);
+}
+
 const char* version() { return WALKER_SIM_VERSION; }
 
 }  // namespace walker

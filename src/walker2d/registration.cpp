@@ -3,6 +3,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "walker2d/observation_builder.h"
 #include "walker2d/walker2d.h"
 
 namespace walker::walker2d {
@@ -53,8 +54,7 @@ std::array<double, 2> interval(const Parameters& parameters, const std::string& 
   return {list[0], list[1]};
 }
 
-std::unique_ptr<Environment> create(bool is_v5, const std::string& id,
-                                    const Parameters& parameters) {
+Options to_options(bool is_v5, const std::string& id, const Parameters& parameters) {
   const auto number = [&](const char* name) { return std::get<double>(parameters.at(name)); };
   const auto flag = [&](const char* name) { return std::get<bool>(parameters.at(name)); };
   const auto integer = [&](const char* name) {
@@ -76,13 +76,16 @@ std::unique_ptr<Environment> create(bool is_v5, const std::string& id,
   options.exclude_current_positions_from_observation =
       flag("exclude_current_positions_from_observation");
   options.max_episode_steps = static_cast<std::uint32_t>(integer("max_episode_steps"));
-  return std::make_unique<Walker2d>(options);
+  return options;
 }
 
 Registration registration(const std::string& id, bool is_v5) {
   return {id, parameters(is_v5), kMaxEpisodeSteps,
           [is_v5](const std::string& name, const Parameters& given) {
-            return create(is_v5, name, given);
+            return std::make_unique<Walker2d>(to_options(is_v5, name, given));
+          },
+          [is_v5](const std::string& name, const Parameters& given) {
+            return make_observation_builder(to_options(is_v5, name, given));
           }};
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "walker2d/model.h"
+#include "walker2d/observation.h"
 #include "walker2d/specification.h"
 
 namespace walker::walker2d {
@@ -61,11 +62,8 @@ void Walker2d::step(const double* action, std::size_t /*size*/, Result& result) 
 }
 
 void Walker2d::observe(double* observation) const {
-  const mjtNum* const position = physics_.data().qpos;
-  const int first = options_.exclude_current_positions_from_observation ? 1 : 0;
-  double* const velocities = std::copy(position + first, position + kDegreesOfFreedom, observation);
-  std::transform(physics_.data().qvel, physics_.data().qvel + kDegreesOfFreedom, velocities,
-                 [](double v) { return std::clamp(v, -kMostVelocity, kMostVelocity); });
+  write_observation(physics_.data().qpos, physics_.data().qvel,
+                    options_.exclude_current_positions_from_observation, observation);
 }
 
 void Walker2d::tell_state(double* info) const {

@@ -6,6 +6,7 @@ import signal
 import sys
 import time
 
+import rosgraph
 import rospy
 import rostest
 
@@ -43,6 +44,31 @@ class AgentNodesTest(ServerTest):
             self.assert_refused(node_type, ["sedes", "seeds"], sedes="1")
             self.assert_refused(node_type, ["seeds", "-3"], seeds="1 -3")
             self.assert_refused(node_type, ["episodes", "-1"], episodes=-1)
+            self.assert_refused(node_type, ["stamp_tolerance", "-0.1"], stamp_tolerance=-0.1)
+
+    def test_without_a_server_there_are_no_seeds(self):
+        self.assert_refused("topic_agent", ["Walker2d-v6", "Walker2d-v5"], env="Walker2d-v6")
+        self.assert_refused(
+            "topic_agent", ["seeds = 1 2", "server", "Walker2d-v5"], env="Walker2d-v5", seeds="1 2"
+        )
+        self.assert_refused("service_agent", ["env = Walker2d-v5"], env="Walker2d-v5")
+
+    def test_by_topics_it_hears_what_a_robot_tells_and_nothing_else(self):
+        self.serve()
+        transitions = self.record("/transition", Transition)
+        for parameters in ({}, {"env": "BipedalWalker-v3"}):
+            agent = self.start_agent("topic_agent", **parameters)
+            transitions.wait(lambda m: any(m.action), "steps of the agent")
+            subscribers = rosgraph.Master("agent_nodes_test").getSystemState()[1]
+            heard = {topic for topic, nodes in subscribers if "/agent" in nodes}
+            sensors = {"/joint_states", "/imu", "/odom", "/contacts", "/scan"}
+            self.assertLessEqual(heard, sensors | {"/episode", "/clock"})
+            self.assertLessEqual(sensors, heard)
+            self.assertEqual(agent.stop(signal.SIGINT, PROMPT), 0, agent.output())
+            # Its last command is held for half a second.
+            transitions.clear()
+            transitions.wait(lambda m: m.step > 0 and not any(m.action), "the command's timeout")
+            transitions.clear()
 
     def test_it_ends_after_the_episodes_it_was_given(self):
         self.serve(mode="lockstep")
@@ -51,6 +77,15 @@ class AgentNodesTest(ServerTest):
         self.assertEqual(agent.wait(), 0, agent.output())
         ended = [message for message in episodes.wait_count(4) if message.length > 0]
         self.assertEqual([message.seed for message in ended], [5, 5])
+
+    def test_by_topics_only_the_episodes_that_it_began_count(self):
+        self.serve(auto_reset=False, max_episode_steps=20)
+        episodes = self.record("/episode", Episode)
+        agent = self.start_agent("topic_agent", episodes=2, seeds="5 7")
+        self.assertEqual(agent.wait(), 0, agent.output())
+        episodes.wait(lambda m: m.episode == 3 and m.length > 0, "the end of the agent's second")
+        ended = [message for message in episodes.messages() if message.length > 0]
+        self.assertEqual([(m.episode, m.seed) for m in ended if m.episode > 1], [(2, 5), (3, 7)])
 
     def test_an_agent_waits_for_its_server_and_for_the_next(self):
         agent = self.start_agent("service_agent", agent="random")

@@ -1,4 +1,4 @@
-// The templates in config document exactly the parameters that the server takes.
+// The templates in config document exactly the parameters that the nodes take.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "agents/options.h"
 #include "server/parameter_reader.h"
 #include "walker_sim/registry.h"
 
@@ -44,6 +45,8 @@ Template walker2d_template() {
   own.parameters.push_back(id);
   return own;
 }
+
+Template agent_template() { return {"agent", agent_parameters()}; }
 
 std::vector<Entry> read_template(const std::string& name) {
   std::ifstream file(std::string(WALKER_SIM_SOURCE_DIR) + "/config/" + name + ".yaml");
@@ -112,7 +115,7 @@ TEST_P(ConfigTemplate, HasNoOthers) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Templates, ConfigTemplate,
-                         testing::Values(whole_template(), walker2d_template()),
+                         testing::Values(whole_template(), walker2d_template(), agent_template()),
                          [](const testing::TestParamInfo<Template>& of) { return of.param.name; });
 
 }  // namespace

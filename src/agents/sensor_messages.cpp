@@ -1,0 +1,85 @@
+#include "agents/sensor_messages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace walker {
+namespace {
+
+/// @return the place of `name`, which must have a value in each of the lists
+/// @throws std::invalid_argument saying on which topic which one is missing
+template <typename... Lists>
+std::size_t find(const std::vector<std::string>& names, const std::string& name, const char* what,
+                 const Lists&... lists) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  const auto place = static_cast<std::size_t>(found - names.begin());
+  if (found == names.end()) throw std::invalid_argument(what + name + " is missing");
+  if (((place >= lists.size()) || ...)) throw std::invalid_argument(what + name + " has no value");
+  return place;
+}
+
+Vector3 to_vector3(const geometry_msgs::Vector3& vector) { return {vector.x, vector.y, vector.z}; }
+
+void check_angle(const char* name, double angle, double right) {
+  constexpr double kTolerance = 1e-3;  // [rad]
+  if (std::abs(angle - right) <= kTolerance) return;
+  throw std::invalid_argument(std::string("scan: ") + name + " = " + std::to_string(angle) +
+                              " rad; must be " + std::to_string(right));
+}
+
+}  // namespace
+
+void take(const sensor_msgs::JointState& message, const Specification& specification,
+          Measurements& measurements) {
+  measurements.joint_position.resize(specification.joints.size());
+  measurements.joint_velocity.resize(specification.joints.size());
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    const std::string& name = specification.joints[i].name;
+    measurements.joint_position[i] = message.position[find(
+        message.name, name, "joint_states: position of joint ", message.position)];
+    measurements.joint_velocity[i] = message.velocity[find(
+        message.name, name, "joint_states: velocity of joint ", message.velocity)];
+  }
+}
+
+void take(const sensor_msgs::Imu& message, const Specification& /*specification*/,
+          Measurements& measurements) {
+  constexpr double kNotMeasured = -1;
+  if (message.orientation_covariance[0] == kNotMeasured) {
+    throw std::invalid_argument("imu: orientation is missing (its covariance begins with -1)");
+  }
+  if (message.angular_velocity_covariance[0] == kNotMeasured) {
+    throw std::invalid_argument("imu: angular_velocity is missing (its covariance begins with -1)");
+  }
+  const geometry_msgs::Quaternion& attitude = message.orientation;
+  measurements.orientation = {attitude.x, attitude.y, attitude.z, attitude.w};
+  measurements.angular_velocity = to_vector3(message.angular_velocity);
+}
+
+void take(const nav_msgs::Odometry& message, const Specification& /*specification*/,
+          Measurements& measurements) {
+  const geometry_msgs::Point& position = message.pose.pose.position;
+  measurements.position = {position.x, position.y, position.z};
+  measurements.linear_velocity = to_vector3(message.twist.twist.linear);
+}
+
+void take(const walker_sim::Contacts& message, const Specification& specification,
+          Measurements& measurements) {
+  measurements.contacts.clear();
+  for (const std::string& link : specification.contact_links) {
+    const std::size_t place = find(message.links, link, "contacts: link ", message.in_contact);
+    measurements.contacts.push_back(message.in_contact[place]);
+  }
+}
+
+void take(const sensor_msgs::LaserScan& message, const Specification& specification,
+          Measurements& measurements) {
+  const RangeFinder& finder = specification.range_finder;
+  check_angle("angle_min", double{message.angle_min}, finder.angle_minimum);
+  check_angle("angle_increment", double{message.angle_increment}, finder.angle_increment);
+  measurements.ranges.assign(message.ranges.begin(), message.ranges.end());
+}
+
+}  // namespace walker

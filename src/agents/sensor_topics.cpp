@@ -1,0 +1,133 @@
+#include "agents/sensor_topics.h"
+
+#include <algorithm>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+#include <message_filters/sync_policies/approximate_time.h>
+#include <message_filters/sync_policies/exact_time.h>
+#include <message_filters/synchronizer.h>
+#include <ros/console.h>
+#include <ros/transport_hints.h>
+
+namespace walker {
+namespace {
+
+constexpr std::uint32_t kQueue = 10;  // messages of a topic that wait for the other topics'
+constexpr double kReportPeriod = 1;   // wall time [s]
+
+}  // namespace
+
+SensorTopics::SensorTopics(ros::NodeHandle& node, const Specification& specification,
+                           double stamp_tolerance, Receiver receiver)
+    : specification_(specification),
+      stamp_tolerance_(stamp_tolerance),
+      receiver_(std::move(receiver)),
+      timer_(node.createWallTimer(ros::WallDuration(kReportPeriod),
+                                  [this](const ros::WallTimerEvent&) { report(); })) {
+  subscribe(node, "joint_states", joint_states_);
+  subscribe(node, "imu", imu_);
+  subscribe(node, "odom", odometry_);
+  subscribe(node, "contacts", contacts_);
+  if (specification.range_finder.num_rays != 0) {
+    subscribe(node, "scan", scan_);
+    match_by_stamp(joint_states_, imu_, odometry_, contacts_, scan_);
+  } else {
+    match_by_stamp(joint_states_, imu_, odometry_, contacts_);
+  }
+}
+
+bool SensorTopics::are_connected() const {
+  return std::all_of(inputs_.begin(), inputs_.end(), [](const std::unique_ptr<Input>& input) {
+    return input->subscriber.getNumPublishers() > 0;
+  });
+}
+
+template <typename Message>
+void SensorTopics::subscribe(ros::NodeHandle& node, const std::string& topic,
+                             message_filters::Subscriber<Message>& subscriber) {
+  subscriber.subscribe(node, topic, kQueue, ros::TransportHints().tcpNoDelay());
+  Input& input = *inputs_.emplace_back(std::make_unique<Input>());
+  input.subscriber = subscriber.getSubscriber();
+  subscriber.registerCallback(
+      boost::function<void(const boost::shared_ptr<const Message>&)>([&input](const auto& message) {
+        ++input.unmatched;
+        input.newest = message->header.stamp;
+      }));
+}
+
+template <typename... Messages>
+void SensorTopics::match_by_stamp(message_filters::Subscriber<Messages>&... subscribers) {
+  using message_filters::Synchronizer;
+  using Exact = message_filters::sync_policies::ExactTime<Messages...>;
+  using Approximate = message_filters::sync_policies::ApproximateTime<Messages...>;
+  void (SensorTopics::*callback)(const boost::shared_ptr<const Messages>&...) =
+      &SensorTopics::receive<Messages...>;
+  if (stamp_tolerance_ == 0) {
+    auto exact = std::make_shared<Synchronizer<Exact>>(Exact(kQueue), subscribers...);
+    exact->registerCallback(callback, this);
+    synchronizer_ = exact;
+  } else {
+    const ros::Duration tolerance(stamp_tolerance_);
+    auto approximate =
+        std::make_shared<Synchronizer<Approximate>>(Approximate(kQueue), subscribers...);
+    approximate->setMaxIntervalDuration(tolerance);
+    // So that a set is complete when its last message is there, and no later one is waited for that
+    // might fit better.
+    approximate->setInterMessageLowerBound(tolerance * 2);
+    approximate->registerCallback(callback, this);
+    synchronizer_ = approximate;
+  }
+}
+
+template <typename... Messages>
+void SensorTopics::receive(const boost::shared_ptr<const Messages>&... messages) {
+  has_received_ = true;
+  for (const std::unique_ptr<Input>& input : inputs_) input->unmatched = 0;
+  try {
+    (take(*messages, specification_, measurements_), ...);
+  } catch (const std::invalid_argument& error) {
+    complain(error.what());
+    return;
+  }
+  receiver_(std::min({messages->header.stamp...}), measurements_);
+}
+
+void SensorTopics::report() {
+  if (complaint_.empty() && !has_received_) complaint_ = what_is_missing();
+  if (!complaint_.empty()) ROS_WARN_STREAM("No observation: " << complaint_);
+  complaint_.clear();
+  has_received_ = false;
+  for (const std::unique_ptr<Input>& input : inputs_) input->unmatched = 0;
+}
+
+/// Empty where all sensors are there and silent: a server that is paused, or waits for a reset.
+std::string SensorTopics::what_is_missing() const {
+  const auto is_alive = [](const std::unique_ptr<Input>& input) {
+    constexpr int kEnough = 2;  // one may be all that there is, its set still on the way
+    return input->unmatched >= kEnough;
+  };
+  const bool is_any_alive = std::any_of(inputs_.begin(), inputs_.end(), is_alive);
+  std::string missing;
+  for (const std::unique_ptr<Input>& input : inputs_) {
+    const bool is_silent = input->unmatched == 0;
+    if (is_silent && (is_any_alive || input->subscriber.getNumPublishers() == 0)) {
+      missing += " " + input->subscriber.getTopic();
+    }
+  }
+  if (!missing.empty()) return "nothing comes on" + missing;
+  if (!is_any_alive) return "";
+  const auto [oldest, newest] = std::minmax_element(
+      inputs_.begin(), inputs_.end(),
+      [](const auto& one, const auto& other) { return one->newest < other->newest; });
+  std::ostringstream apart;
+  apart << "the stamps of " << (*oldest)->subscriber.getTopic() << " and "
+        << (*newest)->subscriber.getTopic() << " are "
+        << ((*newest)->newest - (*oldest)->newest).toSec()
+        << " s apart; parameter stamp_tolerance = " << stamp_tolerance_ << " s";
+  return apart.str();
+}
+
+}  // namespace walker

@@ -1,0 +1,72 @@
+// What a robot's sensors publish, put together by stamp.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <message_filters/subscriber.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <ros/wall_timer.h>
+
+#include "agents/sensor_messages.h"
+
+namespace walker {
+
+/// Listens to joint_states, imu, odom, contacts and, where the environment has a range finder,
+/// scan, and turns messages of the same instant into measurements. Says once a second by wall time
+/// what is missing. Callbacks, the receiver's too, come from the node handle's callback queue.
+class SensorTopics {
+ public:
+  /// @param stamp the oldest of the messages'
+  using Receiver = std::function<void(ros::Time stamp, const Measurements& measurements)>;
+
+  /// @param specification   of the environment whose sensors these are
+  /// @param stamp_tolerance how far apart the stamps of one instant may be [s]; 0: equal stamps. A
+  ///                        topic's own messages should be more than twice as far apart.
+  SensorTopics(ros::NodeHandle& node, const Specification& specification, double stamp_tolerance,
+               Receiver receiver);
+
+  /// Whether every topic has a publisher.
+  bool are_connected() const;
+
+  /// Has something said with the next report; of several within a second the last.
+  void complain(const std::string& complaint) { complaint_ = complaint; }
+
+ private:
+  /// A topic, and what came on it since the last report or the last complete set of messages.
+  struct Input {
+    ros::Subscriber subscriber;
+    int unmatched = 0;
+    ros::Time newest;  // stamp
+  };
+
+  template <typename Message>
+  void subscribe(ros::NodeHandle& node, const std::string& topic,
+                 message_filters::Subscriber<Message>& subscriber);
+  template <typename... Messages>
+  void match_by_stamp(message_filters::Subscriber<Messages>&... subscribers);
+  template <typename... Messages>
+  void receive(const boost::shared_ptr<const Messages>&... messages);
+  void report();
+  std::string what_is_missing() const;
+
+  Specification specification_;
+  double stamp_tolerance_;
+  Receiver receiver_;
+  std::vector<std::unique_ptr<Input>> inputs_;  // callbacks hold their addresses
+  message_filters::Subscriber<sensor_msgs::JointState> joint_states_;
+  message_filters::Subscriber<sensor_msgs::Imu> imu_;
+  message_filters::Subscriber<nav_msgs::Odometry> odometry_;
+  message_filters::Subscriber<walker_sim::Contacts> contacts_;
+  message_filters::Subscriber<sensor_msgs::LaserScan> scan_;  // idle without a range finder
+  std::shared_ptr<void> synchronizer_;  // of the type that the topics and the tolerance ask for
+  Measurements measurements_;
+  std::string complaint_;      // for the next report
+  bool has_received_ = false;  // a complete set, since the last report
+  ros::WallTimer timer_;
+};
+
+}  // namespace walker

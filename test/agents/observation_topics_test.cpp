@@ -1,0 +1,140 @@
+// What agents make of a server's topics, against the server's own observation of the same stamp.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <ros/ros.h>
+
+#include "agents/agent.h"
+#include "agents/sensor_topics.h"
+#include "server/remote.h"
+#include "walker_sim/registry.h"
+
+namespace walker::test {
+namespace {
+
+/// As in observation_topics_test.test.
+struct Case {
+  const char* space;  // of the server and its topics
+  const char* id;
+  Parameters parameters;
+  double stamp_tolerance;  // [s]
+  double bound;            // observation_builder.h states it
+};
+
+/// Measurements as they come, by stamp. Needs a spinner in another thread.
+class Sensed {
+ public:
+  Sensed(const std::string& space, const Specification& specification, double stamp_tolerance)
+      : node_(space),
+        topics_(node_, specification, stamp_tolerance,
+                [this](ros::Time stamp, const Measurements& measured) { add(stamp, measured); }) {}
+
+  /// Those of this stamp; none when they do not come.
+  std::optional<Measurements> at(ros::Time stamp, std::chrono::milliseconds patience = kPatience) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const auto is_there = [&] { return measurements_.count(stamp) != 0; };
+    if (!changed_.wait_for(lock, patience, is_there)) return std::nullopt;
+    return measurements_.at(stamp);
+  }
+
+ private:
+  void add(ros::Time stamp, const Measurements& measurements) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    measurements_[stamp] = measurements;
+    changed_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<ros::Time, Measurements> measurements_;
+  ros::NodeHandle node_;
+  SensorTopics topics_;  // last: its callbacks use the members above
+};
+
+class ObservationTopics : public testing::TestWithParam<Case> {
+ protected:
+  /// A publisher counts its subscribers a moment after they count it.
+  void SetUp() override {
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    while (std::chrono::steady_clock::now() < give_up) {
+      if (sensed_.at(remote_.reset(0).header.stamp, std::chrono::milliseconds(50))) return;
+    }
+    FAIL() << "the topics tell nothing of a reset";
+  }
+
+  /// The largest difference, counted over all calls, to what is built of the topics.
+  void compare(const walker_sim::Transition& told) {
+    const std::optional<Measurements> measurements = sensed_.at(told.header.stamp);
+    ASSERT_TRUE(measurements) << "the topics tell nothing of step " << told.step;
+    std::vector<double> built(told.observation.size());
+    builder_->build(*measurements, built.data());
+    for (std::size_t i = 0; i < built.size(); ++i) {
+      ASSERT_NEAR(built[i], told.observation[i], GetParam().bound)
+          << "value " << i << " of step " << told.step << ", episode " << told.episode;
+    }
+    ++compared_;
+  }
+
+  std::unique_ptr<Environment> environment_ = make(GetParam().id, GetParam().parameters);
+  const Specification& specification_ = environment_->specification();
+  std::unique_ptr<ObservationBuilder> builder_ =
+      make_observation_builder(GetParam().id, GetParam().parameters);
+  Remote remote_{GetParam().space + std::string("/walker_sim")};
+  Sensed sensed_{GetParam().space, specification_, GetParam().stamp_tolerance};
+  int compared_ = 0;
+};
+
+TEST_P(ObservationTopics, MakeTheObservationOfEveryStepOverResets) {
+  for (const char* name : {"heuristic", "random"}) {
+    const std::unique_ptr<Agent> agent = make_agent(name, specification_, 1);
+    for (const std::uint64_t seed : {3, 6, 9}) {
+      walker_sim::Transition told = remote_.reset(seed);
+      builder_->reset();
+      agent->reset();
+      ASSERT_NO_FATAL_FAILURE(compare(told));
+      for (int i = 0; i < 150 && !told.terminated && !told.truncated; ++i) {
+        told = remote_.step(agent->act(told.observation));
+        ASSERT_NO_FATAL_FAILURE(compare(told));
+      }
+    }
+  }
+  EXPECT_GT(compared_, 400);
+}
+
+constexpr double kSingle = 1.2e-7;
+constexpr double kDouble = 1e-12;
+
+INSTANTIATE_TEST_SUITE_P(
+    Servers, ObservationTopics,
+    testing::Values(Case{"/plain", "BipedalWalker-v3", {}, 0, kSingle},
+                    Case{"/hardcore", "BipedalWalkerHardcore-v3", {}, 0, kSingle},
+                    Case{"/v4", "Walker2d-v4", {{"terminate_when_unhealthy", false}}, 0, kDouble},
+                    Case{"/v5", "Walker2d-v5", {}, 0, kDouble},
+                    // Where stamps are equal a tolerance changes nothing.
+                    Case{"/plain", "BipedalWalker-v3", {}, 0.005, kSingle},
+                    Case{"/v5", "Walker2d-v5", {}, 0.003, kDouble}),
+    [](const testing::TestParamInfo<Case>& of) {
+      return std::string(of.param.space).substr(1) +
+             (of.param.stamp_tolerance == 0 ? "" : "_with_tolerance");
+    });
+
+}  // namespace
+}  // namespace walker::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "observation_topics_test");
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,188 @@
+// A robot for agents to drive: sensors on topics, commands that are kept. Its body is an
+// environment in this process.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <std_msgs/Float64MultiArray.h>
+
+#include "agents/agent.h"
+#include "agents/sensor_messages.h"
+#include "server/converters.h"
+#include "server/inbox.h"
+#include "server/twin.h"
+#include "walker_sim/registry.h"
+
+namespace walker::test {
+
+/// What the sensors publish of one instant.
+struct Messages {
+  sensor_msgs::JointState joints;
+  sensor_msgs::Imu imu;
+  nav_msgs::Odometry odometry;
+  walker_sim::Contacts contacts;
+  sensor_msgs::LaserScan scan;
+};
+
+/// One more name in front, and all the others in the reverse order.
+template <typename... Lists>
+void shuffle(std::vector<std::string>& names, Lists&... lists) {
+  std::reverse(names.begin(), names.end());
+  names.insert(names.begin(), "neck");
+  (std::reverse(lists.begin(), lists.end()), ...);
+  (lists.insert(lists.begin(), 1), ...);
+}
+
+/// A walker whose sensors publish and whose commands are kept.
+class Robot {
+ public:
+  Robot(const std::string& space, const std::string& id, const std::string& command)
+      : node_(space),
+        body_(id),
+        builder_(make_observation_builder(id)),
+        mind_(make_agent("heuristic", specification(), 0)),
+        joints_(node_.advertise<sensor_msgs::JointState>("joint_states", 10)),
+        imu_(node_.advertise<sensor_msgs::Imu>("imu", 10)),
+        odometry_(node_.advertise<nav_msgs::Odometry>("odom", 10)),
+        contacts_(node_.advertise<walker_sim::Contacts>("contacts", 10)),
+        scan_(node_.advertise<sensor_msgs::LaserScan>("scan", 10)),
+        episodes_(node_.advertise<walker_sim::Episode>("episode", 10)),
+        commands_(node_, command) {
+    body_.reset(3);
+    stamp_ += ros::Duration(specification().dt);
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    while (!is_heard() && std::chrono::steady_clock::now() < give_up) {
+      ros::WallDuration(0.005).sleep();
+    }
+  }
+
+  const Specification& specification() { return body_.environment().specification(); }
+  /// The body moves on by what the agent should have answered; its sensors now measure that.
+  void move() {
+    if (!expected_.empty()) body_.step(action_);
+    if (body_.has_ended()) body_.reset(3);
+    stamp_ += ros::Duration(specification().dt);
+    messages = {};
+    const Frames frames(specification(), "");
+    fill(specification(), body_.sense(), stamp_, messages.joints);
+    fill(body_.sense(), frames, stamp_, messages.imu);
+    fill(body_.sense(), frames, stamp_, messages.odometry);
+    fill(specification(), body_.sense(), frames, stamp_, messages.contacts);
+    if (has_scan()) fill(specification(), body_.sense(), frames, stamp_, messages.scan);
+    take_all();
+    shuffle(messages.joints.name, messages.joints.position, messages.joints.velocity,
+            messages.joints.effort);
+    shuffle(messages.contacts.links, messages.contacts.in_contact);
+  }
+
+  void publish(bool with_scan = true) {
+    joints_.publish(messages.joints);
+    imu_.publish(messages.imu);
+    odometry_.publish(messages.odometry);
+    contacts_.publish(messages.contacts);
+    if (has_scan() && with_scan) scan_.publish(messages.scan);
+  }
+
+  void tell(std::uint32_t episode, std::uint32_t length, const std::string& end_reason) {
+    walker_sim::Episode message;
+    message.header.stamp = stamp_;
+    message.episode = episode;
+    message.length = length;
+    message.end_reason = end_reason;
+    episodes_.publish(message);
+  }
+
+  /// As the agent does at the beginning of an episode.
+  void begin_anew() {
+    builder_->reset();
+    mind_->reset();
+  }
+
+  /// What the agent must answer to what the sensors measure, as efforts.
+  const std::vector<double>& think() {
+    std::vector<double> observation(specification().observation_size());
+    builder_->build(measurements_, observation.data());
+    action_ = mind_->act(observation);
+    expected_ = action_;
+    for (std::size_t i = 0; i < expected_.size(); ++i) {
+      expected_[i] *= specification().effort_per_action[i];
+    }
+    return expected_;
+  }
+
+  /// The next command is the one expected.
+  testing::AssertionResult is_answered() {
+    const auto command = commands_.find(
+        [this, place = std::size_t{0}](const std_msgs::Float64MultiArray& /*message*/) mutable {
+          return place++ == read_;
+        });
+    if (!command) return testing::AssertionFailure() << "no command " << read_;
+    ++read_;
+    if (bits(command->data) == bits(expected_)) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "command " << read_ - 1 << " is another one";
+  }
+
+  /// Within a time in which an agent answers ten times over.
+  bool is_left_unanswered() {
+    ros::WallDuration(0.2).sleep();
+    return commands_.messages().size() == read_;
+  }
+
+  void play(int steps) {
+    for (int i = 0; i < steps; ++i) {
+      move();
+      publish();
+      think();
+      ASSERT_TRUE(is_answered()) << "after " << i << " steps";
+    }
+  }
+
+  Messages messages;
+
+ private:
+  void take_all() {
+    take(messages.joints, specification(), measurements_);
+    take(messages.imu, specification(), measurements_);
+    take(messages.odometry, specification(), measurements_);
+    take(messages.contacts, specification(), measurements_);
+    if (has_scan()) take(messages.scan, specification(), measurements_);
+  }
+
+  bool has_scan() { return specification().range_finder.num_rays != 0; }
+
+  bool is_heard() {
+    const std::vector<const ros::Publisher*> all{&joints_, &imu_, &odometry_, &contacts_,
+                                                 &episodes_};
+    return std::all_of(all.begin(), all.end(),
+                       [](const ros::Publisher* one) { return one->getNumSubscribers() > 0; }) &&
+           (!has_scan() || scan_.getNumSubscribers() > 0);
+  }
+
+  ros::NodeHandle node_;
+  Twin body_;
+  std::unique_ptr<ObservationBuilder> builder_;
+  std::unique_ptr<Agent> mind_;
+  Measurements measurements_;
+  std::vector<double> action_;
+  std::vector<double> expected_;
+  static inline ros::Time stamp_{1000};  // grows from test to test
+  std::size_t read_ = 0;                 // commands
+  ros::Publisher joints_;
+  ros::Publisher imu_;
+  ros::Publisher odometry_;
+  ros::Publisher contacts_;
+  ros::Publisher scan_;
+  ros::Publisher episodes_;
+  Inbox<std_msgs::Float64MultiArray> commands_;
+};
+
+}  // namespace walker::test

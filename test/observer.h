@@ -1,0 +1,59 @@
+// An environment whose observations are made a second time, out of its sensors.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "measurements.h"
+#include "stepper.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+
+class Observer {
+ public:
+  explicit Observer(const std::string& id, const Parameters& parameters = {})
+      : walker(id, parameters),
+        builder(make_observation_builder(id, parameters)),
+        built(walker.observation.size()) {}
+
+  void reset(std::uint64_t seed) {
+    walker.reset(seed);
+    builder->reset();
+    observe();
+  }
+
+  void step(const std::vector<double>& action) {
+    walker.step(action);
+    observe();
+  }
+
+  /// Between a value of the environment's observation and the same value of the built one.
+  double largest_difference() const {
+    double largest = 0;
+    for (std::size_t i = 0; i < built.size(); ++i) {
+      largest = std::max(largest, std::abs(built[i] - walker.observation[i]));
+    }
+    return largest;
+  }
+
+  Stepper walker;
+  std::unique_ptr<ObservationBuilder> builder;
+  Measurements measurements;  // of the present state
+  std::vector<double> built;
+
+ private:
+  void observe() {
+    walker.environment->sense(sensors_);
+    measurements = measurements_of(sensors_);
+    builder->build(measurements, built.data());
+  }
+
+  Sensors sensors_;
+};
+
+}  // namespace walker
