@@ -1,0 +1,46 @@
+// Repeats the episodes in bags and compares them to the bit. Needs no ROS master.
+#include <exception>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "server/replay_report.h"
+
+namespace {
+
+constexpr const char* kUsage =
+    "Usage: replay BAG [BAG ...]\n"
+    "Repeats every episode of every walker in the bags (several: the parts of one recording) and\n"
+    "compares observations, rewards, flags and info with the recorded ones to the bit. To record:\n"
+    "  rosbag record transition episode spec restored\n"
+    "Exit status: 0 all that was compared is equal; 1 something differs, steps are missing, or\n"
+    "nothing was compared; 2 bad usage, or a bag that cannot be read\n";
+
+constexpr int kDifferent = 1;
+constexpr int kUnreadable = 2;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  for (const std::string& argument : arguments) {
+    if (argument == "--help" || argument == "-h") {
+      std::cout << kUsage;
+      return 0;
+    }
+    if (argument.rfind('-', 0) == 0) {
+      std::cerr << "replay: " << argument << ": unknown option; see --help\n";
+      return kUnreadable;
+    }
+  }
+  if (arguments.empty()) {
+    std::cerr << kUsage;
+    return kUnreadable;
+  }
+  try {
+    return walker::replay(arguments, std::cout) ? 0 : kDifferent;
+  } catch (const std::exception& error) {
+    std::cerr << "replay: " << error.what() << "\n";
+    return kUnreadable;
+  }
+}

@@ -1,0 +1,153 @@
+#include "server/bag_index.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <ros/serialization.h>
+
+namespace walker {
+namespace {
+
+/// Whether every bit is the same; as messages, NaN would differ from itself.
+bool same(const walker_sim::EnvironmentSpec& one, const walker_sim::EnvironmentSpec& other) {
+  const ros::SerializedMessage a = ros::serialization::serializeMessage(one);
+  const ros::SerializedMessage b = ros::serialization::serializeMessage(other);
+  return a.num_bytes == b.num_bytes &&
+         std::equal(a.buf.get(), a.buf.get() + a.num_bytes, b.buf.get());
+}
+
+}  // namespace
+
+void BagIndex::add(const walker_sim::EnvironmentSpec& message) {
+  spec_came_ = true;
+  // A recorder that splits its bag may repeat what is latched.
+  if (spec_ && same(*spec_, message)) return;
+  spec_ = std::make_shared<walker_sim::EnvironmentSpec>(message);
+  if (!episodes_.empty()) spec_came_after_ = episodes_.back().num_transitions;
+}
+
+void BagIndex::add(const walker_sim::Transition& message) {
+  if (continues(message)) {
+    extend(message);
+  } else {
+    open(message);
+  }
+  step_ = message.step;
+  spec_came_ = false;
+}
+
+/// Whether the message belongs to the present episode. A server that was started again counts from
+/// 1 again, or has told its specification since.
+bool BagIndex::continues(const walker_sim::Transition& message) const {
+  if (episodes_.empty() || message.episode != episodes_.back().number) return false;
+  return message.step == step_ + 1 || (message.step > step_ && !spec_came_);
+}
+
+void BagIndex::extend(const walker_sim::Transition& message) {
+  BagEpisode& episode = episodes_.back();
+  ++episode.num_transitions;
+  if (episode.gap_end != 0) return;
+  if (message.step != step_ + 1) {
+    episode.gap_end = message.step - 1;
+    return;
+  }
+  episode.last_step = message.step;
+  episode.episode_return = message.episode_return;
+  episode.terminated = message.terminated != 0;
+  episode.truncated = message.truncated != 0;
+  last_stamps_.back() = message.header.stamp;
+}
+
+void BagIndex::open(const walker_sim::Transition& message) {
+  BagEpisode episode;
+  episode.number = message.episode;
+  episode.first_step = message.step;
+  episode.last_step = message.step;
+  episode.num_transitions = 1;
+  episode.episode_return = message.episode_return;
+  episode.terminated = message.terminated != 0;
+  episode.truncated = message.truncated != 0;
+  episode.opens_recording = true;
+  if (!episodes_.empty()) {
+    settle_spec();
+    BagEpisode& previous = episodes_.back();
+    episode.opens_recording = spec_came_ || message.episode <= previous.number;
+    if (!episode.opens_recording) episode.missing_before = message.episode - previous.number - 1;
+    previous.successor = episode.opens_recording ? BagEpisode::Successor::other_server
+                                                 : BagEpisode::Successor::reset;
+  }
+  episode.spec = spec_;
+  spec_came_after_ = 0;
+  episodes_.push_back(std::move(episode));
+  first_stamps_.push_back(message.header.stamp);
+  last_stamps_.push_back(message.header.stamp);
+}
+
+/// A specification among the transitions of an episode is either its own server's, late, or the
+/// next one's, early: the nearer end of the episode tells.
+void BagIndex::settle_spec() {
+  BagEpisode& episode = episodes_.back();
+  if (!episode.spec || 2 * spec_came_after_ <= episode.num_transitions) episode.spec = spec_;
+}
+
+std::vector<BagEpisode> BagIndex::finish() {
+  if (episodes_.empty()) return {};
+  settle_spec();
+  std::vector<Place> beginnings;
+  Place from = 0;
+  for (std::size_t i = 0; i < episodes_.size(); ++i) {
+    beginnings.push_back(find_beginning(i, from));
+    if (beginnings.back() == announcements_.size()) continue;
+    from = beginnings.back();
+    episodes_[i].beginning = announcements_[from];
+    episodes_[i].restored = find_record(i);
+  }
+  Place to = announcements_.size();
+  for (std::size_t i = episodes_.size(); i-- > 0;) {
+    const bool has_beginning = beginnings[i] != announcements_.size();
+    join_end(i, has_beginning ? beginnings[i] : 0, to);
+    if (has_beginning) to = beginnings[i];
+  }
+  return std::move(episodes_);
+}
+
+BagIndex::Place BagIndex::find_beginning(std::size_t index, Place from) const {
+  const std::uint32_t number = episodes_[index].number;
+  for (Place place = from; place < announcements_.size(); ++place) {
+    if (announcements_[place].episode != number) continue;
+    if (announcements_[place].header.stamp != first_stamps_[index]) continue;
+    // Where nothing but an episode's last step is left, this is its end.
+    const bool is_end = !announcements_[place].end_reason.empty() && place > 0 &&
+                        announcements_[place - 1].episode == number &&
+                        announcements_[place - 1].header.stamp < first_stamps_[index];
+    return is_end ? announcements_.size() : place;
+  }
+  return announcements_.size();
+}
+
+std::shared_ptr<const walker_sim::EpisodeRecord> BagIndex::find_record(std::size_t index) const {
+  for (const auto& record : records_) {
+    const walker_sim::Episode& announcement = record->episode;
+    if (announcement.episode == episodes_[index].number &&
+        announcement.header.stamp == first_stamps_[index]) {
+      return record;
+    }
+  }
+  return nullptr;
+}
+
+void BagIndex::join_end(std::size_t index, Place from, Place to) {
+  BagEpisode& episode = episodes_[index];
+  for (Place place = from; place < to; ++place) {
+    const walker_sim::Episode& announcement = announcements_[place];
+    if (announcement.episode != episode.number || announcement.end_reason.empty()) continue;
+    if (announcement.header.stamp < last_stamps_[index]) continue;
+    episode.end = announcement;
+    if (episode.gap_end == 0 && announcement.length > episode.last_step) {
+      episode.gap_end = announcement.length;
+    }
+    return;
+  }
+}
+
+}  // namespace walker

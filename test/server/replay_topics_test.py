@@ -1,0 +1,235 @@
+#!/usr/bin/python3
+"""Bags as `rosbag record` writes them of real servers, and replay as a process."""
+
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import xmlrpc.client
+
+import rosbag
+import roslib.packages
+import rospy
+import rostest
+from bare_ros import CALLER, PATIENCE, wait_for
+from server_harness import ServerTest, node_path
+from walker_sim.msg import Transition
+
+IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
+TOPICS = ["transition", "episode", "spec", "restored"]
+
+
+def replay(*arguments):
+    """Exit status, standard output and error. There is no master where it looks for one."""
+    ended = subprocess.run(
+        [node_path("replay"), *arguments],
+        env=dict(os.environ, ROS_MASTER_URI="http://localhost:1"),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=PATIENCE,
+        check=False,
+    )
+    return ended.returncode, ended.stdout, ended.stderr
+
+
+class ReplayTopicsTest(ServerTest):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="replay_topics_test_")
+        self.addCleanup(folder.cleanup)
+        self.bag = os.path.join(folder.name, "walk.bag")
+        self.draws = random.Random(1)
+
+    # ------------------------------------------------------------ recording
+
+    def start_recording(self, *servers):
+        """As `rosbag record` does; returns when the servers know of it."""
+        topics = [
+            server.name.rpartition("/")[0] + "/" + topic for server in servers for topic in TOPICS
+        ]
+        recorder = subprocess.Popen(
+            [
+                roslib.packages.find_node("rosbag", "record")[0],
+                f"--output-name={self.bag}",
+                *topics,
+                "__name:=recorder",
+            ],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+        )
+        self.addCleanup(recorder.wait)
+        self.addCleanup(recorder.kill)
+        for server in servers:
+            wait_for(lambda server=server: self.hears_all(server), f"{server.name} to be recorded")
+        return recorder
+
+    def hears_all(self, server):
+        uri = server.master.lookupNode(CALLER, server.name)[2]
+        connections = xmlrpc.client.ServerProxy(uri).getBusInfo(CALLER)[2]
+        heard = [info[4] for info in connections if info[1] == "/recorder"]
+        space = server.name.rpartition("/")[0]
+        return all(space + "/" + topic in heard for topic in TOPICS)
+
+    def stop_recording(self, recorder):
+        recorder.send_signal(signal.SIGINT)
+        self.assertEqual(recorder.wait(PATIENCE), 0)
+
+    # ------------------------------------------------------------ walking
+
+    def ask(self, name, **fields):
+        reply = self.call(name, **fields)
+        self.assertTrue(reply.success, getattr(reply, "status_message", ""))
+        return reply
+
+    def walk(self, size, steps):
+        for _ in range(steps):
+            last = self.ask("step", action=[self.draws.uniform(-1, 1) for _ in range(size)])
+        return last.transition
+
+    def episodes(self, text):
+        """Number, seed, steps and what follows of each episode's line."""
+        return re.findall(r"^ *(\d+) +(\w+) +(\d+) +(.*)$", text, re.MULTILINE)
+
+    # ------------------------------------------------------------ sound bags
+
+    def test_lockstep_with_a_restored_episode(self):
+        for identifier, size in IDS.items():
+            with self.subTest(identifier):
+                parameters = {"env": identifier, "mode": "lockstep", "max_episode_steps": 12}
+                if identifier.startswith("Walker2d"):
+                    parameters["terminate_when_unhealthy"] = False
+                self.serve(**parameters)
+                recorder = self.start_recording(self.server)
+                self.ask("reset", has_seed=True, seed=42)
+                self.assertTrue(self.walk(size, 12).truncated)
+                self.ask("reset")
+                self.walk(size, 5)
+                record = self.ask("snapshot").record
+                self.walk(size, 2)
+                self.ask("restore", record=record)
+                self.assertTrue(self.walk(size, 7).truncated)
+                self.ask("reset", has_seed=True, seed=2**64 - 1)
+                self.walk(size, 3)
+                self.stop_recording(recorder)
+                self.server.stop()
+                status, text, errors = replay(self.bag)
+                self.assertEqual((status, errors), (0, ""), text)
+                self.assertIn(f"transition of /walker_sim: {identifier} on ", text)
+                lines = self.episodes(text)
+                self.assertEqual(
+                    [line[:3] for line in lines[:3]],
+                    [("1", "42", "12"), ("2", "continued", "7"), ("3", "continued", "12")],
+                )
+                self.assertEqual(lines[3][:2], ("4", str(2**64 - 1)))
+                self.assertRegex(lines[0][3], r"truncated: 12 steps +equal$")
+                self.assertRegex(lines[1][3], r"reset before its end +equal$")
+                self.assertRegex(lines[2][3], r"12 steps +equal, restored at step 5$")
+                self.assertRegex(text, r"\n4 episodes equal to the bit \(\d+ steps\)\n$")
+
+    def test_free_running_recorded_from_the_midst_of_an_episode(self):
+        self.serve(env="Walker2d-v5", real_time_factor=2.0, paused=True, seed="3")
+        for _ in range(4):
+            self.ask("step", action=[0.5] * 6)
+        recorder = self.start_recording(self.server)
+        heard = self.record("/transition", Transition)
+        self.ask("unpause")
+        heard.wait(lambda m: m.episode >= 5, "more episodes")
+        self.stop_recording(recorder)
+        status, text, _ = replay(self.bag)
+        self.assertEqual(status, 0, text)
+        lines = self.episodes(text)
+        self.assertRegex(lines[0][3], "not compared: steps 0 to 4 are not in the bag$")
+        self.assertEqual([line[0] for line in lines[:4]], ["1", "2", "3", "4"])
+        for line in lines[1:]:
+            self.assertEqual(line[1], "continued")
+            self.assertRegex(line[3], " equal$")
+        self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\), 1 not compared\n$")
+
+    def test_two_walkers_in_one_bag(self):
+        servers = []
+        walkers = {"/one/walker_sim": "BipedalWalker-v3", "/two/w": "Walker2d-v4"}
+        for name, identifier in walkers.items():
+            self.serve(name, env=identifier, mode="lockstep", publish_clock=False)
+            servers.append(self.server)
+        recorder = self.start_recording(*servers)
+        for server, size in zip(servers, (4, 6)):
+            self.server = server
+            for _ in range(2):
+                self.ask("reset")
+                self.walk(size, 6)
+        self.stop_recording(recorder)
+        status, text, _ = replay(self.bag)
+        self.assertEqual(status, 0, text)
+        self.assertIn("/one/transition of /one/walker_sim: BipedalWalker-v3 on Box2D", text)
+        self.assertIn("\n/two/transition of /two/w: Walker2d-v4 on MuJoCo", text)
+        self.assertIn("\n4 episodes equal to the bit (", text)
+
+    def test_a_server_started_again_with_other_parameters(self):
+        self.serve(env="Walker2d-v5", mode="lockstep")
+        recorder = self.start_recording(self.server)
+        for reward in (3.0, 2.0):
+            self.ask("reset", has_seed=True, seed=1)
+            self.walk(6, 6)
+            self.server.stop()
+            if reward == 3.0:
+                self.serve(env="Walker2d-v5", mode="lockstep", healthy_reward=reward)
+                wait_for(lambda: self.hears_all(self.server), "the second to be recorded")
+        self.stop_recording(recorder)
+        status, text, _ = replay(self.bag)
+        self.assertEqual(status, 0, text)
+        self.assertEqual(text.count("Walker2d-v5 on MuJoCo"), 2, text)
+        self.assertIn("its server ended", text)
+        self.assertIn("2 episodes equal to the bit (", text)
+
+    # ------------------------------------------------------------ falsified and unreadable bags
+
+    def test_the_first_difference_ends_with_status_1(self):
+        self.serve(mode="lockstep")
+        recorder = self.start_recording(self.server)
+        for _ in range(2):
+            self.ask("reset", has_seed=True, seed=42)
+            self.walk(4, 8)
+        self.stop_recording(recorder)
+        falsified = self.bag + ".false.bag"
+        with rosbag.Bag(self.bag) as bag, rosbag.Bag(falsified, "w") as other:
+            for topic, message, stamp in bag:
+                if getattr(message, "step", None) == 5 and message.episode == 1:
+                    message.reward = 0.25
+                other.write(topic, message, stamp)
+        self.assertEqual(replay(self.bag)[0], 0)
+        status, text, _ = replay(falsified)
+        self.assertEqual(status, 1)
+        lines = self.episodes(text)
+        self.assertRegex(lines[0][3], r" differs at step 5: reward is 0\.25, repeated -?0\.\d+$")
+        self.assertRegex(lines[1][3], " equal$")
+        self.assertRegex(text, r"\n1 episode equal to the bit \(\d+ steps\), 1 differing\n$")
+
+    def test_bad_usage_and_unreadable_bags_end_with_status_2(self):
+        with open(self.bag, "w", encoding="utf-8") as file:
+            file.write("no bag")
+        for arguments, words in (
+            ([], "Usage: replay BAG"),
+            (["--fast", self.bag], "--fast: unknown option"),
+            ([self.bag + "s"], self.bag + "s: no such file"),
+            ([self.bag], self.bag + ": is not a bag"),
+        ):
+            status, text, errors = replay(*arguments)
+            self.assertEqual((status, text), (2, ""))
+            self.assertIn(words, errors)
+        status, text, errors = replay("--help")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertIn("rosbag record transition episode spec restored", text)
+
+    def test_nothing_to_compare_ends_with_status_1(self):
+        rosbag.Bag(self.bag, "w").close()
+        status, text, _ = replay(self.bag)
+        self.assertEqual(status, 1)
+        self.assertIn("No walker in the bag", text)
+
+
+if __name__ == "__main__":
+    rospy.init_node("replay_topics_test")
+    rostest.rosrun("walker_sim", "replay_topics_test", ReplayTopicsTest, sys.argv)
