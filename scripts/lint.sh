@@ -71,7 +71,7 @@ lint_shellcheck() { scripts_of sh bash | on_files shellcheck -x; }
 lint_rooms() (
   local ros box2d mujoco status=0
   cd "$root" || exit
-  ros='#include *[<"](ros/|roscpp|rosgraph|tf2|diagnostic_updater|[a-z0-9_]*_(msgs|srvs)/|walker_sim/[A-Z])'
+  ros='#include *[<"](ros/|roscpp|rosgraph|tf2|diagnostic_updater|message_filters|rosbag|[a-z0-9_]*_(msgs|srvs)/|walker_sim/[A-Z])'
   box2d='#include *[<"][Bb]ox2[dD]/'
   mujoco='#include *[<"]mujoco/'
   grep -rnE "$ros" include src/core src/bipedal_walker src/walker2d

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""walker.launch starts what its arguments say. Parses it as roslaunch does; starts none."""
+"""The launch files start what their arguments say. Parses them as roslaunch does; starts none."""
 
 import itertools
 import os
@@ -19,6 +19,8 @@ from roslaunch.xmlloader import XmlLoader
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 LAUNCH_FILE = os.path.join(ROOT, "launch", "walker.launch")
+TEN_WALKERS = os.path.join(ROOT, "launch", "ten_walkers.launch")
+WALKERS = [f"/walker_{number}/" for number in range(1, 11)]
 # What the package's interface names.
 ARGUMENTS = [
     *("env", "mode", "agent", "num_envs", "seed", "real_time_factor", "xml_file", "config"),
@@ -42,13 +44,13 @@ import view  # noqa: E402
 class Launch:
     """What roslaunch would start with these arguments."""
 
-    def __init__(self, *arguments, display=None, **variables):
+    def __init__(self, *arguments, file=LAUNCH_FILE, display=None, **variables):
         environment = {} if display is None else {"DISPLAY": display}
         with mock.patch.dict(os.environ, {**environment, **variables}):
             if display is None:
                 os.environ.pop("DISPLAY", None)
             self.config = ROSLaunchConfig()
-            XmlLoader().load(LAUNCH_FILE, self.config, argv=list(arguments), verbose=False)
+            XmlLoader().load(file, self.config, argv=list(arguments), verbose=False)
         self.nodes = {node.namespace + node.name: node for node in self.config.nodes}
         self.parameters = {name: p.value for name, p in self.config.params.items()}
 
@@ -258,7 +260,9 @@ class LaunchTest(unittest.TestCase):
             launch = Launch(*arguments, "env:=" + env, display=":9")
             for name in launch.nodes:
                 self.assertTrue(name.startswith("/second/"), name)
-            self.assertEqual(launch.parameters["/second/tf_prefix"], "second")
+            for name in launch.nodes:
+                if name.endswith(("walker_sim", "robot_state_publisher")):
+                    self.assertEqual(launch.parameters[name + "/tf_prefix"], "second")
             self.assertIs(launch.parameters["/second/walker_sim/publish_clock"], False)
             self.assertIn("/second/robot_description", launch.parameters)
             self.assertEqual(launch.nodes["/second/rviz"].type, "view.py")
@@ -269,8 +273,16 @@ class LaunchTest(unittest.TestCase):
         # robot_state_publisher would keep the second one.
         for prefix in ("robot", "/robot/", "7"):
             launch = Launch("env:=Walker2d-v5", "tf_prefix:=" + prefix)
-            self.assertEqual(launch.parameters["/tf_prefix"], prefix.strip("/"))
-        self.assertNotIn("/tf_prefix", Launch("tf_prefix:=/").parameters)
+            for node in ("/walker_sim", "/robot_state_publisher"):
+                self.assertEqual(launch.parameters[node + "/tf_prefix"], prefix.strip("/"))
+        self.assertNotIn("/walker_sim/tf_prefix", Launch("tf_prefix:=/").parameters)
+
+    def test_a_prefix_does_not_outlive_its_launch(self):
+        launch = Launch("env:=Walker2d-v5", "tf_prefix:=robot")
+        prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
+        self.assertEqual(len(prefixes), 2)
+        for name in prefixes:  # the next launch of these nodes clears it
+            self.assertIn(name[: -len("tf_prefix")], launch.config.clear_params)
 
     def test_rviz_where_there_is_a_display_else_lines(self):
         self.assertNotIn("/rviz", Launch().types())
@@ -300,6 +312,44 @@ class LaunchTest(unittest.TestCase):
             self.assertNotIn("/recorder", Launch(argument).types())
         self.assertIn("-o walker ", Launch("recording:=true").nodes["/recorder"].args)
         self.assertIn("-o trial ", Launch("recording:=trial").nodes["/recorder"].args)
+        topics = Launch("recording:=true").nodes["/recorder"].args.split()
+        for topic in ("transition", "episode", "spec", "restored"):
+            self.assertIn(topic, topics, "replay needs it")
+
+
+class TenWalkersTest(unittest.TestCase):
+    """ten_walkers.launch; test/server/ten_walkers_test.py runs it."""
+
+    def test_every_argument_has_a_doc(self):
+        arguments = get_args([TEN_WALKERS])
+        for name in ("agent", "real_time_factor", "rviz", "status", "output", "respawn"):
+            self.assertIn(name, arguments)
+        for name, (doc, _default) in arguments.items():
+            self.assertTrue(doc, name + " has no doc")
+
+    def test_each_walker_is_a_block_of_its_own(self):
+        launch = Launch(file=TEN_WALKERS)
+        servers = {name for name, type_ in launch.types().items() if type_ == "server"}
+        self.assertEqual(servers, {walker + "walker_sim" for walker in WALKERS})
+        self.assertEqual({launch.parameters[name + "/env"] for name in servers}, set(ROBOTS))
+        for name in launch.nodes:
+            self.assertTrue(name.startswith(tuple(WALKERS)), name)
+        for walker in WALKERS:
+            self.assertIn(walker + "agent", launch.nodes)
+            server = walker + "walker_sim"
+            self.assertEqual(launch.parameters[server + "/tf_prefix"], walker.strip("/"))
+            owns = launch.parameters[server + "/publish_clock"]
+            self.assertIs(owns, walker == WALKERS[0])
+
+    def test_arguments_hold_for_all_but_only_the_first_is_shown(self):
+        launch = Launch("real_time_factor:=2", "respawn:=false", file=TEN_WALKERS, display=":9")
+        for walker in WALKERS:
+            server = launch.nodes[walker + "walker_sim"]
+            self.assertEqual((server.respawn, server.required), (False, False))
+            self.assertEqual(launch.parameters[walker + "walker_sim/real_time_factor"], 2.0)
+        launch = Launch("agent:=none", "rviz:=true", file=TEN_WALKERS, display=":9")
+        shown = [name for name in launch.nodes if name.endswith(("rviz", "status_line", "agent"))]
+        self.assertEqual(shown, ["/walker_1/rviz"])
 
 
 # By robot: the frame that the camera follows, and all topics.

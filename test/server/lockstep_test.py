@@ -77,12 +77,6 @@ def float32_actions(seed, count):
     return [[draws.randint(-128, 128) / 128 for _ in range(4)] for _ in range(count)]
 
 
-def standing_actions(seed, count):
-    """Random torques with which the walker stands astride for a thousand steps and more."""
-    draws = random.Random(seed)
-    return [[sign * draws.randint(64, 128) / 128 for sign in (1, 1, -1, 1)] for _ in range(count)]
-
-
 class LockstepTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -280,26 +274,7 @@ class LockstepTest(unittest.TestCase):
             self.assertTrue(all(a < b for a, b in zip(told, told[1:])), topic)
             recorder.close()
 
-    # ------------------------------------------------------------ the same seed
-
-    def test_a_seed_twice_gives_equal_transitions_over_300_steps(self):
-        actions = standing_actions(11, 300)
-        first = self.play(6, actions)
-        self.play(99, float32_actions(12, 40))
-        second = self.play(6, actions)
-        self.assertEqual(len(first), len(second))
-        self.assertEqual(len(first), 301, "the walker fell")
-        for one, other in zip(first, second):
-            self.assertTrue(same_experience(one, other), f"step {one.step}")
-        self.assertNotEqual(first[0].episode, second[0].episode)
-        other_seed = self.begin(7)
-        self.assertFalse(same_experience(first[0], other_seed), "the seed has no effect")
-
-    def test_all_64_bits_of_a_seed_count(self):
-        largest = self.begin(2**64 - 1)
-        self.assertFalse(same_experience(largest, self.begin(2**32 - 1)))
-        self.assertFalse(same_experience(largest, self.begin(2**63 - 1)))
-        self.assertTrue(same_experience(largest, self.begin(2**64 - 1)))
+    # ------------------------------------------------------------ episodes
 
     def test_counters_and_sums_of_an_episode(self):
         first = self.begin(2)

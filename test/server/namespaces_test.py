@@ -12,8 +12,7 @@ import rostest
 import sensor_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
-from bare_ros import wait_for
-from server_harness import DT, Recorder, ServerProcess, nanoseconds, same_experience
+from server_harness import DT, Recorder, nanoseconds, same_experience
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import Reset, Step
 
@@ -151,21 +150,6 @@ class NamespacesTest(unittest.TestCase):
                 recorder = Recorder(f"{space}/{name}", kind)
                 recorder.wait()
                 recorder.close()
-
-    def test_the_command_can_be_remapped_to_a_controllers_name(self):
-        server = ServerProcess(
-            "/remapped/walker_sim",
-            {"mode": "lockstep", "publish_clock": False},
-            arguments=["effort_command:=legs_controller/command"],
-        )
-        self.addCleanup(server.kill)
-        server.wait_until_it_serves()
-
-        def listeners():
-            state = rosgraph.Master("/namespaces_test").getSystemState()
-            return dict(state[1]).get("/remapped/legs_controller/command")
-
-        self.assertEqual(wait_for(listeners, "a listener under that name"), [server.name])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,53 @@
+"""A launch file as a process that a test ends as Ctrl-C does."""
+
+import os
+import signal
+import subprocess
+import tempfile
+
+from bare_ros import PATIENCE
+
+
+def children_of(parent):
+    """Process numbers, at present."""
+    children = []
+    for entry in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{entry}/stat", encoding="utf-8", errors="replace") as stat:
+                fields = stat.read().rpartition(")")[2].split()
+        except OSError:
+            continue  # gone meanwhile
+        if int(fields[1]) == parent:
+            children.append(int(entry))
+    return children
+
+
+class Launched:
+    """roslaunch of a launch file of this package."""
+
+    def __init__(self, name, *arguments):
+        self._output = tempfile.NamedTemporaryFile(prefix="walker_sim_test_", suffix=".log")
+        self._process = subprocess.Popen(
+            ["roslaunch", "walker_sim", name, *arguments],
+            env={key: value for key, value in os.environ.items() if key != "ROS_NAMESPACE"},
+            stdin=subprocess.DEVNULL,
+            stdout=self._output.file,
+            stderr=subprocess.STDOUT,
+        )
+
+    def output(self):
+        with open(self._output.name, encoding="utf-8", errors="replace") as text:
+            return text.read()
+
+    def pids(self):
+        """Of the nodes that it has started."""
+        return children_of(self._process.pid)
+
+    def stop(self):
+        """The exit status; an exception when it does not end in time (then it is killed)."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+        try:
+            return self._process.wait(PATIENCE)
+        finally:
+            self._process.kill()

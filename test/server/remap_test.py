@@ -1,0 +1,82 @@
+#!/usr/bin/python3
+"""Effort commands under the name that a JointGroupEffortController listens to."""
+
+import sys
+import threading
+import unittest
+
+import rosgraph
+import rospy
+import rostest
+from bare_ros import CALLER, wait_for
+from sensor_msgs.msg import JointState
+from server_harness import Recorder, bits
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+from walker_sim.msg import Transition
+
+AGENTS = "/some_robot/leg_effort_controller/command"
+BY_HAND = "/by_hand/leg_effort_controller/command"
+BIPEDAL_WALKER_EFFORT = 80.0  # N m of the action 1
+WALKER2D_EFFORT = 100.0
+
+
+class RemapTest(unittest.TestCase):
+    def record(self, topic, kind):
+        recorder = Recorder(topic, kind)
+        self.addCleanup(recorder.close)
+        return recorder
+
+    def test_nobody_knows_the_topic_by_its_own_name(self):
+        def told():
+            publishers, subscribers, _ = map(dict, rosgraph.Master(CALLER).getSystemState())
+            return publishers.get(AGENTS) and subscribers.get(BY_HAND)
+
+        wait_for(told, "agent and servers")
+        publishers, subscribers, _ = map(dict, rosgraph.Master(CALLER).getSystemState())
+        self.assertEqual(publishers[AGENTS], ["/some_robot/agent"])
+        self.assertEqual(subscribers[AGENTS], ["/some_robot/walker_sim"])
+        self.assertEqual(subscribers[BY_HAND], ["/by_hand/walker_sim"])
+        names = {*publishers, *subscribers}
+        self.assertFalse([name for name in names if name.endswith("effort_command")])
+
+    def test_the_agent_drives_the_walker(self):
+        transitions = self.record("/some_robot/transition", Transition)
+        commands = self.record(AGENTS, Float64MultiArray)
+        joint_states = self.record("/some_robot/joint_states", JointState)
+        commands.wait_count(20)
+        asked = {
+            bits([effort / BIPEDAL_WALKER_EFFORT for effort in command.data])
+            for command in commands.messages()[:20]
+        }
+        self.assertEqual(len(asked), 20)
+        transitions.wait(lambda m: bits(m.action) in asked, "a command of the agent as action")
+        joint_states.wait(lambda m: any(m.effort), "torque in the joints")
+
+    def test_a_publisher_for_ros_control_drives_it(self):
+        efforts = [50.0, -25.0, 12.5, 50.0, -25.0, 12.5]
+        command = Float64MultiArray(data=efforts)
+        command.layout.dim = [MultiArrayDimension("joint", len(efforts), len(efforts))]
+        transitions = self.record("/by_hand/transition", Transition)
+        joint_states = self.record("/by_hand/joint_states", JointState)
+        publisher = rospy.Publisher(BY_HAND, Float64MultiArray, queue_size=1)
+        stop = threading.Event()
+
+        def publish():
+            while not stop.wait(0.02):
+                publisher.publish(command)
+
+        thread = threading.Thread(target=publish)
+        thread.start()
+        try:
+            expected = bits([effort / WALKER2D_EFFORT for effort in efforts])
+            transitions.wait(lambda m: bits(m.action) == expected, "the command as action")
+            joint_states.wait(lambda m: list(m.effort) == efforts, "the command as effort")
+        finally:
+            stop.set()
+            thread.join()
+            publisher.unregister()
+
+
+if __name__ == "__main__":
+    rospy.init_node("remap_test")
+    rostest.rosrun("walker_sim", "remap_test", RemapTest, sys.argv)

@@ -1,0 +1,240 @@
+#!/usr/bin/python3
+"""Several walkers of both engines on one master and one /clock: launch/ten_walkers.launch."""
+
+import os
+import signal
+import statistics
+import sys
+import time
+import xmlrpc.client
+
+import rosgraph
+import rospy
+import rostest
+from bare_ros import CALLER, PATIENCE, wait_for
+from launched import Launched
+from rosgraph_msgs.msg import Clock
+from server_harness import ServerTest, nanoseconds
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+from walker_sim.msg import Transition
+from walker_sim.srv import GetSpec, Reset, Step
+
+WALKERS = [f"/walker_{number}" for number in range(1, 11)]
+OWNER, *FOLLOWERS = WALKERS
+FRAME_PUBLISHERS = 14  # ten servers, and a robot_state_publisher for each of four Walker2d
+SHORTEST, LONGEST = 8_000_000, 20_000_000  # dt of Walker2d and of BipedalWalker [ns]
+SECOND = 10**9
+SEVERAL = 60  # messages; half a second of simulation time at least
+
+
+def node(walker):
+    return f"{walker}/walker_sim"
+
+
+def pid_of(name):
+    """What the node itself says; None where none answers."""
+    try:
+        uri = rosgraph.Master(CALLER).lookupNode(name)
+        return xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2]
+    except (OSError, rosgraph.MasterException):
+        return None
+
+
+class TenWalkersTest(ServerTest):
+    def launch(self):
+        """All ten, with recorders of their transitions and of /clock."""
+        self.launched = Launched("ten_walkers.launch", "agent:=random", "rviz:=false")
+        self.addCleanup(self.launched.stop)
+        for walker in WALKERS:
+            try:
+                rospy.wait_for_service(f"{node(walker)}/get_spec", PATIENCE)
+            except rospy.ROSException as error:
+                raise AssertionError(f"{error}; roslaunch:\n{self.launched.output()}") from None
+        self.clock = self.record("/clock", Clock)
+        self.transitions = {w: self.record(f"{w}/transition", Transition) for w in WALKERS}
+        for recorder in self.transitions.values():
+            recorder.wait_count(SEVERAL)
+
+    def stamps(self, walker):
+        return [nanoseconds(message) for message in self.transitions[walker].messages()]
+
+    def now(self):
+        return self.clock.messages()[-1].clock.to_nsec()
+
+    def assert_they_go_on(self, walkers=WALKERS):
+        counts = {walker: len(self.stamps(walker)) for walker in walkers}
+        for walker, count in counts.items():
+            self.transitions[walker].wait_count(count + SEVERAL)
+
+    def assert_time_only_grows(self):
+        told = [message.clock.to_nsec() for message in self.clock.messages()]
+        self.assertEqual(told, sorted(told))
+        for walker in WALKERS:
+            stamps = self.stamps(walker)
+            self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), walker)
+
+    def pause(self):
+        """All of them, by the owner. Returns the time at which they rest and everybody's stamp."""
+        pause = rospy.ServiceProxy(f"{node(OWNER)}/pause", Trigger)
+        self.assertTrue(pause().success)
+        for walker in WALKERS:
+            wait_for(
+                lambda w=walker: self.now() - LONGEST < self.stamps(w)[-1],
+                f"{walker} to arrive where the clock stands",
+            )
+        time.sleep(0.3)  # in which who runs by itself would run ahead
+        return self.now(), {walker: self.stamps(walker)[-1] for walker in WALKERS}
+
+    def unpause(self):
+        rospy.ServiceProxy(f"{node(OWNER)}/unpause", Trigger)()
+
+    # ------------------------------------------------------------ the launch file
+
+    def test_all_serve_on_one_clock_with_frames_of_their_own(self):
+        self.launch()
+        specs = {w: rospy.ServiceProxy(f"{node(w)}/get_spec", GetSpec)().spec for w in WALKERS}
+        self.assertEqual({spec.engine for spec in specs.values()}, {"Box2D", "MuJoCo"})
+        self.assertEqual(len({spec.id for spec in specs.values()}), 4)
+        publishers, _, _ = rosgraph.Master(CALLER).getSystemState()
+        self.assertEqual(dict(publishers)["/clock"], [node(OWNER)])
+        for walker, recorder in self.transitions.items():  # each by its own agent
+            recorder.wait(lambda m: any(m.action), f"an action of {walker}'s agent")
+        self.assert_frames_are_everybody_s_own()
+
+    def assert_frames_are_everybody_s_own(self):
+        publishers = {}
+        for topic in ("/tf", "/tf_static"):
+            recorder = self.record(topic, TFMessage, FRAME_PUBLISHERS)
+            wait_for(
+                lambda r=recorder: len(callers(r.messages())) == FRAME_PUBLISHERS,
+                f"everybody's frames on {topic}",
+            )
+            for message in recorder.messages():
+                caller = message._connection_header["callerid"]
+                prefix = caller[1:].rpartition("/")[0] + "/"
+                for transform in message.transforms:
+                    self.assertTrue(transform.header.frame_id.startswith(prefix), caller)
+                    self.assertTrue(transform.child_frame_id.startswith(prefix), caller)
+                    known = publishers.setdefault(transform.child_frame_id, (topic, caller))
+                    self.assertEqual(known, (topic, caller), transform.child_frame_id)
+        self.assertEqual(len({frame.split("/")[0] for frame in publishers}), len(WALKERS))
+
+    def test_all_advance_at_one_rate_and_none_is_ahead(self):
+        self.launch()
+        begin, first = self.pause()
+        counts = {walker: len(self.stamps(walker)) for walker in WALKERS}
+        self.unpause()
+        self.assert_they_go_on()
+        self.assert_they_go_on()
+        end, last = self.pause()
+        self.assertGreater(end - begin, SECOND)
+        for walker in WALKERS:
+            for now, stamp in ((begin, first[walker]), (end, last[walker])):
+                self.assertLessEqual(stamp, now, f"{walker} is ahead of /clock")
+                self.assertGreater(stamp, now - LONGEST, f"{walker} lags behind /clock")
+            new = self.stamps(walker)[counts[walker] - 1 :]
+            dt = statistics.mode(b - a for a, b in zip(new, new[1:]))
+            spec = rospy.ServiceProxy(f"{node(walker)}/get_spec", GetSpec)().spec
+            self.assertEqual(dt, round(spec.dt * SECOND), walker)
+            # A busy machine may leave out steps, but never most of them.
+            self.assertGreater(len(new) * dt, (end - begin) / 2, walker)
+        self.assert_time_only_grows()
+
+    def test_a_follower_that_is_killed_leaves_the_others_running(self):
+        self.launch()
+        killed = FOLLOWERS[5]
+        pids = {walker: pid_of(node(walker)) for walker in WALKERS}
+        os.kill(pids[killed], signal.SIGKILL)
+        self.assert_they_go_on([walker for walker in WALKERS if walker != killed])
+        self.assert_they_go_on([killed])
+        for walker in WALKERS:
+            same = pid_of(node(walker)) == pids[walker]
+            self.assertEqual(same, walker != killed, walker)
+        self.assert_time_only_grows()
+        self.assert_nothing_is_left_after_the_end()
+
+    def assert_nothing_is_left_after_the_end(self):
+        pids = self.launched.pids()
+        self.assertGreaterEqual(len(pids), 2 * len(WALKERS))  # servers and agents
+        self.assertEqual(self.launched.stop(), 0, self.launched.output())
+        left = [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
+        self.assertEqual(left, [], self.launched.output())
+        for names in rosgraph.Master(CALLER).getSystemState():
+            for name, nodes in names:
+                self.assertFalse(any("/walker_" in n for n in nodes), f"{name} of {nodes}")
+
+    def test_when_the_owner_is_killed_time_stops_until_it_is_back_and_then_goes_on(self):
+        self.launch()
+        pids = {walker: pid_of(node(walker)) for walker in WALKERS}
+        os.kill(pids[OWNER], signal.SIGKILL)
+        wait_for(lambda: pid_of(node(OWNER)) not in (None, pids[OWNER]), "the owner's restart")
+        self.assert_they_go_on()
+        for walker in FOLLOWERS:
+            self.assertEqual(pid_of(node(walker)), pids[walker], f"{walker} has ended")
+        self.assert_time_only_grows()
+        # One dictionary for each connection, hence for each of the two owners.
+        connections = [id(message._connection_header) for message in self.clock.messages()]
+        second = connections.index(connections[-1])
+        self.assertGreater(second, 0, "that was no other owner")
+        told = [message.clock.to_nsec() for message in self.clock.messages()]
+        # The killed one may have told the walkers a time that it told nobody else any more.
+        stopped, went_on = told[second - 1] + SHORTEST, told[second]
+        for walker in FOLLOWERS:
+            between = [stamp for stamp in self.stamps(walker) if stopped < stamp < went_on]
+            self.assertEqual(between, [], f"{walker} went on without a clock")
+
+    # ------------------------------------------------------------ different steps on one clock
+
+    def test_walkers_of_different_steps_follow_one_clock(self):
+        rospy.set_param("/use_sim_time", True)
+        self.addCleanup(rospy.delete_param, "/use_sim_time")
+        self.follow("Walker2d-v5", "BipedalWalker-v3")
+        self.follow("BipedalWalker-v3", "Walker2d-v5")
+
+    def follow(self, owner_id, follower_id):
+        """An owner in lock-step moves a free-running follower as far as its own time goes."""
+        owner = self.serve("/owner/walker_sim", env=owner_id, mode="lockstep", max_episode_steps=0)
+        reset, step = owner.client("reset", Reset), owner.client("step", Step)
+        dt = round(owner.client("get_spec", GetSpec)().spec.dt * SECOND)
+        action = [0.0] * owner.client("get_spec", GetSpec)().spec.action_size
+        now = nanoseconds(reset(has_seed=True, seed=1).transition)
+        server = self.serve("/follower/walker_sim", env=follower_id, publish_clock=False)
+        follower_dt = round(server.client("get_spec", GetSpec)().spec.dt * SECOND)
+        transitions = self.record("/follower/transition", Transition)
+
+        def advance(seed):
+            """By one step of the owner; the follower goes as far as it can."""
+            nonlocal now
+            reply = step(action=action)
+            if not reply.success:  # it has fallen
+                reply = reset(has_seed=True, seed=seed)
+            self.assertEqual(nanoseconds(reply.transition), now + dt)
+            now += dt
+
+        def arrived():
+            transitions.wait(lambda m: nanoseconds(m) > now - follower_dt, "the follower to arrive")
+
+        # It joins the clock in its own time.
+        wait_for(lambda: advance(1) or transitions.messages(), "the follower to join the clock")
+        arrived()
+        joined = len(transitions.messages()) - 1
+        for seed in range(100):
+            advance(seed)
+            arrived()
+        time.sleep(0.2)  # in which a step too many would come
+        stamps = [nanoseconds(message) for message in transitions.messages()[joined:]]
+        self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {follower_dt})
+        self.assertLessEqual(stamps[-1], now)
+        transitions.close()
+        server.stop()
+        owner.stop()
+
+
+def callers(messages):
+    return {message._connection_header["callerid"] for message in messages}
+
+
+if __name__ == "__main__":
+    rospy.init_node("ten_walkers_test")
+    rostest.rosrun("walker_sim", "ten_walkers_test", TenWalkersTest, sys.argv)
