@@ -1,6 +1,7 @@
 #include "core/episode_record.h"
 
-#include <algorithm>
+#include <cstddef>
+#include <map>
 #include <stdexcept>
 
 #include "core/random.h"
@@ -8,23 +9,31 @@
 namespace walker {
 namespace {
 
+/// Records come from anywhere: what is said of one must not be as long as it likes.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kLongest = 200;
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
+}
+
 void compare(const std::string& field, const std::string& recorded, const std::string& own) {
   if (recorded == own) return;
-  throw std::invalid_argument(field + " = " + recorded + " in the record; here it is " + own);
+  throw std::invalid_argument(shortened(field) + " = " + shortened(recorded) +
+                              " in the record; here it is " + own);
 }
 
 void compare_parameters(const EpisodeRecord& record, const EpisodeRecord& own) {
-  for (const auto& [name, value] : own.parameters) {
-    const auto found = std::find_if(record.parameters.begin(), record.parameters.end(),
-                                    [&name = name](const auto& one) { return one.first == name; });
-    compare("parameter " + name, found == record.parameters.end() ? "(absent)" : found->second,
-            value);
-  }
+  std::map<std::string, std::string> recorded;
   for (const auto& [name, value] : record.parameters) {
-    const auto has_name = [&name = name](const auto& one) { return one.first == name; };
-    if (std::any_of(own.parameters.begin(), own.parameters.end(), has_name)) continue;
-    compare("parameter " + name, value, "(absent)");
+    if (recorded.emplace(name, value).second) continue;
+    throw std::invalid_argument("parameter " + shortened(name) + " stands twice in the record");
   }
+  const std::string absent = "(absent)";
+  for (const auto& [name, value] : own.parameters) {
+    const auto found = recorded.find(name);
+    compare("parameter " + name, found == recorded.end() ? absent : found->second, value);
+    recorded.erase(name);
+  }
+  for (const auto& [name, value] : recorded) compare("parameter " + name, value, absent);
 }
 
 }  // namespace
@@ -55,9 +64,11 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
     throw std::invalid_argument("generator_state is not that of seed = " +
                                 std::to_string(*record.seed));
   }
-  if (record.actions.size() % specification.action_size() != 0) {
+  const std::size_t expected = std::size_t{record.num_steps} * specification.action_size();
+  if (record.actions.size() != expected) {
     throw std::invalid_argument("actions has " + std::to_string(record.actions.size()) +
-                                " values; must be a multiple of " +
+                                " values; must have " + std::to_string(expected) + ", " +
+                                std::to_string(record.num_steps) + " steps of " +
                                 std::to_string(specification.action_size()));
   }
 }

@@ -1,6 +1,7 @@
 // An episode as what determines it: repeated from here it is the same to the bit.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,8 +20,9 @@ struct EpisodeRecord {
   std::string engine_version;
   std::optional<std::uint64_t> seed;  ///< with which the episode began; none: generator continued
   GeneratorState generator_state{};   ///< before the reset
-  std::vector<double> actions;        ///< step x action, as given [unitless]
-  double episode_return = 0;          ///< sum of the rewards, by which a repetition is checked
+  std::uint32_t num_steps = 0;
+  std::vector<double> actions;  ///< step x action, as given [unitless]
+  double episode_return = 0;    ///< sum of the rewards, by which a repetition is checked
 };
 
 /// The part of a record that says on what the episode was played.

@@ -57,7 +57,7 @@ void Publishers::publish_constants(ros::Time stamp) {
 
 void Publishers::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
-  publish_scene(stamp);
+  if (simulation_.state().error.empty()) publish_scene(stamp);  // else there is none to tell of
   publish_state(stamp);
 }
 

@@ -43,15 +43,9 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   if (message.episode.has_seed != 0) record.seed = message.episode.seed;
   std::copy(message.episode.generator_state.begin(), message.episode.generator_state.end(),
             record.generator_state.begin());
+  record.num_steps = message.episode.length;
   record.actions = message.actions;
   record.episode_return = message.episode.episode_return;
-  const std::size_t expected = std::size_t{message.episode.length} * message.spec.action_size;
-  if (record.actions.size() != expected) {
-    throw std::invalid_argument("actions has " + std::to_string(record.actions.size()) +
-                                " values; must have " + std::to_string(expected) + ", " +
-                                std::to_string(message.episode.length) + " steps of " +
-                                std::to_string(message.spec.action_size));
-  }
   return record;
 }
 

@@ -1,6 +1,8 @@
 #include "server/simulation.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <exception>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -9,116 +11,146 @@
 
 namespace walker {
 
-Simulation::Simulation(MakeEnvironment make, std::optional<std::uint64_t> first_seed)
-    : make_(std::move(make)),
-      environment_(make_()),
-      specification_(environment_->specification()),
-      first_seed_(first_seed ? *first_seed : draw_seed()) {
-  state_.observation.resize(specification_.observation_size());
-  state_.info.resize(specification_.info_names.size());
-  const std::size_t steps = std::min(specification_.max_episode_steps, kMostRecordedSteps);
-  actions_.reserve(steps * specification_.action_size());
+Simulation::Course::Course(std::unique_ptr<Environment> made) : environment(std::move(made)) {
+  const Specification& specification = environment->specification();
+  state.observation.resize(specification.observation_size());
+  state.info.resize(specification.info_names.size());
+  const std::size_t steps = std::min(specification.max_episode_steps, kMostRecordedSteps);
+  actions.reserve(steps * specification.action_size());
 }
+
+void Simulation::Course::begin(const GeneratorState& generator_state,
+                               std::optional<std::uint64_t> seed) {
+  environment->set_generator_state(generator_state);
+  state.info.assign(state.info.size(), std::numeric_limits<double>::quiet_NaN());
+  Result result;
+  result.observation = state.observation.data();
+  result.info = state.info.data();
+  environment->reset(std::nullopt, result);
+  ++state.episode;
+  state.step = 0;
+  state.action.clear();
+  state.episode_return = 0;
+  state.seed = seed;
+  state.generator_state = generator_state;
+  actions.clear();
+  take(result);
+}
+
+void Simulation::Course::step(const std::vector<double>& action) {
+  Result result;
+  result.observation = state.observation.data();
+  result.info = state.info.data();
+  environment->step(action.data(), action.size(), result);
+  ++state.step;
+  state.action = action;
+  if (state.step <= kMostRecordedSteps) {
+    actions.insert(actions.end(), action.begin(), action.end());
+  }
+  take(result);
+}
+
+void Simulation::Course::take(const Result& result) {
+  state.reward = result.reward;
+  state.episode_return += result.reward;
+  state.terminated = result.terminated;
+  state.truncated = result.truncated;
+  state.error = result.error;
+  state.end_reason.clear();
+  if (result.terminated) {
+    state.end_reason = std::string("terminated: ") + result.end_reason;
+  } else if (result.truncated) {
+    state.end_reason = std::string("truncated: ") + result.end_reason;
+  }
+}
+
+Simulation::Simulation(const std::function<std::unique_ptr<Environment>()>& make,
+                       std::optional<std::uint64_t> first_seed)
+    : present_(make()),
+      twin_(make()),
+      specification_(present_.environment->specification()),
+      first_seed_(first_seed ? *first_seed : draw_seed()) {}
 
 void Simulation::reset(std::optional<std::uint64_t> seed) {
   if (!seed && !has_episode()) seed = first_seed_;
-  begin(seed ? Generator(*seed).state() : environment_->generator_state(), seed);
+  begin(seed ? Generator(*seed).state() : present_.environment->generator_state(), seed);
 }
 
 void Simulation::begin(const GeneratorState& state, std::optional<std::uint64_t> seed) {
-  environment_->set_generator_state(state);
-  state_.info.assign(state_.info.size(), std::numeric_limits<double>::quiet_NaN());
-  Result result;
-  result.observation = state_.observation.data();
-  result.info = state_.info.data();
-  environment_->reset(std::nullopt, result);
-  ++state_.episode;
-  state_.step = 0;
-  state_.action.clear();
-  state_.episode_return = 0;
-  state_.seed = seed;
-  state_.generator_state = state;
-  actions_.clear();
-  take(result);
+  present_.begin(state, seed);
+  sensors_are_fresh_ = false;
 }
 
 void Simulation::step(const std::vector<double>& action) {
-  Result result;
-  result.observation = state_.observation.data();
-  result.info = state_.info.data();
-  environment_->step(action.data(), action.size(), result);
-  ++state_.step;
-  state_.action = action;
-  if (state_.step <= kMostRecordedSteps) {
-    actions_.insert(actions_.end(), action.begin(), action.end());
-  }
-  take(result);
-}
-
-void Simulation::take(const Result& result) {
-  state_.reward = result.reward;
-  state_.episode_return += result.reward;
-  state_.terminated = result.terminated;
-  state_.truncated = result.truncated;
-  state_.error = result.error;
-  state_.end_reason.clear();
-  if (result.terminated) {
-    state_.end_reason = std::string("terminated: ") + result.end_reason;
-  } else if (result.truncated) {
-    state_.end_reason = std::string("truncated: ") + result.end_reason;
-  }
+  present_.step(action);
   sensors_are_fresh_ = false;
 }
 
 EpisodeRecord Simulation::record() const {
   if (!has_episode()) throw std::logic_error("there is no episode yet; reset first");
-  if (state_.step > kMostRecordedSteps) {
-    throw std::logic_error("the episode has " + std::to_string(state_.step) +
+  if (state().step > kMostRecordedSteps) {
+    throw std::logic_error("the episode has " + std::to_string(state().step) +
                            " steps; the record was given up after " +
                            std::to_string(kMostRecordedSteps));
   }
   EpisodeRecord record = describe_origin(specification_);
-  record.seed = state_.seed;
-  record.generator_state = state_.generator_state;
-  record.actions = actions_;
-  record.episode_return = state_.episode_return;
+  record.seed = state().seed;
+  record.generator_state = state().generator_state;
+  record.num_steps = state().step;
+  record.actions = present_.actions;
+  record.episode_return = state().episode_return;
   check_repeatable(record, specification_);
   return record;
 }
 
-void Simulation::restore(const EpisodeRecord& record) {
+void Simulation::restore(const EpisodeRecord& record, const std::function<bool()>& is_wanted) {
   check_repeatable(record, specification_);
-  // Played beside the present episode, which stays as it is when the record turns out wrong.
-  Simulation twin(make_, first_seed_);
-  twin.begin(record.generator_state, record.seed);
+  if (record.num_steps > kMostRecordedSteps) {
+    throw std::invalid_argument("the record has " + std::to_string(record.num_steps) +
+                                " steps; must have at most " + std::to_string(kMostRecordedSteps));
+  }
+  repeat(record, is_wanted);
+  std::swap(present_, twin_);
+  sensors_are_fresh_ = false;
+}
+
+/// In the twin: the present episode stays as it is when the record turns out wrong.
+void Simulation::repeat(const EpisodeRecord& record, const std::function<bool()>& is_wanted) {
+  twin_.state.episode = state().episode;
+  twin_.begin(record.generator_state, record.seed);
+  constexpr std::uint32_t kStepsUntilAsked = 100;
   const std::size_t size = specification_.action_size();
   std::vector<double> action(size);
-  for (std::size_t first = 0; first < record.actions.size(); first += size) {
-    std::copy_n(record.actions.begin() + static_cast<std::ptrdiff_t>(first), size, action.begin());
-    twin.step(action);
+  for (std::uint32_t i = 0; i < record.num_steps; ++i) {
+    if (i % kStepsUntilAsked == 0 && !is_wanted()) {
+      throw std::runtime_error("given up after " + std::to_string(i) + " steps");
+    }
+    std::copy_n(record.actions.begin() + static_cast<std::ptrdiff_t>(i * size), size,
+                action.begin());
+    try {
+      twin_.step(action);
+    } catch (const std::exception& error) {
+      throw std::invalid_argument("step " + std::to_string(i + 1) +
+                                  " of the record: " + error.what());
+    }
   }
-  if (twin.state_.episode_return != record.episode_return) {
+  if (twin_.state.episode_return != record.episode_return) {
     throw std::invalid_argument("episode_return = " + to_string(record.episode_return) +
                                 " in the record; repeated here it is " +
-                                to_string(twin.state_.episode_return));
+                                to_string(twin_.state.episode_return));
   }
-  twin.state_.episode = state_.episode + 1;
-  environment_ = std::move(twin.environment_);
-  state_ = std::move(twin.state_);
-  actions_ = std::move(twin.actions_);
-  sensors_are_fresh_ = false;
 }
 
 const Sensors& Simulation::sensors() {
   if (!sensors_are_fresh_) {
-    environment_->sense(sensors_);
+    present_.environment->sense(sensors_);
     sensors_are_fresh_ = true;
   }
   return sensors_;
 }
 
 const Scene& Simulation::scene() {
-  environment_->scene(scene_);
+  present_.environment->scene(scene_);
   return scene_;
 }
 

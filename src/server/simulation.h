@@ -37,11 +37,10 @@ struct EpisodeState {
 /// Drives an environment, keeps `EpisodeState` in step with it and remembers what was done.
 class Simulation {
  public:
-  using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
-
-  /// @param make       makes the environment, and another one like it for each restore
-  /// @param first_seed for the first reset that brings no seed; none: drawn from the system
-  Simulation(MakeEnvironment make, std::optional<std::uint64_t> first_seed);
+  /// @param make       makes the environment, and then its twin, in which records are repeated
+  /// @param first_seed for the first reset where that brings no seed; none: drawn from the system
+  Simulation(const std::function<std::unique_ptr<Environment>()>& make,
+             std::optional<std::uint64_t> first_seed);
 
   /// Begins an episode. Without a seed the generator continues.
   /// @throws std::exception of the engine; then there is no episode
@@ -62,13 +61,15 @@ class Simulation {
   EpisodeRecord record() const;
 
   /// A new episode that is, and goes on, as the recorded one.
-  /// @throws std::invalid_argument naming what keeps this environment from repeating it; then
-  ///         nothing has changed
-  void restore(const EpisodeRecord& record);
+  /// @param is_wanted asked now and then: false gives up
+  /// @throws std::invalid_argument naming what keeps this environment from repeating it,
+  ///         std::runtime_error where it is not wanted any more; then nothing has changed
+  void restore(
+      const EpisodeRecord& record, const std::function<bool()>& is_wanted = [] { return true; });
 
   const Specification& specification() const { return specification_; }
-  const EpisodeState& state() const { return state_; }
-  bool has_episode() const { return state_.episode != 0; }
+  const EpisodeState& state() const { return present_.state; }
+  bool has_episode() const { return state().episode != 0; }
 
   /// Measurements of the present state, made at most once per state. Needs an episode whose
   /// simulation has not failed.
@@ -80,14 +81,24 @@ class Simulation {
   static constexpr std::uint32_t kMostRecordedSteps = 1000000;
 
  private:
-  void take(const Result& result);
+  /// An environment, and what has been done in it.
+  struct Course {
+    explicit Course(std::unique_ptr<Environment> made);
+    void begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed);
+    void step(const std::vector<double>& action);
+    void take(const Result& result);
 
-  MakeEnvironment make_;
-  std::unique_ptr<Environment> environment_;
-  Specification specification_;  // outlives an environment that a restore replaces
+    std::unique_ptr<Environment> environment;
+    EpisodeState state;
+    std::vector<double> actions;  // step x action
+  };
+
+  void repeat(const EpisodeRecord& record, const std::function<bool()>& is_wanted);
+
+  Course present_;
+  Course twin_;                  // takes the present one's place after a restore
+  Specification specification_;  // outlives that
   std::uint64_t first_seed_;
-  EpisodeState state_;
-  std::vector<double> actions_;  // step x action
   Sensors sensors_;
   Scene scene_;
   bool sensors_are_fresh_ = false;

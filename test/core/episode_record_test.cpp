@@ -21,6 +21,7 @@ class EpisodeRecordTest : public testing::Test {
   EpisodeRecordTest() : record_(describe_origin(specification_)) {
     record_.seed = 5;
     record_.generator_state = Generator(5).state();
+    record_.num_steps = 1;
     record_.actions = {1, 2, 3, 4, 5, 6};
   }
 
@@ -34,6 +35,7 @@ TEST_F(EpisodeRecordTest, OfTheSameEnvironmentIsRepeatable) {
   EXPECT_NO_THROW(check_repeatable(record_, specification_));
   record_.seed.reset();  // a continued generator
   record_.generator_state = Generator(6).state();
+  record_.num_steps = 0;
   record_.actions.clear();
   EXPECT_NO_THROW(check_repeatable(record_, specification_));
 }
@@ -50,6 +52,11 @@ TEST_F(EpisodeRecordTest, TheFieldThatDiffersIsNamedWithBothValues) {
             "engine_version = 9 in the record; here it is " + specification_.engine_version);
 }
 
+TEST_F(EpisodeRecordTest, WhatIsSaidOfALongTextIsShort) {
+  record_.id.assign(10000000, 'a');
+  EXPECT_LT(refusal().size(), 300U);
+}
+
 TEST_F(EpisodeRecordTest, EveryParameterCounts) {
   ASSERT_GT(record_.parameters.size(), 5U);
   for (std::size_t i = 0; i < record_.parameters.size(); ++i) {
@@ -62,6 +69,10 @@ TEST_F(EpisodeRecordTest, EveryParameterCounts) {
     EXPECT_EQ(walker::refusal(other, specification_),
               "parameter " + name + " = (absent) in the record; here it is " + value);
   }
+  EpisodeRecord twice = record_;
+  twice.parameters.push_back(twice.parameters.front());
+  EXPECT_EQ(walker::refusal(twice, specification_),
+            "parameter xml_file stands twice in the record");
   record_.parameters.emplace_back("wind", "3");
   EXPECT_EQ(refusal(), "parameter wind = 3 in the record; here it is (absent)");
 }
@@ -73,7 +84,10 @@ TEST_F(EpisodeRecordTest, ASeedMustGiveTheGeneratorsState) {
 
 TEST_F(EpisodeRecordTest, ActionsAreWhole) {
   record_.actions.pop_back();
-  EXPECT_EQ(refusal(), "actions has 5 values; must be a multiple of 6");
+  EXPECT_EQ(refusal(), "actions has 5 values; must have 6, 1 steps of 6");
+  record_.actions.clear();
+  record_.num_steps = 4294967295;
+  EXPECT_EQ(refusal(), "actions has 0 values; must have 25769803770, 4294967295 steps of 6");
 }
 
 TEST(EpisodeRecord, EpisodesThatDependOnEarlierOnesAreNotRepeatable) {

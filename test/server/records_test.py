@@ -4,10 +4,12 @@
 import copy
 import random
 import sys
+import time
 
 import rospy
 import rostest
 from server_harness import ServerTest, bits, nanoseconds, same_experience
+from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode, EpisodeRecord, Transition
 
 IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
@@ -128,6 +130,59 @@ class RecordsTest(ServerTest):
         stamps = [nanoseconds(m) for m in transitions.messages()]
         self.assertEqual(stamps, sorted(set(stamps)))
 
+    def test_a_failed_episode_is_restored_as_failed(self):
+        model = self.model_file(('gear="100"', 'gear="1e14"'))
+        self.serve_lockstep(env="Walker2d-v5", xml_file=model, terminate_when_unhealthy=False)
+        self.ask("reset", has_seed=True, seed=1)
+        failed = self.play([[1.0] * 6] * 50)[-1]
+        self.assertIn("MuJoCo", failed.error)
+        record = self.ask("snapshot").record
+        self.ask("reset", has_seed=True, seed=2)
+        reply = self.ask("restore", record=record).transition
+        self.assertTrue(same_experience(reply, failed))
+        self.assertEqual(self.ask("reset").transition.step, 0)
+
+    def test_the_model_is_read_once(self):
+        model = self.model_file()
+        self.serve_lockstep(env="Walker2d-v5", xml_file=model)
+        self.ask("reset", has_seed=True, seed=1)
+        record = self.ask("snapshot").record
+        future = self.play(actions(6, 20, 1))
+        with open(model, "w", encoding="utf-8") as file:
+            file.write("no model any more")
+        self.ask("restore", record=record)
+        self.assert_same_experiences(self.play(actions(6, 20, 1)), future)
+
+    def test_an_ended_episode_is_restored_as_ended(self):
+        self.serve(auto_reset=False, max_episode_steps=5, real_time_factor=10.0)
+        transitions = self.record("/transition", Transition)
+        self.ask("reset", has_seed=True, seed=5)
+        end = transitions.wait(lambda m: m.truncated)
+        record = self.ask("snapshot").record
+        self.ask("reset", has_seed=True, seed=6)
+        self.ask("pause")
+        reply = self.ask("restore", record=record).transition
+        self.assertTrue(same_experience(reply, end))
+        self.ask("unpause")
+        self.assertEqual(self.ask("snapshot").record.episode.episode, reply.episode, "stands still")
+
+    def test_a_restore_clears_the_held_command(self):
+        self.serve(command_timeout=0.0, real_time_factor=5.0)
+        transitions = self.record("/transition", Transition)
+        record = self.ask("snapshot").record
+        commands = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=1)
+        self.addCleanup(commands.unregister)
+
+        def held(message):
+            commands.publish(Float64MultiArray(data=[8.0] * 4))
+            return message.step > 0 and list(message.action) == [0.1] * 4
+
+        transitions.wait(held)
+        time.sleep(0.2)  # for commands under way
+        reply = self.ask("restore", record=record).transition
+        first = transitions.wait(lambda m: (m.episode, m.step) == (reply.episode, reply.step + 1))
+        self.assertEqual(list(first.action), [0.0] * 4)
+
     # ------------------------------------------------------------ refused
 
     def test_another_environment_is_refused_by_name(self):
@@ -178,7 +233,7 @@ class RecordsTest(ServerTest):
             (lose_action, "actions has 17 values; must have 18"),
             (set_seed, "generator_state is not that of seed = 2"),
             (set_return, "episode_return = "),
-            (spoil_action, "action[0] (thigh_joint) = nan; must be finite"),
+            (spoil_action, "step 1 of the record: action[0] (thigh_joint) = nan; must be finite"),
         ):
             with self.subTest(change.__name__):
                 self.assertIn(words, changed(change))

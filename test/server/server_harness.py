@@ -275,6 +275,19 @@ class ServerTest(unittest.TestCase):
         finally:
             client.close()
 
+    def model_file(self, *replacements):
+        """A file with Walker2d-v5's own model, changed."""
+        text = builtin_model()
+        for old, new in replacements:
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, "my walker.xml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
     def counter(self, word):
         """The number in fresh diagnostics whose key holds `word`."""
         if not hasattr(self, "_diagnostics"):

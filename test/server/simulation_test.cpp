@@ -148,7 +148,7 @@ TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
   EXPECT_EQ(refusal(bad).find("engine = another"), 0U);
   bad = good;
   bad.actions[3] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(refusal(bad).find("must be finite"), std::string::npos) << refusal(bad);
+  EXPECT_EQ(refusal(bad).find("step 1 of the record: action[3]"), 0U) << refusal(bad);
   bad = good;
   bad.episode_return += 1;
   EXPECT_EQ(refusal(bad).find("episode_return = "), 0U) << refusal(bad);
@@ -158,7 +158,8 @@ TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
   EXPECT_NE(refusal(bad).find("must be odd"), std::string::npos) << refusal(bad);
   bad = good;  // goes on after its end
   const std::size_t size = simulation.specification().action_size();
-  bad.actions.assign(3000 * size, 1);
+  bad.num_steps = 3000;
+  bad.actions.assign(bad.num_steps * size, 1);
   EXPECT_NE(refusal(bad).find("the episode ended"), std::string::npos) << refusal(bad);
 
   expect_same_state(simulation.state(), state);
@@ -221,6 +222,35 @@ TEST(Simulation, GivesUpTheRecordOfAnEndlessEpisode) {
             "the episode has 1000001 steps; the record was given up after 1000000");
   simulation.reset(1);
   EXPECT_TRUE(simulation.record().actions.empty()) << "the next one has a record again";
+}
+
+TEST(Simulation, RefusesARecordThatItCouldNotGiveItself) {
+  Simulation simulation([] { return std::make_unique<Endless>(); }, 1);
+  simulation.reset(1);
+  EpisodeRecord record = simulation.record();
+  record.num_steps = Simulation::kMostRecordedSteps + 1;
+  record.actions.assign(record.num_steps, 0.5);
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { simulation.restore(record); }),
+            "the record has 1000001 steps; must have at most 1000000");
+  EXPECT_EQ(simulation.state().episode, 1U);
+  record.num_steps = Simulation::kMostRecordedSteps;
+  record.actions.pop_back();
+  simulation.restore(record);
+  EXPECT_EQ(simulation.record().actions, record.actions);
+}
+
+TEST(Simulation, GivesUpARestoreThatIsNotWantedAnyMore) {
+  Simulation simulation([] { return std::make_unique<Endless>(); }, 1);
+  simulation.reset(1);
+  EpisodeRecord record = simulation.record();
+  record.num_steps = 100000;
+  record.actions.assign(record.num_steps, 0.5);
+  int asked = 0;
+  EXPECT_EQ(message_of<std::runtime_error>(
+                [&] { simulation.restore(record, [&] { return ++asked < 3; }); }),
+            "given up after 200 steps");
+  EXPECT_EQ(simulation.state().episode, 1U);
+  EXPECT_EQ(simulation.state().step, 0U);
 }
 
 }  // namespace

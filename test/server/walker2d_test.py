@@ -4,7 +4,6 @@
 import math
 import os
 import sys
-import tempfile
 
 import nav_msgs.msg
 import rosgraph_msgs.msg
@@ -15,7 +14,7 @@ import std_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
 from bare_ros import wait_for
-from server_harness import ServerTest, bits, builtin_model, nanoseconds, same_experience
+from server_harness import ServerTest, bits, nanoseconds, same_experience
 from walker_sim.msg import Contacts, Episode, Transition
 from walker_sim.srv import Reset, Step
 
@@ -65,19 +64,6 @@ class Walker2dTest(ServerTest):
         parameters.setdefault("env", "Walker2d-v5")
         super().serve(**parameters)
         self.transitions = self.record("/transition", Transition)
-
-    def model_file(self, *replacements):
-        """A file with the built-in model, changed."""
-        text = builtin_model()
-        for old, new in replacements:
-            self.assertIn(old, text)
-            text = text.replace(old, new)
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        path = os.path.join(folder.name, "my walker.xml")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-        return path
 
     def lockstep(self):
         """Reset and step over connections that stay."""
