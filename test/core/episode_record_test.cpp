@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -14,6 +15,14 @@ namespace {
 
 std::string refusal(const EpisodeRecord& record, const Specification& specification) {
   return message_of<std::invalid_argument>([&] { check_repeatable(record, specification); });
+}
+
+/// The words about a parameter that differs.
+std::string refusal_of(const std::string& name, const std::string& recorded,
+                       const std::string& own) {
+  std::ostringstream words;
+  words << "parameter " << name << " = " << recorded << " in the record; here it is " << own;
+  return words.str();
 }
 
 class EpisodeRecordTest : public testing::Test {
@@ -63,11 +72,9 @@ TEST_F(EpisodeRecordTest, EveryParameterCounts) {
     EpisodeRecord other = record_;
     other.parameters[i].second += "1";
     const auto& [name, value] = record_.parameters[i];
-    EXPECT_EQ(walker::refusal(other, specification_),
-              "parameter " + name + " = " + value + "1 in the record; here it is " + value);
+    EXPECT_EQ(walker::refusal(other, specification_), refusal_of(name, value + "1", value));
     other.parameters.erase(other.parameters.begin() + static_cast<std::ptrdiff_t>(i));
-    EXPECT_EQ(walker::refusal(other, specification_),
-              "parameter " + name + " = (absent) in the record; here it is " + value);
+    EXPECT_EQ(walker::refusal(other, specification_), refusal_of(name, "(absent)", value));
   }
   EpisodeRecord twice = record_;
   twice.parameters.push_back(twice.parameters.front());

@@ -18,7 +18,7 @@ namespace walker {
 namespace {
 
 Simulation simulation_of(const std::string& id, const Parameters& parameters = {}) {
-  return Simulation([=] { return make(id, parameters); }, 3);
+  return {[=] { return make(id, parameters); }, 3};
 }
 
 std::vector<double> random_action(Generator& generator, const Simulation& simulation) {
