@@ -19,28 +19,50 @@ bool same(const walker_sim::EnvironmentSpec& one, const walker_sim::EnvironmentS
 }  // namespace
 
 void BagIndex::add(const walker_sim::EnvironmentSpec& message) {
+  const bool belongs_to_run = !spec_ || episodes_.empty();
+  (belongs_to_run ? spec_ : next_spec_) = std::make_shared<walker_sim::EnvironmentSpec>(message);
   spec_came_ = true;
-  // A recorder that splits its bag may repeat what is latched.
-  if (spec_ && same(*spec_, message)) return;
-  spec_ = std::make_shared<walker_sim::EnvironmentSpec>(message);
-  if (!episodes_.empty()) spec_came_after_ = episodes_.back().num_transitions;
 }
 
 void BagIndex::add(const walker_sim::Transition& message) {
-  if (continues(message)) {
+  const bool begins_run = episodes_.empty() || goes_back(message) || is_next_server(message);
+  if (begins_run && !episodes_.empty()) end_run();
+  if (!begins_run && message.episode == episodes_.back().number) {
     extend(message);
   } else {
-    open(message);
+    open(message, begins_run);
   }
   step_ = message.step;
   spec_came_ = false;
 }
 
-/// Whether the message belongs to the present episode. A server that was started again counts from
-/// 1 again, or has told its specification since.
-bool BagIndex::continues(const walker_sim::Transition& message) const {
-  if (episodes_.empty() || message.episode != episodes_.back().number) return false;
-  return message.step == step_ + 1 || (message.step > step_ && !spec_came_);
+/// Whether a server counts from the start again.
+bool BagIndex::goes_back(const walker_sim::Transition& message) const {
+  const std::uint32_t episode = episodes_.back().number;
+  return message.episode < episode || (message.episode == episode && message.step <= step_);
+}
+
+/// Whether a server that has told its specification is found late: its counts lie ahead.
+bool BagIndex::is_next_server(const walker_sim::Transition& message) const {
+  const std::uint32_t episode = episodes_.back().number;
+  const bool is_next_step = message.episode == episode && message.step == step_ + 1;
+  if (!next_spec_ || is_next_step) return false;
+  if (!same(*spec_, *next_spec_)) return true;
+  // A recorder that splits its bag may repeat what is latched.
+  const bool is_next_episode = message.episode == episode + 1 && message.step == 0;
+  return spec_came_ && !is_next_episode;
+}
+
+void BagIndex::end_run() {
+  if (repeated_spec_ && spec_came_ && !next_spec_) next_spec_ = std::move(spec_);
+  if (!spec_) spec_ = std::move(repeated_spec_);
+  repeated_spec_.reset();
+  for (std::size_t i = run_begin_; i < episodes_.size(); ++i) episodes_[i].spec = spec_;
+  run_begin_ = episodes_.size();
+  // The same again, amid the run: repeated by the recorder, or the next server's, early.
+  const bool may_be_repeated = next_spec_ && !spec_came_ && same(*spec_, *next_spec_);
+  (may_be_repeated ? repeated_spec_ : spec_) = std::move(next_spec_);
+  if (may_be_repeated) spec_.reset();
 }
 
 void BagIndex::extend(const walker_sim::Transition& message) {
@@ -58,7 +80,7 @@ void BagIndex::extend(const walker_sim::Transition& message) {
   last_stamps_.back() = message.header.stamp;
 }
 
-void BagIndex::open(const walker_sim::Transition& message) {
+void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
   BagEpisode episode;
   episode.number = message.episode;
   episode.first_step = message.step;
@@ -67,32 +89,22 @@ void BagIndex::open(const walker_sim::Transition& message) {
   episode.episode_return = message.episode_return;
   episode.terminated = message.terminated != 0;
   episode.truncated = message.truncated != 0;
-  episode.opens_recording = true;
+  episode.opens_recording = begins_run;
   if (!episodes_.empty()) {
-    settle_spec();
     BagEpisode& previous = episodes_.back();
-    episode.opens_recording = spec_came_ || message.episode <= previous.number;
-    if (!episode.opens_recording) episode.missing_before = message.episode - previous.number - 1;
-    previous.successor = episode.opens_recording ? BagEpisode::Successor::other_server
-                                                 : BagEpisode::Successor::reset;
+    if (!begins_run) episode.missing_before = message.episode - previous.number - 1;
+    previous.successor =
+        begins_run ? BagEpisode::Successor::other_server : BagEpisode::Successor::reset;
   }
-  episode.spec = spec_;
-  spec_came_after_ = 0;
   episodes_.push_back(std::move(episode));
   first_stamps_.push_back(message.header.stamp);
   last_stamps_.push_back(message.header.stamp);
 }
 
-/// A specification among the transitions of an episode is either its own server's, late, or the
-/// next one's, early: the nearer end of the episode tells.
-void BagIndex::settle_spec() {
-  BagEpisode& episode = episodes_.back();
-  if (!episode.spec || 2 * spec_came_after_ <= episode.num_transitions) episode.spec = spec_;
-}
-
 std::vector<BagEpisode> BagIndex::finish() {
   if (episodes_.empty()) return {};
-  settle_spec();
+  spec_came_ = false;  // nobody follows
+  end_run();
   std::vector<Place> beginnings;
   Place from = 0;
   for (std::size_t i = 0; i < episodes_.size(); ++i) {

@@ -26,10 +26,11 @@ class BagIndex {
   /// A place in `announcements_`; its size: none.
   using Place = std::size_t;
 
-  bool continues(const walker_sim::Transition& message) const;
+  bool goes_back(const walker_sim::Transition& message) const;
+  bool is_next_server(const walker_sim::Transition& message) const;
+  void end_run();
   void extend(const walker_sim::Transition& message);
-  void open(const walker_sim::Transition& message);
-  void settle_spec();
+  void open(const walker_sim::Transition& message, bool begins_run);
   Place find_beginning(std::size_t index, Place from) const;
   std::shared_ptr<const walker_sim::EpisodeRecord> find_record(std::size_t index) const;
   void join_end(std::size_t index, Place from, Place to);
@@ -40,10 +41,13 @@ class BagIndex {
   std::vector<walker_sim::Episode> announcements_;
   std::vector<std::shared_ptr<const walker_sim::EpisodeRecord>> records_;
 
-  std::shared_ptr<const walker_sim::EnvironmentSpec> spec_;  // the newest
-  std::size_t spec_came_after_ = 0;  // transitions of the present episode before the newest spec
-  bool spec_came_ = false;           // since the last transition
-  std::uint32_t step_ = 0;           // of the last transition
+  // A specification belongs to a whole run of a server, wherever amid its transitions it comes.
+  std::size_t run_begin_ = 0;  // index of the present run's first episode
+  std::shared_ptr<const walker_sim::EnvironmentSpec> spec_;           // its; null: has not come yet
+  std::shared_ptr<const walker_sim::EnvironmentSpec> repeated_spec_;  // its if no other comes
+  std::shared_ptr<const walker_sim::EnvironmentSpec> next_spec_;      // came after its own
+  bool spec_came_ = false;                                            // since the last transition
+  std::uint32_t step_ = 0;                                            // of the last transition
 };
 
 }  // namespace walker

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <functional>
 #include <iomanip>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -76,7 +78,7 @@ class Comparison {
   std::string first_;
 };
 
-Simulation::MakeEnvironment maker_of(const walker_sim::EnvironmentSpec& spec) {
+std::function<std::unique_ptr<Environment>()> maker_of(const walker_sim::EnvironmentSpec& spec) {
   return [id = spec.id, parameters = parameters_of(spec)] { return make(id, parameters); };
 }
 

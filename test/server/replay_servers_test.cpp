@@ -87,6 +87,147 @@ TEST_F(ReplayServersTest, TopicsTravelApart) {
   EXPECT_TRUE(replay_of(session).says("3 episodes equal to the bit (50 steps)\n"));
 }
 
+constexpr int kEpisodes = 4;
+constexpr int kSteps = 12;                              // of each episode
+constexpr int kTransitions = kEpisodes * (kSteps + 1);  // of a server
+
+void play(Session& session) {
+  for (int i = 0; i < kEpisodes; ++i) {
+    session.reset(i);
+    session.walk(kSteps);
+  }
+}
+
+/// Servers one after the other, under the same name, whose healthy_reward is this.
+Session servers(const std::vector<double>& healthy_rewards) {
+  const auto parameters = [&](std::size_t i) {
+    return Parameters{{"healthy_reward", healthy_rewards[i]}, {"terminate_when_unhealthy", false}};
+  };
+  Session session("Walker2d-v4", parameters(0));
+  play(session);
+  for (std::size_t i = 1; i < healthy_rewards.size(); ++i) {
+    session.start("Walker2d-v4", parameters(i));
+    play(session);
+  }
+  return session;
+}
+
+/// Moves the specification of a server behind as many transitions; negative: before as many.
+void delay_spec(Session& session, std::size_t server, int num_transitions) {
+  auto& entries = session.entries();
+  auto place = entries.begin();
+  for (std::size_t num_specs = 0;; ++place) {
+    if (std::holds_alternative<EnvironmentSpec>(place->message) && num_specs++ == server) break;
+  }
+  Session::Entry spec = *place;
+  place = entries.erase(place);
+  const auto is_transition = [](const Session::Entry& entry) {
+    return std::holds_alternative<Transition>(entry.message);
+  };
+  for (; num_transitions < 0; ++num_transitions) {
+    do --place;
+    while (!is_transition(*place));
+  }
+  for (; num_transitions > 0; --num_transitions) {
+    while (!is_transition(*place)) ++place;
+    ++place;
+  }
+  spec.time = place == entries.end() ? entries.back().time + ros::Duration(1)
+                                     : place->time - ros::Duration(0, 1);
+  entries.insert(place, spec);
+}
+
+/// As a recorder that splits its bag repeats what is latched: after as many transitions.
+void repeat_spec(Session& session, int num_transitions) {
+  session.entries().insert(session.entries().begin(), session.entries().front());
+  delay_spec(session, 1, num_transitions);
+}
+
+std::string all_equal(int num_servers) {
+  return std::to_string(num_servers * kEpisodes) + " episodes equal to the bit (" +
+         std::to_string(num_servers * kEpisodes * kSteps) + " steps)\n";
+}
+
+TEST_F(ReplayServersTest, ASpecificationMayComeLate) {
+  for (const int delay : {-14, -2, 0, 1, 8, 13, 14, 30, kTransitions - 1, kTransitions}) {
+    for (const auto& rewards : {std::vector<double>{1, 2}, std::vector<double>{1, 2, 3},
+                                std::vector<double>{1, 1}, std::vector<double>{1, 1, 2}}) {
+      if (delay < -kSteps && rewards[0] != rewards[1]) continue;  // an episode's beginning between
+      Session session = servers(rewards);
+      delay_spec(session, 1, delay);
+      const Outcome outcome = replay_of(session);
+      EXPECT_TRUE(outcome.is_equal) << "after " << delay << " transitions\n" << outcome;
+      const auto num_servers = static_cast<int>(rewards.size());
+      EXPECT_TRUE(outcome.says(all_equal(num_servers))) << delay << "\n" << outcome;
+    }
+  }
+}
+
+TEST_F(ReplayServersTest, AllSpecificationsMayComeLate) {
+  for (const int delay : {1, 8, 13, 30, kTransitions - 1, kTransitions}) {
+    Session session = servers({1, 2, 3});
+    for (const std::size_t server : {2, 1, 0}) delay_spec(session, server, delay);
+    const Outcome outcome = replay_of(session);
+    EXPECT_TRUE(outcome.says(all_equal(3))) << "after " << delay << " transitions\n" << outcome;
+    EXPECT_TRUE(outcome.is_equal) << outcome;
+  }
+}
+
+TEST_F(ReplayServersTest, TheOnlySpecificationMayComeLate) {
+  for (const int delay : {1, 8, 13, 30, kTransitions}) {
+    Session session = servers({2});
+    delay_spec(session, 0, delay);
+    const Outcome outcome = replay_of(session);
+    EXPECT_TRUE(outcome.says(all_equal(1))) << "after " << delay << " transitions\n" << outcome;
+    EXPECT_FALSE(outcome.says("its server ended")) << outcome;
+  }
+}
+
+TEST_F(ReplayServersTest, ALateSpecificationHidesNoDifference) {
+  for (const int delay : {0, 8, 30, kTransitions}) {
+    Session session = servers({1, 2});
+    delay_spec(session, 1, delay);
+    const auto specs = session.all<EnvironmentSpec>();
+    std::swap(specs[0]->parameter_values, specs[1]->parameter_values);
+    const Outcome outcome = replay_of(session);
+    EXPECT_FALSE(outcome.is_equal) << outcome;
+    EXPECT_TRUE(outcome.says("0 episodes equal to the bit (0 steps), 8 differing\n")) << outcome;
+  }
+}
+
+TEST_F(ReplayServersTest, ARepeatedSpecificationBeginsNothing) {
+  for (const int place : {1, 8, 13, 14, 30, kTransitions}) {
+    Session session = servers({1});
+    repeat_spec(session, place);
+    Outcome outcome = replay_of(session);
+    EXPECT_TRUE(outcome.says(all_equal(1))) << "after " << place << " transitions\n" << outcome;
+    EXPECT_FALSE(outcome.says("its server ended")) << outcome;
+    // Steps that are lost elsewhere are lost.
+    session.lose<Transition>([](const Transition& m) { return m.episode == 4 && m.step == 6; });
+    outcome = replay_of(session);
+    EXPECT_FALSE(outcome.is_equal) << outcome;
+    EXPECT_FALSE(outcome.says("its server ended")) << outcome;
+  }
+}
+
+TEST_F(ReplayServersTest, ARepeatedSpecificationIsNotTheNextServers) {
+  for (const int place : {1, 8, 13, 30}) {
+    for (const int delay : {-2, 0, 1, 8, 13, 30, kTransitions}) {
+      for (const auto& rewards : {std::vector<double>{1, 2}, std::vector<double>{1, 2, 3},
+                                  std::vector<double>{1, 1}, std::vector<double>{1, 1, 2}}) {
+        Session session = servers(rewards);
+        delay_spec(session, 1, delay);
+        repeat_spec(session, place);
+        const Outcome outcome = replay_of(session);
+        EXPECT_TRUE(outcome.is_equal)
+            << "repeated after " << place << ", next after " << delay << "\n"
+            << outcome;
+        EXPECT_TRUE(outcome.says(all_equal(static_cast<int>(rewards.size())))) << outcome;
+      }
+    }
+  }
+}
+
 TEST_F(ReplayServersTest, PartsOfARecordingAreOneRecording) {
   Session session = three_episodes(kId);
   // A recorder can be told to repeat in each part what is latched.
