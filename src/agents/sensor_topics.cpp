@@ -122,10 +122,12 @@ std::string SensorTopics::what_is_missing() const {
   const auto [oldest, newest] = std::minmax_element(
       inputs_.begin(), inputs_.end(),
       [](const auto& one, const auto& other) { return one->newest < other->newest; });
+  constexpr double kSeconds = 1e-9;
+  const std::uint64_t nanoseconds = (*newest)->newest.toNSec() - (*oldest)->newest.toNSec();
   std::ostringstream apart;
   apart << "the stamps of " << (*oldest)->subscriber.getTopic() << " and "
         << (*newest)->subscriber.getTopic() << " are "
-        << ((*newest)->newest - (*oldest)->newest).toSec()
+        << static_cast<double>(nanoseconds) * kSeconds
         << " s apart; parameter stamp_tolerance = " << stamp_tolerance_ << " s";
   return apart.str();
 }

@@ -32,9 +32,10 @@ void StatusLine::print() {
   if (transition_.episode == 0) return;
   const ros::WallTime now = ros::WallTime::now();
   const ros::Time stamp = transition_.header.stamp;
-  const double factor = printed_stamp_.isZero() || now <= printed_at_
-                            ? 0
-                            : (stamp - printed_stamp_).toSec() / (now - printed_at_).toSec();
+  const double factor =
+      printed_stamp_.isZero() || now <= printed_at_
+          ? 0
+          : (stamp.toSec() - printed_stamp_.toSec()) / (now - printed_at_).toSec();
   std::printf(
       "%s  time %8.2f s  x%-5.2f episode %u  step %4u  at %6.2f m  %+5.2f m/s  return %+7.1f\n",
       id_.c_str(), stamp.toSec(), factor, transition_.episode, transition_.step,

@@ -1,8 +1,11 @@
 #include "server/diagnostics.h"
 
+#include <exception>
 #include <optional>
 #include <sstream>
 #include <string>
+
+#include <ros/console.h>
 
 #include "walker_sim/registry.h"
 
@@ -61,7 +64,13 @@ Diagnostics::Diagnostics(ros::NodeHandle& node, const DiagnosedServer& server) :
 }
 
 void Diagnostics::report() {
-  updater_.force_update();
+  try {
+    updater_.force_update();
+  } catch (const std::exception& error) {
+    // The updater adds its period to a /clock that may be anything up to the end of ROS time.
+    ROS_ERROR_STREAM("No diagnostics at /clock = " << ros::Time::now() << " s: " << error.what());
+    return;
+  }
   reported_ = server_.counters;
   reported_at_ = std::chrono::steady_clock::now();
 }
@@ -118,10 +127,12 @@ void Diagnostics::describe_pace(Status& status) {
   const std::uint64_t missed = server_.counters.missed_deadlines - reported_.missed_deadlines;
   status.summary(DiagnosticStatus::OK, pace());
   if (missed > 0) {
-    status.summary(DiagnosticStatus::WARN,
-                   sentence("cannot keep up: ", counted(missed, "deadline"),
-                            " missed since the last report, ", factor, " times real time"));
+    status.mergeSummary(DiagnosticStatus::WARN,
+                        sentence("cannot keep up: ", counted(missed, "deadline"),
+                                 " missed since the last report, ", factor, " times real time"));
   }
+  const std::string waiting = server_.paused ? "" : server_.follower.complaint();
+  if (!waiting.empty()) status.mergeSummary(DiagnosticStatus::WARN, waiting);
   status.add("real_time_factor", factor);
   if (server_.options.mode == Mode::free && !server_.follows_clock) {
     status.add("real_time_factor_wanted", server_.pacer.real_time_factor());

@@ -8,6 +8,7 @@
 #include <ros/node_handle.h>
 #include <ros/wall_timer.h>
 
+#include "server/clock_follower.h"
 #include "server/effort_command.h"
 #include "server/episode_statistics.h"
 #include "server/pacer.h"
@@ -38,6 +39,7 @@ struct DiagnosedServer {
   const ServerCounters& counters;
   const EpisodeStatistics& episodes;
   StepTiming& timing;  ///< each report begins it anew
+  const ClockFollower& follower;
   bool follows_clock;  ///< of another publisher
 };
 

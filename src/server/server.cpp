@@ -1,7 +1,6 @@
 #include "server/server.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -19,18 +18,9 @@ namespace {
 
 // How long the loop sleeps where nothing is due; a shutdown is noticed within this time.
 constexpr std::chrono::milliseconds kIdle{50};
-// A /clock that jumps ahead by more steps than this is followed by a slip, not by a burst.
-constexpr std::int64_t kMostStepsToCatchUp = 5;
 
 ros::WallDuration to_wall(Pacer::Clock::duration duration) {
   return ros::WallDuration(std::chrono::duration<double>(duration).count());
-}
-
-ros::Duration to_nanoseconds(double seconds) {
-  constexpr double kPerSecond = 1e9;
-  ros::Duration duration;
-  duration.fromNSec(std::llround(seconds * kPerSecond));
-  return duration;
 }
 
 /// Lets pass one message a second. By wall time: simulation time may stand still, or fly.
@@ -73,14 +63,15 @@ void introduce(const Specification& specification, const ServerOptions& options)
 Server::Server(const ServerOptions& options)
     : options_(options),
       simulation_([this] { return make(options_.id, options_.environment); }, options.seed),
-      dt_(to_nanoseconds(simulation_.specification().dt)),
+      dt_(to_duration(simulation_.specification().dt)),
       clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
       publishers_(node_, simulation_, options_),
       pacer_(simulation_.specification().dt, options.real_time_factor),
+      follower_(static_cast<std::uint64_t>(dt_.toNSec())),
       command_(simulation_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.mode == Mode::free && options.paused),
       diagnostics_(node_, {options_, simulation_, pacer_, command_, paused_, counters_, episodes_,
-                           timing_, follows_clock()}),
+                           timing_, follower_, follows_clock()}),
       services_(*this),
       gazebo_services_(*this, options_.mode),
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
@@ -92,8 +83,9 @@ Server::Server(const ServerOptions& options)
 void Server::run() {
   const bool on_wall_time = !options_.publish_clock && !ros::Time::isSimTime();
   if (on_wall_time) clock_.catch_up(ros::Time::now());
-  // A first time above zero, so that nobody waits for one before the first reset.
-  clock_.advance(dt_);
+  // A first time above zero, so that nobody waits for one before the first reset. Who follows has
+  // the time of /clock instead.
+  if (!follows_clock()) clock_.advance(dt_);
   publishers_.publish_constants(clock_.now());
   if (options_.mode == Mode::free && !follows_clock()) begin_episode(std::nullopt);
   restart_schedule();
@@ -135,23 +127,18 @@ void Server::step_when_due() {
 }
 
 void Server::follow_clock() {
-  const ros::Time now = ros::Time::now();
-  if (now.isZero()) return;  // no /clock yet
-  if (!simulation_.has_episode()) {
-    clock_.catch_up(now - std::min(dt_, now - ros::Time(0, 1)));
-    begin_episode(std::nullopt);
-    return;
-  }
-  const ros::Duration ahead = now - clock_.now();
-  if (ahead > dt_ * static_cast<double>(kMostStepsToCatchUp)) {
-    clock_.catch_up(now - dt_);
-    counters_.missed_deadlines += ahead.toNSec() / dt_.toNSec() - 1;
-  }
-  if (clock_.now() + dt_ <= now) step_freely();
+  const std::uint64_t now = std::min(ros::Time::now().toNSec(), ros::TIME_MAX.toNSec());
+  const ClockFollower::Advice advice = follower_.look(now, clock_.now().toNSec());
+  clock_.catch_up(ros::Time().fromNSec(advice.stamp));
+  counters_.missed_deadlines += advice.missed;
+  const std::string complaint = follower_.complaint();
+  static Throttle throttle;
+  if (!complaint.empty() && throttle.passes()) ROS_WARN_STREAM("Nothing moves: " << complaint);
+  if (advice.is_due) step_freely();
 }
 
 void Server::step_freely() {
-  if (simulation_.state().has_ended()) {
+  if (!simulation_.has_episode() || simulation_.state().has_ended()) {
     begin_episode(std::nullopt);
     return;
   }
@@ -167,6 +154,7 @@ void Server::step_freely() {
 }
 
 void Server::begin_episode(std::optional<std::uint64_t> seed) {
+  clock_.require(dt_);
   simulation_.reset(seed);
   ++counters_.resets;
   command_.clear();
@@ -175,6 +163,7 @@ void Server::begin_episode(std::optional<std::uint64_t> seed) {
 }
 
 void Server::advance(const std::vector<double>& action) {
+  clock_.require(dt_);
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   simulation_.step(action);
   timing_.step_took(StepTiming::Clock::now() - begin);
@@ -194,8 +183,9 @@ void Server::reset(std::optional<std::uint64_t> seed) {
 void Server::step(const std::vector<double>& action) {
   if (options_.mode == Mode::free && !paused_) {
     throw std::logic_error(
-        "step: mode is free and the simulation runs; call ~pause first, or start with mode "
-        "lockstep");
+        runs_freely() ? "step: mode is free and the simulation runs; call ~pause first, or start "
+                        "with mode lockstep"
+                      : "step: the episode has ended, and ~reset begins the next");
   }
   advance(action);
   count_if_clamped(action);
@@ -210,7 +200,8 @@ walker_sim::EpisodeRecord Server::snapshot() const {
 }
 
 void Server::restore(const walker_sim::EpisodeRecord& record) {
-  simulation_.restore(to_record(record));
+  clock_.require(dt_);
+  simulation_.restore(to_record(record), ros::ok);
   ++counters_.resets;
   command_.clear();
   clock_.advance(dt_);
@@ -250,9 +241,10 @@ std::string Server::unpause() {
   return "runs";
 }
 
-/// After a pause or a reset: a period passes before the next step.
+/// After a pause or a reset: a period passes before the next step, and none has been missed.
 void Server::restart_schedule() {
   pacer_.restart(Pacer::Clock::now());
+  follower_.restart();
   timing_.interrupt();
 }
 

@@ -10,6 +10,7 @@
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 
+#include "server/clock_follower.h"
 #include "server/diagnostics.h"
 #include "server/effort_command.h"
 #include "server/episode_statistics.h"
@@ -79,6 +80,7 @@ class Server {
   SimulationClock clock_;
   Publishers publishers_;
   Pacer pacer_;
+  ClockFollower follower_;
   EffortCommand command_;
   bool paused_;
   ServerCounters counters_;

@@ -1,6 +1,7 @@
 #include "server/simulation_clock.h"
 
 #include <algorithm>
+#include <cmath>
 #include <future>
 #include <stdexcept>
 #include <string>
@@ -98,7 +99,22 @@ void write_reserved(ros::Time time) {
   ask_master("setParam", request, ignored);  // without a master nobody can begin after us either
 }
 
+/// ROS time that there is after `time` [ns].
+std::uint64_t left_after(ros::Time time) { return ros::TIME_MAX.toNSec() - time.toNSec(); }
+
 }  // namespace
+
+ros::Duration to_duration(double seconds) {
+  constexpr double kPerSecond = 1e9;
+  constexpr double kEnd = 2147483648;  // 2^31
+  if (seconds >= kEnd) {
+    throw std::invalid_argument("dt = " + std::to_string(seconds) +
+                                " s; must be below 2^31 s, where durations in ROS end");
+  }
+  ros::Duration duration;
+  duration.fromNSec(std::llround(seconds * kPerSecond));
+  return duration;
+}
 
 SimulationClock SimulationClock::owner(ros::NodeHandle& node) { return SimulationClock(node); }
 
@@ -125,7 +141,15 @@ SimulationClock::~SimulationClock() {
   if (publisher_) write_reserved(now_);
 }
 
+void SimulationClock::require(ros::Duration dt) const {
+  if (static_cast<std::uint64_t>(dt.toNSec()) <= left_after(now_)) return;
+  throw std::range_error("simulation time " + std::to_string(now_.toSec()) +
+                         " s is at the end of ROS time, 2^32 s, so nothing can follow; begin again "
+                         "with a new ROS master");
+}
+
 void SimulationClock::advance(ros::Duration dt) {
+  require(dt);
   now_ += dt;
   if (!publisher_) return;
   if (now_ > reserved_) reserve();
@@ -139,14 +163,16 @@ void SimulationClock::catch_up(ros::Time time) { now_ = std::max(now_, time); }
 void SimulationClock::reserve() {
   const auto wall = std::chrono::steady_clock::now();
   const double elapsed = std::chrono::duration<double>(wall - reserved_at_).count();
-  const double pace = (now_ - reserved_from_).toSec() / std::max(elapsed, 1e-3);
+  const double pace = (now_.toSec() - reserved_from_.toSec()) / std::max(elapsed, 1e-3);
   const bool is_first = reserved_from_.isZero();
   const double ahead =
       is_first ? kShortestReservation
                : std::clamp(pace * kWallSecondsAhead, kShortestReservation, kLongestReservation);
   reserved_from_ = now_;
   reserved_at_ = wall;
-  reserved_ = now_ + ros::Duration(ahead);
+  constexpr double kPerSecond = 1e9;
+  const auto nanoseconds = static_cast<std::uint64_t>(ahead * kPerSecond);
+  reserved_.fromNSec(now_.toNSec() + std::min(nanoseconds, left_after(now_)));
   write_reserved(reserved_);
 }
 

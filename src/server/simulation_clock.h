@@ -9,6 +9,11 @@
 
 namespace walker {
 
+/// In whole nanoseconds.
+/// @param seconds of a step
+/// @throws std::invalid_argument from 2^31 s on, where durations in ROS end
+ros::Duration to_duration(double seconds);
+
 /// The time that a server stamps with, and /clock where the server owns it.
 ///
 /// Time goes on where the last owner of /clock on this master stopped, even one that was killed: an
@@ -29,7 +34,12 @@ class SimulationClock {
 
   ros::Time now() const { return now_; }
 
+  /// Whether there is a time `dt` from now. ROS time ends at 2^32 s.
+  /// @throws std::range_error when there is none
+  void require(ros::Duration dt) const;
+
   /// Moves on by `dt` and publishes the new time where this is the owner.
+  /// @throws std::range_error at the end of ROS time; then nothing has changed
   void advance(ros::Duration dt);
 
   /// Moves on to `time` if that lies ahead, without publishing.

@@ -9,6 +9,7 @@ import rosgraph
 import rospy
 import rostest
 from bare_ros import BareSubscriber, wait_for
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rosgraph_msgs.msg import Clock
 from server_harness import DT, ServerProcess, ServerTest, nanoseconds
 from walker_sim.msg import Transition
@@ -161,6 +162,7 @@ class ClockTest(ServerTest):
         self.addCleanup(publisher.unregister)
         server = self.serve("/follower/walker_sim", publish_clock=False, **parameters)
         transitions = self.record("/follower/transition", Transition)
+        self.diagnostics = self.record("/diagnostics", DiagnosticArray)
         wait_for(lambda: publisher.get_num_connections() >= 1, "the server to follow")
         return publisher, server, transitions
 
@@ -199,6 +201,161 @@ class ClockTest(ServerTest):
         stamps = [nanoseconds(message) for message in transitions.messages()]
         self.assert_grows(stamps)
         self.assertLessEqual(stamps[-1], last)
+
+    def pace(self, condition, what):
+        """The first status of the pace since the last `set_clock`, or to come, that meets it."""
+
+        def find(message):
+            told = (status for status in message.status if status.name.endswith(": pace"))
+            return next(filter(condition, told), None)
+
+        return find(self.diagnostics.wait(find, what))
+
+    def set_clock(self, publisher, now):
+        """Returns when the server knows the time: it stamps its diagnostics with it."""
+        self.diagnostics.clear()
+        self.tell(publisher, now)
+        self.diagnostics.wait(lambda m: nanoseconds(m) == now, f"the time {now}")
+
+    def assert_follows(self, publisher, transitions, now):
+        """Step after step from the time that /clock has."""
+        for time_ahead in range(now + DT, now + 20 * DT, DT):
+            self.tell(publisher, time_ahead)
+            transitions.wait(lambda m, t=time_ahead: t - DT < nanoseconds(m) <= t, "a step")
+        self.assert_grows([nanoseconds(message) for message in transitions.messages()])
+        self.set_clock(publisher, time_ahead)
+        pace = self.pace(lambda s: s.level == DiagnosticStatus.OK, "no warning")
+        self.assertEqual(pace.message, "follows /clock")
+        return time_ahead
+
+    def test_a_pause_misses_no_deadline(self):
+        publisher, server, transitions = self.start_follower()
+        now = self.assert_follows(publisher, transitions, 100 * SECOND)
+        self.call("pause")
+        self.set_clock(publisher, now + 2 * SECOND)
+        self.call("unpause")
+        self.assert_follows(publisher, transitions, now + 2 * SECOND)
+        self.assertEqual(self.counter("missed_deadlines"), 0, server.output())
+
+    def test_an_end_that_waits_for_a_reset_misses_no_deadline(self):
+        publisher, server, transitions = self.start_follower(auto_reset=False, max_episode_steps=30)
+        now = self.assert_follows(publisher, transitions, 100 * SECOND)
+        for _ in range(20):
+            now += DT
+            self.set_clock(publisher, now)
+        self.assertTrue(transitions.messages()[-1].truncated)
+        self.set_clock(publisher, now + 2 * SECOND)
+        self.call("reset", has_seed=True, seed=1)
+        self.assert_follows(publisher, transitions, now + 2 * SECOND)
+        self.assertEqual(self.counter("missed_deadlines"), 0, server.output())
+
+    def test_a_reset_before_the_first_clock_misses_no_deadline(self):
+        publisher, server, transitions = self.start_follower()
+        for seed in range(3):
+            self.assertTrue(self.call("reset", has_seed=True, seed=seed).success)
+        self.assert_follows(publisher, transitions, 1000 * SECOND)
+        self.assertEqual(self.counter("missed_deadlines"), 0, server.output())
+
+    def test_a_jump_ahead_is_a_slip_that_counts(self):
+        publisher, _, transitions = self.start_follower()
+        now = self.assert_follows(publisher, transitions, 100 * SECOND)
+        steps = len(transitions.messages())
+        self.set_clock(publisher, now + 10 * SECOND)
+        late = self.pace(lambda s: s.level == DiagnosticStatus.WARN, "a warning")
+        self.assertRegex(late.message, "^cannot keep up: 499 deadlines missed")
+        transitions.wait(lambda m: nanoseconds(m) == now + 10 * SECOND, "one step")
+        self.assertEqual(len(transitions.messages()), steps + 1)
+        self.assertEqual(self.counter("missed_deadlines"), 499)
+        self.assert_follows(publisher, transitions, now + 10 * SECOND)
+
+    def test_who_ran_ahead_of_the_clock_waits_and_says_so(self):
+        publisher, server, transitions = self.start_follower()
+        now = self.assert_follows(publisher, transitions, 100 * SECOND)
+        for seed in range(50):
+            ahead = nanoseconds(self.call("reset", has_seed=True, seed=seed).transition)
+        self.assertEqual(ahead, now + SECOND)
+        told = "waits for /clock, which is 1.00 s behind"
+        waits = self.pace(lambda s: s.message == told, "how far")
+        self.assertEqual(waits.level, DiagnosticStatus.WARN)
+        self.assertIn("WARN] Nothing moves: waits for /clock", server.output())
+        while now < ahead:
+            now += DT
+            self.set_clock(publisher, now)
+        self.assertEqual(nanoseconds(transitions.messages()[-1]), ahead)
+        self.assertLessEqual(server.output().count("Nothing moves"), 5, "one a second")
+        self.assert_follows(publisher, transitions, now)
+        self.assertEqual(self.counter("missed_deadlines"), 0)
+
+    def test_a_clock_that_was_set_back_is_waited_for(self):
+        publisher, server, transitions = self.start_follower()
+        now = self.assert_follows(publisher, transitions, 100 * SECOND)
+        steps = len(transitions.messages())
+        for back in range(5 * SECOND, 6 * SECOND, 10 * DT):
+            self.set_clock(publisher, back)
+        waits = self.pace(lambda s: s.level == DiagnosticStatus.WARN, "a warning")
+        self.assertRegex(
+            waits.message, "^waits for /clock, which is 94.* s behind; it was set back"
+        )
+        self.assertIn("start this server again", server.output())
+        self.assertEqual(len(transitions.messages()), steps)
+        self.assert_follows(publisher, transitions, now)
+        # Started again it follows from where the clock is.
+        self.set_clock(publisher, 5 * SECOND)
+        server.stop()
+        publisher.unregister()
+        publisher, _, transitions = self.start_follower()
+        self.assert_follows(publisher, transitions, 5 * SECOND)
+
+    def test_it_survives_the_largest_times(self):
+        publisher, server, transitions = self.start_follower()
+        self.assert_follows(publisher, transitions, 100 * SECOND)
+        for now in (4 * 10**9 * SECOND, 2**32 * SECOND - 1):
+            self.tell(publisher, now)
+            transitions.wait(lambda m, t=now: t - DT < nanoseconds(m) <= t, "a step")
+        wait_for(lambda: "No diagnostics at /clock" in server.output(), "the reason")
+        refused = self.call("reset", has_seed=True, seed=1)
+        self.assertFalse(refused.success)
+        self.assertIn("the end of ROS time", refused.status_message)
+        self.tell(publisher, 101 * SECOND)
+        waits = self.pace(lambda s: "set back" in s.message, "what is wrong")
+        self.assertEqual(waits.level, DiagnosticStatus.WARN)
+        self.assertIn("waits for /clock, which is 4294967", waits.message)
+        self.assert_grows([nanoseconds(message) for message in transitions.messages()])
+        self.assertEqual(server.stop(), 0, server.output())
+
+    # ------------------------------------------------------------ the end of time
+
+    def begin_at_the_end(self):
+        """Time for a few steps, after an owner that has reserved all before."""
+        key = "/walker_sim_clock/reserved_until"
+        rospy.set_param(key, [-1, SECOND - 5 * DT])  # -1: 2^32 - 1 s in 32 bits
+        self.addCleanup(lambda: rospy.has_param(key) and rospy.delete_param(key))
+
+    def test_at_the_end_of_time_a_step_is_refused(self):
+        self.begin_at_the_end()
+        server = self.serve(mode="lockstep")
+        reset, step = server.client("reset", Reset), server.client("step", Step)
+        stamps = [nanoseconds(reset(has_seed=True, seed=1).transition)]
+        reply = step(action=[0.0] * 4)
+        while reply.success:
+            stamps.append(nanoseconds(reply.transition))
+            reply = step(action=[0.0] * 4)
+        self.assert_grows(stamps)
+        self.assertLess(stamps[-1], 2**32 * SECOND)
+        self.assertGreaterEqual(stamps[-1] + DT, 2**32 * SECOND)
+        self.assertIn("the end of ROS time", reply.status_message)
+        last = self.call("snapshot").record
+        self.assertEqual(last.episode.length, len(stamps) - 1, "nothing has changed")
+        self.assertFalse(reset(has_seed=True, seed=1).success)
+        self.assertEqual(self.call("snapshot").record, last)
+        self.assertEqual(server.stop(), 0, server.output())
+
+    def test_at_the_end_of_time_a_free_running_server_ends_and_says_why(self):
+        self.begin_at_the_end()
+        server = ServerProcess("/walker_sim", {})
+        self.addCleanup(server.kill)
+        self.assertEqual(server.wait(), 1)
+        self.assertIn("the end of ROS time", server.output())
 
     def test_in_lockstep_without_clock_it_stamps_with_its_own_time(self):
         for use_sim_time in (True, False):

@@ -27,8 +27,10 @@ class Launched:
 
     def __init__(self, name, *arguments):
         self._output = tempfile.NamedTemporaryFile(prefix="walker_sim_test_", suffix=".log")
+        # A test that is killed cannot stop it: then the system does.
+        command = ["setpriv", "--pdeathsig", "INT", "roslaunch", "walker_sim", name, *arguments]
         self._process = subprocess.Popen(
-            ["roslaunch", "walker_sim", name, *arguments],
+            command,
             env={key: value for key, value in os.environ.items() if key != "ROS_NAMESPACE"},
             stdin=subprocess.DEVNULL,
             stdout=self._output.file,

@@ -1,0 +1,45 @@
+// When the next step is due where another's /clock sets the pace. No ROS.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace walker {
+
+/// Compares /clock with the stamps of a simulation that follows it. All times in nanoseconds.
+///
+/// A step is due for each dt that /clock has gone on. Where it jumps ahead, steps are left out
+/// rather than made up for by a burst. Where it is behind the stamps, because resets and single
+/// steps have advanced them or because it was set back, the simulation waits: stamps never go back.
+class ClockFollower {
+ public:
+  /// What to do now.
+  struct Advice {
+    std::uint64_t stamp =
+        0;  ///< go on from here: the present stamp, later where steps are left out
+    std::uint64_t missed = 0;  ///< steps left out that should have been made
+    bool is_due = false;       ///< a step, from `stamp` to `stamp` + dt
+  };
+
+  /// @param dt of a step [ns], above zero
+  explicit ClockFollower(std::uint64_t dt) : dt_(dt) {}
+
+  /// At the start, after a pause or a reset: what /clock goes on until the next look is not missed.
+  void restart();
+
+  /// @param clock the time of /clock; zero: there is none yet
+  /// @param stamp of the present state
+  Advice look(std::uint64_t clock, std::uint64_t stamp);
+
+  /// Why nothing moves, and what to do; empty where /clock is at most one dt behind.
+  std::string complaint() const;
+
+ private:
+  std::uint64_t dt_;
+  bool has_restarted_ = true;
+  std::uint64_t newest_ = 0;  // the latest time that /clock has told
+  std::uint64_t clock_ = 0;
+  std::uint64_t behind_ = 0;  // /clock behind the stamp
+};
+
+}  // namespace walker
