@@ -178,8 +178,8 @@ class TenWalkersTest(ServerTest):
         second = connections.index(connections[-1])
         self.assertGreater(second, 0, "that was no other owner")
         told = [message.clock.to_nsec() for message in self.clock.messages()]
-        # The killed one may have told the walkers a few times that it told nobody else any more; who
-        # went on without a clock would have come a second further until the restart.
+        # The killed one may have told the walkers a few times that it told nobody else any more.
+        # Who went on without a clock would have come a second further until the restart.
         stopped, went_on = told[second - 1] + 10 * LONGEST, told[second]
         for walker in FOLLOWERS:
             between = [stamp for stamp in self.stamps(walker) if stopped < stamp < went_on]
