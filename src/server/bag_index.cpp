@@ -54,7 +54,7 @@ bool BagIndex::is_next_server(const walker_sim::Transition& message) const {
 }
 
 void BagIndex::end_run() {
-  if (repeated_spec_ && spec_came_ && !next_spec_) next_spec_ = std::move(spec_);
+  if (repeated_spec_ && spec_came_ && !next_spec_) next_spec_ = std::exchange(spec_, nullptr);
   if (!spec_) spec_ = std::move(repeated_spec_);
   repeated_spec_.reset();
   for (std::size_t i = run_begin_; i < episodes_.size(); ++i) episodes_[i].spec = spec_;

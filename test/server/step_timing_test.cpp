@@ -6,22 +6,25 @@
 namespace walker {
 namespace {
 
-using namespace std::chrono_literals;
+using std::chrono::hours;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
 using Time = StepTiming::Clock::time_point;
 using Duration = StepTiming::Clock::duration;
 
 constexpr double kMicrosecond = 1e-6;
 constexpr double kTolerance = 1e-12;
-const Time kStart{1000h};
+const Time kStart{hours(1000)};
 
 TEST(StepTiming, JitterIsTheDeviationFromThePeriodInEitherDirection) {
   StepTiming timing;
   Time now = kStart;
-  timing.step_begins(now, 20ms);
+  timing.step_begins(now, milliseconds(20));
   // 1 us too long, 2 us too short, 3 us too long, ... 100 us too short.
   for (int i = 1; i <= 100; ++i) {
-    now += 20ms + (i % 2 == 1 ? i : -i) * 1us;
-    timing.step_begins(now, 20ms);
+    now += milliseconds(20) + (i % 2 == 1 ? i : -i) * microseconds(1);
+    timing.step_begins(now, milliseconds(20));
   }
   const auto jitter = timing.report().jitter;
   ASSERT_TRUE(jitter);
@@ -32,9 +35,10 @@ TEST(StepTiming, JitterIsTheDeviationFromThePeriodInEitherDirection) {
 
 TEST(StepTiming, OneIntervalIsEnough) {
   StepTiming timing;
-  timing.step_begins(kStart, 8ms);
+  timing.step_begins(kStart, milliseconds(8));
   EXPECT_FALSE(timing.report().jitter) << "one step has no interval";
-  timing.step_begins(kStart + 8007us, 8ms);  // the report does not part the two
+  timing.step_begins(kStart + microseconds(8007),
+                     milliseconds(8));  // the report does not part the two
   const auto jitter = timing.report().jitter;
   ASSERT_TRUE(jitter);
   EXPECT_NEAR(jitter->median, 7 * kMicrosecond, kTolerance);
@@ -44,18 +48,18 @@ TEST(StepTiming, OneIntervalIsEnough) {
 
 TEST(StepTiming, AnInterruptionIsNoInterval) {
   StepTiming timing;
-  timing.step_begins(kStart, 20ms);
+  timing.step_begins(kStart, milliseconds(20));
   timing.interrupt();
-  timing.step_begins(kStart + 10s, 20ms);
+  timing.step_begins(kStart + seconds(10), milliseconds(20));
   EXPECT_FALSE(timing.report().jitter);
 }
 
 TEST(StepTiming, WithoutAPlanThereIsNoJitter) {
   StepTiming timing;
-  timing.step_begins(kStart, 20ms);
-  timing.step_begins(kStart + 1ms, 0ms);
-  timing.step_begins(kStart + 2ms, 0ms);
-  timing.step_begins(kStart + 3ms, 20ms);
+  timing.step_begins(kStart, milliseconds(20));
+  timing.step_begins(kStart + milliseconds(1), milliseconds(0));
+  timing.step_begins(kStart + milliseconds(2), milliseconds(0));
+  timing.step_begins(kStart + milliseconds(3), milliseconds(20));
   EXPECT_FALSE(timing.report().jitter);
 }
 
@@ -64,13 +68,13 @@ TEST(StepTiming, BeyondItsCapacityQuantilesAreOfTheLatestIntervals) {
   Time now = kStart;
   const auto add = [&](std::size_t intervals, Duration deviation) {
     for (std::size_t i = 0; i < intervals; ++i) {
-      now += 1ms + deviation;
-      timing.step_begins(now, 1ms);
+      now += milliseconds(1) + deviation;
+      timing.step_begins(now, milliseconds(1));
     }
   };
-  timing.step_begins(now, 1ms);
-  add(StepTiming::kCapacity, 500us);
-  add(StepTiming::kCapacity, 3us);
+  timing.step_begins(now, milliseconds(1));
+  add(StepTiming::kCapacity, microseconds(500));
+  add(StepTiming::kCapacity, microseconds(3));
   const auto jitter = timing.report().jitter;
   ASSERT_TRUE(jitter);
   EXPECT_NEAR(jitter->percentile_99, 3 * kMicrosecond, kTolerance);
@@ -80,7 +84,8 @@ TEST(StepTiming, BeyondItsCapacityQuantilesAreOfTheLatestIntervals) {
 TEST(StepTiming, MeanAndLargestStepTime) {
   StepTiming timing;
   EXPECT_FALSE(timing.report().duration);
-  for (const Duration duration : {Duration(100us), Duration(500us), Duration(300us)}) {
+  for (const Duration duration :
+       {Duration(microseconds(100)), Duration(microseconds(500)), Duration(microseconds(300))}) {
     timing.step_took(duration);
   }
   const auto duration = timing.report().duration;
@@ -91,14 +96,14 @@ TEST(StepTiming, MeanAndLargestStepTime) {
 
 TEST(StepTiming, AReportBeginsAnew) {
   StepTiming timing;
-  timing.step_begins(kStart, 20ms);
-  timing.step_begins(kStart + 90ms, 20ms);
-  timing.step_took(70ms);
+  timing.step_begins(kStart, milliseconds(20));
+  timing.step_begins(kStart + milliseconds(90), milliseconds(20));
+  timing.step_took(milliseconds(70));
   timing.report();
   EXPECT_FALSE(timing.report().jitter);
   EXPECT_FALSE(timing.report().duration);
-  timing.step_begins(kStart + 110ms, 20ms);
-  timing.step_took(1ms);
+  timing.step_begins(kStart + milliseconds(110), milliseconds(20));
+  timing.step_took(milliseconds(1));
   const StepTiming::Report report = timing.report();
   EXPECT_EQ(report.jitter->largest, 0);
   EXPECT_NEAR(report.duration->largest, 1e-3, kTolerance);

@@ -33,7 +33,7 @@ struct Seen {
 
 void watch(const Observer& observer, Seen& seen) {
   // Counted from the end, for x may stand first.
-  const double pitch = observer.walker.observation.end()[-16];
+  const double pitch = observer.walker.observation[observer.walker.observation.size() - 16];
   const Vector3& velocity = observer.measurements.linear_velocity;
   ++seen.steps;
   seen.largest_turn = std::max(seen.largest_turn, std::abs(pitch));
