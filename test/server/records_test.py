@@ -156,8 +156,8 @@ class RecordsTest(ServerTest):
     def test_an_ended_episode_is_restored_as_ended(self):
         self.serve(auto_reset=False, max_episode_steps=5, real_time_factor=10.0)
         transitions = self.record("/transition", Transition)
-        self.ask("reset", has_seed=True, seed=5)
-        end = transitions.wait(lambda m: m.truncated)
+        begun = self.ask("reset", has_seed=True, seed=5).transition
+        end = transitions.wait(lambda m: m.truncated and m.episode == begun.episode)
         record = self.ask("snapshot").record
         self.ask("reset", has_seed=True, seed=6)
         self.ask("pause")
