@@ -240,7 +240,8 @@ class Walker2dTest(ServerTest):
         self.assert_it_ends_with_an_error_and_goes_on()
 
     def test_free_running_it_begins_the_next_episode_by_itself(self):
-        self.serve(reset_noise_scale=1e6, real_time_factor=4.0)
+        self.serve(reset_noise_scale=1e6, real_time_factor=4.0, paused=True)
+        self.call("unpause")
         self.transitions.wait(lambda m: m.episode == 5, "the fifth episode")
         self.assert_consecutive(self.transitions.messages())
         self.assertTrue(any(m.error for m in self.transitions.messages()))
