@@ -37,6 +37,10 @@ class Launched:
             stderr=subprocess.STDOUT,
         )
 
+    @property
+    def pid(self):
+        return self._process.pid
+
     def output(self):
         with open(self._output.name, encoding="utf-8", errors="replace") as text:
             return text.read()
