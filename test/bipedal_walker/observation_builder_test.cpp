@@ -42,7 +42,7 @@ void watch(const Observer& observer, Seen& seen) {
 class ObservationBuilderTest : public testing::TestWithParam<std::string> {};
 
 TEST_P(ObservationBuilderTest, MakesTheEnvironmentsObservationOfEveryStep) {
-  constexpr std::uint64_t kSeeds = 10;
+  constexpr std::uint64_t kSeeds = 20;
   Observer observer(GetParam());
   Seen seen;
   for (const char* kind : {"random", "heuristic", "noisy", "saturated"}) {
