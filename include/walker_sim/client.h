@@ -1,0 +1,128 @@
+// A client of a server on a ROS master, without any ROS library.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "walker_sim/export.h"
+
+namespace walker {
+
+/// The master or the server cannot be reached, or the connection broke. The next call tries again.
+struct WALKER_SIM_EXPORT ConnectionError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The server refused; the message is its own.
+struct WALKER_SIM_EXPORT RequestRefused : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct ClientOptions {
+  std::string server = "/walker_sim";  ///< the server's resolved node name
+  std::string master_uri;              ///< empty: ROS_MASTER_URI, or http://localhost:11311
+  double timeout = 10;                 ///< of each call and of each connection, wall time [s]
+};
+
+/// Transition.msg; its comments give the units.
+struct Transition {
+  std::uint64_t stamp = 0;  ///< simulation time [ns]
+  std::uint32_t environment = 0;
+  std::uint32_t episode = 0;
+  std::uint32_t step = 0;
+  std::vector<double> action;
+  std::vector<double> observation;
+  double reward = 0;
+  double episode_return = 0;
+  bool terminated = false;
+  bool truncated = false;
+  std::vector<double> info;
+  std::string error;
+};
+
+/// StepBatch.srv's response; rows in the order of the environments.
+struct BatchTransition {
+  std::vector<double> observations;      ///< num_envs x observation size
+  std::vector<double> rewards;           ///< num_envs
+  std::vector<std::uint8_t> terminated;  ///< num_envs
+  std::vector<std::uint8_t> truncated;   ///< num_envs
+  std::vector<std::uint32_t> episodes;   ///< num_envs
+  std::vector<std::uint32_t> steps;      ///< num_envs
+  std::vector<double> info;              ///< num_envs x info names
+  // same_step only: the episodes that ended in this call
+  std::vector<std::uint32_t> final_environments;
+  std::vector<double> final_observations;  ///< final_environments x observation size
+  std::vector<double> final_info;          ///< final_environments x info names
+};
+
+/// ResetBatch.srv's response; rows in the order asked for.
+struct BatchReset {
+  std::vector<double> observations;
+  std::vector<double> info;
+};
+
+/// EnvironmentSpec.msg.
+struct ServerSpecification {
+  std::uint32_t interface_version = 0;
+  std::string id;
+  std::uint32_t num_envs = 0;
+  std::vector<std::string> parameter_names;
+  std::vector<std::string> parameter_values;
+  std::uint32_t observation_size = 0;
+  std::string observation_dtype;
+  std::vector<double> observation_low;
+  std::vector<double> observation_high;
+  std::uint32_t action_size = 0;
+  std::vector<double> action_low;
+  std::vector<double> action_high;
+  double dt = 0;
+  std::uint32_t max_episode_steps = 0;
+  double reward_threshold = 0;
+  std::vector<std::string> joint_names;
+  std::vector<std::string> info_names;
+  std::string mode;
+  std::string autoreset_mode;
+  std::string engine;
+  std::string engine_version;
+  std::string engine_path;
+  std::string version;
+};
+
+/// Drives a server through its services over connections that stay open. Not thread-safe.
+///
+/// A call blocks on its own socket until the answer is there: no thread stands between. When the
+/// connection breaks (the server died, or was started again), the call throws ConnectionError, and
+/// the next one looks the server up anew. A call is never sent twice.
+class WALKER_SIM_EXPORT Client {
+ public:
+  /// Connects, and asks for the specification.
+  /// @throws ConnectionError naming the master, the server and the cause; std::invalid_argument
+  explicit Client(const ClientOptions& options = {});
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client();
+
+  /// ~get_spec: as of now, also after the server was started again.
+  ServerSpecification specification();
+
+  /// Each of these throws ConnectionError or RequestRefused. The results' vectors keep their memory
+  /// from call to call.
+  void reset(std::optional<std::uint64_t> seed, Transition& transition);
+  void step(const double* action, std::size_t size, Transition& transition);
+  /// @param environments which; empty: all
+  /// @param seeds        empty, or one per listed environment
+  void reset_batch(const std::vector<std::uint32_t>& environments,
+                   const std::vector<std::optional<std::uint64_t>>& seeds, BatchReset& reset);
+  void step_batch(const double* actions, std::size_t size, BatchTransition& transition);
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace walker

@@ -1,0 +1,101 @@
+// Many environments of one kind, stepped together by several threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "walker_sim/environment.h"
+#include "walker_sim/export.h"
+
+namespace walker {
+
+/// What becomes of an episode that has ended, as Gymnasium's vector environments name it.
+enum class AutoresetMode {
+  next_step,  ///< the environment's next step is a reset: its action is ignored, its reward is 0
+  same_step,  ///< reset at once: the observation is the new episode's, the old one's last one final
+  disabled,   ///< nothing: a step is refused until the caller has reset the environment
+};
+
+/// "next_step", "same_step" or "disabled".
+WALKER_SIM_EXPORT const char* to_text(AutoresetMode mode);
+
+struct PoolOptions {
+  std::size_t num_envs = 1;
+  std::size_t num_threads = 0;  ///< the caller's among them; 0: one per processor it may use
+  AutoresetMode autoreset_mode = AutoresetMode::next_step;
+  std::size_t batch_size = 0;  ///< environments that `recv` waits for; 0: all
+};
+
+/// Arrays of the caller, contiguous and row-major; results are written in place. A pointer that is
+/// null is left out, but for `observations`, `rewards`, `terminated` and `truncated`.
+struct Batch {
+  double* observations = nullptr;      ///< num_envs x observation size
+  double* rewards = nullptr;           ///< num_envs
+  std::uint8_t* terminated = nullptr;  ///< num_envs
+  std::uint8_t* truncated = nullptr;   ///< num_envs
+  double* info = nullptr;              ///< num_envs x info names; NaN where absent
+  std::uint32_t* episodes = nullptr;   ///< num_envs; counts the environment's resets, from 1
+  std::uint32_t* steps = nullptr;      ///< num_envs; since its reset
+  /// same_step only: rows of those whose episode ended in this call; other rows stay as they are.
+  double* final_observations = nullptr;  ///< num_envs x observation size
+  double* final_info = nullptr;          ///< num_envs x info names
+};
+
+/// Not thread-safe: one thread calls. What comes out never depends on the number of threads.
+class WALKER_SIM_EXPORT Pool {
+ public:
+  /// @param make makes each of the environments, all alike; called in this thread
+  /// @throws std::invalid_argument naming an option, its value and what is allowed
+  Pool(const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options);
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+  ~Pool();
+
+  const Specification& specification() const;
+  /// As completed: the number of threads and the batch size are never 0.
+  const PoolOptions& options() const;
+
+  /// Begins episodes.
+  /// @param environments which; empty: all. Rows of others stay as they are
+  /// @param seeds one per listed environment, or empty: their generators continue
+  /// @throws std::invalid_argument naming what is wrong; then nothing has moved. Whatever an engine
+  ///         throws at a reset; then those environments have no episode
+  void reset(const std::vector<std::uint32_t>& environments,
+             const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch);
+
+  /// Steps every environment once, or resets it where its autoreset is due.
+  /// @param actions num_envs x action size, `size` values in all
+  /// @throws InvalidAction, ResetNeeded naming the environment; then nothing has moved
+  void step(const double* actions, std::size_t size, const Batch& batch);
+
+  /// Begins to step some environments and returns at once.
+  /// @param environments which, `count` of them, none of them under way
+  /// @param actions      count x action size; copied
+  /// @throws as `step`; std::logic_error for an environment that is under way
+  void send(const double* actions, const std::uint32_t* environments, std::size_t count);
+
+  /// Waits until `batch_size` environments that were sent have arrived, and takes those that came
+  /// first. Which these are depends on the threads; what each of them did does not.
+  /// @param batch        rows in the order of arrival, `batch_size` of them
+  /// @param environments caller's, `batch_size` values: whose row it is
+  /// @throws std::logic_error when fewer are under way
+  void recv(const Batch& batch, std::uint32_t* environments);
+
+  /// An environment to be looked at, while none is under way.
+  Environment& environment(std::size_t index);
+  /// Why the simulation had to end the environment's last episode; empty: it had not to.
+  const char* error(std::size_t index) const;
+  /// Why the environment's present, or under same_step its last ended, episode ended; empty: it
+  /// runs.
+  const char* end_reason(std::size_t index) const;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace walker
