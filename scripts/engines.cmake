@@ -12,7 +12,27 @@ function(walker_sim_fetch_engine engine out)
   set(${out} ${fetched} PARENT_SCOPE)
 endfunction()
 
+# Our files in Box2D's place rely on its local variables and private members: any other version may
+# compile and give other bits.
+function(walker_sim_check_box2d folder)
+  set(expected 5d76681c6b77404c086840ca0197fab6eb1dbfecf4bd12acd2acc78efebe6cff)
+  file(GLOB_RECURSE files RELATIVE ${folder} ${folder}/Box2D/*.cpp ${folder}/Box2D/*.h)
+  list(SORT files)
+  set(hashes "")
+  foreach(file ${files})
+    file(SHA256 ${folder}/${file} hash)
+    string(APPEND hashes "${hash} ${file}\n")
+  endforeach()
+  string(SHA256 found "${hashes}")
+  if(NOT found STREQUAL expected)
+    message(FATAL_ERROR "BOX2D_SOURCE_DIR = ${folder}: must hold the C++ sources of box2d-py 2.3.8 "
+      "as they are. Their hashes together hash to ${found}; must be ${expected}. An empty "
+      "BOX2D_SOURCE_DIR fetches them; WALKER_SIM_ENGINES=system takes the distribution's Box2D")
+  endif()
+endfunction()
+
 # ---------------------------------------------------------------- Box2D
+# Sets box2d_room to the folder in src/bipedal_walker with what depends on whose Box2D it is.
 add_library(walker_sim_box2d INTERFACE)
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set(box2d_source ${BOX2D_SOURCE_DIR})
@@ -22,15 +42,32 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   if(NOT EXISTS "${box2d_source}/Box2D/Box2D.h")
     message(FATAL_ERROR "BOX2D_SOURCE_DIR = ${box2d_source}: must hold Box2D/Box2D.h of box2d-py 2.3.8")
   endif()
+  walker_sim_check_box2d(${box2d_source})
   file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
+  # Box2D as it is, for the tests of ours.
+  add_library(box2d_plain STATIC EXCLUDE_FROM_ALL ${box2d_sources})
+  # Ours: our files in place of those of the same name.
+  set(box2d_replaced b2Distance b2Island b2TimeOfImpact b2Timer)
+  set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_pinned)
+  foreach(name ${box2d_replaced})
+    list(FILTER box2d_sources EXCLUDE REGEX "/${name}\\.cpp$")
+    list(APPEND box2d_sources ${box2d_ours}/${name}.cpp)
+  endforeach()
   add_library(box2d_pinned STATIC ${box2d_sources})
-  target_include_directories(box2d_pinned SYSTEM PUBLIC
-    ${box2d_source} ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_without_python)
+  set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
+    PROPERTIES COMPILE_OPTIONS -fno-access-control)
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
   # live in the same process.
-  target_compile_options(box2d_pinned PRIVATE -O3 -ffp-contract=off -w)
-  set_target_properties(box2d_pinned PROPERTIES
-    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  set(box2d_options -O3 -ffp-contract=off -w)
+  foreach(library box2d_plain box2d_pinned)
+    target_include_directories(${library}
+      SYSTEM PUBLIC ${box2d_source} ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_without_python
+      PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+    target_compile_options(${library} PRIVATE ${box2d_options})
+    set_target_properties(${library} PROPERTIES
+      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  endforeach()
+  set(box2d_room box2d_pinned)
   target_link_libraries(walker_sim_box2d INTERFACE box2d_pinned)
   target_compile_definitions(walker_sim_box2d INTERFACE
     "WALKER_SIM_BOX2D_ORIGIN=\" (pinned, box2d-py 2.3.8)\"")
@@ -48,6 +85,7 @@ elseif(WALKER_SIM_ENGINES STREQUAL "system")
     target_include_directories(walker_sim_box2d SYSTEM INTERFACE ${BOX2D_2_3_INCLUDE_DIR})
   endif()
   target_link_libraries(walker_sim_box2d INTERFACE ${BOX2D_LIBRARY})
+  set(box2d_room box2d_any)
   target_compile_definitions(walker_sim_box2d INTERFACE "WALKER_SIM_BOX2D_ORIGIN=\" (system)\"")
 else()
   message(FATAL_ERROR "WALKER_SIM_ENGINES = ${WALKER_SIM_ENGINES}: must be pinned or system")

@@ -74,11 +74,11 @@ void BipedalWalker::advance(const double* action) {
   physics_->drive(action);
   try {
     physics_->step();
+    cast_lidar(*physics_, terrain_, lidar_);
   } catch (const std::exception&) {
     world_is_broken_ = true;  // a failed assertion leaves it locked for ever
     throw std::runtime_error("Box2D failed an assertion");
   }
-  cast_lidar(physics_->world(), physics_->hull().GetPosition(), lidar_);
 }
 
 void BipedalWalker::observe(double* observation) const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "bipedal_walker/lidar.h"
 #include "bipedal_walker/observation.h"
 #include "bipedal_walker/physics.h"
 #include "bipedal_walker/reward.h"

@@ -7,23 +7,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Keeps the nearest piece of ground on a ray.
-class NearestGround : public b2RayCastCallback {
- public:
-  explicit NearestGround(RayHit& hit) : hit_(hit) {}
-
-  float ReportFixture(b2Fixture* fixture, const b2Vec2& /*point*/, const b2Vec2& /*normal*/,
-                      float fraction) override {
-    constexpr float kIgnoreFixture = -1;
-    if ((fixture->GetFilterData().categoryBits & kGroundCategory) == 0) return kIgnoreFixture;
-    hit_ = {fraction, true};
-    return fraction;  // clips the ray: what is reported next is nearer
-  }
-
- private:
-  RayHit& hit_;
-};
-
 /// The rays as vectors [m]. Computed once, by the C library's sine as in Gymnasium.
 const std::array<std::array<double, 2>, kLidarRays>& rays() {
   static const std::array<std::array<double, 2>, kLidarRays> kRays = [] {
@@ -40,16 +23,17 @@ const std::array<std::array<double, 2>, kLidarRays>& rays() {
 
 }  // namespace
 
-void cast_lidar(const b2World& world, const b2Vec2& origin, LidarScan& scan) {
-  for (std::size_t i = 0; i < scan.size(); ++i) {
+void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan) {
+  const b2Vec2 origin = physics.hull().GetPosition();
+  RayEnds ends;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
     const auto [forward, down] = rays()[i];
     // Summed in double and rounded once, as Gymnasium does.
-    const b2Vec2 end(static_cast<float>(double{origin.x} + forward),
+    ends[i] = b2Vec2(static_cast<float>(double{origin.x} + forward),
                      static_cast<float>(double{origin.y} - down));
-    scan[i] = {};
-    NearestGround callback(scan[i]);
-    world.RayCast(&callback, origin, end);
   }
+  scan = {};
+  cast_rays(physics, terrain, origin, ends, scan);
 }
 
 }  // namespace walker::bipedal_walker

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bipedal_walker/body_list.h"
+
 namespace walker::bipedal_walker {
 namespace {
 
@@ -27,6 +29,27 @@ b2BodyDef dynamic_body(double x, double y, double angle) {
   definition.position = to_vector(x, y);
   definition.angle = static_cast<float>(angle);
   return definition;
+}
+
+/// Makes a world with a contact: the first of each fills tables of the whole process.
+void fill_tables() {
+  b2World world(b2Vec2(0, 0));
+  b2CircleShape circle;
+  circle.m_radius = 1;
+  const b2BodyDef body = dynamic_body(0, 0, 0);
+  world.CreateBody(&body)->CreateFixture(&circle, 1);
+  world.CreateBody(&body)->CreateFixture(&circle, 1);
+  world.Step(1, 1, 1);
+}
+
+/// pybox2d's default for a world made without arguments. Asked for before any world is made, which
+/// is the last moment to fill Box2D's tables while no other thread reads them.
+b2Vec2 gravity() {
+  static const b2Vec2 kGravity = [] {
+    fill_tables();
+    return b2Vec2(0, -10);
+  }();
+  return kGravity;
 }
 
 constexpr unsigned kAllCategories = 0xFFFF;
@@ -69,8 +92,7 @@ void Physics::Contacts::EndContact(b2Contact* contact) {
   }
 }
 
-// Gravity is pybox2d's default for a world made without arguments.
-Physics::Physics() : world_(b2Vec2(0, -10)) {}
+Physics::Physics() : world_(gravity()) {}
 
 void Physics::build(const Terrain& terrain, double push) {
   world_.SetContactListener(&contacts_);
@@ -186,6 +208,7 @@ void Physics::drive(const double* action) {
 }
 
 void Physics::step() {
+  const ShortBodyList walker_only(world_, *hull_);
   world_.Step(static_cast<float>(1.0 / kStepsPerSecond), kVelocityIterations, kPositionIterations);
 }
 

@@ -6,7 +6,6 @@
 
 #include "bipedal_walker/box2d.h"
 #include "bipedal_walker/constants.h"
-#include "bipedal_walker/lidar.h"
 #include "bipedal_walker/terrain.h"
 
 namespace walker::bipedal_walker {
@@ -47,6 +46,8 @@ class Physics {
   const b2World& world() const { return world_; }
   const b2Body& hull() const { return *hull_; }
   const b2RevoluteJoint& joint(std::size_t index) const { return *joints_[index]; }
+  /// @param index into Terrain::obstacles
+  const b2Fixture& obstacle(std::size_t index) const { return *terrain_[index]->GetFixtureList(); }
 
  private:
   /// Follows contacts as Gymnasium's ContactDetector: the end of any contact of a leg clears its
@@ -74,7 +75,7 @@ class Physics {
 
   b2World world_;
   Contacts contacts_;
-  std::vector<b2Body*> terrain_;
+  std::vector<b2Body*> terrain_;  // obstacles, then the ground
   b2Body* hull_ = nullptr;
   std::array<b2Body*, kJointCount> limbs_{};
   std::array<b2RevoluteJoint*, kJointCount> joints_{};
