@@ -64,7 +64,7 @@ void BipedalWalker::renew_world() {
   if (physics_ && options_.reuse_world && !world_is_broken_) {
     physics_->destroy();
   } else {
-    physics_ = std::make_unique<Physics>();
+    physics_.emplace();
     world_is_broken_ = false;
   }
 }

@@ -117,6 +117,7 @@ void Physics::destroy() {
 }
 
 void Physics::build_terrain(const Terrain& terrain) {
+  terrain_.reserve(terrain.obstacles.size() + terrain.ground.size() - 1);
   b2BodyDef body;  // static, at the origin
   for (const std::array<Point, 4>& obstacle : terrain.obstacles) {
     std::array<b2Vec2, 4> vertices;

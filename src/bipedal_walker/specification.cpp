@@ -79,6 +79,20 @@ void read_walker(const Physics& physics, Specification& specification) {
   }
 }
 
+/// Links and joints, which are the same on all terrains. Built once: what many walkers built for
+/// this would leave in the heap are holes.
+const Specification& the_walker() {
+  static const Specification kWalker = [] {
+    Generator generator(0);
+    Physics physics;
+    physics.build(generate_terrain(generator, false), 0);
+    Specification specification;
+    read_walker(physics, specification);
+    return specification;
+  }();
+  return kWalker;
+}
+
 void set_spaces(Specification& specification) {
   constexpr double kMostSpeed = 5.0;
   const auto pi = double{static_cast<float>(M_PI)};
@@ -131,10 +145,8 @@ Specification make_specification(const std::string& id, bool hardcore, bool reus
   specification.range_finder = {kLidarRays, -M_PI / 2, kLidarIncrement, kLidarRange};
   set_spaces(specification);
   set_engine(specification);
-  Generator generator(0);  // any terrain will do
-  Physics physics;
-  physics.build(generate_terrain(generator, false), 0);
-  read_walker(physics, specification);
+  specification.links = the_walker().links;
+  specification.joints = the_walker().joints;
   return specification;
 }
 

@@ -13,6 +13,6 @@ namespace walker::bipedal_walker {
 using ShortcutRow = std::array<double, kObservationSize + 2 + (3 + 4) * (kJointCount + 1) +
                                            3 * kJointCount + 3 * 3>;
 
-constexpr int kShortcutRounds = 30;
+constexpr int kShortcutRounds = 21;
 
 }  // namespace walker::bipedal_walker
