@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -38,6 +39,16 @@ struct Result {
 /// State of NumPy's PCG64: state high and low, increment high and low, has_uint32, uinteger.
 using GeneratorState = std::array<std::uint64_t, 6>;
 
+class Environment;
+
+/// One of several calls of `step` that are made together.
+struct StepCall {
+  Environment* environment = nullptr;
+  const double* action = nullptr;
+  Result* result = nullptr;
+  std::exception_ptr failure;  ///< what `step` would have thrown
+};
+
 /// One walker in its world. Not thread-safe; distinct environments may run in distinct threads.
 class WALKER_SIM_EXPORT Environment {
  public:
@@ -57,6 +68,19 @@ class WALKER_SIM_EXPORT Environment {
   /// @throws InvalidAction, ResetNeeded. What an engine throws never leaves an environment that
   ///         `make` made: it ends the episode with `error`.
   virtual void step(const double* action, std::size_t size, Result& result) = 0;
+
+  /// Steps several environments, each as `step` does it. A type that advances many worlds at once
+  /// faster than one after the other overrides this.
+  /// @param calls at most `kLargestGroup`, without a failure yet; their environments are distinct
+  ///              and of this one's kind
+  /// @param size  values of each action
+  virtual void step_together(StepCall* const* calls, std::size_t count, std::size_t size) noexcept;
+
+  static constexpr std::size_t kLargestGroup = 64;
+
+  /// How many environments `step_together` best takes, at most `kLargestGroup`: a pool hands it as
+  /// many where it can, and never more.
+  virtual std::size_t group_size() const { return 1; }
 
   /// Measures the present state. Needs a reset before.
   virtual void sense(Sensors& sensors) = 0;

@@ -30,8 +30,8 @@ struct PoolOptions {
   std::size_t batch_size = 0;  ///< environments that `recv` waits for; 0: all
 };
 
-/// Arrays of the caller, contiguous and row-major; results are written in place. A pointer that is
-/// null is left out, but for `observations`, `rewards`, `terminated` and `truncated`.
+/// Arrays of the caller, contiguous and row-major; results are written in place. What is null is
+/// left out.
 struct Batch {
   double* observations = nullptr;      ///< num_envs x observation size
   double* rewards = nullptr;           ///< num_envs
@@ -45,11 +45,13 @@ struct Batch {
   double* final_info = nullptr;          ///< num_envs x info names
 };
 
-/// Not thread-safe: one thread calls. What comes out never depends on the number of threads.
+/// Not thread-safe: one thread calls, and works too. What comes out never depends on the number of
+/// threads. No call but the constructor, the first `reset` and the first `send` takes memory.
 class WALKER_SIM_EXPORT Pool {
  public:
   /// @param make makes each of the environments, all alike; called in this thread
-  /// @throws std::invalid_argument naming an option, its value and what is allowed
+  /// @throws std::invalid_argument naming an option, its value and what is allowed, or the first
+  ///         environment that is not as the others; std::system_error without threads
   Pool(const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options);
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
@@ -62,35 +64,43 @@ class WALKER_SIM_EXPORT Pool {
   /// Begins episodes.
   /// @param environments which; empty: all. Rows of others stay as they are
   /// @param seeds one per listed environment, or empty: their generators continue
-  /// @throws std::invalid_argument naming what is wrong; then nothing has moved. Whatever an engine
-  ///         throws at a reset; then those environments have no episode
+  /// @throws std::invalid_argument naming what is wrong, std::logic_error while some are under way;
+  ///         then nothing has moved. std::runtime_error naming the first environment whose engine
+  ///         failed, and why; then those that failed have no episode, and the others' rows are
+  ///         written
   void reset(const std::vector<std::uint32_t>& environments,
              const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch);
 
   /// Steps every environment once, or resets it where its autoreset is due.
-  /// @param actions num_envs x action size, `size` values in all
-  /// @throws InvalidAction, ResetNeeded naming the environment; then nothing has moved
+  /// @param actions num_envs x action size, `size` values in all; finite also where ignored
+  /// @throws InvalidAction, ResetNeeded naming the environment, std::logic_error while some are
+  ///         under way; then nothing has moved. std::runtime_error as `reset`, from an autoreset
   void step(const double* actions, std::size_t size, const Batch& batch);
 
   /// Begins to step some environments and returns at once.
   /// @param environments which, `count` of them, none of them under way
   /// @param actions      count x action size; copied
-  /// @throws as `step`; std::logic_error for an environment that is under way
+  /// @throws InvalidAction, ResetNeeded as `step`; std::invalid_argument for an environment that is
+  ///         none or listed twice, std::logic_error for one that is under way; then nothing has
+  ///         moved
   void send(const double* actions, const std::uint32_t* environments, std::size_t count);
 
   /// Waits until `batch_size` environments that were sent have arrived, and takes those that came
   /// first. Which these are depends on the threads; what each of them did does not.
   /// @param batch        rows in the order of arrival, `batch_size` of them
   /// @param environments caller's, `batch_size` values: whose row it is
-  /// @throws std::logic_error when fewer are under way
+  /// @throws std::logic_error when fewer are under way. std::runtime_error as `reset`, from an
+  ///         autoreset; these have arrived all the same
   void recv(const Batch& batch, std::uint32_t* environments);
 
-  /// An environment to be looked at, while none is under way.
+  /// An environment to be looked at: who steps or resets it past the pool confuses the pool. This
+  /// and the next two throw std::invalid_argument for an index that is none, std::logic_error for
+  /// an environment that is under way.
   Environment& environment(std::size_t index);
-  /// Why the simulation had to end the environment's last episode; empty: it had not to.
+  /// Why the simulation had to end the episode in the environment's last step; empty: it had not
+  /// to.
   const char* error(std::size_t index) const;
-  /// Why the environment's present, or under same_step its last ended, episode ended; empty: it
-  /// runs.
+  /// Why the environment's last step ended the episode; empty: it did not.
   const char* end_reason(std::size_t index) const;
 
  private:

@@ -1,11 +1,13 @@
 #include "core/episode_rules.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <exception>
 #include <limits>
 #include <string>
 #include <utility>
+
+#include "core/action_check.h"
 
 namespace walker {
 
@@ -22,13 +24,57 @@ void EpisodeRules::reset(std::optional<std::uint64_t> seed, Result& result) {
 
 void EpisodeRules::step(const double* action, std::size_t size, Result& result) {
   check_phase();
-  check_action(action, size);
+  check_action(specification(), action, size);
   try {
     wrapped_->step(action, size, result);
   } catch (const std::exception& error) {
     fail(error, result);
     return;
   }
+  conclude(result);
+}
+
+void EpisodeRules::step_together(StepCall* const* calls, std::size_t count,
+                                 std::size_t size) noexcept {
+  std::array<StepCall*, kLargestGroup> allowed;  // of `calls`
+  std::array<StepCall*, kLargestGroup> wrapped;
+  std::size_t num_allowed = 0;
+  for (StepCall* const* call = calls; call != calls + count; ++call) {
+    auto& rules = static_cast<EpisodeRules&>(*(*call)->environment);
+    try {
+      rules.check_phase();
+      check_action(specification(), (*call)->action, size);
+    } catch (...) {
+      (*call)->failure = std::current_exception();
+      continue;
+    }
+    rules.wrapped_call_.environment = rules.wrapped_.get();
+    rules.wrapped_call_.action = (*call)->action;
+    rules.wrapped_call_.result = (*call)->result;
+    allowed[num_allowed] = *call;
+    wrapped[num_allowed++] = &rules.wrapped_call_;
+  }
+  if (num_allowed != 0) wrapped_->step_together(wrapped.data(), num_allowed, size);
+  for (std::size_t i = 0; i < num_allowed; ++i) {
+    static_cast<EpisodeRules&>(*allowed[i]->environment).conclude_together(*allowed[i]);
+  }
+}
+
+void EpisodeRules::conclude_together(StepCall& call) {
+  if (!wrapped_call_.failure) {
+    conclude(*call.result);
+    return;
+  }
+  try {
+    std::rethrow_exception(std::exchange(wrapped_call_.failure, nullptr));
+  } catch (const std::exception& error) {
+    fail(error, *call.result);
+  } catch (...) {
+    call.failure = std::current_exception();
+  }
+}
+
+void EpisodeRules::conclude(Result& result) {
   ++steps_;
   const std::uint32_t limit = specification().max_episode_steps;
   if (limit != 0 && steps_ >= limit) {
@@ -74,20 +120,6 @@ void EpisodeRules::need_state_for(const char* call) const {
   }
   if (phase_ == Phase::failed) {
     throw ResetNeeded(std::string(call) + ": the simulation failed; reset first");
-  }
-}
-
-void EpisodeRules::check_action(const double* action, std::size_t size) const {
-  const std::size_t expected = specification().action_size();
-  if (size != expected) {
-    throw InvalidAction("action has " + std::to_string(size) + " values; must have " +
-                        std::to_string(expected) + ", one per joint");
-  }
-  for (std::size_t i = 0; i < size; ++i) {
-    if (!std::isfinite(action[i])) {
-      throw InvalidAction("action[" + std::to_string(i) + "] (" + specification().joints[i].name +
-                          ") = " + std::to_string(action[i]) + "; must be finite");
-    }
   }
 }
 

@@ -25,6 +25,9 @@ class EpisodeRules : public Environment {
   const Specification& specification() const override { return wrapped_->specification(); }
   void reset(std::optional<std::uint64_t> seed, Result& result) override;
   void step(const double* action, std::size_t size, Result& result) override;
+  /// The calls that the rules allow reach the wrapped environments together.
+  void step_together(StepCall* const* calls, std::size_t count, std::size_t size) noexcept override;
+  std::size_t group_size() const override { return wrapped_->group_size(); }
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override { return wrapped_->generator_state(); }
@@ -36,7 +39,8 @@ class EpisodeRules : public Environment {
   enum class Phase { before_reset, running, ended, failed };
 
   void check_phase() const;
-  void check_action(const double* action, std::size_t size) const;
+  void conclude(Result& result);
+  void conclude_together(StepCall& call);
   void need_state_for(const char* call) const;
   void fail(const std::exception& error, Result& result);
 
@@ -44,7 +48,8 @@ class EpisodeRules : public Environment {
   Phase phase_ = Phase::before_reset;
   std::uint32_t steps_ = 0;
   std::string time_limit_reason_;
-  std::string error_;  // of the engine; `Result::error` points here
+  std::string error_;      // of the engine; `Result::error` points here
+  StepCall wrapped_call_;  // kept, for it would be cleared anew on each step
 };
 
 }  // namespace walker

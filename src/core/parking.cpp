@@ -1,0 +1,35 @@
+#include "core/parking.h"
+
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <thread>
+
+namespace walker {
+namespace {
+
+// The kernel looks at the number's bytes.
+static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t));
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+
+}  // namespace
+
+bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
+  constexpr int kYields = 50;
+  for (int i = 0; i < kYields; ++i) {
+    if (number.load(std::memory_order_acquire) != old) return true;
+    std::this_thread::yield();
+  }
+  return false;
+}
+
+void sleep_while(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
+  syscall(SYS_futex, &number, FUTEX_WAIT_PRIVATE, old, nullptr, nullptr, 0);
+}
+
+void wake(const std::atomic<std::uint32_t>& number, int count) {
+  syscall(SYS_futex, &number, FUTEX_WAKE_PRIVATE, count, nullptr, nullptr, 0);
+}
+
+}  // namespace walker

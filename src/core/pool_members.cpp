@@ -1,0 +1,193 @@
+#include "core/pool_members.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <typeinfo>
+#include <utility>
+
+namespace walker {
+namespace {
+
+std::string name_of(std::size_t index) { return "environment " + std::to_string(index) + ": "; }
+
+std::string text_of(const std::exception_ptr& failure) {
+  try {
+    std::rethrow_exception(failure);
+  } catch (const std::exception& exception) {
+    return exception.what();
+  } catch (...) {
+    return "something that is no std::exception was thrown";
+  }
+}
+
+/// Of one type and with rows of the same size.
+bool are_alike(const Environment& one, const Environment& other) {
+  const Specification& a = one.specification();
+  const Specification& b = other.specification();
+  return typeid(one) == typeid(other) && a.id == b.id && a.parameters == b.parameters &&
+         a.observation_size() == b.observation_size() && a.action_size() == b.action_size() &&
+         a.info_names == b.info_names;
+}
+
+void copy_row(const std::vector<double>& from, std::size_t index, std::size_t size, double* to,
+              std::size_t row) {
+  if (to) std::copy_n(from.data() + index * size, size, to + row * size);
+}
+
+template <typename T, typename Value>
+void write_one(Value value, T* to, std::size_t row) {
+  if (to) to[row] = value;
+}
+
+}  // namespace
+
+PoolMembers::PoolMembers(const std::function<std::unique_ptr<Environment>()>& make,
+                         std::size_t count, AutoresetMode mode)
+    : mode_(mode), members_(count), phases_(count, Phase::no_episode) {
+  for (std::size_t i = 0; i < count; ++i) {
+    members_[i].environment = make();
+    if (!are_alike(environment(i), environment(0))) {
+      throw std::invalid_argument(name_of(i) + environment(i).specification().id +
+                                  "; must be as the first one, " + specification().id +
+                                  " with the same parameters");
+    }
+  }
+  observation_size_ = specification().observation_size();
+  num_infos_ = specification().info_names.size();
+  observations_.resize(count * observation_size_);
+  info_.resize(count * num_infos_);
+  if (mode == AutoresetMode::same_step) {
+    final_observations_.resize(observations_.size());
+    final_info_.resize(info_.size());
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    Member& member = members_[i];
+    member.result.observation = observations_.data() + i * observation_size_;
+    member.result.info = info_.data() + i * num_infos_;
+    member.call.environment = member.environment.get();
+    member.call.result = &member.result;
+  }
+}
+
+std::size_t PoolMembers::group_size() const {
+  return std::clamp<std::size_t>(environment(0).group_size(), 1, Environment::kLargestGroup);
+}
+
+void PoolMembers::need_episode(std::size_t index) const {
+  if (phases_[index] == Phase::no_episode) {
+    throw ResetNeeded(name_of(index) + "there is no episode yet; reset first");
+  }
+  if (phases_[index] == Phase::ended && mode_ == AutoresetMode::disabled) {
+    throw ResetNeeded(name_of(index) + "the episode ended after " +
+                      std::to_string(members_[index].steps) + " steps; reset first");
+  }
+}
+
+void PoolMembers::reset(std::size_t index, std::optional<std::uint64_t> seed) {
+  Member& member = members_[index];
+  member.reward = 0;
+  member.terminated = false;
+  member.truncated = false;
+  member.has_final = false;
+  member.end_reason = "";
+  member.error = "";
+  begin_episode(index, seed);
+}
+
+void PoolMembers::begin_episode(std::size_t index, std::optional<std::uint64_t> seed) {
+  Member& member = members_[index];
+  try {
+    member.environment->reset(seed, member.result);
+  } catch (...) {
+    lose_episode(index, std::current_exception());
+    return;
+  }
+  ++member.episode;
+  member.steps = 0;
+  phases_[index] = Phase::running;
+}
+
+void PoolMembers::step(const std::uint32_t* indices, std::size_t size, const double* actions) {
+  const std::size_t action_size = specification().action_size();
+  std::array<StepCall*, Environment::kLargestGroup> calls;
+  std::array<std::uint32_t, Environment::kLargestGroup> stepped;
+  std::size_t num_calls = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::uint32_t index = indices[i];
+    if (phases_[index] == Phase::ended) {  // only next_step lets it come this far
+      reset(index, std::nullopt);
+      continue;
+    }
+    members_[index].call.action = actions + index * action_size;
+    stepped[num_calls] = index;
+    calls[num_calls++] = &members_[index].call;
+  }
+  if (num_calls == 0) return;
+  calls[0]->environment->step_together(calls.data(), num_calls, action_size);
+  for (std::size_t i = 0; i < num_calls; ++i) conclude_step(stepped[i]);
+}
+
+void PoolMembers::conclude_step(std::size_t index) {
+  Member& member = members_[index];
+  member.has_final = false;
+  if (member.call.failure) {
+    lose_episode(index, std::exchange(member.call.failure, nullptr));
+    return;
+  }
+  ++member.steps;
+  member.reward = member.result.reward;
+  member.terminated = member.result.terminated;
+  member.truncated = member.result.truncated;
+  member.end_reason = member.result.end_reason;
+  member.error = member.result.error;
+  if (!member.terminated && !member.truncated) return;
+  phases_[index] = Phase::ended;
+  if (mode_ == AutoresetMode::same_step) {
+    keep_final(index);
+    begin_episode(index, std::nullopt);
+  }
+}
+
+void PoolMembers::keep_final(std::size_t index) {
+  copy_row(observations_, index, observation_size_, final_observations_.data(), index);
+  copy_row(info_, index, num_infos_, final_info_.data(), index);
+  members_[index].has_final = true;
+}
+
+void PoolMembers::lose_episode(std::size_t index, std::exception_ptr failure) {
+  members_[index].failure = std::move(failure);
+  phases_[index] = Phase::no_episode;
+}
+
+void PoolMembers::write(std::size_t index, const Batch& batch, std::size_t row) const {
+  const Member& member = members_[index];
+  copy_row(observations_, index, observation_size_, batch.observations, row);
+  copy_row(info_, index, num_infos_, batch.info, row);
+  write_one(member.reward, batch.rewards, row);
+  write_one(member.terminated, batch.terminated, row);
+  write_one(member.truncated, batch.truncated, row);
+  write_one(member.episode, batch.episodes, row);
+  write_one(member.steps, batch.steps, row);
+  if (!member.has_final) return;
+  copy_row(final_observations_, index, observation_size_, batch.final_observations, row);
+  copy_row(final_info_, index, num_infos_, batch.final_info, row);
+}
+
+void PoolMembers::check(const std::uint32_t* indices, std::size_t size) const {
+  const auto has_failed = [this](std::uint32_t i) { return phases_[i] == Phase::no_episode; };
+  const std::uint32_t* const end = indices + size;
+  const auto num_failed = std::count_if(indices, end, has_failed);
+  if (num_failed == 0) return;
+  std::uint32_t first = *std::find_if(indices, end, has_failed);
+  for (const std::uint32_t* i = indices; i != end; ++i) {
+    if (has_failed(*i)) first = std::min(first, *i);  // whichever order they arrived in
+  }
+  std::string message = name_of(first) + text_of(members_[first].failure) + "; it needs a reset";
+  if (num_failed > 1) {
+    message += ", as do " + std::to_string(num_failed - 1) + " others that failed with it";
+  }
+  throw std::runtime_error(message);
+}
+
+}  // namespace walker
