@@ -4,14 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <new>
 #include <vector>
 
 namespace walker {
 
-inline int allocations = 0;
-inline bool is_counting = false;
+inline std::atomic<int> allocations{0};
+inline std::atomic<bool> is_counting{false};
 
 inline void* allocate(std::size_t size) {
   if (is_counting) ++allocations;

@@ -1,9 +1,7 @@
 // Steps environments for a test that talks through a pipe, so that it compares thousands of steps
 // with Gymnasium without a binding.
 //
-// A command is one line on stdin, its words with tabs between them, where needed followed by raw
-// doubles. The answer is a line `ok BYTES` followed by that many bytes, or a line `error MESSAGE`.
-// Numbers are native 64 bits.
+// Its commands, in the form that pipe.h describes:
 //
 //   make ID [NAME=VALUE ...]  -> nothing; the environment of the commands below
 //   reset SEED|-           -> a row: observation, reward, terminated, truncated, info (NaN where
@@ -22,9 +20,6 @@
 //                             `random`, `uniform LOW HIGH` or `integers LOW HIGH`
 #include <array>
 #include <cstdint>
-#include <cstring>
-#include <exception>
-#include <iostream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -36,53 +31,16 @@
 #include "bipedal_walker/terrain_numbers.h"
 #include "core/parameter_text.h"
 #include "core/random.h"
+#include "pipe.h"
 #include "stepper.h"
 
 namespace {
 
+using walker::Answer;
+using walker::read;
+using walker::read_numbers;
 using walker::bipedal_walker::kJointCount;
 using walker::bipedal_walker::kObservationSize;
-
-/// Numbers of an answer.
-class Answer {
- public:
-  void add(double value) { add_bytes(value); }
-  template <typename Range>
-  void add_all(const Range& range) {
-    for (const auto& element : range) add(element);
-  }
-  void add(const walker::GeneratorState& state) {
-    for (const std::uint64_t word : state) add_bytes(word);
-  }
-  void add(const std::string& text) { bytes_ += text; }
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  template <typename T>
-  void add_bytes(const T& value) {
-    std::array<char, sizeof(T)> raw{};
-    std::memcpy(raw.data(), &value, sizeof(T));
-    bytes_.append(raw.data(), raw.size());
-  }
-
-  std::string bytes_;
-};
-
-std::vector<double> read_numbers(std::size_t count) {
-  std::vector<double> numbers(count);
-  std::string raw(count * sizeof(double), '\0');
-  std::cin.read(raw.data(), static_cast<std::streamsize>(raw.size()));
-  if (!std::cin) throw std::runtime_error("the input ended within the numbers of a command");
-  std::memcpy(numbers.data(), raw.data(), raw.size());
-  return numbers;
-}
-
-template <typename T>
-T read(std::istream& words) {
-  T value{};
-  if (!(words >> value)) throw std::invalid_argument("a word of the command is missing or wrong");
-  return value;
-}
 
 class Session {
  public:
@@ -104,10 +62,8 @@ class Session {
  private:
   Answer make(std::istream& words) {
     const auto id = read<std::string>(words);
-    words >> std::ws;
-    std::vector<std::string> assignments;
-    for (std::string word; std::getline(words, word, '\t');) assignments.push_back(word);
-    walker_.emplace(id, walker::parse_assignments(walker::parameter_descriptions(id), assignments));
+    walker_.emplace(id, walker::parse_assignments(walker::parameter_descriptions(id),
+                                                  walker::read_rest(words)));
     return {};
   }
 
@@ -213,15 +169,7 @@ class Session {
 }  // namespace
 
 int main() {
-  std::ios::sync_with_stdio(false);
   Session session;
-  for (std::string line; std::getline(std::cin, line);) {
-    try {
-      const Answer answer = session.obey(line);
-      std::cout << "ok " << answer.bytes().size() << '\n' << answer.bytes() << std::flush;
-    } catch (const std::exception& exception) {
-      std::cout << "error " << exception.what() << '\n' << std::flush;
-    }
-  }
+  walker::serve([&](const std::string& line) { return session.obey(line); });
   return 0;
 }

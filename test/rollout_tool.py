@@ -1,4 +1,4 @@
-"""Drives walker_sim_rollout (test/rollout.cpp), which steps our environments."""
+"""Drives what steps our environments: rollout.cpp, and core/pool_rollout.cpp for a pool."""
 
 import os
 import subprocess
@@ -19,19 +19,11 @@ def parameter_text(value):
     return str(value)
 
 
-class Rollout:
-    """One process with at most one environment in it.
+class Pipe:
+    """One process that obeys commands as test/pipe.h describes them."""
 
-    A row is observation, reward, terminated, truncated, info (NaN where absent).
-    """
-
-    def __init__(self, tool=None):
-        self._process = subprocess.Popen(
-            [tool or os.environ["WALKER_SIM_ROLLOUT"]],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
-        self._row_size = 0
+    def __init__(self, tool):
+        self._process = subprocess.Popen([tool], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 
     def close(self):
         self._process.stdin.close()
@@ -47,6 +39,17 @@ class Rollout:
         if status != "ok":
             raise Refused(rest or "the tool has ended")
         return self._process.stdout.read(int(rest))
+
+
+class Rollout(Pipe):
+    """One process with at most one environment in it.
+
+    A row is observation, reward, terminated, truncated, info (NaN where absent).
+    """
+
+    def __init__(self, tool=None):
+        super().__init__(tool or os.environ["WALKER_SIM_ROLLOUT"])
+        self._row_size = 0
 
     def make(self, environment_id, **parameters):
         texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
@@ -94,3 +97,38 @@ class Rollout:
         """The draws (see rollout.cpp) as doubles, then the generator's state as 6 integers."""
         answer = self._ask("\t".join([f"random\t{seed}", *draws]))
         return np.frombuffer(answer[:-48]), np.frombuffer(answer[-48:], np.uint64)
+
+
+class PoolRollout(Pipe):
+    """One process with at most one pool in it.
+
+    A row is reward, terminated, truncated, episodes, steps, observation, info, final observation,
+    final info; numbers that a call did not write are -12345.
+    """
+
+    def __init__(self):
+        super().__init__(os.environ["WALKER_SIM_POOL_ROLLOUT"])
+        self._num_envs = 0
+
+    def make(self, environment_id, mode, num_envs, num_threads, **parameters):
+        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
+        self._ask(
+            "\t".join(["make", environment_id, mode, str(num_envs), str(num_threads), *texts])
+        )
+        self._num_envs = num_envs
+
+    def _rows(self, answer):
+        return np.frombuffer(answer).reshape(self._num_envs, -1)
+
+    def reset(self, seeds):
+        """Resets the environments that are the keys of `seeds`; None continues the generator."""
+        words = [f"{i}={'-' if seed is None else seed}" for i, seed in seeds.items()]
+        return self._rows(self._ask("\t".join(["reset", *words])))
+
+    def step(self, actions):
+        """actions: shape (num_envs, action size)."""
+        return self._rows(self._ask("step", actions))
+
+    def send_and_receive(self, actions):
+        """As `step`, by way of the asynchronous calls."""
+        return self._rows(self._ask("send", actions))

@@ -1,6 +1,7 @@
 // The arrays that a pool writes into.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -39,6 +40,12 @@ struct PoolArrays {
     append(final_observations, i, observation_size, all);
     append(final_info, i, num_infos, all);
     return all;
+  }
+
+  /// Empties a row that only the end of an episode writes.
+  void forget_final(std::size_t i) {
+    std::fill_n(final_observations.begin() + i * observation_size, observation_size, kUntouched);
+    std::fill_n(final_info.begin() + i * num_infos, num_infos, kUntouched);
   }
 
   static constexpr double kUntouched = -12345;
