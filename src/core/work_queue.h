@@ -45,11 +45,11 @@ class WorkQueue {
  private:
   static constexpr std::size_t kCacheLine = 64;
 
-  std::vector<std::atomic<std::uint32_t>> ring_;
-  std::uint64_t put_ = 0;  // the producer's count; never wraps
-  // What one side writes does not share a cache line with what the other one writes.
-  alignas(kCacheLine) std::atomic<std::uint64_t> end_{0};    // published
+  // What consumers write does not share a cache line with what the producer writes.
   alignas(kCacheLine) std::atomic<std::uint64_t> begin_{0};  // taken
+  alignas(kCacheLine) std::atomic<std::uint64_t> end_{0};    // published
+  std::uint64_t put_ = 0;                                    // the producer's; never wraps
+  std::vector<std::atomic<std::uint32_t>> ring_;
 };
 
 }  // namespace walker

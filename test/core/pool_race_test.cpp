@@ -15,7 +15,7 @@ constexpr int kRounds = 60;
 
 class PoolRaceTest : public testing::TestWithParam<const char*> {
  protected:
-  PoolRaceTest() {
+  static PoolOptions options() {
     PoolOptions options;
     options.num_envs = kCount;
     options.num_threads = 3;
@@ -26,39 +26,41 @@ class PoolRaceTest : public testing::TestWithParam<const char*> {
           return make(GetParam(), {{"max_episode_steps", std::int64_t{12}}});
         },
         options);
-    arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kCount);
-    pool_->reset({}, {}, arrays_->batch());
+    arrays_ = std::make_unique<PoolArrays>(pool_.specification(), kCount);
+    pool_.reset({}, {}, arrays_.batch());
   }
+
+  void SetUp() override { pool_.reset({}, {}, arrays_.batch()); }
 
   /// @return `count` rows of them
   std::vector<double> draw_actions(std::size_t count) {
-    std::vector<double> actions(count * pool_->specification().action_size());
+    std::vector<double> actions(count * pool_.specification().action_size());
     for (double& value : actions) value = generator_.uniform(-1, 1);
     return actions;
   }
 
   Generator generator_{1};
-  std::unique_ptr<Pool> pool_;
-  std::unique_ptr<PoolArrays> arrays_;
+  Pool pool_{[] { return make(GetParam(), {{"max_episode_steps", std::int64_t{12}}}); }, options()};
+  PoolArrays arrays_{pool_.specification(), kCount};
 };
 
 TEST_P(PoolRaceTest, StepsWithoutARace) {
   for (int i = 0; i < kRounds; ++i) {
     const std::vector<double> actions = draw_actions(kCount);
-    pool_->step(actions.data(), actions.size(), arrays_->batch());
+    pool_.step(actions.data(), actions.size(), arrays_.batch());
   }
-  for (const std::uint32_t episode : arrays_->episodes) EXPECT_GE(episode, kRounds / 12);
+  for (const std::uint32_t episode : arrays_.episodes) EXPECT_GE(episode, kRounds / 12);
 }
 
 TEST_P(PoolRaceTest, SendsAndReceivesWithoutARace) {
   std::vector<std::uint32_t> environments{0, 1, 2, 3, 4, 5};
-  pool_->send(draw_actions(kCount).data(), environments.data(), kCount);
+  pool_.send(draw_actions(kCount).data(), environments.data(), kCount);
   environments.resize(2);
   for (int i = 0; i < 3 * kRounds; ++i) {
-    pool_->recv(arrays_->batch(), environments.data());
-    pool_->send(draw_actions(2).data(), environments.data(), 2);
+    pool_.recv(arrays_.batch(), environments.data());
+    pool_.send(draw_actions(2).data(), environments.data(), 2);
   }
-  EXPECT_GT(arrays_->episodes[0], 1U);
+  EXPECT_GT(arrays_.episodes[0], 1U);
 }
 
 INSTANTIATE_TEST_SUITE_P(BothEngines, PoolRaceTest,
