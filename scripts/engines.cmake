@@ -47,7 +47,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   # Box2D as it is, for the tests of ours.
   add_library(box2d_plain STATIC EXCLUDE_FROM_ALL ${box2d_sources})
   # Ours: our files in place of those of the same name.
-  set(box2d_replaced b2Distance b2Island b2TimeOfImpact b2Timer)
+  set(box2d_replaced b2BlockAllocator b2Distance b2Island b2TimeOfImpact b2Timer)
   set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_pinned)
   foreach(name ${box2d_replaced})
     list(FILTER box2d_sources EXCLUDE REGEX "/${name}\\.cpp$")

@@ -49,10 +49,10 @@ class BipedalWalker : public Environment {
   Options options_;
   Specification specification_;
   std::optional<Generator> generator_;  // none before the first reset
-  // None before the first reset. In place, for a world is 100 kB of which a step hardly touches any:
-  // it takes no memory as long as nothing else has used its place.
+  // None before the first reset. In place, for a world is 100 kB of which a step hardly touches
+  // any: it takes no memory as long as nothing else has used its place.
   std::optional<Physics> physics_;
-  bool world_is_broken_ = false;        // the engine failed: the next reset needs a new world
+  bool world_is_broken_ = false;  // the engine failed: the next reset needs a new world
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;

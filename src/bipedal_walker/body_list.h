@@ -21,6 +21,7 @@ class ShortBodyList {
   b2World& world_;
   b2Body& last_;
   b2Body* rest_;
+  int count_;
 };
 
 }  // namespace walker::bipedal_walker

@@ -31,6 +31,7 @@ endfunction()
 
 walker_sim_add_core_test(bipedal_walker/shortcuts_test)
 walker_sim_add_shortcut(none)
+walker_sim_add_shortcut(chunks b2BlockAllocator)
 walker_sim_add_shortcut(clock b2Timer)
 walker_sim_add_shortcut(counters b2Distance b2TimeOfImpact)
 walker_sim_add_shortcut(velocity_loops b2Island)

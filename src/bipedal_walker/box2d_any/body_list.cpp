@@ -3,7 +3,7 @@
 namespace walker::bipedal_walker {
 
 ShortBodyList::ShortBodyList(b2World& world, b2Body& last)
-    : world_(world), last_(last), rest_(nullptr) {}
+    : world_(world), last_(last), rest_(nullptr), count_(0) {}
 
 ShortBodyList::~ShortBodyList() = default;
 

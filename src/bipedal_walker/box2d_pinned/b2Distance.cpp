@@ -8,4 +8,4 @@
 #define b2_gjkCalls discarded(int32())
 #define b2_gjkIters discarded(int32())
 #define b2_gjkMaxIters discarded(int32())
-#include <Box2D/Collision/b2Distance.cpp>
+#include <Box2D/Collision/b2Distance.cpp>  // NOLINT(bugprone-suspicious-include)

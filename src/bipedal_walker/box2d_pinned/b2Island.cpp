@@ -141,4 +141,4 @@ bool solve_velocities(NoJoints /*none*/, b2ContactSolver& solver, const b2Island
 }  // namespace
 
 #define velocityIterations velocityIterations && !solve_velocities(solverData, contactSolver, *this)
-#include <Box2D/Dynamics/b2Island.cpp>
+#include <Box2D/Dynamics/b2Island.cpp>  // NOLINT(bugprone-suspicious-include)

@@ -10,4 +10,4 @@
 #define b2_toiMaxIters discarded(int32())
 #define b2_toiRootIters discarded(int32())
 #define b2_toiMaxRootIters discarded(int32())
-#include <Box2D/Collision/b2TimeOfImpact.cpp>
+#include <Box2D/Collision/b2TimeOfImpact.cpp>  // NOLINT(bugprone-suspicious-include)
