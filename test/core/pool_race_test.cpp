@@ -15,22 +15,16 @@ constexpr int kRounds = 60;
 
 class PoolRaceTest : public testing::TestWithParam<const char*> {
  protected:
+  void SetUp() override { pool_.reset({}, {}, arrays_.batch()); }
+
   static PoolOptions options() {
     PoolOptions options;
     options.num_envs = kCount;
     options.num_threads = 3;
     options.autoreset_mode = AutoresetMode::same_step;
     options.batch_size = 2;
-    pool_ = std::make_unique<Pool>(
-        [] {
-          return make(GetParam(), {{"max_episode_steps", std::int64_t{12}}});
-        },
-        options);
-    arrays_ = std::make_unique<PoolArrays>(pool_.specification(), kCount);
-    pool_.reset({}, {}, arrays_.batch());
+    return options;
   }
-
-  void SetUp() override { pool_.reset({}, {}, arrays_.batch()); }
 
   /// @return `count` rows of them
   std::vector<double> draw_actions(std::size_t count) {
