@@ -17,8 +17,8 @@ namespace walker {
 /// and takes from the others' once it has done its own. The thread that made the crew is one of
 /// them: it alone calls, and works in `collect`.
 ///
-/// No call takes a lock or memory. Threads without work wait awake for some microseconds, then
-/// sleep.
+/// No call takes a lock or memory. Threads without work wait awake for a while, then sleep
+/// (parking.h).
 class Crew {
  public:
   static constexpr std::size_t kLargestGroup = 64;

@@ -4,6 +4,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <thread>
 
 namespace walker {
@@ -16,11 +17,13 @@ static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 }  // namespace
 
 bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
-  constexpr int kYields = 50;
-  for (int i = 0; i < kYields; ++i) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::microseconds kLongest(50);  // docs/pool.md says why
+  const Clock::time_point end = Clock::now() + kLongest;
+  do {
     if (number.load(std::memory_order_acquire) != old) return true;
     std::this_thread::yield();
-  }
+  } while (Clock::now() < end);
   return false;
 }
 

@@ -6,9 +6,8 @@
 
 namespace walker {
 
-/// Yields the processor a few times while `number` is `old`. A sleeping thread needs some ten
-/// microseconds to come back, which a short wait saves; whoever shares the processor has it
-/// meanwhile.
+/// Waits up to 50 us for `number` to be another one than `old`, and yields the processor to whoever
+/// else wants it meanwhile.
 /// @return whether the number changed
 bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old);
 
