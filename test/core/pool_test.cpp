@@ -155,8 +155,9 @@ TEST_F(PoolTest, SameStepResetsAtOnceAndShowsTheLastOfTheOldEpisode) {
   EXPECT_EQ(arrays_->row(1), (Values{2, 1, 0, 2, 0, /**/ 2, 0, -1, /**/ 1, 2, -1}));
   EXPECT_STREQ(pool_->end_reason(1), "fell");
   EXPECT_EQ(arrays_->final_info[0], PoolArrays::kUntouched);
+  arrays_->forget_final(1);
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->row(1), (Values{2, 0, 0, 2, 1, /**/ 2, 1, -1, /**/ 1, 2, -1}));
+  EXPECT_EQ(arrays_->row(1), (Values{2, 0, 0, 2, 1, /**/ 2, 1, -1, /**/ -12345, -12345, -12345}));
   EXPECT_STREQ(pool_->end_reason(1), "");
 }
 
