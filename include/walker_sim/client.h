@@ -18,7 +18,7 @@ struct WALKER_SIM_EXPORT ConnectionError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The server refused; the message is its own.
+/// The server refused; the message is its own. The connection stays, and nothing has moved.
 struct WALKER_SIM_EXPORT RequestRefused : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -26,7 +26,7 @@ struct WALKER_SIM_EXPORT RequestRefused : std::runtime_error {
 struct ClientOptions {
   std::string server = "/walker_sim";  ///< the server's resolved node name
   std::string master_uri;              ///< empty: ROS_MASTER_URI, or http://localhost:11311
-  double timeout = 10;                 ///< of each call and of each connection, wall time [s]
+  double timeout = 10;  ///< of each call, and of each connection before it: wall time, above 0 [s]
 };
 
 /// Transition.msg; its comments give the units.
@@ -97,27 +97,35 @@ struct ServerSpecification {
 ///
 /// A call blocks on its own socket until the answer is there: no thread stands between. When the
 /// connection breaks (the server died, or was started again), the call throws ConnectionError, and
-/// the next one looks the server up anew. A call is never sent twice.
+/// the next one looks the server up anew. A call is never sent twice: after a ConnectionError
+/// nobody knows whether the server has made it. What is kept between calls is memory only, so that
+/// a step allocates nothing.
 class WALKER_SIM_EXPORT Client {
  public:
   /// Connects, and asks for the specification.
-  /// @throws ConnectionError naming the master, the server and the cause; std::invalid_argument
+  /// @throws ConnectionError naming the master, the service and the cause; std::invalid_argument
+  ///         naming an option, its value and what is allowed
   explicit Client(const ClientOptions& options = {});
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client();
 
-  /// ~get_spec: as of now, also after the server was started again.
+  /// ~get_spec: as of now, also after the server was started again. @throws ConnectionError
   ServerSpecification specification();
 
-  /// Each of these throws ConnectionError or RequestRefused. The results' vectors keep their memory
-  /// from call to call.
+  // Each of these throws ConnectionError or RequestRefused; after the latter the result is as it
+  // was. The results' vectors keep their memory from call to call.
+
+  /// ~reset. @param seed none: the generator continues
   void reset(std::optional<std::uint64_t> seed, Transition& transition);
+  /// ~step. @param action `size` values, one per joint, unitless
   void step(const double* action, std::size_t size, Transition& transition);
+  /// ~reset_batch.
   /// @param environments which; empty: all
-  /// @param seeds        empty, or one per listed environment
+  /// @param seeds        empty, or one per listed environment (none: its generator continues)
   void reset_batch(const std::vector<std::uint32_t>& environments,
                    const std::vector<std::optional<std::uint64_t>>& seeds, BatchReset& reset);
+  /// ~step_batch. @param actions num_envs x action size, row-major, `size` values in all
   void step_batch(const double* actions, std::size_t size, BatchTransition& transition);
 
  private:

@@ -61,8 +61,11 @@ void introduce(const Specification& specification, const ServerOptions& options)
 }  // namespace
 
 Server::Server(const ServerOptions& options)
+    : Server(options, [&options] { return make(options.id, options.environment); }) {}
+
+Server::Server(const ServerOptions& options, const MakeEnvironment& make_environment)
     : options_(options),
-      simulation_([this] { return make(options_.id, options_.environment); }, options.seed),
+      simulation_(make_environment, options.seed),
       dt_(to_duration(simulation_.specification().dt)),
       clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
       publishers_(node_, simulation_, options_),

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,8 +34,12 @@ namespace walker {
 /// `run`, so that nothing moves while a service answers.
 class Server {
  public:
+  using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
+
   /// @throws std::exception when the environment cannot be made or /clock has another publisher
   explicit Server(const ServerOptions& options);
+  /// With an environment that the registry does not know, for benchmarks.
+  Server(const ServerOptions& options, const MakeEnvironment& make_environment);
 
   /// Serves until the node is told to stop.
   void run();

@@ -1,0 +1,204 @@
+#include "walker_sim/client.h"
+
+#include <array>
+#include <chrono>
+#include <cstdlib>
+
+#include "client/master.h"
+#include "client/messages.h"
+#include "client/service_connection.h"
+#include "client/service_types.h"
+
+namespace walker {
+namespace {
+
+std::string master_uri(const ClientOptions& options) {
+  if (!options.master_uri.empty()) return options.master_uri;
+  const char* const uri = std::getenv("ROS_MASTER_URI");  // NOLINT(concurrency-mt-unsafe)
+  return uri != nullptr && *uri != '\0' ? uri : "http://localhost:11311";
+}
+
+/// @throws std::invalid_argument
+ClientOptions completed(ClientOptions options) {
+  const std::string& name = options.server;
+  if (name.size() < 2 || name.front() != '/' || name.back() == '/') {
+    throw std::invalid_argument("server = \"" + name +
+                                "\"; must be a node's full name, e.g. /walker_sim");
+  }
+  constexpr double kMostSeconds = 1e6;
+  if (!(options.timeout > 0 && options.timeout <= kMostSeconds)) {
+    throw std::invalid_argument("timeout = " + std::to_string(options.timeout) +
+                                " s; must be above 0 and at most 1000000");
+  }
+  options.master_uri = master_uri(options);
+  try {
+    parse_uri(options.master_uri, "http");
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("ROS_MASTER_URI = ") + error.what());
+  }
+  return options;
+}
+
+}  // namespace
+
+class Client::Implementation {
+ public:
+  explicit Implementation(const ClientOptions& options) : options_(completed(options)) {}
+
+  /// Makes one call.
+  /// @param write puts the request's fields into a Writer
+  /// @param read  takes the response's fields off a Reader
+  /// @throws ConnectionError, RequestRefused
+  template <typename Write, typename Read>
+  void call(ServiceIndex index, const Write& write, const Read& read) {
+    request_.assign(tcpros::kLengthBytes, 0);
+    Writer writer(request_);
+    write(writer);
+    if (request_.size() - tcpros::kLengthBytes > tcpros::kMostMessageBytes) {
+      throw std::invalid_argument("a request of " + std::to_string(request_.size()) +
+                                  " bytes; at most 1000000000 can be sent");
+    }
+    tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
+    ServiceConnection& connection = connected(index);
+    try {
+      const Answer answer = connection.call(request_, deadline());
+      if (!answer.is_response) {
+        throw RequestRefused(std::string(answer.body, answer.body + answer.size));
+      }
+      Reader reader(answer.body, answer.size);
+      read(reader);
+      reader.finish();
+    } catch (const RequestRefused&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      const std::string whom = describe(index);
+      disconnect();
+      throw ConnectionError(whom + ": " + error.what() +
+                            "; whether the call was made is not known, and a server that was "
+                            "started again has lost its episode: reset before the next step");
+    } catch (...) {
+      disconnect();  // out of memory amid an answer
+      throw;
+    }
+  }
+
+ private:
+  Deadline deadline() const {
+    const std::chrono::duration<double> timeout(options_.timeout);
+    return std::chrono::steady_clock::now() +
+           std::chrono::duration_cast<Deadline::duration>(timeout);
+  }
+
+  std::string name(ServiceIndex index) const {
+    return options_.server + "/" + kServiceTypes[index].name;
+  }
+
+  std::string describe(ServiceIndex index) const {
+    return "service " + name(index) + " at " + endpoints_[index].text();
+  }
+
+  /// The connection to a service, made when it is first needed.
+  ServiceConnection& connected(ServiceIndex index) {
+    std::optional<ServiceConnection>& connection = connections_[index];
+    if (connection) return *connection;
+    const Deadline until = deadline();
+    endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
+    try {
+      return connection.emplace(endpoints_[index], name(index), kServiceTypes[index], until);
+    } catch (const SocketError& error) {
+      throw ConnectionError(describe(index) + ", as the ROS master has it: " + error.what() +
+                            "; has the server died, or can its host not be reached under this "
+                            "name (its ROS_HOSTNAME or ROS_IP)?");
+    } catch (const std::runtime_error& error) {
+      throw ConnectionError(describe(index) + ": " + error.what());
+    }
+  }
+
+  /// From all services: what has happened to one connection will have happened to the server.
+  void disconnect() {
+    for (std::optional<ServiceConnection>& connection : connections_) connection.reset();
+  }
+
+  ClientOptions options_;
+  std::array<Endpoint, kServiceTypes.size()> endpoints_;
+  std::array<std::optional<ServiceConnection>, kServiceTypes.size()> connections_;
+  tcpros::Bytes request_;  // keeps its memory
+};
+
+namespace {
+
+/// The beginning of a response: whether the server did what it was asked to.
+/// @throws RequestRefused with the server's words
+void read_outcome(Reader& reader) {
+  bool success = false;
+  reader.flag(success);
+  if (success) {
+    reader.skip_text();
+    return;
+  }
+  std::string why;
+  reader.text(why);
+  throw RequestRefused(why);
+}
+
+/// Reads an outcome, then a result.
+template <typename Result>
+auto into(Result& result) {
+  return [&result](Reader& reader) {
+    read_outcome(reader);
+    read(reader, result);
+  };
+}
+
+}  // namespace
+
+Client::Client(const ClientOptions& options)
+    : implementation_(std::make_unique<Implementation>(options)) {
+  specification();
+}
+
+Client::~Client() = default;
+
+ServerSpecification Client::specification() {
+  ServerSpecification specification;
+  implementation_->call(
+      kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, specification); });
+  return specification;
+}
+
+void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
+  implementation_->call(
+      kReset,
+      [seed](Writer& writer) {
+        writer.number(std::uint8_t{seed.has_value()});
+        writer.number(seed.value_or(0));
+      },
+      into(transition));
+}
+
+void Client::step(const double* action, std::size_t size, Transition& transition) {
+  implementation_->call(
+      kStep, [&](Writer& writer) { writer.array(action, size); }, into(transition));
+}
+
+void Client::reset_batch(const std::vector<std::uint32_t>& environments,
+                         const std::vector<std::optional<std::uint64_t>>& seeds,
+                         BatchReset& reset) {
+  implementation_->call(
+      kResetBatch,
+      [&](Writer& writer) {
+        writer.array(environments.data(), environments.size());
+        writer.number(static_cast<std::uint32_t>(seeds.size()));
+        for (const auto& seed : seeds) writer.number(std::uint8_t{seed.has_value()});
+        writer.number(static_cast<std::uint32_t>(seeds.size()));
+        for (const auto& seed : seeds) writer.number(seed.value_or(0));
+      },
+      into(reset));
+}
+
+void Client::step_batch(const double* actions, std::size_t size, BatchTransition& transition) {
+  implementation_->call(
+      kStepBatch, [&](Writer& writer) { writer.array(actions, size); }, into(transition));
+}
+
+}  // namespace walker

@@ -1,0 +1,144 @@
+#include "client/http.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstddef>
+#include <stdexcept>
+
+namespace walker {
+namespace {
+
+constexpr std::size_t kMostBodyBytes = 1024 * 1024;  // a master's answer has a few hundred
+
+/// Reads an answer from its socket.
+class Reader {
+ public:
+  Reader(Socket& socket, Deadline deadline) : socket_(socket), deadline_(deadline) {}
+
+  std::string body() {
+    check_status(line());
+    std::string length;
+    bool is_chunked = false;
+    for (std::string field = line(); !field.empty(); field = line()) {
+      const std::size_t colon = field.find(':');
+      if (colon == std::string::npos) fail("a header field without a colon: " + field);
+      std::string name = lowered(field.substr(0, colon));
+      const std::string value = trimmed(field.substr(colon + 1));
+      if (name == "content-length") length = value;
+      if (name == "transfer-encoding") is_chunked = lowered(value) == "chunked";
+    }
+    if (is_chunked) return chunks();
+    return length.empty() ? rest() : take(to_size(length, kDecimal));
+  }
+
+ private:
+  static constexpr int kDecimal = 10;
+  static constexpr int kHexadecimal = 16;
+
+  [[noreturn]] static void fail(const std::string& what) {
+    throw std::runtime_error("not an HTTP answer: " + what);
+  }
+
+  static std::string lowered(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+  }
+
+  static std::string trimmed(const std::string& text) {
+    const std::size_t begin = text.find_first_not_of(" \t");
+    if (begin == std::string::npos) return "";
+    return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+  }
+
+  static void check_status(const std::string& line) {
+    const std::size_t blank = line.find(' ');
+    if (line.rfind("HTTP/1.", 0) != 0 || blank == std::string::npos) fail("it begins " + line);
+    if (line.compare(blank + 1, 3, "200") != 0) {
+      throw std::runtime_error("HTTP status " + line.substr(blank + 1));
+    }
+  }
+
+  static std::size_t to_size(const std::string& text, int base) {
+    std::size_t size = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, size, base);
+    if (error != std::errc() || stop != end) fail("the length \"" + text + "\"");
+    if (size > kMostBodyBytes) fail("a length of " + std::to_string(size) + " bytes");
+    return size;
+  }
+
+  std::string chunks() {
+    std::string body;
+    while (true) {
+      const std::string head = line();
+      const std::size_t size = to_size(trimmed(head.substr(0, head.find(';'))), kHexadecimal);
+      if (size == 0) return body;
+      body += take(size);
+      if (body.size() > kMostBodyBytes) fail("more than 1 MiB");
+      if (!line().empty()) fail("a chunk that does not end where it should");
+    }
+  }
+
+  std::string line() {
+    constexpr std::size_t kMostLineBytes = 8192;
+    std::size_t end = 0;
+    while ((end = input_.find('\n')) == std::string::npos) {
+      if (input_.size() > kMostLineBytes) fail("a line of more than 8 KiB");
+      if (!receive()) fail("it ends in its header");
+    }
+    std::string line = input_.substr(0, end);
+    input_.erase(0, end + 1);
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    return line;
+  }
+
+  std::string take(std::size_t size) {
+    while (input_.size() < size) {
+      if (!receive()) {
+        fail("it ends after " + std::to_string(input_.size()) + " of " + std::to_string(size) +
+             " bytes");
+      }
+    }
+    std::string taken = input_.substr(0, size);
+    input_.erase(0, size);
+    return taken;
+  }
+
+  std::string rest() {
+    while (receive()) {
+      if (input_.size() > kMostBodyBytes) fail("more than 1 MiB");
+    }
+    return std::move(input_);
+  }
+
+  /// @return false at the end of the connection
+  bool receive() {
+    std::array<char, 4096> part{};
+    const std::size_t size = socket_.receive(part.data(), part.size(), deadline_);
+    input_.append(part.data(), size);
+    return size > 0;
+  }
+
+  Socket& socket_;
+  Deadline deadline_;
+  std::string input_;
+};
+
+}  // namespace
+
+std::string http_post(const std::string& host, std::uint16_t port, const std::string& body,
+                      Deadline deadline) {
+  Socket socket(host, port, deadline);
+  const std::string name = host.find(':') == std::string::npos ? host : "[" + host + "]";
+  const std::string message =
+      "POST / HTTP/1.1\r\nHost: " + name + ":" + std::to_string(port) +
+      "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
+      "\r\nConnection: close\r\n\r\n" + body;
+  socket.send_all(message.data(), message.size(), deadline);
+  return Reader(socket, deadline).body();
+}
+
+}  // namespace walker

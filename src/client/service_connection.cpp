@@ -1,0 +1,74 @@
+#include "client/service_connection.h"
+
+#include <stdexcept>
+
+namespace walker {
+namespace {
+
+constexpr std::size_t kFirstCapacity = 4096;
+
+}  // namespace
+
+ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
+                                     const ServiceType& type, Deadline deadline)
+    : socket_(endpoint.host, endpoint.port, deadline), input_(kFirstCapacity) {
+  tcpros::Bytes header;
+  tcpros::append_header({{"callerid", kCallerId},
+                         {"service", name},
+                         {"md5sum", type.md5sum},
+                         {"type", type.type},
+                         {"persistent", "1"}},
+                        header);
+  socket_.send_all(header.data(), header.size(), deadline);
+  const tcpros::Fields answer = receive_header(deadline);
+  const auto error = answer.find("error");
+  if (error != answer.end()) throw std::runtime_error("it says: " + error->second);
+  const auto md5sum = answer.find("md5sum");
+  if (md5sum != answer.end() && md5sum->second != type.md5sum) {
+    throw std::runtime_error("its " + std::string(type.type) + " has the MD5 " + md5sum->second +
+                             "; here it is " + type.md5sum +
+                             ", so it is another version of walker_sim");
+  }
+}
+
+tcpros::Fields ServiceConnection::receive_header(Deadline deadline) {
+  receive_at_least(tcpros::kLengthBytes, deadline);
+  const std::size_t size = tcpros::load_length(input_.data());
+  if (size > tcpros::kMostHeaderBytes) {
+    throw std::runtime_error("it sent a header of " + std::to_string(size) +
+                             " bytes; is it a ROS node?");
+  }
+  receive_at_least(tcpros::kLengthBytes + size, deadline);
+  if (received_ != tcpros::kLengthBytes + size) throw std::runtime_error("it speaks unasked");
+  received_ = 0;
+  return tcpros::parse_header(input_.data() + tcpros::kLengthBytes, size);
+}
+
+Answer ServiceConnection::call(const tcpros::Bytes& request, Deadline deadline) {
+  constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
+  socket_.send_all(request.data(), request.size(), deadline);
+  received_ = 0;
+  receive_at_least(kHeadBytes, deadline);
+  const std::size_t size = tcpros::load_length(&input_[1]);
+  if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
+  if (size > tcpros::kMostMessageBytes) {
+    throw std::runtime_error("it announces an answer of " + std::to_string(size) +
+                             " bytes; at most 1000000000 are taken");
+  }
+  receive_at_least(kHeadBytes + size, deadline);
+  if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");
+  return {input_[0] == 1, input_.data() + kHeadBytes, size};
+}
+
+/// Memory grows with what has come, not with what was promised.
+void ServiceConnection::receive_at_least(std::size_t size, Deadline deadline) {
+  while (received_ < size) {
+    if (received_ == input_.size()) input_.resize(2 * input_.size());
+    const std::size_t count =
+        socket_.receive(&input_[received_], input_.size() - received_, deadline);
+    if (count == 0) throw SocketError("the server has closed the connection");
+    received_ += count;
+  }
+}
+
+}  // namespace walker

@@ -1,0 +1,28 @@
+// The services that the client calls, as their files in srv/ define them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace walker {
+
+/// As which node the client introduces itself; it registers nowhere.
+constexpr const char* kCallerId = "/walker_sim_client";
+
+struct ServiceType {
+  const char* name;  ///< below the server's
+  const char* type;
+  const char* md5sum;  ///< of the definition, as ROS forms it: an own test compares
+};
+
+enum ServiceIndex : std::size_t { kGetSpec, kReset, kStep, kResetBatch, kStepBatch };
+
+constexpr std::array<ServiceType, 5> kServiceTypes{{
+    {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4"},
+    {"reset", "walker_sim/Reset", "31d1b710b7a99285fa80989beaac03dc"},
+    {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
+    {"reset_batch", "walker_sim/ResetBatch", "ac046b0b55f17ec74c72fa560dee2d30"},
+    {"step_batch", "walker_sim/StepBatch", "3ded97437c9fb618c5af18cc1015a8c4"},
+}};
+
+}  // namespace walker

@@ -1,0 +1,117 @@
+#include "client/socket.h"
+
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+namespace walker {
+namespace {
+
+constexpr int kNone = -1;
+
+[[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
+
+/// Waits until the socket is ready. @throws SocketError at the deadline
+void wait_for(int descriptor, short events, Deadline deadline) {
+  while (true) {
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now())
+            .count();
+    constexpr std::int64_t kLongest = std::numeric_limits<int>::max();
+    pollfd entry{descriptor, events, 0};
+    const int ready =
+        poll(&entry, 1, static_cast<int>(std::clamp<std::int64_t>(left, 0, kLongest)));
+    if (ready > 0) return;
+    if (ready < 0 && errno != EINTR) fail(errno);
+    if (ready == 0 && left <= 0) throw SocketError("timed out");
+  }
+}
+
+/// @return the connected socket; kNone, with the cause in `error`, where there is none
+int connect_to(const addrinfo& address, Deadline deadline, std::string& error) {
+  const int descriptor = socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  try {
+    if (descriptor < 0) fail(errno);
+    if (connect(descriptor, address.ai_addr, address.ai_addrlen) != 0) {
+      if (errno != EINPROGRESS && errno != EINTR) fail(errno);
+      wait_for(descriptor, POLLOUT, deadline);
+      int outcome = 0;
+      socklen_t size = sizeof(outcome);
+      if (getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &outcome, &size) != 0) fail(errno);
+      if (outcome != 0) fail(outcome);
+    }
+    const int yes = 1;
+    if (setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes)) != 0) fail(errno);
+  } catch (const SocketError& failed) {
+    error = failed.what();
+    if (descriptor >= 0) close(descriptor);
+    return kNone;
+  }
+  return descriptor;
+}
+
+}  // namespace
+
+Socket::Socket(const std::string& host, std::uint16_t port, Deadline deadline)
+    : descriptor_(kNone) {
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &wanted, &found);
+  if (failed != 0) throw SocketError(gai_strerror(failed));
+  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
+  std::string error;
+  for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
+    descriptor_ = connect_to(*address, deadline, error);
+    if (descriptor_ != kNone) return;
+  }
+  throw SocketError(error);
+}
+
+Socket::Socket(Socket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, kNone)) {}
+
+Socket& Socket::operator=(Socket&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+Socket::~Socket() {
+  if (descriptor_ != kNone) close(descriptor_);
+}
+
+void Socket::send_all(const void* data, std::size_t size, Deadline deadline) {
+  const auto* next = static_cast<const std::uint8_t*>(data);
+  while (size > 0) {
+    const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL);
+    if (sent >= 0) {
+      next += sent;
+      size -= static_cast<std::size_t>(sent);
+    } else if (errno == EAGAIN) {
+      wait_for(descriptor_, POLLOUT, deadline);
+    } else if (errno != EINTR) {
+      fail(errno);
+    }
+  }
+}
+
+std::size_t Socket::receive(void* data, std::size_t capacity, Deadline deadline) {
+  while (true) {
+    wait_for(descriptor_, POLLIN, deadline);
+    const ssize_t received = recv(descriptor_, data, capacity, 0);
+    if (received >= 0) return static_cast<std::size_t>(received);
+    if (errno != EAGAIN && errno != EINTR) fail(errno);
+  }
+}
+
+}  // namespace walker

@@ -1,0 +1,40 @@
+#include "client/tcpros.h"
+
+#include <stdexcept>
+
+namespace walker::tcpros {
+
+void append_header(const Fields& fields, Bytes& bytes) {
+  const std::size_t begin = bytes.size();
+  bytes.resize(begin + kLengthBytes);
+  for (const auto& [name, value] : fields) {
+    const std::string field = name + "=" + value;
+    bytes.resize(bytes.size() + kLengthBytes);
+    store_length(field.size(), &bytes[bytes.size() - kLengthBytes]);
+    bytes.insert(bytes.end(), field.begin(), field.end());
+  }
+  store_length(bytes.size() - begin - kLengthBytes, &bytes[begin]);
+}
+
+Fields parse_header(const std::uint8_t* bytes, std::size_t size) {
+  Fields fields;
+  const std::uint8_t* const end = bytes + size;
+  while (bytes != end) {
+    const auto left = static_cast<std::size_t>(end - bytes);
+    if (left < kLengthBytes || load_length(bytes) > left - kLengthBytes) {
+      throw std::runtime_error("connection header: a field is longer than the header");
+    }
+    const std::string field(bytes + kLengthBytes, bytes + kLengthBytes + load_length(bytes));
+    const std::size_t equals = field.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw std::runtime_error("connection header: a field is not of the form name=value");
+    }
+    if (!fields.emplace(field.substr(0, equals), field.substr(equals + 1)).second) {
+      throw std::runtime_error("connection header: " + field.substr(0, equals) + " comes twice");
+    }
+    bytes += kLengthBytes + field.size();
+  }
+  return fields;
+}
+
+}  // namespace walker::tcpros
