@@ -5,11 +5,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include <ros/callback_queue.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/transport_hints.h>
 
+#include "server/gazebo_services.h"
 #include "server/records.h"
 #include "walker_sim/registry.h"
 
@@ -19,8 +19,11 @@ namespace {
 // How long the loop sleeps where nothing is due; a shutdown is noticed within this time.
 constexpr std::chrono::milliseconds kIdle{50};
 
-ros::WallDuration to_wall(Pacer::Clock::duration duration) {
-  return ros::WallDuration(std::chrono::duration<double>(duration).count());
+/// Whose callbacks come through `queue`.
+ros::NodeHandle make_node(WakingQueue& queue) {
+  ros::NodeHandle node;
+  node.setCallbackQueue(&queue);
+  return node;
 }
 
 /// Lets pass one message a second. By wall time: simulation time may stand still, or fly.
@@ -65,6 +68,7 @@ Server::Server(const ServerOptions& options)
 
 Server::Server(const ServerOptions& options, const MakeEnvironment& make_environment)
     : options_(options),
+      node_(make_node(callbacks_)),
       simulation_(make_environment, options.seed),
       dt_(to_duration(simulation_.specification().dt)),
       clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
@@ -75,10 +79,10 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       paused_(options.mode == Mode::free && options.paused),
       diagnostics_(node_, {options_, simulation_, pacer_, command_, paused_, counters_, episodes_,
                            timing_, follower_, follows_clock()}),
-      services_(*this),
-      gazebo_services_(*this, options_.mode),
+      services_(*this, port_),
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
                                          ros::TransportHints().tcpNoDelay())) {
+  advertise_gazebo_services(*this, options_.mode, port_);
   introduce(simulation_.specification(), options_);
   compare_with_description(node_, simulation_.specification());
 }
@@ -96,7 +100,7 @@ void Server::run() {
     if (runs_freely()) {
       step_when_due();
     } else {
-      ros::getGlobalCallbackQueue()->callAvailable(to_wall(kIdle));
+      serve(kIdle);
     }
   }
 }
@@ -110,13 +114,17 @@ bool Server::follows_clock() const {
   return options_.mode == Mode::free && !options_.publish_clock && ros::Time::isSimTime();
 }
 
-/// Waits for the next callback or deadline, whatever comes first.
+/// Waits for requests and callbacks, and answers what has come.
+void Server::serve(Pacer::Clock::duration longest) {
+  if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
+}
+
+/// Waits for the next request, callback or deadline, whatever comes first.
 void Server::step_when_due() {
   const Pacer::Clock::duration wait =
       follows_clock() ? std::chrono::milliseconds(1) : pacer_.remaining(Pacer::Clock::now());
   const Pacer::Clock::duration longest = kIdle;
-  ros::getGlobalCallbackQueue()->callAvailable(
-      to_wall(std::clamp(wait, Pacer::Clock::duration::zero(), longest)));
+  serve(std::clamp(wait, Pacer::Clock::duration::zero(), longest));
   if (!runs_freely() || !ros::ok()) return;  // a callback may have changed that
   if (follows_clock()) {
     follow_clock();

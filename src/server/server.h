@@ -16,22 +16,23 @@
 #include "server/diagnostics.h"
 #include "server/effort_command.h"
 #include "server/episode_statistics.h"
-#include "server/gazebo_services.h"
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
 #include "server/publishers.h"
+#include "server/service_port.h"
 #include "server/services.h"
 #include "server/simulation.h"
 #include "server/simulation_clock.h"
 #include "server/step_timing.h"
+#include "server/waking_queue.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/Transition.h"
 
 namespace walker {
 
-/// One environment on ROS. Callbacks, steps and publishing all happen in the thread that calls
-/// `run`, so that nothing moves while a service answers.
+/// One environment on ROS. Services, callbacks, steps and publishing all happen in the thread that
+/// calls `run`, so that nothing moves while a service answers.
 class Server {
  public:
   using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
@@ -68,6 +69,7 @@ class Server {
   // What decides who steps: the tables Modes and Time.
   bool runs_freely() const;
   bool follows_clock() const;
+  void serve(Pacer::Clock::duration longest);
   void step_when_due();
   void follow_clock();
   void step_freely();
@@ -80,6 +82,7 @@ class Server {
   void refuse(const std::string& reason);
 
   ServerOptions options_;
+  WakingQueue callbacks_;
   ros::NodeHandle node_;
   Simulation simulation_;
   ros::Duration dt_;
@@ -94,8 +97,8 @@ class Server {
   EpisodeStatistics episodes_;
   Diagnostics diagnostics_;
 
+  ServicePort port_;
   Services services_;
-  GazeboServices gazebo_services_;
   ros::Subscriber effort_subscriber_;
 };
 

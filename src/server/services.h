@@ -1,12 +1,9 @@
 // The services: requests in, what the server made of them out.
 #pragma once
 
-#include <vector>
-
-#include <ros/node_handle.h>
-#include <ros/service_server.h>
 #include <std_srvs/Trigger.h>
 
+#include "server/service_port.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/Restore.h"
@@ -21,22 +18,21 @@ class Server;
 /// Advertises the private services of a server. What it throws becomes `status_message`.
 class Services {
  public:
-  explicit Services(Server& server);
+  Services(Server& server, ServicePort& port);
 
  private:
-  bool on_reset(walker_sim::Reset::Request& request, walker_sim::Reset::Response& response);
-  bool on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response);
-  bool on_get_spec(walker_sim::GetSpec::Request& request, walker_sim::GetSpec::Response& response);
-  bool on_snapshot(walker_sim::Snapshot::Request& request,
+  void on_reset(walker_sim::Reset::Request& request, walker_sim::Reset::Response& response);
+  void on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response);
+  void on_get_spec(walker_sim::GetSpec::Request& request, walker_sim::GetSpec::Response& response);
+  void on_snapshot(walker_sim::Snapshot::Request& request,
                    walker_sim::Snapshot::Response& response);
-  bool on_restore(walker_sim::Restore::Request& request, walker_sim::Restore::Response& response);
-  bool on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,
+  void on_restore(walker_sim::Restore::Request& request, walker_sim::Restore::Response& response);
+  void on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,
                                walker_sim::SetRealTimeFactor::Response& response);
-  bool on_pause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  bool on_unpause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  void on_pause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  void on_unpause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
   Server& server_;
-  std::vector<ros::ServiceServer> advertised_;
 };
 
 }  // namespace walker

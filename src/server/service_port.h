@@ -1,0 +1,102 @@
+// The services of this node, served by the thread that waits for them.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <poll.h>
+
+#include <ros/serialization.h>
+#include <ros/service_traits.h>
+
+#include "server/request_stream.h"
+#include "server/service_session.h"
+
+namespace walker {
+
+/// Listens where roscpp would, and registers services at the master. Between the socket and the
+/// handler there is no other thread: with roscpp's a round trip makes four hops, and its writes
+/// from outside its network thread make that thread spin (docs/transport.md).
+class ServicePort {
+ public:
+  /// @throws std::system_error when nothing can listen
+  ServicePort();
+  ServicePort(const ServicePort&) = delete;
+  ServicePort& operator=(const ServicePort&) = delete;
+  /// Takes the services off the master and closes all connections.
+  ~ServicePort();
+
+  /// @tparam Service  generated class
+  /// @param  name     resolved
+  /// @param  handler  fills the response, or throws a std::exception that says why there is none
+  /// @throws std::invalid_argument for a name that is advertised already
+  template <typename Service>
+  void advertise(
+      const std::string& name,
+      const std::function<void(typename Service::Request&, typename Service::Response&)>& handler) {
+    namespace traits = ros::service_traits;
+    OfferedService service;
+    service.type = traits::datatype<Service>();
+    service.md5sum = traits::md5sum<Service>();
+    service.request_type = ros::message_traits::datatype<typename Service::Request>();
+    service.response_type = ros::message_traits::datatype<typename Service::Response>();
+    service.call = [handler](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
+      typename Service::Request request;
+      read(bytes, size, request);
+      typename Service::Response response;
+      handler(request, response);
+      append(response, answer);
+    };
+    advertise(name, std::move(service));
+  }
+
+  /// Waits until a client wants something, `other` is readable or the time is over; then gives each
+  /// client that wants something one turn.
+  /// @param other a descriptor
+  /// @return whether it is readable
+  bool serve(int other, std::chrono::nanoseconds longest);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// @throws std::runtime_error unless it has exactly its type's length
+  template <typename Request>
+  static void read(const std::uint8_t* bytes, std::size_t size, Request& request) {
+    RequestStream stream(bytes, size);
+    try {
+      stream.next(request);
+    } catch (const ros::serialization::StreamOverrunException&) {
+      throw std::runtime_error("the request ends within a field");
+    }
+    if (stream.getLength() > 0) throw std::runtime_error("the request is longer than its type");
+  }
+
+  template <typename Response>
+  static void append(const Response& response, tcpros::Bytes& bytes) {
+    const std::uint32_t size = ros::serialization::serializationLength(response);
+    const std::size_t begin = bytes.size();
+    bytes.resize(begin + tcpros::kLengthBytes + size);
+    tcpros::store_length(size, &bytes[begin]);
+    ros::serialization::OStream stream(&bytes[begin] + tcpros::kLengthBytes, size);
+    ros::serialization::serialize(stream, response);
+  }
+
+  void advertise(const std::string& name, OfferedService service);
+  void wait(int other, std::chrono::nanoseconds longest);
+  void accept_clients();
+
+  int listener_;
+  std::string uri_;
+  OfferedServices services_;
+  std::vector<std::unique_ptr<ServiceSession>> sessions_;
+  std::vector<pollfd> polled_;        // the listener, the other one, and the sessions in order
+  Clock::time_point accepts_from_{};  // not before: there were no descriptors left
+};
+
+}  // namespace walker

@@ -1,0 +1,71 @@
+// One client of a service port: its socket, and how far its header and its requests have come.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "client/tcpros.h"
+
+namespace walker {
+
+/// A service as its clients know it.
+struct OfferedService {
+  std::string type;
+  std::string md5sum;
+  std::string request_type;
+  std::string response_type;
+  /// Takes a request and appends the serialised response with its length.
+  /// @throws std::exception that says why there is none; then nothing has been appended
+  std::function<void(const std::uint8_t* request, std::size_t size, tcpros::Bytes& response)> call;
+};
+
+using OfferedServices = std::map<std::string, OfferedService>;  ///< by resolved name
+
+/// Speaks TCPROS (client/tcpros.h) on a non-blocking socket. It never waits: what has not come is
+/// read when it comes, what the client does not take is written when it does. Until then its next
+/// requests stay in the socket, so that a client that never reads holds one answer of memory and
+/// nobody else. Memory for a request grows with the bytes that come, not with the length they
+/// claim.
+class ServiceSession {
+ public:
+  /// @param descriptor of a connected socket; closed at the end
+  ServiceSession(int descriptor, const OfferedServices& services);
+  ServiceSession(const ServiceSession&) = delete;
+  ServiceSession& operator=(const ServiceSession&) = delete;
+  ~ServiceSession();
+
+  int descriptor() const { return descriptor_; }
+  /// For which it waits: a bit mask as poll takes it.
+  short events() const;
+  /// Whether a request lies here that no poll will tell of.
+  bool has_request() const;
+
+  /// Goes on as far as it can without waiting, and makes one call at most.
+  /// @param is_readable its socket has something to be read
+  /// @return false when the session is over
+  bool advance(bool is_readable);
+
+ private:
+  bool receive();
+  bool send();
+  void open(const std::uint8_t* header, std::size_t size);
+  void answer(const std::uint8_t* request, std::size_t size);
+  bool has_output() const { return sent_ < output_.size(); }
+  std::size_t frame_size() const;
+  void check_length() const;
+
+  int descriptor_;
+  const OfferedServices& services_;
+  const OfferedService* service_ = nullptr;  // null until the header has come
+  bool is_persistent_ = false;
+  bool is_over_ = false;  // once everything is sent
+  tcpros::Bytes input_;   // keeps its memory, as does the next
+  std::size_t received_ = 0;
+  tcpros::Bytes output_;
+  std::size_t sent_ = 0;
+};
+
+}  // namespace walker
