@@ -1,0 +1,438 @@
+// The client in front of a master and a server that do what they should, and what they should not.
+#include "walker_sim/client.h"
+
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bits.h"
+#include "client/scripted_server.h"
+#include "client/scripted_walker.h"
+#include "error_message.h"
+
+namespace walker {
+namespace {
+
+using test::Peer;
+using test::ScriptedServer;
+using test::ScriptedWalker;
+
+const std::string kLost =
+    "; whether the call was made is not known, and a server that was started again has lost its "
+    "episode: reset before the next step";
+
+void expect_equal(const Transition& told, const Transition& meant) {
+  EXPECT_EQ(told.stamp, meant.stamp);
+  EXPECT_EQ(told.environment, meant.environment);
+  EXPECT_EQ(told.episode, meant.episode);
+  EXPECT_EQ(told.step, meant.step);
+  EXPECT_EQ(to_bits(told.action), to_bits(meant.action));
+  EXPECT_EQ(to_bits(told.observation), to_bits(meant.observation));
+  EXPECT_EQ(told.reward, meant.reward);
+  EXPECT_EQ(told.episode_return, meant.episode_return);
+  EXPECT_EQ(told.terminated, meant.terminated);
+  EXPECT_EQ(told.truncated, meant.truncated);
+  EXPECT_EQ(to_bits(told.info), to_bits(meant.info));
+  EXPECT_EQ(told.error, meant.error);
+}
+
+/// A connection to ~step that answers each request with the next of these texts.
+ScriptedServer::Script answering(const std::vector<std::string>& answers) {
+  return [answers](Peer& peer) {
+    test::open(peer, kStep);
+    for (const std::string& answer : answers) {
+      peer.take_frame();
+      peer.give(answer);
+    }
+  };
+}
+
+std::string good_answer() { return test::answer(test::to_bytes(test::example_transition())); }
+
+/// The ConnectionError of a step that such a connection gets; afterwards the client goes on.
+std::string broken_step(const ScriptedServer::Script& script, double timeout = 30) {
+  ScriptedWalker walker({script, answering({good_answer()})}, timeout);
+  const std::string error = message_of<ConnectionError>([&] { walker.step(); });
+  walker.step();
+  EXPECT_EQ(walker.transition.step, 9U);
+  const std::string whom = "service /walker_sim/step at " + walker.address();
+  EXPECT_EQ(error.rfind(whom, 0), 0U) << error;
+  return error.substr(whom.size());
+}
+
+// ---------------------------------------------------------------- what goes well
+
+TEST(Client, TellsTheSpecification) {
+  ScriptedServer server({[](Peer& peer) {
+    test::tell_specification(peer);
+    peer.take_frame();
+    peer.give(test::answer(test::to_bytes(test::example_specification())));
+  }});
+  ScriptedServer master({test::master_of(server.address())});
+  ClientOptions options;
+  options.master_uri = "http://" + master.address();
+  EXPECT_EQ(test::to_bytes(Client(options).specification()),
+            test::to_bytes(test::example_specification()));
+}
+
+TEST(Client, IntroducesItself) {
+  tcpros::Fields fields;
+  ScriptedWalker walker({[&](Peer& peer) {
+    fields = test::take_header(peer);
+    peer.give(test::header({{"md5sum", kServiceTypes[kStep].md5sum}}));
+    peer.take_frame();
+    peer.give(good_answer());
+  }});
+  walker.step();
+  EXPECT_EQ(fields, (tcpros::Fields{{"callerid", "/walker_sim_client"},
+                                    {"md5sum", kServiceTypes[kStep].md5sum},
+                                    {"persistent", "1"},
+                                    {"service", "/walker_sim/step"},
+                                    {"type", "walker_sim/Step"}}));
+}
+
+TEST(Client, Steps) {
+  std::string request;
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kStep);
+    request = peer.take_frame();
+    peer.give(good_answer());
+    peer.sees_end();
+  }});
+  const std::vector<double> action{0.5, -0.0, std::numeric_limits<double>::quiet_NaN()};
+  walker.client().step(action.data(), action.size(), walker.transition);
+  EXPECT_EQ(request, test::Message().array(action).bytes());
+  expect_equal(walker.transition, test::example_transition());
+}
+
+TEST(Client, Resets) {
+  std::vector<std::string> requests;
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kReset);
+    for (int i = 0; i < 2; ++i) {
+      requests.push_back(peer.take_frame());
+      peer.give(good_answer());
+    }
+    peer.sees_end();
+  }});
+  const std::uint64_t seed = std::numeric_limits<std::uint64_t>::max();
+  walker.client().reset(seed, walker.transition);
+  walker.client().reset(std::nullopt, walker.transition);
+  EXPECT_EQ(requests[0], test::Message().number(std::uint8_t{1}).number(seed).bytes());
+  EXPECT_EQ(requests[1], test::Message().number(std::uint8_t{0}).number(std::uint64_t{0}).bytes());
+  expect_equal(walker.transition, test::example_transition());
+}
+
+TEST(Client, ResetsABatch) {
+  std::string request;
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kResetBatch);
+    request = peer.take_frame();
+    peer.give(test::answer(test::Message()
+                               .number(std::uint8_t{1})
+                               .text("")
+                               .array<double>({1, 2, 3})
+                               .array<double>({4})
+                               .bytes()));
+    peer.sees_end();
+  }});
+  BatchReset reset;
+  walker.client().reset_batch({4, 2}, {std::uint64_t{5}, std::nullopt}, reset);
+  EXPECT_EQ(request, test::Message()
+                         .array<std::uint32_t>({4, 2})
+                         .array<std::uint8_t>({1, 0})
+                         .array<std::uint64_t>({5, 0})
+                         .bytes());
+  EXPECT_EQ(reset.observations, (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(reset.info, (std::vector<double>{4}));
+}
+
+TEST(Client, StepsABatch) {
+  std::string request;
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kStepBatch);
+    request = peer.take_frame();
+    test::Message message;
+    message.number(std::uint8_t{1}).text("").array<double>({1, 2}).array<double>({3, 4});
+    message.array<std::uint8_t>({0, 1}).array<std::uint8_t>({1, 0});
+    message.array<std::uint32_t>({5, 6}).array<std::uint32_t>({7, 8}).array<double>({9, 10});
+    message.array<std::uint32_t>({1}).array<double>({11}).array<double>({12});
+    peer.give(test::answer(message.bytes()));
+    peer.sees_end();
+  }});
+  BatchTransition told;
+  const std::vector<double> actions{0.5, -0.5};
+  walker.client().step_batch(actions.data(), actions.size(), told);
+  EXPECT_EQ(request, test::Message().array(actions).bytes());
+  EXPECT_EQ(told.observations, (std::vector<double>{1, 2}));
+  EXPECT_EQ(told.rewards, (std::vector<double>{3, 4}));
+  EXPECT_EQ(told.terminated, (std::vector<std::uint8_t>{0, 1}));
+  EXPECT_EQ(told.truncated, (std::vector<std::uint8_t>{1, 0}));
+  EXPECT_EQ(told.episodes, (std::vector<std::uint32_t>{5, 6}));
+  EXPECT_EQ(told.steps, (std::vector<std::uint32_t>{7, 8}));
+  EXPECT_EQ(told.info, (std::vector<double>{9, 10}));
+  EXPECT_EQ(told.final_environments, (std::vector<std::uint32_t>{1}));
+  EXPECT_EQ(told.final_observations, (std::vector<double>{11}));
+  EXPECT_EQ(told.final_info, (std::vector<double>{12}));
+}
+
+TEST(Client, TakesAnswersInPiecesAndLongOnes) {
+  Transition meant = test::example_transition();
+  meant.observation.assign(1000000, 0.5);
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kStep);
+    peer.take_frame();
+    for (const char c : good_answer()) peer.give(std::string(1, c));
+    peer.take_frame();
+    peer.give(test::answer(test::to_bytes(meant)));
+    peer.sees_end();
+  }});
+  walker.step();
+  expect_equal(walker.transition, test::example_transition());
+  walker.step();
+  expect_equal(walker.transition, meant);
+}
+
+TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
+  const std::vector<double> actions(4000000, 0.5);
+  std::size_t size = 0;
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kStep);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the socket fills meanwhile
+    size = peer.take_frame().size();
+    peer.give(good_answer());
+    peer.sees_end();
+  }});
+  walker.client().step(actions.data(), actions.size(), walker.transition);
+  EXPECT_EQ(size, 4 + actions.size() * sizeof(double));
+}
+
+TEST(Client, GoesOnAfterASignal) {
+  struct sigaction interrupt {};
+  interrupt.sa_handler = [](int) {};  // without SA_RESTART
+  struct sigaction before {};
+  sigaction(SIGUSR1, &interrupt, &before);
+  const pthread_t caller = pthread_self();
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kStep);
+    peer.take_frame();
+    for (const char c : good_answer()) {
+      pthread_kill(caller, SIGUSR1);
+      peer.give(std::string(1, c));
+    }
+    peer.sees_end();
+  }});
+  walker.step();
+  expect_equal(walker.transition, test::example_transition());
+  sigaction(SIGUSR1, &before, nullptr);
+}
+
+// ---------------------------------------------------------------- what is refused
+
+TEST(Client, PassesOnWhyTheServerRefuses) {
+  const Transition before = test::example_transition();
+  Transition other;
+  other.step = 1;
+  ScriptedWalker walker(
+      {answering({good_answer(), test::answer(test::to_bytes(other, false, "action has ...")),
+                  test::answer("not this request", 0), good_answer()})});
+  walker.step();
+  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "action has ...");
+  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "not this request");
+  expect_equal(walker.transition, before);
+  walker.step();  // over the same connection
+}
+
+// ---------------------------------------------------------------- what breaks
+
+TEST(Client, SaysThatTheServerHasGone) {
+  EXPECT_EQ(broken_step(answering({})), ": the server has closed the connection" + kLost);
+  const std::string good = good_answer();
+  for (const std::size_t size : {std::size_t{1}, std::size_t{4}, std::size_t{5}, good.size() - 1}) {
+    EXPECT_EQ(broken_step([&](Peer& peer) {
+                test::open(peer, kStep);
+                peer.take_frame();
+                peer.give(good.substr(0, size));
+              }),
+              ": the server has closed the connection" + kLost);
+  }
+}
+
+TEST(Client, GivesUpAtTheTimeout) {
+  constexpr double kTimeout = 0.2;
+  EXPECT_EQ(broken_step(
+                [](Peer& peer) {
+                  test::open(peer, kStep);
+                  peer.take_frame();
+                  peer.sees_end();
+                },
+                kTimeout),
+            ": timed out" + kLost);
+  // Bytes that come now and then do not put it off.
+  EXPECT_EQ(broken_step(
+                [](Peer& peer) {
+                  test::open(peer, kStep);
+                  peer.take_frame();
+                  peer.give(test::answer(std::string(1 << 20, 'x')).substr(0, 5));
+                  while (!peer.has_ended()) {
+                    peer.give("x");
+                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                  }
+                },
+                kTimeout),
+            ": timed out" + kLost);
+}
+
+TEST(Client, RefusesAnswersThatAreNone) {
+  const std::string body = test::to_bytes(test::example_transition());
+  const auto outcome = [](const std::string& answer) { return broken_step(answering({answer})); };
+  EXPECT_EQ(outcome(test::answer(body.substr(0, body.size() - 1))),
+            ": the answer ends within a field" + kLost);
+  EXPECT_EQ(outcome(test::answer(body + "x")), ": the answer is longer than its type" + kLost);
+  EXPECT_EQ(outcome(test::answer("")), ": the answer ends within a field" + kLost);
+  EXPECT_EQ(outcome(good_answer() + "x"), ": it speaks unasked" + kLost);
+  EXPECT_EQ(outcome("HTTP/1.1 400 Bad request"),
+            ": it answers neither 0 nor 1; is it a ROS node?" + kLost);
+  EXPECT_EQ(outcome("\1\xff\xff\xff\xff"),
+            ": it announces an answer of 4294967295 bytes; at most 1000000000 are taken" + kLost);
+  // An array that claims more than there is gets no memory.
+  const std::string many = "\xff\xff\xff\xff";
+  const std::string begin = test::Message().number(std::uint8_t{1}).text("").bytes() +
+                            std::string(12, '\0') + test::framed("odom") + std::string(12, '\0');
+  EXPECT_EQ(outcome(test::answer(begin + many)), ": the answer ends within a field" + kLost);
+}
+
+TEST(Client, GivesMemoryToWhatComesOnly) {
+  // 900 MB are announced; 5 bytes come.
+  EXPECT_EQ(broken_step(answering({test::Message().number('\1').number(900000000U).bytes()})),
+            ": the server has closed the connection" + kLost);
+}
+
+TEST(Client, SaysWhatIsWrongWithTheServersHeader) {
+  const auto outcome = [](const std::string& header) {
+    return broken_step([header](Peer& peer) {
+      test::take_header(peer);
+      peer.give(header);
+    });
+  };
+  EXPECT_EQ(outcome(test::header({{"error", "another MD5"}})), ": it says: another MD5");
+  EXPECT_EQ(outcome(test::header({{"md5sum", "0"}})),
+            std::string(": its walker_sim/Step has the MD5 0; here it is ") +
+                kServiceTypes[kStep].md5sum + ", so it is another version of walker_sim");
+  EXPECT_EQ(outcome(test::framed("rubbish")),
+            ": connection header: a field is longer than the header");
+  EXPECT_EQ(outcome(std::string(4, '\xff')),
+            ": it sent a header of 4294967295 bytes; is it a ROS node?");
+  EXPECT_EQ(outcome(test::header({{"md5sum", kServiceTypes[kStep].md5sum}}) + "x"),
+            ": it speaks unasked");
+  const std::string gone =
+      ", as the ROS master has it: the server has closed the connection; has "
+      "the server died, or can its host not be reached under this name (its "
+      "ROS_HOSTNAME or ROS_IP)?";
+  EXPECT_EQ(outcome(""), gone);
+  EXPECT_EQ(outcome(std::string("\x10\0\0\0half", 8)), gone);
+}
+
+TEST(Client, NeverSendsACallTwice) {
+  std::atomic<int> requests{0};
+  const auto swallow = [&](Peer& peer) {
+    test::open(peer, kStep);
+    if (!peer.take_frame().empty()) ++requests;
+  };
+  ScriptedWalker walker({swallow, swallow, swallow});
+  for (int i = 1; i <= 3; ++i) {
+    EXPECT_THROW(walker.step(), ConnectionError);
+    EXPECT_EQ(requests, i);
+  }
+}
+
+TEST(Client, LooksTheServerUpAnewOnceItBroke) {
+  ScriptedServer second({answering({good_answer()})});
+  ScriptedServer first({test::tell_specification, answering({})});
+  ScriptedServer master({test::master_of(first.address()), test::master_of(first.address()),
+                         test::master_of(second.address())});
+  ClientOptions options;
+  options.master_uri = "http://" + master.address();
+  Client client(options);
+  Transition transition;
+  EXPECT_THROW(client.step(nullptr, 0, transition), ConnectionError);
+  client.step(nullptr, 0, transition);
+  expect_equal(transition, test::example_transition());
+}
+
+// ---------------------------------------------------------------- options
+
+std::string option_error(const ClientOptions& options) {
+  return message_of<std::invalid_argument>([&] { Client client(options); });
+}
+
+TEST(ClientOptions, AreChecked) {
+  for (const char* server : {"", "/", "walker_sim", "/walker_sim/"}) {
+    ClientOptions options;
+    options.server = server;
+    EXPECT_EQ(option_error(options), "server = \"" + std::string(server) +
+                                         "\"; must be a node's full name, e.g. /walker_sim");
+  }
+  for (const double timeout : {0.0, -1.0, 1e7, std::numeric_limits<double>::quiet_NaN()}) {
+    ClientOptions options;
+    options.timeout = timeout;
+    EXPECT_EQ(option_error(options),
+              "timeout = " + std::to_string(timeout) + " s; must be above 0 and at most 1000000");
+  }
+  ClientOptions options;
+  options.master_uri = "localhost:11311";
+  EXPECT_EQ(option_error(options),
+            "ROS_MASTER_URI = \"localhost:11311\"; must be http://HOST:PORT");
+}
+
+TEST(ClientOptions, TheMasterComesFromTheEnvironment) {
+  const char* const set = std::getenv("ROS_MASTER_URI");
+  const std::string before = set != nullptr ? set : "";
+  setenv("ROS_MASTER_URI", "nonsense", 1);
+  EXPECT_EQ(option_error({}), "ROS_MASTER_URI = \"nonsense\"; must be http://HOST:PORT");
+  ScriptedServer server({test::tell_specification});
+  ScriptedServer master({test::master_of(server.address())});
+  setenv("ROS_MASTER_URI", ("http://" + master.address()).c_str(), 1);
+  EXPECT_NO_THROW(Client());
+  if (set != nullptr) {
+    setenv("ROS_MASTER_URI", before.c_str(), 1);
+  } else {
+    unsetenv("ROS_MASTER_URI");
+  }
+}
+
+TEST(ClientOptions, AServerThatNobodyKnowsIsNamed) {
+  ScriptedServer master({[](Peer& peer) {
+    peer.take_post();
+    peer.give(test::http_answer(test::xml_answer(-1, "no provider", "")));
+  }});
+  ClientOptions options;
+  options.server = "/gone";
+  options.master_uri = "http://" + master.address();
+  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
+            "ROS master " + options.master_uri +
+                ": it does not know /gone/get_spec (no provider): is the server running, and under "
+                "this name?");
+}
+
+TEST(ClientOptions, AServerThatDiedWithoutAWordIsNamed) {
+  const std::string address = "127.0.0.1:" + std::to_string(test::dead_port());
+  ScriptedServer master({test::master_of(address)});
+  ClientOptions options;
+  options.master_uri = "http://" + master.address();
+  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
+            "service /walker_sim/get_spec at " + address +
+                ", as the ROS master has it: Connection refused; has the server died, or can its "
+                "host not be reached under this name (its ROS_HOSTNAME or ROS_IP)?");
+}
+
+}  // namespace
+}  // namespace walker

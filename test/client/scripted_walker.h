@@ -1,0 +1,144 @@
+// A scripted server that speaks walker_sim's services, and the client in front of it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/scripted_server.h"
+#include "client/service_types.h"
+#include "walker_sim/client.h"
+
+namespace walker::test {
+
+/// What EnvironmentSpec.msg holds, as bytes and as the client should tell it.
+inline ServerSpecification example_specification() {
+  ServerSpecification spec;
+  spec.interface_version = 1;
+  spec.id = "Walker-v1";
+  spec.num_envs = 2;
+  spec.parameter_names = {"a", "bc"};
+  spec.parameter_values = {"", "0.5"};
+  spec.observation_size = 3;
+  spec.observation_dtype = "float64";
+  spec.observation_low = {-1, -2, -3};
+  spec.observation_high = {1, 2, 3};
+  spec.action_size = 1;
+  spec.action_low = {-1};
+  spec.action_high = {1};
+  spec.dt = 0.02;
+  spec.max_episode_steps = 1600;
+  spec.reward_threshold = 300;
+  spec.joint_names = {"hip"};
+  spec.info_names = {};
+  spec.mode = "lockstep";
+  spec.autoreset_mode = "disabled";
+  spec.engine = "none";
+  spec.engine_version = "1.0";
+  spec.engine_path = "/nowhere";
+  spec.version = "0.1.0";
+  return spec;
+}
+
+inline std::string to_bytes(const ServerSpecification& spec) {
+  Message message;
+  message.number(spec.interface_version).text(spec.id).number(spec.num_envs);
+  message.texts(spec.parameter_names).texts(spec.parameter_values);
+  message.number(spec.observation_size).text(spec.observation_dtype);
+  message.array(spec.observation_low).array(spec.observation_high);
+  message.number(spec.action_size).array(spec.action_low).array(spec.action_high);
+  message.number(spec.dt).number(spec.max_episode_steps).number(spec.reward_threshold);
+  message.texts(spec.joint_names).texts(spec.info_names).text(spec.mode);
+  message.text(spec.autoreset_mode).text(spec.engine).text(spec.engine_version);
+  return message.text(spec.engine_path).text(spec.version).bytes();
+}
+
+inline Transition example_transition() {
+  Transition transition;
+  transition.stamp = 3000000020;
+  transition.environment = 1;
+  transition.episode = 7;
+  transition.step = 9;
+  transition.action = {0.25};
+  transition.observation = {1, -2, 0.5};
+  transition.reward = -0.125;
+  transition.episode_return = 12.5;
+  transition.terminated = true;
+  transition.info = {};
+  transition.error = "why";
+  return transition;
+}
+
+/// With the fields `success` and `status_message` before it, as ~reset and ~step answer.
+inline std::string to_bytes(const Transition& transition, bool success = true,
+                            const std::string& status_message = "") {
+  constexpr std::uint64_t kPerSecond = 1000000000;
+  Message message;
+  message.number(std::uint8_t{success}).text(status_message);
+  message.number(std::uint32_t{5});  // the header's sequence number
+  message.number(static_cast<std::uint32_t>(transition.stamp / kPerSecond));
+  message.number(static_cast<std::uint32_t>(transition.stamp % kPerSecond)).text("odom");
+  message.number(transition.environment).number(transition.episode).number(transition.step);
+  message.array(transition.action).array(transition.observation);
+  message.number(transition.reward).number(transition.episode_return);
+  message.number(std::uint8_t{transition.terminated});
+  message.number(std::uint8_t{transition.truncated});
+  return message.array(transition.info).text(transition.error).bytes();
+}
+
+/// The server's side of a connection's beginning.
+inline tcpros::Fields take_header(Peer& peer) {
+  const std::string header = peer.take_frame();
+  return tcpros::parse_header(reinterpret_cast<const std::uint8_t*>(header.data()), header.size());
+}
+
+inline void open(Peer& peer, ServiceIndex service) {
+  take_header(peer);
+  peer.give(header({{"md5sum", kServiceTypes[service].md5sum}, {"callerid", "/walker_sim"}}));
+}
+
+/// What the client asks when it is made.
+inline void tell_specification(Peer& peer) {
+  open(peer, kGetSpec);
+  peer.take_frame();
+  peer.give(answer(to_bytes(example_specification())));
+}
+
+/// A client of a server that first tells its specification and then plays `scripts`, one for each
+/// further connection. The master sends everybody there.
+class ScriptedWalker {
+ public:
+  explicit ScriptedWalker(std::vector<ScriptedServer::Script> scripts, double timeout = 30)
+      : server_(with_specification(std::move(scripts))),
+        master_(std::vector<ScriptedServer::Script>(kMostLookUps, master_of(server_.address()))) {
+    ClientOptions options;
+    options.master_uri = "http://" + master_.address();
+    options.timeout = timeout;
+    client_ = std::make_unique<Client>(options);
+  }
+
+  Client& client() { return *client_; }
+  std::string address() const { return server_.address(); }
+
+  void step() { client_->step(&action_, 1, transition); }
+
+  Transition transition;
+
+ private:
+  static constexpr std::size_t kMostLookUps = 10;
+
+  static std::vector<ScriptedServer::Script> with_specification(
+      std::vector<ScriptedServer::Script> scripts) {
+    scripts.insert(scripts.begin(), tell_specification);
+    return scripts;
+  }
+
+  double action_ = 0.25;
+  ScriptedServer server_;
+  ScriptedServer master_;
+  std::unique_ptr<Client> client_;  // goes before the servers, whose scripts may wait for its end
+};
+
+}  // namespace walker::test
