@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "walker_sim/Transition.h"
 #include "walker_sim/registry.h"
 
 namespace walker::test {
@@ -55,8 +54,9 @@ class Twin {
   bool has_ended() const { return result_.terminated || result_.truncated; }
   std::string end_reason() const { return result_.end_reason; }
 
-  /// Every bit of the transition's content is the twin's.
-  testing::AssertionResult equals(const walker_sim::Transition& told) const {
+  /// Every bit of the transition's content is the twin's, be it a message's or our client's.
+  template <typename AnyTransition>
+  testing::AssertionResult equals(const AnyTransition& told) const {
     const auto differ = [&](const char* what) {
       return testing::AssertionFailure() << what << " differs at step " << step_;
     };

@@ -1,0 +1,213 @@
+// Our client and real servers: the core's bits, two clients, refusals, a server that is killed.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <ros/init.h>
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/node_handle.h>
+#include <ros/service_client.h>
+#include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcClient.h>
+
+#include "error_message.h"
+#include "server/twin.h"
+#include "walker_sim/Step.h"
+#include "walker_sim/client.h"
+
+namespace walker::test {
+namespace {
+
+constexpr std::chrono::seconds kPatience{60};
+
+/// Calls until it does not throw ConnectionError: servers need a moment to begin.
+template <typename Call>
+void until_connected(const Call& call) {
+  const auto give_up = std::chrono::steady_clock::now() + kPatience;
+  while (true) {
+    try {
+      call();
+      return;
+    } catch (const ConnectionError&) {
+      if (std::chrono::steady_clock::now() > give_up) throw;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+std::unique_ptr<Client> connect(const std::string& server) {
+  ClientOptions options;
+  options.server = server;
+  std::unique_ptr<Client> client;
+  until_connected([&] { client = std::make_unique<Client>(options); });
+  return client;
+}
+
+/// Plays one episode on both.
+/// @return its length
+std::uint32_t compare_episode(Client& client, Twin& twin, std::optional<std::uint64_t> seed,
+                              unsigned draw) {
+  std::mt19937 generator(draw);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  std::vector<double> action(twin.environment().specification().action_size());
+  Transition told;
+  twin.reset(seed);
+  client.reset(seed, told);
+  EXPECT_TRUE(twin.equals(told));
+  EXPECT_TRUE(told.action.empty());
+  while (!twin.has_ended() && !testing::Test::HasFailure()) {
+    for (double& value : action) value = double{uniform(generator)};
+    twin.step(action);
+    const std::uint64_t stamp = told.stamp;
+    client.step(action.data(), action.size(), told);
+    EXPECT_TRUE(twin.equals(told));
+    EXPECT_EQ(told.action, action);
+    EXPECT_EQ(told.stamp, stamp + static_cast<std::uint64_t>(
+                                      1e9 * twin.environment().specification().dt + 0.5));
+  }
+  return told.step;
+}
+
+void compare_episodes(const std::string& server, const std::string& id) {
+  const std::unique_ptr<Client> client = connect(server);
+  const ServerSpecification specification = client->specification();
+  Twin twin(id);
+  EXPECT_EQ(specification.id, id);
+  EXPECT_EQ(specification.num_envs, 1U);
+  EXPECT_EQ(bits(specification.action_low), bits(twin.environment().specification().action_low));
+  EXPECT_EQ(bits(specification.observation_high),
+            bits(twin.environment().specification().observation_high));
+  std::uint32_t steps = 0;
+  for (unsigned i = 0; i < 8; ++i) {
+    // Every second one continues the generator.
+    const std::optional<std::uint64_t> seed =
+        i % 2 == 0 ? std::optional<std::uint64_t>(i) : std::nullopt;
+    steps += compare_episode(*client, twin, seed, i);
+  }
+  EXPECT_GT(steps, 100U);
+}
+
+TEST(Episodes, OfBipedalWalkerAreTheCores) { compare_episodes("/walker_sim", "BipedalWalker-v3"); }
+
+TEST(Episodes, OfWalker2dAreTheCores) { compare_episodes("/v5/walker_sim", "Walker2d-v5"); }
+
+TEST(Episodes, GoOnAfterARefusal) {
+  const std::unique_ptr<Client> client = connect("/walker_sim");
+  Twin twin("BipedalWalker-v3");
+  Transition told;
+  twin.reset(3);
+  client->reset(3, told);
+  const std::vector<double> action{0.5, -0.5, 0.25, 0};
+  EXPECT_NE(message_of<RequestRefused>([&] { client->step(action.data(), 3, told); }).find('4'),
+            std::string::npos);
+  EXPECT_TRUE(twin.equals(told));
+  twin.step(action);
+  client->step(action.data(), action.size(), told);
+  EXPECT_TRUE(twin.equals(told));
+}
+
+TEST(Episodes, AreSharedByTwoClients) {
+  const std::unique_ptr<Client> one = connect("/walker_sim");
+  const std::unique_ptr<Client> other = connect("/walker_sim");
+  Twin twin("BipedalWalker-v3");
+  Transition told;
+  twin.reset(4);
+  one->reset(4, told);
+  const std::vector<double> action{0.5, -0.5, 0.25, 0};
+  for (int i = 0; i < 10; ++i) {
+    for (Client* client : {one.get(), other.get()}) {
+      twin.step(action);
+      client->step(action.data(), action.size(), told);
+      EXPECT_TRUE(twin.equals(told));
+    }
+  }
+}
+
+TEST(Episodes, AreSharedWithRoscpp) {
+  const std::unique_ptr<Client> ours = connect("/walker_sim");
+  Twin twin("BipedalWalker-v3");
+  Transition told;
+  twin.reset(5);
+  ours->reset(5, told);
+  ros::NodeHandle node;
+  walker_sim::Step call;
+  call.request.action = {0.5, -0.5, 0.25, 0};
+  for (const bool persistent : {true, false}) {
+    ros::ServiceClient theirs =
+        node.serviceClient<walker_sim::Step>("/walker_sim/step", persistent);
+    EXPECT_TRUE(theirs.waitForExistence(ros::Duration(kPatience.count())));
+    EXPECT_TRUE(theirs.exists());
+    for (int i = 0; i < 5; ++i) {
+      twin.step(call.request.action);
+      ASSERT_TRUE(theirs.call(call));
+      EXPECT_TRUE(twin.equals(call.response.transition));
+      twin.step(call.request.action);
+      ours->step(call.request.action.data(), call.request.action.size(), told);
+      EXPECT_TRUE(twin.equals(told));
+    }
+  }
+}
+
+/// The process number of a node on this machine.
+int process_of(const std::string& node) {
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = node;
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue uri;
+  if (!ros::master::execute("lookupNode", request, response, uri, false)) return 0;
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return 0;
+  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+  XmlRpc::XmlRpcValue caller;
+  caller[0] = ros::this_node::getName();
+  XmlRpc::XmlRpcValue answer;
+  return client.execute("getPid", caller, answer) ? static_cast<int>(answer[2]) : 0;
+}
+
+TEST(Episodes, AreLostWithTheServerAndBeginAnewWithTheNext) {
+  const std::string server = "/killed/walker_sim";
+  const std::unique_ptr<Client> client = connect(server);
+  Twin twin("BipedalWalker-v3");
+  for (int round = 0; round < 2; ++round) {
+    compare_episode(*client, twin, 6, 1);
+    Transition told;
+    client->reset(6, told);
+    const int process = process_of(server);
+    ASSERT_GT(process, 0);
+    ASSERT_EQ(kill(process, SIGKILL), 0);
+    const std::vector<double> action{0.5, -0.5, 0.25, 0};
+    const std::string error = message_of<ConnectionError>([&] {
+      client->step(action.data(), action.size(), told);
+      client->step(action.data(), action.size(), told);  // the first one may have come through
+    });
+    EXPECT_EQ(error.rfind("service " + server + "/step at ", 0), 0U) << error;
+    EXPECT_NE(error.find("has lost its episode: reset before the next step"), std::string::npos)
+        << error;
+    std::string refusal;
+    until_connected([&] {
+      refusal =
+          message_of<RequestRefused>([&] { client->step(action.data(), action.size(), told); });
+    });
+    EXPECT_NE(refusal.find("reset"), std::string::npos) << refusal;
+  }
+  compare_episode(*client, twin, 6, 1);
+}
+
+}  // namespace
+}  // namespace walker::test
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "client_episodes_test");
+  const ros::NodeHandle node;
+  return RUN_ALL_TESTS();
+}

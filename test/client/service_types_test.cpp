@@ -1,0 +1,36 @@
+// The services as the client knows them are those that ROS generates from the files.
+#include "client/service_types.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include <ros/service_traits.h>
+
+#include "walker_sim/GetSpec.h"
+#include "walker_sim/Reset.h"
+#include "walker_sim/ResetBatch.h"
+#include "walker_sim/Step.h"
+#include "walker_sim/StepBatch.h"
+
+namespace walker {
+namespace {
+
+template <typename Service>
+void expect_generated(ServiceIndex index, const std::string& name) {
+  EXPECT_EQ(kServiceTypes[index].name, name);
+  EXPECT_EQ(std::string(kServiceTypes[index].type), ros::service_traits::datatype<Service>());
+  EXPECT_EQ(std::string(kServiceTypes[index].md5sum), ros::service_traits::md5sum<Service>())
+      << kServiceTypes[index].type;
+}
+
+TEST(ServiceTypes, AreTheGeneratedOnes) {
+  expect_generated<walker_sim::GetSpec>(kGetSpec, "get_spec");
+  expect_generated<walker_sim::Reset>(kReset, "reset");
+  expect_generated<walker_sim::Step>(kStep, "step");
+  expect_generated<walker_sim::ResetBatch>(kResetBatch, "reset_batch");
+  expect_generated<walker_sim::StepBatch>(kStepBatch, "step_batch");
+}
+
+}  // namespace
+}  // namespace walker
