@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 
+#include "walker_sim/export.h"
 #include "walker_sim/specification.h"
 
 namespace walker {
@@ -11,7 +12,7 @@ namespace walker {
 /// @param action `size` values
 /// @param whose  stands before the message, e.g. "environment 3: "
 /// @throws InvalidAction when the action has the wrong size or is not finite
-void check_action(const Specification& specification, const double* action, std::size_t size,
-                  const std::string& whose = {});
+WALKER_SIM_EXPORT void check_action(const Specification& specification, const double* action,
+                                    std::size_t size, const std::string& whose = {});
 
 }  // namespace walker

@@ -77,7 +77,7 @@ void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
           walker_sim::Transition& message) {
   message.header.stamp = stamp;
   message.header.frame_id = frames.odometry;
-  message.environment = 0;
+  message.environment = state.environment;
   message.episode = state.episode;
   message.step = state.step;
   message.action = state.action;
@@ -94,7 +94,7 @@ void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
           walker_sim::Episode& message) {
   message.header.stamp = stamp;
   message.header.frame_id = frames.odometry;
-  message.environment = 0;
+  message.environment = state.environment;
   message.episode = state.episode;
   message.has_seed = state.seed.has_value();
   message.seed = state.seed.value_or(0);
@@ -109,7 +109,9 @@ void fill(const Specification& specification, const ServerOptions& options,
           walker_sim::EnvironmentSpec& message) {
   message.interface_version = walker_sim::EnvironmentSpec::INTERFACE_VERSION;
   message.id = specification.id;
-  message.num_envs = 1;
+  message.num_envs = options.num_envs;
+  message.parameter_names.clear();
+  message.parameter_values.clear();
   for (const auto& [name, value] : specification.parameters) {
     message.parameter_names.push_back(name);
     message.parameter_values.push_back(to_string(value));
@@ -124,11 +126,11 @@ void fill(const Specification& specification, const ServerOptions& options,
   message.dt = specification.dt;
   message.max_episode_steps = specification.max_episode_steps;
   message.reward_threshold = specification.reward_threshold;
+  message.joint_names.clear();
   for (const Joint& joint : specification.joints) message.joint_names.push_back(joint.name);
   message.info_names = specification.info_names;
   message.mode = to_text(options.mode);
-  const bool resets_itself = options.mode == Mode::free && options.auto_reset;
-  message.autoreset_mode = resets_itself ? "next_step" : "disabled";
+  message.autoreset_mode = to_text(options.autoreset_mode);
   message.engine = specification.engine;
   message.engine_version = specification.engine_version;
   message.engine_path = specification.engine_path;

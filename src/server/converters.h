@@ -10,7 +10,7 @@
 #include <string>
 
 #include "server/parameter_reader.h"
-#include "server/simulation.h"
+#include "server/shown_environment.h"
 #include "walker_sim/Contacts.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"

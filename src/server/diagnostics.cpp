@@ -54,7 +54,7 @@ const char* to_text(EffortCommand::State state) {
 }  // namespace
 
 Diagnostics::Diagnostics(ros::NodeHandle& node, const DiagnosedServer& server) : server_(server) {
-  updater_.setHardwareID(server_.simulation.specification().id);
+  updater_.setHardwareID(server_.shown.specification().id);
   updater_.add("simulation", this, &Diagnostics::describe_simulation);
   updater_.add("pace", this, &Diagnostics::describe_pace);
   updater_.add("commands", this, &Diagnostics::describe_commands);
@@ -76,26 +76,27 @@ void Diagnostics::report() {
 }
 
 void Diagnostics::describe_simulation(Status& status) {
-  const EpisodeState& state = server_.simulation.state();
+  const EpisodeState& state = server_.shown.state();
   const std::uint64_t errors = server_.counters.simulation_errors - reported_.simulation_errors;
   if (!state.error.empty()) {
     status.summary(DiagnosticStatus::ERROR, "simulation failed: " + state.error);
   } else if (errors > 0) {
     status.summary(DiagnosticStatus::ERROR,
                    "simulation failed " + counted(errors, "time") + " since the last report");
-  } else if (!server_.simulation.has_episode()) {
+  } else if (!server_.shown.has_episode()) {
     status.summary(DiagnosticStatus::OK, "waits for the first reset");
   } else if (state.has_ended()) {
     status.summary(DiagnosticStatus::OK, state.end_reason);
   } else {
     status.summary(DiagnosticStatus::OK, server_.paused ? "paused" : "running");
   }
-  const Specification& specification = server_.simulation.specification();
+  const Specification& specification = server_.shown.specification();
   status.add("environment", specification.id);
   status.add("engine", specification.engine);
   status.add("engine_version", specification.engine_version);
   status.add("version", version());
   status.add("mode", walker::to_text(server_.options.mode));
+  status.add("num_envs", server_.options.num_envs);
   status.add("paused", server_.paused);
   status.add("episode", state.episode);
   status.add("step", state.step);
@@ -107,10 +108,8 @@ void Diagnostics::describe_simulation(Status& status) {
 /// Since the last report.
 double Diagnostics::real_time_factor() const {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - reported_at_;
-  const std::uint64_t advances = server_.counters.steps + server_.counters.resets;
-  const std::uint64_t reported = reported_.steps + reported_.resets;
-  const double simulated =
-      static_cast<double>(advances - reported) * server_.simulation.specification().dt;
+  const double simulated = static_cast<double>(server_.counters.advances - reported_.advances) *
+                           server_.shown.specification().dt;
   return wall.count() > 0 ? simulated / wall.count() : 0;
 }
 

@@ -13,15 +13,16 @@
 #include "server/episode_statistics.h"
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
-#include "server/simulation.h"
+#include "server/shown_environment.h"
 #include "server/step_timing.h"
 
 namespace walker {
 
-/// Counted since the start.
+/// Counted since the start, of all environments.
 struct ServerCounters {
   std::uint64_t steps = 0;
-  std::uint64_t resets = 0;  ///< restores too
+  std::uint64_t resets = 0;    ///< restores too
+  std::uint64_t advances = 0;  ///< of simulation time, by one dt each
   std::uint64_t simulation_errors = 0;
   std::uint64_t refused_commands = 0;  ///< effort commands with an error, or in lock-step
   std::uint64_t clamped_commands = 0;  ///< actions and efforts beyond the bounds
@@ -32,7 +33,7 @@ struct ServerCounters {
 /// All that the diagnostics read; outlives them.
 struct DiagnosedServer {
   const ServerOptions& options;
-  const Simulation& simulation;
+  const ShownEnvironment& shown;
   const Pacer& pacer;
   const EffortCommand& command;
   const bool& paused;

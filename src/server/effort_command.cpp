@@ -60,8 +60,8 @@ bool EffortCommand::expire(std::uint64_t now) {
   return true;
 }
 
-bool is_clamped(const Specification& specification, const std::vector<double>& action) {
-  for (std::size_t i = 0; i < action.size(); ++i) {
+bool is_clamped(const Specification& specification, const double* action) {
+  for (std::size_t i = 0; i < specification.action_size(); ++i) {
     if (action[i] < specification.action_low[i] || action[i] > specification.action_high[i]) {
       return true;
     }

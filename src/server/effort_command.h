@@ -52,6 +52,7 @@ class EffortCommand {
 };
 
 /// Some value of the action lies outside the bounds and will be limited.
-bool is_clamped(const Specification& specification, const std::vector<double>& action);
+/// @param action specification.action_size() values
+bool is_clamped(const Specification& specification, const double* action);
 
 }  // namespace walker

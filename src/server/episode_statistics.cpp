@@ -5,11 +5,15 @@
 
 namespace walker {
 
+void EpisodeStatistics::add(double episode_return, std::uint32_t length, End end) {
+  episodes_[count_ % kCapacity] = {episode_return, length, end};
+  ++count_;
+}
+
 void EpisodeStatistics::add(const EpisodeState& state) {
   End end = state.terminated ? End::terminated : End::truncated;
   if (!state.error.empty()) end = End::failed;
-  episodes_[count_ % kCapacity] = {state.episode_return, state.step, end};
-  ++count_;
+  add(state.episode_return, state.step, end);
 }
 
 EpisodeStatistics::Summary EpisodeStatistics::summary() const {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "server/simulation.h"
+#include "server/shown_environment.h"
 
 namespace walker {
 
@@ -29,13 +29,18 @@ class EpisodeStatistics {
     std::size_t failed = 0;  ///< the simulation had to end it
   };
 
-  /// Takes account of an episode. @param state right after its last step
+  enum class End { terminated, truncated, failed };
+
+  /// Takes account of an episode.
+  /// @param length [steps]
+  void add(double episode_return, std::uint32_t length, End end);
+
+  /// The same. @param state right after its last step
   void add(const EpisodeState& state);
 
   Summary summary() const;
 
  private:
-  enum class End { terminated, truncated, failed };
   struct Episode {
     double episode_return;
     std::uint32_t length;

@@ -14,11 +14,22 @@ namespace {
 
 constexpr double kLongestTimeout = 3600;
 constexpr double kFastestFactor = 1000;
+constexpr double kMostEnvironments = 100000;
+constexpr double kMostThreads = 1024;
 
 Mode parse_mode(const std::string& text) {
   if (text == to_text(Mode::free)) return Mode::free;
   if (text == to_text(Mode::lockstep)) return Mode::lockstep;
   throw std::invalid_argument("parameter mode = " + text + ": must be free or lockstep");
+}
+
+AutoresetMode parse_autoreset_mode(const std::string& text) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    if (text == to_text(mode)) return mode;
+  }
+  throw std::invalid_argument("parameter autoreset_mode = " + text +
+                              ": must be next_step, same_step or disabled");
 }
 
 /// As robot_state_publisher finds it: the nearest tf_prefix up the namespaces.
@@ -39,6 +50,34 @@ std::string wanted_id(const Parameters& given) {
   throw std::invalid_argument("parameter env = " + to_string(value) + ": must be a text");
 }
 
+std::uint32_t small_number(const Parameters& parameters, const char* name) {
+  return static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at(name)));
+}
+
+/// What is said of several environments.
+void read_batch_options(const Parameters& parameters, ServerOptions& options) {
+  options.num_envs = small_number(parameters, "num_envs");
+  options.num_threads = small_number(parameters, "num_threads");
+  options.shown_environment = small_number(parameters, "shown_environment");
+  options.autoreset_mode =
+      parse_autoreset_mode(std::get<std::string>(parameters.at("autoreset_mode")));
+  if (options.mode == Mode::free) {
+    if (options.num_envs > 1) {
+      throw std::invalid_argument("parameter num_envs = " + std::to_string(options.num_envs) +
+                                  ": must be 1 in mode free, where one effort_command drives one "
+                                  "walker; mode lockstep takes more");
+    }
+    options.autoreset_mode =
+        options.auto_reset ? AutoresetMode::next_step : AutoresetMode::disabled;
+  }
+  if (options.shown_environment >= options.num_envs) {
+    throw std::invalid_argument(
+        "parameter shown_environment = " + std::to_string(options.shown_environment) +
+        ": must be an integer in [0, " + std::to_string(options.num_envs - 1) +
+        "], for num_envs = " + std::to_string(options.num_envs));
+  }
+}
+
 }  // namespace
 
 const char* to_text(Mode mode) { return mode == Mode::free ? "free" : "lockstep"; }
@@ -47,10 +86,20 @@ std::vector<ParameterDescription> server_parameters() {
   return {
       {"env", std::string("BipedalWalker-v3"), "", "Id of the environment.", 0, 0},
       {"mode", std::string("free"), "", "Who steps: free (the server) or lockstep (~step).", 0, 0},
-      {"num_envs", std::int64_t{1}, "", "Environments in this server.", 1, 1},
+      {"num_envs", std::int64_t{1}, "", "Environments in this server; more than one in lock-step.",
+       1, kMostEnvironments},
+      {"num_threads", std::int64_t{0}, "",
+       "Threads that step several environments; 0: one per processor.", 0, kMostThreads},
+      {"autoreset_mode", std::string("next_step"), "",
+       "What ~step_batch does at an episode's end, in lock-step: next_step, same_step or disabled.",
+       0, 0},
+      {"shown_environment", std::int64_t{0}, "",
+       "Index of the environment that the topics tell of, below num_envs.", 0,
+       kMostEnvironments - 1},
       {"seed", std::string(), "",
-       "Of the first reset, where that brings none, as decimal text; empty: drawn and reported.", 0,
-       0},
+       "Of the first reset, where that brings none, as decimal text; empty: drawn and reported. "
+       "Environment i takes seed + i.",
+       0, 0},
       {"real_time_factor", 1.0, "",
        "Simulation time over wall time when free-running; 0: as fast as it goes.", 0,
        kFastestFactor},
@@ -81,6 +130,7 @@ ServerOptions read_server_options() {
   options.seed = parse_seed("seed", std::get<std::string>(complete.at("seed")));
   options.real_time_factor = std::get<double>(complete.at("real_time_factor"));
   options.auto_reset = std::get<bool>(complete.at("auto_reset"));
+  read_batch_options(complete, options);
   options.command_timeout = std::get<double>(complete.at("command_timeout"));
   options.publish_clock = std::get<bool>(complete.at("publish_clock"));
   options.paused = std::get<bool>(complete.at("paused"));

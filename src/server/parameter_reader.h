@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "walker_sim/parameters.h"
+#include "walker_sim/pool.h"
 
 namespace walker {
 
@@ -19,8 +20,13 @@ const char* to_text(Mode mode);
 struct ServerOptions {
   std::string id;
   Mode mode;
-  std::optional<std::uint64_t> seed;  ///< none: drawn
-  double real_time_factor;            ///< 0: as fast as it goes
+  std::uint32_t num_envs = 1;
+  std::uint32_t num_threads = 0;  ///< that step many environments; 0: one per processor
+  /// What happens at an episode's end: in lock-step when ~step_batch comes next, else by itself.
+  AutoresetMode autoreset_mode = AutoresetMode::next_step;
+  std::uint32_t shown_environment = 0;  ///< index of the one that the topics tell of
+  std::optional<std::uint64_t> seed;    ///< none: drawn
+  double real_time_factor;              ///< 0: as fast as it goes
   bool auto_reset;
   double command_timeout;  ///< [s]; 0: never
   bool publish_clock;

@@ -23,10 +23,10 @@ void publish_if_heard(const ros::Publisher& publisher, Message& message,
 
 }  // namespace
 
-Publishers::Publishers(ros::NodeHandle& node, Simulation& simulation, const ServerOptions& options)
-    : simulation_(simulation),
+Publishers::Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const ServerOptions& options)
+    : shown_(shown),
       options_(options),
-      frames_(simulation.specification(), options.tf_prefix),
+      frames_(shown.specification(), options.tf_prefix),
       joint_states_publisher_(node.advertise<sensor_msgs::JointState>("joint_states", kState)),
       imu_publisher_(node.advertise<sensor_msgs::Imu>("imu", kState)),
       contacts_publisher_(node.advertise<walker_sim::Contacts>("contacts", kState)),
@@ -43,21 +43,21 @@ Publishers::Publishers(ros::NodeHandle& node, Simulation& simulation, const Serv
           node.advertise<visualization_msgs::MarkerArray>("scene_markers", kState, kLatched)),
       state_markers_publisher_(
           node.advertise<visualization_msgs::MarkerArray>("state_markers", kState)) {
-  if (simulation.specification().range_finder.num_rays != 0) {
+  if (shown.specification().range_finder.num_rays != 0) {
     scan_publisher_ = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
 }
 
 void Publishers::publish_constants(ros::Time stamp) {
   walker_sim::EnvironmentSpec spec;
-  fill(simulation_.specification(), options_, spec);
+  fill(shown_.specification(), options_, spec);
   spec_publisher_.publish(spec);
   tf_static_publisher_.publish(static_transforms(frames_, stamp));
 }
 
 void Publishers::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
-  if (simulation_.state().error.empty()) publish_scene(stamp);  // else there is none to tell of
+  if (shown_.state().error.empty()) publish_scene(stamp);  // else there is none to tell of
   publish_state(stamp);
 }
 
@@ -68,11 +68,11 @@ void Publishers::publish_restored(const walker_sim::EpisodeRecord& record, ros::
 
 void Publishers::publish_step(ros::Time stamp) {
   publish_state(stamp);
-  if (simulation_.state().has_ended()) publish_episode(stamp);
+  if (shown_.state().has_ended()) publish_episode(stamp);
 }
 
 void Publishers::publish_state(ros::Time stamp) {
-  const EpisodeState& state = simulation_.state();
+  const EpisodeState& state = shown_.state();
   const bool simulation_failed = !state.error.empty();
   if (!simulation_failed) {
     publish_sensors(stamp);
@@ -95,8 +95,8 @@ void Publishers::publish_sensors(ros::Time stamp) {
                        anybody_listens(imu_publisher_) || anybody_listens(contacts_publisher_) ||
                        anybody_listens(odometry_publisher_);
   if (!anybody) return;
-  const Specification& specification = simulation_.specification();
-  const Sensors& sensors = simulation_.sensors();
+  const Specification& specification = shown_.specification();
+  const Sensors& sensors = shown_.sensors();
   publish_if_heard(tf_publisher_, transforms_, specification, sensors, frames_, stamp);
   publish_if_heard(joint_states_publisher_, joint_states_, specification, sensors, stamp);
   publish_if_heard(imu_publisher_, imu_, sensors, frames_, stamp);
@@ -109,22 +109,22 @@ void Publishers::publish_sensors(ros::Time stamp) {
 
 void Publishers::publish_markers(ros::Time stamp) {
   if (!anybody_listens(state_markers_publisher_)) return;
-  const EpisodeState& state = simulation_.state();
+  const EpisodeState& state = shown_.state();
   std_msgs::Header header;
   header.stamp = stamp;
   header.frame_id = frames_.odometry;
-  const EpisodeStatus status{simulation_.specification().id,
+  const EpisodeStatus status{shown_.specification().id,
                              state.episode,
                              state.step,
                              state.episode_return,
                              state.seed ? std::to_string(*state.seed) : "",
                              state.end_reason};
   state_markers_publisher_.publish(
-      state_markers(simulation_.specification(), simulation_.sensors(), status, header));
+      state_markers(shown_.specification(), shown_.sensors(), status, header));
 }
 
 void Publishers::publish_episode(ros::Time stamp) {
-  fill(simulation_.state(), frames_, stamp, episode_);
+  fill(shown_.state(), frames_, stamp, episode_);
   episode_publisher_.publish(episode_);
 }
 
@@ -132,7 +132,7 @@ void Publishers::publish_scene(ros::Time stamp) {
   std_msgs::Header header;
   header.stamp = stamp;
   header.frame_id = frames_.odometry;
-  scene_publisher_.publish(scene_markers(simulation_.scene(), header));
+  scene_publisher_.publish(scene_markers(shown_.scene(), header));
 }
 
 }  // namespace walker

@@ -10,15 +10,15 @@
 
 #include "server/converters.h"
 #include "server/parameter_reader.h"
-#include "server/simulation.h"
+#include "server/shown_environment.h"
 #include "walker_sim/EpisodeRecord.h"
 
 namespace walker {
 
-/// Publishes the states of one simulation. Messages keep their memory from state to state.
+/// Publishes the states of one environment. Messages keep their memory from state to state.
 class Publishers {
  public:
-  Publishers(ros::NodeHandle& node, Simulation& simulation, const ServerOptions& options);
+  Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const ServerOptions& options);
 
   /// Latched: the specification and the static transforms.
   void publish_constants(ros::Time stamp);
@@ -41,7 +41,7 @@ class Publishers {
   void publish_episode(ros::Time stamp);
   void publish_scene(ros::Time stamp);
 
-  Simulation& simulation_;
+  ShownEnvironment& shown_;
   ServerOptions options_;
   Frames frames_;
 

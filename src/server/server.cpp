@@ -11,6 +11,7 @@
 
 #include "server/gazebo_services.h"
 #include "server/records.h"
+#include "server/throttle.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -25,20 +26,6 @@ ros::NodeHandle make_node(WakingQueue& queue) {
   node.setCallbackQueue(&queue);
   return node;
 }
-
-/// Lets pass one message a second. By wall time: simulation time may stand still, or fly.
-class Throttle {
- public:
-  bool passes() {
-    const ros::WallTime now = ros::WallTime::now();
-    if (now - last_ < ros::WallDuration(1)) return false;
-    last_ = now;
-    return true;
-  }
-
- private:
-  ros::WallTime last_;
-};
 
 /// A walker of one name under the description of another would be shown wrong, or not at all.
 void compare_with_description(const ros::NodeHandle& node, const Specification& specification) {
@@ -69,22 +56,24 @@ Server::Server(const ServerOptions& options)
 Server::Server(const ServerOptions& options, const MakeEnvironment& make_environment)
     : options_(options),
       node_(make_node(callbacks_)),
-      simulation_(make_environment, options.seed),
-      dt_(to_duration(simulation_.specification().dt)),
+      environments_(make_environments(options_, make_environment)),
+      shown_(environments_->shown()),
+      dt_(to_duration(shown_.specification().dt)),
       clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
-      publishers_(node_, simulation_, options_),
-      pacer_(simulation_.specification().dt, options.real_time_factor),
+      publishers_(node_, shown_, options_),
+      pacer_(shown_.specification().dt, options.real_time_factor),
       follower_(static_cast<std::uint64_t>(dt_.toNSec())),
-      command_(simulation_.specification(), options.command_timeout, options.real_time_factor == 0),
+      command_(shown_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.mode == Mode::free && options.paused),
-      diagnostics_(node_, {options_, simulation_, pacer_, command_, paused_, counters_, episodes_,
+      batch_calls_(*environments_, options_, counters_, episodes_),
+      diagnostics_(node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_,
                            timing_, follower_, follows_clock()}),
       services_(*this, port_),
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
                                          ros::TransportHints().tcpNoDelay())) {
   advertise_gazebo_services(*this, options_.mode, port_);
-  introduce(simulation_.specification(), options_);
-  compare_with_description(node_, simulation_.specification());
+  introduce(shown_.specification(), options_);
+  compare_with_description(node_, shown_.specification());
 }
 
 void Server::run() {
@@ -107,7 +96,7 @@ void Server::run() {
 
 bool Server::runs_freely() const {
   if (options_.mode != Mode::free || paused_) return false;
-  return options_.auto_reset || !simulation_.state().has_ended();
+  return options_.auto_reset || !shown_.state().has_ended();
 }
 
 bool Server::follows_clock() const {
@@ -149,7 +138,7 @@ void Server::follow_clock() {
 }
 
 void Server::step_freely() {
-  if (!simulation_.has_episode() || simulation_.state().has_ended()) {
+  if (!shown_.has_episode() || shown_.state().has_ended()) {
     begin_episode(std::nullopt);
     return;
   }
@@ -166,24 +155,43 @@ void Server::step_freely() {
 
 void Server::begin_episode(std::optional<std::uint64_t> seed) {
   clock_.require(dt_);
-  simulation_.reset(seed);
+  environments_->only("reset").reset(seed);
   ++counters_.resets;
-  command_.clear();
-  clock_.advance(dt_);
-  publishers_.publish_reset(clock_.now());
+  show_reset();
 }
 
 void Server::advance(const std::vector<double>& action) {
   clock_.require(dt_);
+  Simulation& simulation = environments_->only("step");
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
-  simulation_.step(action);
+  simulation.step(action);
   timing_.step_took(StepTiming::Clock::now() - begin);
   ++counters_.steps;
-  const EpisodeState& state = simulation_.state();
+  const EpisodeState& state = simulation.state();
   if (!state.error.empty()) ++counters_.simulation_errors;
   if (state.has_ended()) episodes_.add(state);
+  show_step();
+}
+
+void Server::pass_time() {
   clock_.advance(dt_);
+  ++counters_.advances;
+}
+
+/// Of the shown environment. A command was meant for the episode before.
+void Server::pass_time_after_reset() {
+  command_.clear();
+  pass_time();
+}
+
+void Server::show_step() {
+  pass_time();
   publishers_.publish_step(clock_.now());
+}
+
+void Server::show_reset() {
+  pass_time_after_reset();
+  publishers_.publish_reset(clock_.now());
 }
 
 void Server::reset(std::optional<std::uint64_t> seed) {
@@ -192,30 +200,63 @@ void Server::reset(std::optional<std::uint64_t> seed) {
 }
 
 void Server::step(const std::vector<double>& action) {
-  if (options_.mode == Mode::free && !paused_) {
-    throw std::logic_error(
-        runs_freely() ? "step: mode is free and the simulation runs; call ~pause first, or start "
-                        "with mode lockstep"
-                      : "step: the episode has ended, and ~reset begins the next");
-  }
+  refuse_while_it_runs("step");
   advance(action);
   count_if_clamped(action);
 }
 
+void Server::refuse_while_it_runs(const std::string& service) const {
+  if (options_.mode == Mode::lockstep || paused_) return;
+  throw std::logic_error(service + (runs_freely()
+                                        ? ": mode is free and the simulation runs; call ~pause "
+                                          "first, or start with mode lockstep"
+                                        : ": the episode has ended, and ~reset begins the next"));
+}
+
+void Server::reset_batch(const walker_sim::ResetBatch::Request& request,
+                         walker_sim::ResetBatch::Response& response) {
+  clock_.require(dt_);
+  const std::uint32_t episode = shown_.state().episode;
+  batch_calls_.reset(request, response);
+  if (shown_.state().episode != episode) {
+    show_reset();
+  } else {
+    pass_time();
+  }
+  restart_schedule();
+}
+
+void Server::step_batch(const std::vector<double>& actions,
+                        walker_sim::StepBatch::Response& response) {
+  refuse_while_it_runs("step_batch");
+  clock_.require(dt_ + dt_);  // a step, and under same_step a reset
+  const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
+  batch_calls_.step(actions, response);
+  timing_.step_took(StepTiming::Clock::now() - begin);
+  const EpisodeState& state = shown_.state();
+  if (state.step == 0) {
+    show_reset();
+  } else {
+    show_step();
+  }
+  const std::uint32_t episode = state.episode;
+  batch_calls_.reset_ended(response);
+  if (state.episode != episode) show_reset();
+}
+
 walker_sim::EpisodeRecord Server::snapshot() const {
   walker_sim::EpisodeRecord message;
-  message.actions = simulation_.record().actions;
+  message.actions = environments_->only("snapshot").record().actions;
   tell(message.spec);
-  fill(simulation_.state(), publishers_.frames(), clock_.now(), message.episode);
+  fill(shown_.state(), publishers_.frames(), clock_.now(), message.episode);
   return message;
 }
 
 void Server::restore(const walker_sim::EpisodeRecord& record) {
   clock_.require(dt_);
-  simulation_.restore(to_record(record), ros::ok);
+  environments_->only("restore").restore(to_record(record), ros::ok);
   ++counters_.resets;
-  command_.clear();
-  clock_.advance(dt_);
+  pass_time_after_reset();
   publishers_.publish_restored(snapshot(), clock_.now());
   restart_schedule();
 }
@@ -260,11 +301,11 @@ void Server::restart_schedule() {
 }
 
 void Server::tell(walker_sim::Transition& message) const {
-  fill(simulation_.state(), publishers_.frames(), clock_.now(), message);
+  fill(shown_.state(), publishers_.frames(), clock_.now(), message);
 }
 
 void Server::tell(walker_sim::EnvironmentSpec& message) const {
-  fill(simulation_.specification(), options_, message);
+  fill(shown_.specification(), options_, message);
 }
 
 void Server::on_effort_command(const std_msgs::Float64MultiArray& message) {
@@ -281,7 +322,7 @@ void Server::on_effort_command(const std_msgs::Float64MultiArray& message) {
 }
 
 void Server::count_if_clamped(const std::vector<double>& action) {
-  if (is_clamped(simulation_.specification(), action)) ++counters_.clamped_commands;
+  if (is_clamped(shown_.specification(), action.data())) ++counters_.clamped_commands;
 }
 
 void Server::refuse(const std::string& reason) {

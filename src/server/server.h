@@ -12,9 +12,11 @@
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 
+#include "server/batch_calls.h"
 #include "server/clock_follower.h"
 #include "server/diagnostics.h"
 #include "server/effort_command.h"
+#include "server/environments.h"
 #include "server/episode_statistics.h"
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
@@ -31,7 +33,7 @@
 
 namespace walker {
 
-/// One environment on ROS. Services, callbacks, steps and publishing all happen in the thread that
+/// Environments on ROS. Services, callbacks, steps and publishing all happen in the thread that
 /// calls `run`, so that nothing moves while a service answers.
 class Server {
  public:
@@ -39,19 +41,24 @@ class Server {
 
   /// @throws std::exception when the environment cannot be made or /clock has another publisher
   explicit Server(const ServerOptions& options);
-  /// With an environment that the registry does not know, for benchmarks.
+  /// The same with environments that the registry does not know.
   Server(const ServerOptions& options, const MakeEnvironment& make_environment);
 
   /// Serves until the node is told to stop.
   void run();
 
   // What the services ask for. Each throws a std::exception that says why not; then nothing has
-  // changed.
+  // changed. With many environments those that are for one throw.
 
   /// Begins an episode. Without a seed the generator continues.
   void reset(std::optional<std::uint64_t> seed);
   /// Makes exactly one step.
   void step(const std::vector<double>& action);
+  /// Begins episodes of several environments.
+  void reset_batch(const walker_sim::ResetBatch::Request& request,
+                   walker_sim::ResetBatch::Response& response);
+  /// Steps every environment once, or resets it where the autoreset mode says so.
+  void step_batch(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
   /// The present episode.
   walker_sim::EpisodeRecord snapshot() const;
   /// A new episode that is, and goes on, as the recorded one.
@@ -76,6 +83,11 @@ class Server {
 
   void begin_episode(std::optional<std::uint64_t> seed);
   void advance(const std::vector<double>& action);
+  void pass_time();
+  void pass_time_after_reset();
+  void show_step();
+  void show_reset();
+  void refuse_while_it_runs(const std::string& service) const;
   void on_effort_command(const std_msgs::Float64MultiArray& message);
   void restart_schedule();
   void count_if_clamped(const std::vector<double>& action);
@@ -84,7 +96,8 @@ class Server {
   ServerOptions options_;
   WakingQueue callbacks_;
   ros::NodeHandle node_;
-  Simulation simulation_;
+  std::unique_ptr<Environments> environments_;
+  ShownEnvironment& shown_;
   ros::Duration dt_;
   SimulationClock clock_;
   Publishers publishers_;
@@ -95,6 +108,7 @@ class Server {
   ServerCounters counters_;
   StepTiming timing_;
   EpisodeStatistics episodes_;
+  BatchCalls batch_calls_;
   Diagnostics diagnostics_;
 
   ServicePort port_;

@@ -35,6 +35,8 @@ Services::Services(Server& server, ServicePort& port) : server_(server) {
   };
   advertise(walker_sim::Reset(), "reset", &Services::on_reset);
   advertise(walker_sim::Step(), "step", &Services::on_step);
+  advertise(walker_sim::ResetBatch(), "reset_batch", &Services::on_reset_batch);
+  advertise(walker_sim::StepBatch(), "step_batch", &Services::on_step_batch);
   advertise(walker_sim::GetSpec(), "get_spec", &Services::on_get_spec);
   advertise(walker_sim::Snapshot(), "snapshot", &Services::on_snapshot);
   advertise(walker_sim::Restore(), "restore", &Services::on_restore);
@@ -58,6 +60,16 @@ void Services::on_step(walker_sim::Step::Request& request, walker_sim::Step::Res
     server_.step(request.action);
     server_.tell(response.transition);
   });
+}
+
+void Services::on_reset_batch(walker_sim::ResetBatch::Request& request,
+                              walker_sim::ResetBatch::Response& response) {
+  answer(response, [&] { server_.reset_batch(request, response); });
+}
+
+void Services::on_step_batch(walker_sim::StepBatch::Request& request,
+                             walker_sim::StepBatch::Response& response) {
+  answer(response, [&] { server_.step_batch(request.actions, response); });
 }
 
 void Services::on_get_spec(walker_sim::GetSpec::Request& /*request*/,

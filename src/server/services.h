@@ -6,10 +6,12 @@
 #include "server/service_port.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Reset.h"
+#include "walker_sim/ResetBatch.h"
 #include "walker_sim/Restore.h"
 #include "walker_sim/SetRealTimeFactor.h"
 #include "walker_sim/Snapshot.h"
 #include "walker_sim/Step.h"
+#include "walker_sim/StepBatch.h"
 
 namespace walker {
 
@@ -23,6 +25,10 @@ class Services {
  private:
   void on_reset(walker_sim::Reset::Request& request, walker_sim::Reset::Response& response);
   void on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response);
+  void on_reset_batch(walker_sim::ResetBatch::Request& request,
+                      walker_sim::ResetBatch::Response& response);
+  void on_step_batch(walker_sim::StepBatch::Request& request,
+                     walker_sim::StepBatch::Response& response);
   void on_get_spec(walker_sim::GetSpec::Request& request, walker_sim::GetSpec::Response& response);
   void on_snapshot(walker_sim::Snapshot::Request& request,
                    walker_sim::Snapshot::Response& response);

@@ -53,15 +53,7 @@ void Simulation::Course::step(const std::vector<double>& action) {
 void Simulation::Course::take(const Result& result) {
   state.reward = result.reward;
   state.episode_return += result.reward;
-  state.terminated = result.terminated;
-  state.truncated = result.truncated;
-  state.error = result.error;
-  state.end_reason.clear();
-  if (result.terminated) {
-    state.end_reason = std::string("terminated: ") + result.end_reason;
-  } else if (result.truncated) {
-    state.end_reason = std::string("truncated: ") + result.end_reason;
-  }
+  state.conclude(result.terminated, result.truncated, result.end_reason, result.error);
 }
 
 Simulation::Simulation(const std::function<std::unique_ptr<Environment>()>& make,

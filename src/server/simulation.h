@@ -1,4 +1,4 @@
-// One environment and the account of its episode: counters, return, why it ended. No ROS.
+// One environment, the account of its episode, and records of it. No ROS.
 #pragma once
 
 #include <cstdint>
@@ -9,33 +9,13 @@
 #include <vector>
 
 #include "core/episode_record.h"
+#include "server/shown_environment.h"
 #include "walker_sim/environment.h"
 
 namespace walker {
 
-/// Everything about the present state that a transition tells. Units as in Transition.msg.
-struct EpisodeState {
-  std::uint32_t episode = 0;  ///< counts resets, from 1; 0: none yet
-  std::uint32_t step = 0;
-  std::vector<double> action;  ///< of the last step, as given; empty right after a reset
-  std::vector<double> observation;
-  std::vector<double> info;
-  double reward = 0;
-  double episode_return = 0;
-  bool terminated = false;
-  bool truncated = false;
-  std::string
-      end_reason;  ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
-  std::string error;
-  std::optional<std::uint64_t>
-      seed;  ///< with which the episode began; none: the generator continued
-  GeneratorState generator_state{};  ///< before the reset
-
-  bool has_ended() const { return terminated || truncated; }
-};
-
 /// Drives an environment, keeps `EpisodeState` in step with it and remembers what was done.
-class Simulation {
+class Simulation : public ShownEnvironment {
  public:
   /// @param make       makes the environment, and then its twin, in which records are repeated
   /// @param first_seed for the first reset where that brings no seed; none: drawn from the system
@@ -67,15 +47,10 @@ class Simulation {
   void restore(
       const EpisodeRecord& record, const std::function<bool()>& is_wanted = [] { return true; });
 
-  const Specification& specification() const { return specification_; }
-  const EpisodeState& state() const { return present_.state; }
-  bool has_episode() const { return state().episode != 0; }
-
-  /// Measurements of the present state, made at most once per state. Needs an episode whose
-  /// simulation has not failed.
-  const Sensors& sensors();
-  /// Surroundings of the present episode.
-  const Scene& scene();
+  const Specification& specification() const override { return specification_; }
+  const EpisodeState& state() const override { return present_.state; }
+  const Sensors& sensors() override;
+  const Scene& scene() override;
 
   /// An endless episode must not fill the memory: its record is given up (at 6 joints, 48 MB).
   static constexpr std::uint32_t kMostRecordedSteps = 1000000;

@@ -119,6 +119,8 @@ class LockstepTest(unittest.TestCase):
         expected = {
             "reset": "walker_sim/Reset",
             "step": "walker_sim/Step",
+            "reset_batch": "walker_sim/ResetBatch",
+            "step_batch": "walker_sim/StepBatch",
             "get_spec": "walker_sim/GetSpec",
             "pause": "std_srvs/Trigger",
             "unpause": "std_srvs/Trigger",
@@ -171,7 +173,7 @@ class LockstepTest(unittest.TestCase):
         self.assertEqual(spec.id, "BipedalWalker-v3")
         self.assertEqual(spec.num_envs, 1)
         self.assertEqual(spec.mode, "lockstep")
-        self.assertEqual(spec.autoreset_mode, "disabled")
+        self.assertEqual(spec.autoreset_mode, "next_step")
         self.assertEqual(spec.observation_size, 24)
         self.assertEqual(len(spec.observation_low), 24)
         self.assertEqual(len(spec.observation_high), 24)

@@ -20,12 +20,23 @@ from bare_ros import CALLER, PATIENCE, BareClient, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import Trigger
-from walker_sim.srv import GetSpec, Reset, Restore, SetRealTimeFactor, Snapshot, Step
+from walker_sim.srv import (
+    GetSpec,
+    Reset,
+    ResetBatch,
+    Restore,
+    SetRealTimeFactor,
+    Snapshot,
+    Step,
+    StepBatch,
+)
 
 DT = 20_000_000  # ns
 SERVICES = {
     "reset": Reset,
     "step": Step,
+    "reset_batch": ResetBatch,
+    "step_batch": StepBatch,
     "get_spec": GetSpec,
     "snapshot": Snapshot,
     "restore": Restore,

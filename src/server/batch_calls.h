@@ -1,0 +1,56 @@
+// ~reset_batch and ~step_batch: requests to the environments, rows of the replies from them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "server/diagnostics.h"
+#include "server/environments.h"
+#include "server/episode_statistics.h"
+#include "server/parameter_reader.h"
+#include "server/throttle.h"
+#include "walker_sim/ResetBatch.h"
+#include "walker_sim/StepBatch.h"
+
+namespace walker {
+
+/// Makes the calls and counts what they did. Rows are written straight into the reply, whose
+/// vectors may bring memory from an earlier call.
+class BatchCalls {
+ public:
+  /// What it is given outlives it.
+  BatchCalls(Environments& environments, const ServerOptions& options, ServerCounters& counters,
+             EpisodeStatistics& episodes);
+
+  /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
+  /// has
+  ///         moved. As `Environments::reset`
+  void reset(const walker_sim::ResetBatch::Request& request,
+             walker_sim::ResetBatch::Response& response);
+
+  /// Steps all. Under same_step ended episodes stay as they are until `reset_ended`.
+  /// @throws as `Environments::step`; then the reply has no rows
+  void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+
+  /// Begins the episodes that same_step wants after this step.
+  /// @throws as `Environments::reset`
+  void reset_ended(walker_sim::StepBatch::Response& response);
+
+ private:
+  void check(const walker_sim::ResetBatch::Request& request) const;
+  Batch rows_of(walker_sim::StepBatch::Response& response) const;
+  void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+  void end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response);
+
+  Environments& environments_;
+  const Specification& specification_;
+  const ServerOptions& options_;
+  ServerCounters& counters_;
+  EpisodeStatistics& episodes_;
+  std::vector<std::uint32_t> all_;         // indices
+  walker_sim::StepBatch::Response spare_;  // rows of a reset, of which the reply has some
+  Throttle throttle_;
+};
+
+}  // namespace walker
