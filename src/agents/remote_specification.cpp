@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <stdexcept>
+#include <string>
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -16,6 +17,10 @@ namespace {
 
 /// What an environment with the server's parameters says; messages carry only a part of it.
 Specification to_specification(const walker_sim::EnvironmentSpec& message) {
+  if (message.num_envs > 1) {
+    throw std::invalid_argument("the server has num_envs = " + std::to_string(message.num_envs) +
+                                "; an agent drives 1, and several are driven by ~step_batch");
+  }
   try {
     return make(message.id, parameters_of(message))->specification();
   } catch (const std::exception& error) {

@@ -13,7 +13,7 @@ namespace walker {
 /// Waits for `<server>/get_spec`, however long, and asks it.
 /// @return the specification of the same environment made here; none when told to stop
 /// @throws std::invalid_argument when it cannot be made here: this package does not know it, or its
-///         model file is on the server's machine only
+///         model file is on the server's machine only; or when the server has several
 std::optional<Specification> ask_specification(ros::NodeHandle& node, const std::string& server);
 
 }  // namespace walker

@@ -46,6 +46,11 @@ class AgentNodesTest(ServerTest):
             self.assert_refused(node_type, ["episodes", "-1"], episodes=-1)
             self.assert_refused(node_type, ["stamp_tolerance", "-0.1"], stamp_tolerance=-0.1)
 
+    def test_of_many_walkers_it_says_that_it_drives_one(self):
+        self.serve(mode="lockstep", num_envs=3)
+        for node_type in ("service_agent", "topic_agent"):
+            self.assert_refused(node_type, ["num_envs = 3", "drives 1", "~step_batch"])
+
     def test_without_a_server_there_are_no_seeds(self):
         self.assert_refused("topic_agent", ["Walker2d-v6", "Walker2d-v5"], env="Walker2d-v6")
         self.assert_refused(
