@@ -147,6 +147,9 @@ class LaunchTest(unittest.TestCase):
         launch = Launch(
             "env:=BipedalWalkerHardcore-v3",
             "num_envs:=2",
+            "num_threads:=3",
+            "autoreset_mode:=same_step",
+            "shown_environment:=1",
             "real_time_factor:=0",
             "paused:=true",
             "use_sim_time:=false",
@@ -156,6 +159,9 @@ class LaunchTest(unittest.TestCase):
         for name, value in {
             "/walker_sim/env": "BipedalWalkerHardcore-v3",
             "/walker_sim/num_envs": 2,
+            "/walker_sim/num_threads": 3,
+            "/walker_sim/autoreset_mode": "same_step",
+            "/walker_sim/shown_environment": 1,
             "/walker_sim/real_time_factor": 0.0,
             "/walker_sim/paused": True,
             "/use_sim_time": False,
