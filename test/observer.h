@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -39,6 +40,22 @@ class Observer {
       largest = std::max(largest, std::abs(built[i] - walker.observation[i]));
     }
     return largest;
+  }
+
+  /// Places at which the built observation is another one after a change of the measurements.
+  std::vector<std::size_t> changed_by(const Measurements& before,
+                                      const std::function<void(Measurements&)>& change) const {
+    Measurements after = before;
+    change(after);
+    std::vector<double> one(built.size());
+    std::vector<double> other(built.size());
+    builder->build(before, one.data());
+    builder->build(after, other.data());
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      if (one[i] != other[i]) places.push_back(i);
+    }
+    return places;
   }
 
   Stepper walker;

@@ -73,6 +73,11 @@ void BagIndex::extend(const walker_sim::Transition& message) {
     episode.gap_end = message.step - 1;
     return;
   }
+  set_last(message);
+}
+
+void BagIndex::set_last(const walker_sim::Transition& message) {
+  BagEpisode& episode = episodes_.back();
   episode.last_step = message.step;
   episode.episode_return = message.episode_return;
   episode.terminated = message.terminated != 0;
@@ -84,11 +89,7 @@ void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
   BagEpisode episode;
   episode.number = message.episode;
   episode.first_step = message.step;
-  episode.last_step = message.step;
   episode.num_transitions = 1;
-  episode.episode_return = message.episode_return;
-  episode.terminated = message.terminated != 0;
-  episode.truncated = message.truncated != 0;
   episode.opens_recording = begins_run;
   if (!episodes_.empty()) {
     BagEpisode& previous = episodes_.back();
@@ -98,7 +99,8 @@ void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
   }
   episodes_.push_back(std::move(episode));
   first_stamps_.push_back(message.header.stamp);
-  last_stamps_.push_back(message.header.stamp);
+  last_stamps_.emplace_back();
+  set_last(message);
 }
 
 std::vector<BagEpisode> BagIndex::finish() {

@@ -30,6 +30,17 @@ Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
   return parse_assignments(parameter_descriptions(message.id), assignments);
 }
 
+std::optional<std::uint64_t> seed_of(const walker_sim::Episode& message) {
+  if (message.has_seed == 0) return std::nullopt;
+  return message.seed;
+}
+
+GeneratorState generator_state_of(const walker_sim::Episode& message) {
+  GeneratorState state{};
+  std::copy(message.generator_state.begin(), message.generator_state.end(), state.begin());
+  return state;
+}
+
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   check_sizes(message.spec);
   EpisodeRecord record;
@@ -40,9 +51,8 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   }
   record.engine = message.spec.engine;
   record.engine_version = message.spec.engine_version;
-  if (message.episode.has_seed != 0) record.seed = message.episode.seed;
-  std::copy(message.episode.generator_state.begin(), message.episode.generator_state.end(),
-            record.generator_state.begin());
+  record.seed = seed_of(message.episode);
+  record.generator_state = generator_state_of(message.episode);
   record.num_steps = message.episode.length;
   record.actions = message.actions;
   record.episode_return = message.episode.episode_return;

@@ -111,10 +111,8 @@ void Replay::begin(const walker_sim::EpisodeRecord& record) {
 void Replay::begin(const walker_sim::Episode& beginning, const std::vector<double>& actions) {
   difference_.clear();
   is_at_beginning_ = true;
-  std::optional<std::uint64_t> seed;
-  if (beginning.has_seed != 0) seed = beginning.seed;
-  GeneratorState state{};
-  std::copy(beginning.generator_state.begin(), beginning.generator_state.end(), state.begin());
+  const std::optional<std::uint64_t> seed = seed_of(beginning);
+  const GeneratorState state = generator_state_of(beginning);
   if (seed && Generator(*seed).state() != state) {
     difference_ = "at the beginning: generator_state is not that of seed " + std::to_string(*seed);
     return;

@@ -1,6 +1,7 @@
 #include "server/replay_report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -23,14 +24,10 @@ struct Counts {
   std::size_t not_compared = 0;
 };
 
-/// The columns of an episode's line before the verdict.
-struct Row {
-  std::string number;
-  std::string seed;
-  std::string steps;
-  std::string episode_return;
-  std::string end;
-};
+/// The columns of an episode's line before the verdict: number, seed, steps, return, end.
+using Row = std::array<std::string, 5>;
+
+const Row kHeader{"episode", "seed", "steps", "return", "end"};
 
 std::string steps_text(std::uint32_t first, std::uint32_t last) {
   if (first == last) return "step " + std::to_string(first) + " is";
@@ -61,13 +58,13 @@ std::string end_text(const BagEpisode& episode) {
 }
 
 Row describe(const BagEpisode& episode) {
-  Row row{std::to_string(episode.number), "unknown", std::to_string(episode.last_step),
-          return_text(episode.episode_return), end_text(episode)};
+  std::string seed = "unknown";
   if (episode.beginning) {
     const bool has_seed = episode.beginning->has_seed != 0;
-    row.seed = has_seed ? std::to_string(episode.beginning->seed) : "continued";
+    seed = has_seed ? std::to_string(episode.beginning->seed) : "continued";
   }
-  return row;
+  return {std::to_string(episode.number), seed, std::to_string(episode.last_step),
+          return_text(episode.episode_return), end_text(episode)};
 }
 
 /// What keeps the episode from being repeated though its environment can be made; empty: nothing.
@@ -86,7 +83,7 @@ class WalkerReport {
  public:
   WalkerReport(const BagWalker& walker, Counts& counts, std::ostream& out)
       : walker_(walker), counts_(counts), out_(out) {
-    widen({"episode", "seed", "steps", "return", "end"});
+    widen(kHeader);
     for (const BagEpisode& episode : walker.episodes) widen(describe(episode));
   }
 
@@ -133,17 +130,16 @@ class WalkerReport {
     out_ << "\n";
     if (!obstacle_.empty()) out_ << "not compared: " << obstacle_ << "\n";
     if (replay_ && !replay_->other_versions().empty()) out_ << replay_->other_versions() << "\n";
-    write({"episode", "seed", "steps", "return", "end"}, "");
+    write(kHeader, "");
   }
 
   void write_missing_episodes(const BagEpisode& episode) {
     counts_.with_gap += episode.missing_before;
     const std::uint32_t last = episode.number - 1;
     const std::uint32_t first = episode.number - episode.missing_before;
-    Row row;
-    row.number = std::to_string(first);
-    if (first != last) row.number += "-" + std::to_string(last);
-    write(row, "not in the bag");
+    std::string numbers = std::to_string(first);
+    if (first != last) numbers += "-" + std::to_string(last);
+    write({numbers}, "not in the bag");
   }
 
   void end(const BagEpisode& episode) { write(describe(episode), judge(episode)); }
@@ -178,25 +174,20 @@ class WalkerReport {
   }
 
   void widen(const Row& row) {
-    const auto widen_to = [](int& width, const std::string& text) {
-      width = std::max(width, static_cast<int>(text.size()));
-    };
-    widen_to(number_width_, row.number);
-    widen_to(seed_width_, row.seed);
-    widen_to(steps_width_, row.steps);
-    widen_to(return_width_, row.episode_return);
-    widen_to(end_width_, row.end);
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      widths_[i] = std::max(widths_[i], static_cast<int>(row[i].size()));
+    }
   }
 
   void write(const Row& row, const std::string& verdict) {
     std::ostringstream line;
-    line << std::setw(number_width_) << row.number << "  " << std::setw(seed_width_) << row.seed
-         << "  " << std::setw(steps_width_) << row.steps << "  " << std::setw(return_width_)
-         << row.episode_return << "  " << std::left;
+    const std::size_t end = row.size() - 1;
+    for (std::size_t i = 0; i < end; ++i) line << std::setw(widths_[i]) << row[i] << "  ";
+    line << std::left;
     if (verdict.empty()) {
-      line << row.end;
+      line << row[end];
     } else {
-      line << std::setw(end_width_) << row.end << "  " << verdict;
+      line << std::setw(widths_[end]) << row[end] << "  " << verdict;
     }
     out_ << line.str() << std::endl;  // a long recording is watched
   }
@@ -204,11 +195,7 @@ class WalkerReport {
   const BagWalker& walker_;
   Counts& counts_;
   std::ostream& out_;
-  int number_width_ = 0;
-  int seed_width_ = 0;
-  int steps_width_ = 0;
-  int return_width_ = 0;
-  int end_width_ = 0;
+  std::array<int, std::tuple_size<Row>::value> widths_{};
   std::size_t index_ = 0;      // of the present episode
   std::size_t num_taken_ = 0;  // transitions of it
   std::unique_ptr<Replay>

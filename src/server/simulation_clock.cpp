@@ -19,6 +19,8 @@
 namespace walker {
 namespace {
 
+constexpr double kNanosecondsPerSecond = 1e9;
+
 // Not below the node's own name: launch files clear what is there.
 constexpr const char* kReservedUntil =
     "/walker_sim_clock/reserved_until";      // [seconds, nanoseconds]
@@ -105,14 +107,13 @@ std::uint64_t left_after(ros::Time time) { return ros::TIME_MAX.toNSec() - time.
 }  // namespace
 
 ros::Duration to_duration(double seconds) {
-  constexpr double kPerSecond = 1e9;
   constexpr double kEnd = 2147483648;  // 2^31
   if (seconds >= kEnd) {
     throw std::invalid_argument("dt = " + std::to_string(seconds) +
                                 " s; must be below 2^31 s, where durations in ROS end");
   }
   ros::Duration duration;
-  duration.fromNSec(std::llround(seconds * kPerSecond));
+  duration.fromNSec(std::llround(seconds * kNanosecondsPerSecond));
   return duration;
 }
 
@@ -170,8 +171,7 @@ void SimulationClock::reserve() {
                : std::clamp(pace * kWallSecondsAhead, kShortestReservation, kLongestReservation);
   reserved_from_ = now_;
   reserved_at_ = wall;
-  constexpr double kPerSecond = 1e9;
-  const auto nanoseconds = static_cast<std::uint64_t>(ahead * kPerSecond);
+  const auto nanoseconds = static_cast<std::uint64_t>(ahead * kNanosecondsPerSecond);
   reserved_.fromNSec(now_.toNSec() + std::min(nanoseconds, left_after(now_)));
   write_reserved(reserved_);
 }

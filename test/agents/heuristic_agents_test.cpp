@@ -165,11 +165,3 @@ TEST(TopicAgent, BeginsEpisodesWithItsSeedsInTurn) {
 
 }  // namespace
 }  // namespace walker::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "heuristic_agents_test");
-  ros::AsyncSpinner spinner(1);
-  spinner.start();
-  return RUN_ALL_TESTS();
-}

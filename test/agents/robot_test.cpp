@@ -190,11 +190,3 @@ TEST_F(RobotTest, BadMessagesAreSaidAndSurvived) {
 
 }  // namespace
 }  // namespace walker::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "robot_test");
-  ros::AsyncSpinner spinner(1);
-  spinner.start();
-  return RUN_ALL_TESTS();
-}

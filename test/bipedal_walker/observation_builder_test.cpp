@@ -105,17 +105,8 @@ class MeasurementsTest : public testing::Test {
     return observation;
   }
 
-  /// Places at which the observation is another one after the change.
-  std::vector<std::size_t> changed_by(const std::function<void(Measurements&)>& change) {
-    Measurements other = measurements_;
-    change(other);
-    const std::vector<double> before = build(measurements_);
-    const std::vector<double> after = build(other);
-    std::vector<std::size_t> places;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      if (before[i] != after[i]) places.push_back(i);
-    }
-    return places;
+  std::vector<std::size_t> changed_by(const std::function<void(Measurements&)>& change) const {
+    return observer_.changed_by(measurements_, change);
   }
 
   std::string refusal(const std::function<void(Measurements&)>& change) {

@@ -22,16 +22,16 @@ def children_of(parent):
     return children
 
 
-class Launched:
-    """roslaunch of a launch file of this package."""
+class LoggedProcess:
+    """A process whose output is kept."""
 
-    def __init__(self, name, *arguments):
+    def __init__(self, command, **environment):
+        """The environment is added to this process's, but for its ROS_NAMESPACE."""
+        inherited = {key: value for key, value in os.environ.items() if key != "ROS_NAMESPACE"}
         self._output = tempfile.NamedTemporaryFile(prefix="walker_sim_test_", suffix=".log")
-        # A test that is killed cannot stop it: then the system does.
-        command = ["setpriv", "--pdeathsig", "INT", "roslaunch", "walker_sim", name, *arguments]
         self._process = subprocess.Popen(
             command,
-            env={key: value for key, value in os.environ.items() if key != "ROS_NAMESPACE"},
+            env={**inherited, **environment},
             stdin=subprocess.DEVNULL,
             stdout=self._output.file,
             stderr=subprocess.STDOUT,
@@ -45,13 +45,26 @@ class Launched:
         with open(self._output.name, encoding="utf-8", errors="replace") as text:
             return text.read()
 
+    def is_running(self):
+        return self._process.poll() is None
+
+
+class Launched(LoggedProcess):
+    """roslaunch of a launch file of this package."""
+
+    def __init__(self, name, *arguments):
+        # A test that is killed cannot stop it: then the system does.
+        super().__init__(
+            ["setpriv", "--pdeathsig", "INT", "roslaunch", "walker_sim", name, *arguments]
+        )
+
     def pids(self):
         """Of the nodes that it has started."""
         return children_of(self._process.pid)
 
     def stop(self):
         """The exit status; an exception when it does not end in time (then it is killed)."""
-        if self._process.poll() is None:
+        if self.is_running():
             self._process.send_signal(signal.SIGINT)
         try:
             return self._process.wait(PATIENCE)

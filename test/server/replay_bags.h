@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -16,8 +14,10 @@
 #include <string>
 #include <vector>
 
+#include "bits.h"
 #include "server/replay_report.h"
 #include "server/replay_session.h"
+#include "temporary_folder.h"
 
 namespace walker::test {
 
@@ -44,25 +44,12 @@ inline bool ends_with(const std::string& text, const std::string& end) {
 }
 
 /// Flips the lowest bit.
-inline void falsify(double& value) {
-  std::uint64_t word = 0;
-  std::memcpy(&word, &value, sizeof word);
-  word ^= 1U;
-  std::memcpy(&value, &word, sizeof word);
-}
+inline void falsify(double& value) { value = from_bits(to_bits(value) ^ 1U); }
 
 /// A folder of bags for each test, and sessions in it.
 class BagTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "replay_test_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name = "walk.bag") const { return folder_ / name; }
+  std::string path(const std::string& name = "walk.bag") const { return folder_.path(name); }
 
   std::string write(const Session& session, const std::string& name = "walk.bag") const {
     rosbag::Bag bag(path(name), rosbag::bagmode::Write);
@@ -97,7 +84,7 @@ class BagTest : public testing::Test {
     std::ofstream(file, std::ios::binary) << bytes;
   }
 
-  std::filesystem::path folder_;
+  Folder folder_;
 };
 
 constexpr int kLimit = 20;  // steps

@@ -315,11 +315,3 @@ INSTANTIATE_TEST_SUITE_P(
 
 }  // namespace
 }  // namespace walker::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "sensors_test");
-  ros::AsyncSpinner spinner(1);
-  spinner.start();
-  return RUN_ALL_TESTS();
-}

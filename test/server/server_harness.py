@@ -19,6 +19,7 @@ import rospy
 from bare_ros import CALLER, PATIENCE, BareClient, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
+from launched import LoggedProcess
 from std_srvs.srv import Trigger
 from walker_sim.srv import (
     GetSpec,
@@ -84,38 +85,21 @@ def same_experience(one, other):
     )
 
 
-class Process:
+class Process(LoggedProcess):
     """A node of this package in a process of its own, which `stop` or `kill` ends."""
 
     def __init__(self, node_type, name, arguments=(), master_uri=None):
-        environment = dict(os.environ, PYTHONUNBUFFERED="1")
-        environment.pop("ROS_NAMESPACE", None)
-        environment["ROSCONSOLE_FORMAT"] = "[${severity}] ${message}"
+        environment = {
+            "PYTHONUNBUFFERED": "1",
+            "ROSCONSOLE_FORMAT": "[${severity}] ${message}",
+        }
         if master_uri:
             environment["ROS_MASTER_URI"] = master_uri
         self.name = name if name.startswith("/") else "/" + name
         namespace, _, base = self.name.rpartition("/")
         if namespace:
             environment["ROS_NAMESPACE"] = namespace
-        self._output = tempfile.NamedTemporaryFile(prefix="walker_sim_test_", suffix=".log")
-        self._process = subprocess.Popen(
-            [node_path(node_type), f"__name:={base}", *arguments],
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=self._output.file,
-            stderr=subprocess.STDOUT,
-        )
-
-    @property
-    def pid(self):
-        return self._process.pid
-
-    def output(self):
-        with open(self._output.name, encoding="utf-8", errors="replace") as text:
-            return text.read()
-
-    def is_running(self):
-        return self._process.poll() is None
+        super().__init__([node_path(node_type), f"__name:={base}", *arguments], **environment)
 
     def wait(self, timeout=PATIENCE):
         """The exit status; AssertionError when it does not end in time (then it is killed)."""

@@ -142,19 +142,8 @@ class MeasurementsTest : public testing::Test {
     measurements_ = observer_.measurements;
   }
 
-  /// Places at which the observation is another one after the change.
-  std::vector<std::size_t> changed_by(const std::function<void(Measurements&)>& change) {
-    Measurements other = measurements_;
-    change(other);
-    std::vector<double> before(observer_.built.size());
-    std::vector<double> after(observer_.built.size());
-    observer_.builder->build(measurements_, before.data());
-    observer_.builder->build(other, after.data());
-    std::vector<std::size_t> places;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      if (before[i] != after[i]) places.push_back(i);
-    }
-    return places;
+  std::vector<std::size_t> changed_by(const std::function<void(Measurements&)>& change) const {
+    return observer_.changed_by(measurements_, change);
   }
 
   std::string refusal(const std::function<void(Measurements&)>& change) {
