@@ -116,7 +116,7 @@ class ContactState {
   }
 
   // As many as an island of b2World::SolveTOI may have.
-  std::array<b2Velocity, 2 * b2_maxTOIContacts> velocities_;
+  std::array<b2Velocity, std::size_t{2} * b2_maxTOIContacts> velocities_;
   std::array<std::array<b2VelocityConstraintPoint, b2_maxManifoldPoints>, b2_maxTOIContacts>
       points_;
 };
