@@ -142,6 +142,7 @@ void Diagnostics::describe_pace(Status& status) {
   const StepTiming::Report timing = server_.timing.report();
   add_microseconds(status, "jitter_p50_us", timing.jitter, &StepTiming::Jitter::median);
   add_microseconds(status, "jitter_p99_us", timing.jitter, &StepTiming::Jitter::percentile_99);
+  add_microseconds(status, "jitter_p999_us", timing.jitter, &StepTiming::Jitter::percentile_999);
   add_microseconds(status, "jitter_max_us", timing.jitter, &StepTiming::Jitter::largest);
   add_microseconds(status, "step_time_mean_us", timing.duration, &StepTiming::Duration::mean);
   add_microseconds(status, "step_time_max_us", timing.duration, &StepTiming::Duration::largest);

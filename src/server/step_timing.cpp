@@ -37,11 +37,11 @@ std::optional<StepTiming::Jitter> StepTiming::jitter() {
   if (intervals_ == 0) return std::nullopt;
   const std::size_t count = std::min<std::uint64_t>(intervals_, kCapacity);
   std::sort(deviations_.begin(), deviations_.begin() + count);
-  // The smallest value that no less than this many percent of all do not exceed.
-  const auto percentile = [this, count](std::size_t percent) {
-    return seconds(deviations_[(count * percent + 99) / 100 - 1]);
+  // The smallest value that no less than this many thousandths of all do not exceed.
+  const auto quantile = [this, count](std::size_t thousandths) {
+    return seconds(deviations_[(count * thousandths + 999) / 1000 - 1]);
   };
-  return Jitter{percentile(50), percentile(99), seconds(largest_deviation_)};
+  return Jitter{quantile(500), quantile(990), quantile(999), seconds(largest_deviation_)};
 }
 
 StepTiming::Report StepTiming::report() {

@@ -21,7 +21,8 @@ class StepTiming {
   struct Jitter {
     double median;
     double percentile_99;
-    double largest;  ///< of all intervals since the last report
+    double percentile_999;  ///< of a thousand
+    double largest;         ///< of all intervals since the last report
   };
   /// Wall time of the steps themselves [s].
   struct Duration {
