@@ -3,7 +3,7 @@
 # for its lints, and what watching the walker in rviz needs. Read by setup.sh.
 # shellcheck disable=SC2034  # used by setup.sh
 
-common_packages=(build-essential ca-certificates cmake git libbenchmark-dev libbox2d-dev libgtest-dev
+common_packages=(build-essential ca-certificates cmake git libbox2d-dev libgtest-dev
   ninja-build python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
 lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
 

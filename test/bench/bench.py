@@ -1,0 +1,157 @@
+"""Measures walker_sim beside its peers; ./scripts/bench sets up what this needs, and calls it."""
+
+import argparse
+import dataclasses
+import json
+import os
+import pathlib
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from typing import FrozenSet, List
+
+import in_process
+import over_ros
+import report
+from machine import describe_machine
+from measure import Failure, Row
+
+HERE = pathlib.Path(__file__).parent
+ROOT = HERE.parents[1]
+SECTIONS = {
+    "core": in_process.core,
+    "pool": in_process.pool,
+    "lockstep": over_ros.lockstep,
+    "step_batch": over_ros.step_batch,
+    "free": over_ros.free,
+    "memory": in_process.memory,
+    "start": over_ros.start,
+    "reset": in_process.reset,
+}
+QUICK_SECONDS = 0.1
+QUICK_SHARE = 10  # that many times fewer environments
+
+
+@dataclasses.dataclass
+class Settings:
+    """How much is measured, where, and by which commands."""
+
+    programs: pathlib.Path  # folder of this package's
+    folder: pathlib.Path  # for what processes leave
+    one_core: List[int]
+    two_cores: List[int]
+    is_quick: bool
+    without: FrozenSet[str]  # peers that are left out
+
+    def seconds(self, usual):
+        return min(usual, QUICK_SECONDS) if self.is_quick else usual
+
+    def rounds(self, usual):
+        return 1 if self.is_quick else usual
+
+    def count(self, usual):
+        return usual // QUICK_SHARE if self.is_quick else usual
+
+    def ours(self, kind, env, *options):
+        return [self.programs / "walker_sim_benchmark", kind, "--env", env, *options]
+
+    def peer(self, kind, env, *options):
+        """None where that peer is left out."""
+        if kind.split("-")[0] in self.without:
+            return None
+        return [sys.executable, HERE / "peers.py", kind, "--env", env, *options]
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--programs", type=pathlib.Path, required=True, metavar="FOLDER")
+    parser.add_argument("--output", type=pathlib.Path, required=True, metavar="FOLDER")
+    parser.add_argument("--quick", action="store_true", help="slices of a tenth of a second")
+    parser.add_argument("--update-readme", action="store_true")
+    parser.add_argument("--only", default=",".join(SECTIONS), metavar="SECTION[,SECTION...]")
+    parser.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        choices=("envpool", "gymnasium", "plot"),
+        help="what is not installed",
+    )
+    arguments = parser.parse_args()
+    arguments.only = arguments.only.split(",")
+    for name in arguments.only:
+        if name not in SECTIONS:
+            parser.error(f"--only {name}: must be some of {', '.join(SECTIONS)}")
+    if arguments.update_readme and (arguments.quick or set(arguments.only) != set(SECTIONS)):
+        parser.error("--update-readme: not with --quick or --only, which do not measure everything")
+    return arguments
+
+
+def choose_cores():
+    """One, and two that hold it: the last ones, for the first serves most interrupts."""
+    cores = sorted(os.sched_getaffinity(0))
+    if len(cores) < 2:
+        raise Failure(f"this process may use {len(cores)} core; must be 2 or more")
+    return cores[-1:], cores[-2:]
+
+
+def run_sections(names, settings):
+    rows = []
+    for number, name in enumerate(names, 1):
+        begin = time.monotonic()
+        print(f"[{number}/{len(names)}] {name}", end=" ", file=sys.stderr, flush=True)
+        try:
+            rows += SECTIONS[name](settings)
+        except (Failure, OSError) as failure:
+            rows.append(Row(name, "", "all of it", "", error=str(failure)))
+        print(f"{time.monotonic() - begin:.0f} s", file=sys.stderr)
+    return rows
+
+
+def write(arguments, machine, rows):
+    """The tables, the JSON, the plot, and README."""
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    with open(arguments.output / "bench.json", "w", encoding="utf-8") as file:
+        json.dump(report.as_json(machine, rows, is_quick=arguments.quick), file, indent=1)
+    print(report.as_text(machine, rows))
+    picture = arguments.output / "benchmark.png"
+    if "plot" not in arguments.without:
+        import plot
+
+        plot.draw(rows, machine, picture)
+    if arguments.update_readme:
+        report.update(ROOT / "README.md", report.as_markdown(machine, rows))
+        shutil.copyfile(picture, ROOT / "docs/benchmark.png")
+
+
+def main():
+    arguments = parse_arguments()
+    # As Ctrl-C: what was started is ended on the way out.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended by SIGTERM"))
+    one_core, two_cores = choose_cores()
+    machine = describe_machine(ROOT, leave_out=arguments.without)
+    with tempfile.TemporaryDirectory(prefix="walker_sim_bench_") as folder:
+        settings = Settings(
+            programs=arguments.programs.resolve(),
+            folder=pathlib.Path(folder),
+            one_core=one_core,
+            two_cores=two_cores,
+            is_quick=arguments.quick,
+            without=frozenset(arguments.without),
+        )
+        rows = run_sections(arguments.only, settings)
+    write(arguments, machine, rows)
+    failed = [row for row in rows if row.error]
+    for row in failed:
+        print(f"FAILED {row.section}, {row.environment} {row.side}: {row.error}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except Failure as failure:
+        sys.exit(f"bench: {failure}")
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,59 @@
+"""The benchmark itself runs: every section, with slices of a tenth of a second and without EnvPool.
+What it measures decides nothing here."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+from bench import SECTIONS
+from report import TABLES
+
+BENCH = pathlib.Path(__file__).with_name("bench.py")
+PATIENCE = 240  # [s]
+
+
+def run(folder, *arguments):
+    command = [sys.executable, BENCH, "--programs", os.environ["WALKER_SIM_PROGRAMS"], "--quick"]
+    command += ["--output", folder, "--without", "envpool", "--without", "plot", *arguments]
+    return subprocess.run(command, capture_output=True, encoding="utf-8", timeout=PATIENCE)
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    done = run(folder)
+    return done, json.loads((folder / "bench.json").read_text())
+
+
+def test_everything_is_measured(everything):
+    done, written = everything
+    assert [row["error"] for row in written["rows"] if row["error"]] == []
+    assert done.returncode == 0, done.stderr
+    assert {row["section"] for row in written["rows"]} == set(SECTIONS)
+    assert all(value > 0 for row in written["rows"] for value in row["values"])
+    for table in TABLES:
+        assert table.title in done.stdout
+
+
+def test_what_needs_no_envpool_is_judged(everything):
+    judged = {target["target"]: target["verdict"] for target in everything[1]["targets"]}
+    for what, verdict in judged.items():
+        assert (verdict == "not measured") == ("EnvPool" in what), (what, verdict)
+
+
+def test_what_cannot_be_measured_is_a_failure_that_names_it(tmp_path):
+    done = run(tmp_path, "--only", "reset", "--programs", tmp_path)
+    assert done.returncode == 1
+    assert "FAILED reset, BipedalWalker-v3 walker_sim: " in done.stderr
+    assert "walker_sim_benchmark" in done.stderr
+    assert "failed" in done.stdout
+    assert "Gymnasium" in done.stdout
+
+
+def test_an_unknown_section_is_refused(tmp_path):
+    done = run(tmp_path, "--only", "core,cores")
+    assert done.returncode == 2
+    assert "--only cores: must be some of core, pool" in done.stderr

@@ -1,0 +1,209 @@
+// Speed and size of the environments in process. Each measurement prints one line of JSON; what is
+// compared with what stands in the Python files beside this one.
+//
+// Everywhere an episode that has ended is reset in place of its next step, and that counts as a
+// step, as with EnvPool.
+#include <malloc.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bench/arguments.h"
+#include "bench/slice.h"
+#include "stepper.h"
+#include "walker_sim/pool.h"
+
+namespace walker::bench {
+namespace {
+
+constexpr const char* kUsage =
+    "usage: walker_sim_benchmark loop   --env ID --seconds S\n"
+    "       walker_sim_benchmark reset  --env ID --seconds S\n"
+    "       walker_sim_benchmark pool   --env ID --num-envs N[,N...] --threads K --seconds S\n"
+    "       walker_sim_benchmark async  --env ID --num-envs N[,N...] --threads K --seconds S\n"
+    "       walker_sim_benchmark memory --env ID --num-envs N --steps M\n";
+
+/// A pool with the arrays of a caller who wants no more than Gymnasium gives.
+class PooledEnvironments {
+ public:
+  PooledEnvironments(const std::string& id, const PoolOptions& options)
+      : pool_([&id] { return make(id); }, options),
+        observations_(options.num_envs * pool_.specification().observation_size()),
+        rewards_(options.num_envs),
+        terminated_(options.num_envs),
+        truncated_(options.num_envs),
+        info_(options.num_envs * pool_.specification().info_names.size()) {
+    batch_.observations = observations_.data();
+    batch_.rewards = rewards_.data();
+    batch_.terminated = terminated_.data();
+    batch_.truncated = truncated_.data();
+    batch_.info = info_.data();
+    std::vector<std::optional<std::uint64_t>> seeds(options.num_envs);
+    std::vector<std::uint32_t> all(options.num_envs);
+    std::iota(all.begin(), all.end(), 0U);
+    for (const std::uint32_t index : all) seeds[index] = index;
+    pool_.reset(all, seeds, batch_);
+  }
+
+  std::size_t action_size() const { return pool_.specification().action_size(); }
+  Pool& pool() { return pool_; }
+  const Batch& batch() const { return batch_; }
+
+ private:
+  Pool pool_;
+  std::vector<double> observations_;
+  std::vector<double> rewards_;
+  std::vector<std::uint8_t> terminated_;
+  std::vector<std::uint8_t> truncated_;
+  std::vector<double> info_;
+  Batch batch_;
+};
+
+/// Whole numbers above 0 with commas between.
+/// @throws std::invalid_argument naming the option
+std::vector<std::size_t> counts(const Arguments& arguments, const std::string& name) {
+  constexpr std::size_t kDigits = 9;  // fits every type
+  const std::string& given = arguments.text(name);
+  std::vector<std::size_t> values;
+  std::istringstream stream(given);
+  for (std::string item; std::getline(stream, item, ',');) {
+    if (item.empty() || item.size() > kDigits ||
+        item.find_first_not_of("0123456789") != std::string::npos || std::stoul(item) == 0) {
+      values.clear();
+      break;
+    }
+    values.push_back(std::stoul(item));
+  }
+  if (values.empty()) {
+    throw std::invalid_argument("--" + name + " = " + given +
+                                ": must be whole numbers above 0 with commas between");
+  }
+  return values;
+}
+
+/// A single environment.
+void loop(const Arguments& arguments) {
+  Stepper stepper(arguments.text("env"));
+  const double seconds = arguments.number("seconds");
+  Actions actions(stepper.environment->specification().action_size());
+  stepper.reset(0);
+  print(std::cout, 1, measure(seconds, 1, [&] {
+          if (stepper.has_ended()) {
+            stepper.reset();
+          } else {
+            stepper.environment->step(actions.next(), actions.size(), stepper.result);
+          }
+        }));
+}
+
+void reset(const Arguments& arguments) {
+  Stepper stepper(arguments.text("env"));
+  const double seconds = arguments.number("seconds");
+  stepper.reset(0);
+  print(std::cout, 1, measure(seconds, 1, [&] { stepper.reset(); }));
+}
+
+PoolOptions pool_options(std::size_t num_threads) {
+  PoolOptions options;
+  options.num_threads = num_threads;
+  return options;
+}
+
+void step_pool(const Arguments& arguments) {
+  const std::string id = arguments.text("env");
+  const double seconds = arguments.number("seconds");
+  PoolOptions options = pool_options(counts(arguments, "threads").at(0));
+  for (const std::size_t count : counts(arguments, "num-envs")) {
+    options.num_envs = count;
+    PooledEnvironments environments(id, options);
+    Actions actions(count * environments.action_size());
+    print(std::cout, count, measure(seconds, count, [&] {
+            environments.pool().step(actions.next(), actions.size(), environments.batch());
+          }));
+  }
+}
+
+/// Waits for half of the environments at a time.
+void step_pool_asynchronously(const Arguments& arguments) {
+  const std::string id = arguments.text("env");
+  const double seconds = arguments.number("seconds");
+  PoolOptions options = pool_options(counts(arguments, "threads").at(0));
+  for (const std::size_t count : counts(arguments, "num-envs")) {
+    options.num_envs = count;
+    options.batch_size = (count + 1) / 2;
+    PooledEnvironments environments(id, options);
+    Pool& pool = environments.pool();
+    std::vector<std::uint32_t> arrived(count);
+    std::iota(arrived.begin(), arrived.end(), 0U);
+    pool.send(Actions(count * environments.action_size()).next(), arrived.data(), count);
+    arrived.resize(options.batch_size);
+    Actions actions(arrived.size() * environments.action_size());
+    print(std::cout, count, measure(seconds, arrived.size(), [&] {
+            pool.recv(environments.batch(), arrived.data());
+            pool.send(actions.next(), arrived.data(), arrived.size());
+          }));
+  }
+}
+
+/// Memory of this process that is in use now [bytes].
+double resident_bytes() {
+  malloc_trim(0);  // what was given back
+  std::ifstream file("/proc/self/statm");
+  double all = 0;
+  double resident = 0;
+  if (!(file >> all >> resident)) throw std::runtime_error("/proc/self/statm: not readable");
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+/// What an environment costs beyond what all share, after it has run.
+void memory(const Arguments& arguments) {
+  const std::string id = arguments.text("env");
+  const std::size_t steps = counts(arguments, "steps").at(0);
+  PoolOptions options = pool_options(1);
+  PooledEnvironments first(id, options);  // holds the model
+  options.num_envs = counts(arguments, "num-envs").at(0);
+  Actions actions(options.num_envs * first.action_size());
+  const double before = resident_bytes();
+  PooledEnvironments environments(id, options);
+  for (std::size_t i = 0; i < steps; ++i) {
+    environments.pool().step(actions.next(), actions.size(), environments.batch());
+  }
+  std::cout << "{\"num_envs\": " << options.num_envs << ", \"bytes_per_environment\": "
+            << (resident_bytes() - before) / static_cast<double>(options.num_envs) << "}\n";
+}
+
+void run(const std::string& what, char** begin, char** end) {
+  const std::set<std::string> one = {"env", "seconds"};
+  const std::set<std::string> many = {"env", "seconds", "num-envs", "threads"};
+  if (what == "loop") return loop({begin, end, one});
+  if (what == "reset") return reset({begin, end, one});
+  if (what == "pool") return step_pool({begin, end, many});
+  if (what == "async") return step_pool_asynchronously({begin, end, many});
+  if (what == "memory") return memory({begin, end, {"env", "num-envs", "steps"}});
+  throw std::invalid_argument(what + ": unknown measurement\n" + kUsage);
+}
+
+}  // namespace
+}  // namespace walker::bench
+
+int main(int argc, char** argv) {
+  try {
+    walker::bench::run(argc > 1 ? argv[1] : "", argv + std::min(argc, 2), argv + argc);
+    return EXIT_SUCCESS;
+  } catch (const std::exception& error) {
+    std::cerr << "walker_sim_benchmark: " << error.what() << '\n';
+    return EXIT_FAILURE;
+  }
+}

@@ -1,0 +1,84 @@
+"""What is measured without ROS: speed of one core and of the pool, resets, memory."""
+
+from measure import (
+    Plan,
+    against,
+    kilobytes,
+    microseconds_of_processor_time,
+    steps_per_processor_second,
+    steps_per_second,
+)
+
+IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
+POOLED_IDS = ("BipedalWalker-v3", "Walker2d-v4")
+SIZES = (1, 16, 64, 256, 1024)
+CROWD = 1000  # environments whose memory is measured
+
+
+def core(settings):
+    """One thread on one core."""
+    plan = Plan("core", "steps/s", steps_per_processor_second, settings.folder)
+    one = ["--seconds", settings.seconds(0.6)]
+    many = [*one, "--num-envs", 16, "--threads", 1]
+    core = settings.one_core
+    for env in IDS:
+        pooled = plan.add("pool, 16", env, settings.ours("pool", env, *many), core, (16,))
+        single = plan.add("single", env, settings.ours("loop", env, *one), core)
+        envpool = plan.add("EnvPool, 16", env, settings.peer("envpool", env, *many), core, (16,))
+        gymnasium = plan.add("Gymnasium", env, settings.peer("gymnasium", env, *one), core)
+        against(pooled, envpool)
+        against(single, gymnasium)
+    return plan.run(settings.rounds(4))
+
+
+def pool(settings):
+    """Pools of every size with one thread on one core, and with two threads on two."""
+    plan = Plan("pool", "steps/s", steps_per_second, settings.folder)
+    sizes = ["--num-envs", ",".join(map(str, SIZES)), "--seconds", settings.seconds(0.2)]
+    for env in POOLED_IDS:
+        for cores in (settings.one_core, settings.two_cores):
+            threads = len(cores)
+            options = [env, *sizes, "--threads", threads]
+
+            def add(side, command, env=env, cores=cores):
+                return plan.add(side, env, command, cores, SIZES, threads=len(cores))
+
+            ours = add("walker_sim", settings.ours("pool", *options))
+            ours_async = add("walker_sim, async", settings.ours("async", *options))
+            against(ours, add("EnvPool", settings.peer("envpool", *options)))
+            envpool_async = settings.peer("envpool-async", *options)
+            against(ours_async, add("EnvPool, async", envpool_async))
+        options = ["--num-envs", 16, "--seconds", settings.seconds(0.5)]
+        command = settings.peer("gymnasium-vector", env, *options)
+        plan.add("Gymnasium, processes", env, command, cores, (16,), threads=len(cores))
+    return plan.run(settings.rounds(3))
+
+
+def reset(settings):
+    """A new episode; EnvPool's sixteen at a time, so that the way through Python counts little."""
+    plan = Plan("reset", "us", microseconds_of_processor_time, settings.folder)
+    seconds = ["--seconds", settings.seconds(0.2)]
+    core = settings.one_core
+    for env in IDS:
+        ours = plan.add("walker_sim", env, settings.ours("reset", env, *seconds), core)
+        envpool = plan.add("EnvPool", env, settings.peer("envpool-reset", env, *seconds), core)
+        plan.add("Gymnasium", env, settings.peer("gymnasium-reset", env, *seconds), core)
+        against(ours, envpool)
+    return plan.run(settings.rounds(3))
+
+
+def memory(settings):
+    """Resident memory that an environment costs beyond what all share, after a hundred steps."""
+    plan = Plan("memory", "kB", kilobytes, settings.folder)
+    core = settings.one_core
+    for env in POOLED_IDS:
+        crowd = settings.count(CROWD)
+        size = ["--num-envs", crowd, "--steps", 100]
+        ours = plan.add("walker_sim", env, settings.ours("memory", env, *size), core, (crowd,))
+        envpool = settings.peer("envpool-memory", env, *size)
+        against(ours, plan.add("EnvPool", env, envpool, core, (crowd,)))
+        few = settings.count(CROWD // 10)  # take long to be made
+        size = ["--num-envs", few, "--steps", 100]
+        gymnasium = settings.peer("gymnasium-memory", env, *size)
+        plan.add("Gymnasium", env, gymnasium, core, (few,))
+    return plan.run(1)

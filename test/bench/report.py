@@ -1,0 +1,215 @@
+"""The benchmark's outcome as text, Markdown and JSON."""
+
+import dataclasses
+import math
+import statistics
+
+from targets import TARGETS
+
+BEGIN, END = "<!-- bench begin: written by scripts/bench -->", "<!-- bench end -->"
+
+
+@dataclasses.dataclass
+class Table:
+    """How the rows of a section become a table."""
+
+    section: str
+    title: str
+    note: str
+    lines: tuple  # attributes of the rows that name a line
+    column: str = "side"  # attribute that names a column
+
+
+TABLES = (
+    Table(
+        "core",
+        "One core, one thread [steps/s]",
+        "Of processor time. The pool of 16 environments times EnvPool, the single one times "
+        "Gymnasium.",
+        ("environment",),
+    ),
+    Table(
+        "pool",
+        "Pools, by number of environments [steps/s]",
+        "Of wall time; one thread on one core, two threads on two. Async: waits for half of the "
+        "environments at a time. Times EnvPool in the same mode.",
+        ("environment", "threads", "side"),
+        "num_envs",
+    ),
+    Table(
+        "lockstep",
+        "One BipedalWalker in lock-step over ROS [steps/s]",
+        "Of wall time; client and server on the same core, and free to use two. Times Gymnasium in "
+        "process; without physics times the raw connection.",
+        ("side",),
+        "placement",
+    ),
+    Table(
+        "step_batch",
+        "BipedalWalkers stepped by one call, by their number [steps/s]",
+        "Of wall time, two threads on two cores. Times the pool in process.",
+        ("side",),
+        "num_envs",
+    ),
+    Table(
+        "free",
+        "Free-running under the heuristic",
+        "Highest real-time factor at factor 0; jitter at factor 1: how much the interval between "
+        "steps deviates from 20 ms (BipedalWalker) and 8 ms (Walker2d), of each 8 s.",
+        ("environment",),
+    ),
+    Table(
+        "memory",
+        "Resident memory of an environment [kB]",
+        "Of 1000 environments (Gymnasium: 100) after 100 steps. Times EnvPool.",
+        ("environment",),
+    ),
+    Table(
+        "start",
+        "From roslaunch to the first answered step [s]",
+        "With a master running.",
+        ("environment",),
+    ),
+    Table(
+        "reset",
+        "Reset [us]",
+        "Of processor time. Times EnvPool, whose reset of 16 at a time is divided by 16.",
+        ("environment",),
+    ),
+)
+
+
+def number(value):
+    """With three significant digits."""
+    if value == 0:
+        return "0"
+    digits = 2 - math.floor(math.log10(abs(value)))
+    return f"{round(value, digits):,.{max(digits, 0)}f}"
+
+
+def spread(values):
+    """Half of the way from the least to the most, as a share of the median."""
+    return (max(values) - min(values)) / 2 / statistics.median(values)
+
+
+def cell(row):
+    """E.g. "20,600 ±2 % x1.75": median, spread, times the peer's."""
+    if row.error or not row.values:
+        return "failed"
+    text = number(row.median)
+    if len(row.values) > 1 and row.median:
+        text += f" ±{100 * spread(row.values):.0f} %"
+    if row.ratio is not None:
+        text += f" x{row.ratio:.2f}"
+    return text
+
+
+def grid(table, rows):
+    """Lines of cells, the head first; none where the section was not measured."""
+    rows = [row for row in rows if row.section == table.section]
+    if not rows:
+        return []
+    columns = list(dict.fromkeys(getattr(row, table.column) for row in rows))
+    lines = {}
+    for row in rows:
+        label = tuple(getattr(row, name) for name in table.lines)
+        lines.setdefault(label, {})[getattr(row, table.column)] = cell(row)
+    return [
+        [*table.lines, *map(str, columns)],
+        *(
+            [*map(str, label), *(cells.get(c, "") for c in columns)]
+            for label, cells in lines.items()
+        ),
+    ]
+
+
+def target_grid(rows):
+    lines = [["target", "limit", "measured", ""]]
+    for target in TARGETS:
+        value, verdict = target.verdict(rows)
+        limit = f"at most {target.limit:g}" if target.is_most else f"at least {target.limit:g}"
+        measured = "" if value is None else f"{value:.2f}{target.unit}"
+        lines.append([target.what, limit + target.unit, measured, verdict])
+    return lines
+
+
+def aligned(lines):
+    """As text, in columns."""
+    widths = [max(map(len, column)) for column in zip(*lines)]
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in lines
+    )
+
+
+def markdown(lines):
+    head, *body = ["| " + " | ".join(line) + " |" for line in lines]
+    return "\n".join([head, "|" + "---|" * len(lines[0]), *body])
+
+
+def machine_line(machine):
+    return "; ".join(f"{name} {value}" for name, value in machine.items())
+
+
+NOTE = (
+    "Medians of rounds in which the sides took turns, each slice in a fresh process; ± is half of "
+    "the way from the least to the most; x is the median over the rounds of the ratio to the peer "
+    "in the same round."
+)
+
+
+def as_text(machine, rows):
+    parts = [machine_line(machine), NOTE]
+    for table in TABLES:
+        lines = grid(table, rows)
+        if lines:
+            parts.append(f"{table.title}\n{table.note}\n\n{aligned(lines)}")
+    parts.append(f"Targets\n\n{aligned(target_grid(rows))}")
+    return "\n\n".join(parts)
+
+
+def as_markdown(machine, rows):
+    """The picture and the targets in the open, the rest folded."""
+    parts = [
+        "![Steps per second beside EnvPool and Gymnasium](docs/benchmark.png)",
+        f"Measured on: {machine_line(machine)}.",
+        markdown(target_grid(rows)),
+        f"<details><summary>All of it</summary>\n\n{NOTE}",
+    ]
+    for table in TABLES:
+        lines = grid(table, rows)
+        if lines:
+            parts.append(f"**{table.title}.** {table.note}\n\n{markdown(lines)}")
+    return "\n\n".join([*parts, "</details>"])
+
+
+def as_json(machine, rows, is_quick):
+    def of_row(row):
+        return {
+            **{f.name: getattr(row, f.name) for f in dataclasses.fields(row) if f.name != "peer"},
+            "median": row.median,
+            "peer": row.peer.side if row.peer else None,
+            "ratio": row.ratio,
+        }
+
+    def of_target(target):
+        value, verdict = target.verdict(rows)
+        limit = {"most" if target.is_most else "least": target.limit}
+        return {"target": target.what, **limit, "measured": value, "verdict": verdict}
+
+    return {
+        "machine": machine,
+        "quick": is_quick,
+        "rows": [of_row(row) for row in rows],
+        "targets": [of_target(target) for target in TARGETS],
+    }
+
+
+def update(readme, text):
+    """Puts the text between the two comments of a file.
+    Raises ValueError where it has not both of them, once each."""
+    old = readme.read_text(encoding="utf-8")
+    if old.count(BEGIN) != 1 or old.count(END) != 1:
+        raise ValueError(f"{readme}: must have {BEGIN} and {END}, once each")
+    before, rest = old.split(BEGIN)
+    after = rest.split(END)[1]
+    readme.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")

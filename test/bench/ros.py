@@ -1,0 +1,149 @@
+"""A ROS master and nodes for as long as they are measured. Knows no ROS library, only processes."""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import time
+import xmlrpc.client
+
+import yaml
+from measure import Failure
+
+PATIENCE = 20  # until something is up, or has ended [s]
+POLL = 0.005  # [s]
+
+
+def start(command, log, cores=None):
+    """A process that ends with this one, its output in the file `log`."""
+    pinned = [] if cores is None else ["taskset", "--cpu-list", ",".join(map(str, cores))]
+    with open(log, "ab") as output:
+        return subprocess.Popen(
+            ["setpriv", "--pdeathsig", "INT", *pinned, *map(str, command)],
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+        )
+
+
+def stop(process):
+    """As Ctrl-C does; by force where that does not help."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+    try:
+        process.wait(PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def await_true(condition, what, process=None):
+    """Waits for the condition, while the process runs.
+    Raises Failure naming `what` did not happen."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        if process is not None and process.poll() is not None:
+            raise Failure(f"{what}: the process ended with status {process.returncode}")
+        if time.monotonic() > end:
+            raise Failure(f"{what}: not within {PATIENCE} s")
+        time.sleep(POLL)
+
+
+def place(process, cores):
+    """Moves all threads of a running process to these cores."""
+    for thread in os.listdir(f"/proc/{process.pid}/task"):
+        os.sched_setaffinity(int(thread), cores)
+
+
+class Master:
+    """A master on a free port; what is started within finds it by ROS_MASTER_URI."""
+
+    def __init__(self, settings):
+        self.folder, self.programs = settings.folder, settings.programs
+        self._processes = contextlib.ExitStack()
+
+    def __enter__(self):
+        with socket.socket() as free:
+            free.bind(("localhost", 0))
+            port = free.getsockname()[1]
+        uri = f"http://localhost:{port}"
+        os.environ.update(ROS_MASTER_URI=uri, ROS_HOSTNAME="localhost", ROS_HOME=str(self.folder))
+        for name in ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE"):
+            os.environ.pop(name, None)
+        self._master = xmlrpc.client.ServerProxy(uri)
+        try:
+            process = self.process(["roscore", "-p", port])
+            await_true(lambda: self._call("getUri") is not None, "roscore", process)
+        except BaseException:
+            self._processes.close()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self._processes.close()
+
+    def _call(self, method, *arguments):
+        """The master's answer; None where it has none."""
+        try:
+            code, _, value = getattr(self._master, method)("/bench", *arguments)
+        except OSError:
+            return None
+        return value if code == 1 else None
+
+    def process(self, command, cores=None):
+        """Ends with the master."""
+        process = start(command, self.folder / "nodes.log", cores)
+        self._processes.callback(stop, process)
+        return process
+
+    def has_service(self, name):
+        return self._call("lookupService", name) is not None
+
+    def await_service(self, name, process):
+        await_true(lambda: self.has_service(name), f"service {name}", process)
+
+    def server(self, program="server", namespace="/", cores=None, **parameters):
+        """A node walker_sim in this namespace that takes calls; its name, and its process."""
+        private = [f"_{name}:={value}" for name, value in parameters.items()]
+        command = [self.programs / program, f"__ns:={namespace}", *private]
+        process = self.process(command, cores)
+        name = f"{namespace.rstrip('/')}/walker_sim"
+        self.await_service(f"{name}/get_spec", process)
+        return name, process
+
+    def ping_pong(self, command):
+        """A server on a raw connection: its port, and its process."""
+        file = self.folder / "ping_pong_port"
+        file.unlink(missing_ok=True)
+        process = self.process([*command, "--port-file", file])
+        await_true(lambda: file.exists() and file.read_text().strip(), "the raw server", process)
+        return int(file.read_text()), process
+
+
+def call_service(name):
+    """Without arguments."""
+    try:
+        subprocess.run(
+            ["rosservice", "call", name], check=True, stdout=subprocess.DEVNULL, timeout=PATIENCE
+        )
+    except subprocess.SubprocessError as error:
+        raise Failure(f"service {name}: {error}") from None
+
+
+def diagnostics(count, period):
+    """The next reports on /diagnostics, each as keys and values of all its statuses together."""
+    command = ["rostopic", "echo", "-n", str(count), "/diagnostics"]
+    try:
+        done = subprocess.run(
+            command, stdout=subprocess.PIPE, encoding="utf-8", timeout=count * period + PATIENCE
+        )
+    except subprocess.TimeoutExpired:
+        raise Failure(f"fewer than {count} reports on /diagnostics") from None
+    reports = [document for document in yaml.safe_load_all(done.stdout) if document]
+    if len(reports) != count:
+        raise Failure(f"{len(reports)} reports on /diagnostics; must be {count}")
+    return [
+        {pair["key"]: pair["value"] for status in report["status"] for pair in status["values"]}
+        for report in reports
+    ]

@@ -1,0 +1,86 @@
+// One way of measuring for all of the benchmark's programs.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <ctime>
+#include <iomanip>
+#include <ostream>
+#include <vector>
+
+#include "core/random.h"
+
+namespace walker::bench {
+
+/// What a slice of a measurement gave.
+struct Slice {
+  std::uint64_t steps = 0;
+  double seconds = 0;            ///< wall time
+  double processor_seconds = 0;  ///< of all threads of this process
+};
+
+/// Processor time that this process has used, all threads [s].
+inline double processor_time() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  constexpr double kNanosecond = 1e-9;
+  return static_cast<double>(time.tv_sec) + kNanosecond * static_cast<double>(time.tv_nsec);
+}
+
+/// Calls `step`, which makes `steps_a_call`, for so many seconds; before that a quarter as long
+/// without counting, for caches, branch predictors and the clock frequency.
+template <typename Step>
+Slice measure(double seconds, std::size_t steps_a_call, Step&& step) {
+  using Clock = std::chrono::steady_clock;
+  constexpr double kWarmUp = 0.25;
+  Slice slice;
+  for (const double duration : {kWarmUp * seconds, seconds}) {
+    slice.steps = 0;
+    const double processor = processor_time();
+    const Clock::time_point begin = Clock::now();
+    do {
+      step();
+      slice.steps += steps_a_call;
+      slice.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    } while (slice.seconds < duration);
+    slice.processor_seconds = processor_time() - processor;
+  }
+  return slice;
+}
+
+/// As one line of JSON.
+inline void print(std::ostream& out, std::size_t num_envs, const Slice& slice) {
+  constexpr int kDigits = 9;
+  out << std::setprecision(kDigits) << "{\"num_envs\": " << num_envs
+      << ", \"steps\": " << slice.steps << ", \"seconds\": " << slice.seconds
+      << ", \"processor_seconds\": " << slice.processor_seconds << "}\n";
+}
+
+/// Random float32 values in [-1, 1], drawn beforehand and taken in turn: rows for all environments.
+class Actions {
+ public:
+  /// @param row values of a row: environments times size of an action
+  explicit Actions(std::size_t row)
+      : row_(row), values_(std::max<std::size_t>(kValues / row, 1) * row) {
+    Generator generator(0);
+    for (double& value : values_) value = static_cast<float>(generator.uniform(-1, 1));
+  }
+
+  const double* next() {
+    const double* row = values_.data() + next_;
+    next_ = (next_ + row_) % values_.size();
+    return row;
+  }
+
+  std::size_t size() const { return row_; }
+
+ private:
+  static constexpr std::size_t kValues = 32768;
+  std::size_t row_;
+  std::vector<double> values_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace walker::bench

@@ -1,0 +1,123 @@
+"""What is to be reached, and whether it was."""
+
+import dataclasses
+from typing import Callable, Optional
+
+from measure import compare
+
+BIPEDAL, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
+
+
+@dataclasses.dataclass
+class Target:
+    what: str
+    limit: float
+    measure: Callable  # of all rows; None where they do not tell
+    is_most: bool = False  # else the limit is the least
+    unit: str = ""
+
+    def verdict(self, rows):
+        """The measured value, and what became of it."""
+        value = self.measure(rows)
+        if value is None:
+            return None, "not measured"
+        reached = value <= self.limit if self.is_most else value >= self.limit
+        return value, "reached" if reached else "NOT REACHED"
+
+
+def find(rows, section, environment, side, **attributes) -> Optional[object]:
+    """The row with these attributes; None without one."""
+    wanted = {"section": section, "environment": environment, "side": side, **attributes}
+    for row in rows:
+        if all(getattr(row, name) == value for name, value in wanted.items()):
+            return row
+    return None
+
+
+def ratio(*names, **attributes):
+    """To the row's peer."""
+
+    def measure(rows):
+        row = find(rows, *names, **attributes)
+        return row.ratio if row else None
+
+    return measure
+
+
+def scaling(environment):
+    """From one thread to two."""
+    pool = ("pool", environment, "walker_sim")
+
+    def measure(rows):
+        one, two = (find(rows, *pool, num_envs=64, threads=threads) for threads in (1, 2))
+        return compare(two, one)
+
+    return measure
+
+
+def seconds(*names):
+    def measure(rows):
+        row = find(rows, *names)
+        return None if row is None or row.error else row.median
+
+    return measure
+
+
+TARGETS = (
+    Target("one core, BipedalWalker, against EnvPool", 1.45, ratio("core", BIPEDAL, "pool, 16")),
+    Target("one core, Walker2d, against EnvPool", 1.5, ratio("core", WALKER2D, "pool, 16")),
+    *(
+        Target(
+            f"two threads, 64 {environment.split('-')[0]}s, against EnvPool{mode}",
+            1.4,
+            ratio("pool", environment, f"walker_sim{mode}", num_envs=64, threads=2),
+        )
+        for environment in (BIPEDAL, WALKER2D)
+        for mode in ("", ", async")
+    ),
+    *(
+        Target(f"two threads against one, {name.split('-')[0]}", 1.9, scaling(name))
+        for name in (BIPEDAL, WALKER2D)
+    ),
+    Target(
+        "lock-step over ROS, our client, against Gymnasium in process, one core each",
+        2.0,
+        ratio("lockstep", BIPEDAL, "our client", placement="1 core"),
+    ),
+    Target("the same with rospy", 1.3, ratio("lockstep", BIPEDAL, "rospy", placement="1 core")),
+    *(
+        Target(
+            f"round trip without physics against raw TCP, {placement}",
+            0.6,
+            ratio("lockstep", BIPEDAL, "our client, no physics", placement=placement),
+        )
+        for placement in ("1 core", "2 cores")
+    ),
+    Target(
+        "step_batch of 64 against the pool in process",
+        0.9,
+        ratio("step_batch", BIPEDAL, "step_batch", num_envs=64),
+    ),
+    Target(
+        "memory, BipedalWalker, against EnvPool",
+        0.6,
+        ratio("memory", BIPEDAL, "walker_sim"),
+        is_most=True,
+    ),
+    Target(
+        "memory, Walker2d, against EnvPool",
+        0.25,
+        ratio("memory", WALKER2D, "walker_sim"),
+        is_most=True,
+    ),
+    *(
+        Target(
+            f"roslaunch to the first step, {name.split('-')[0]}",
+            1.5,
+            seconds("start", name, "roslaunch"),
+            is_most=True,
+            unit=" s",
+        )
+        for name in (BIPEDAL, "Walker2d-v5")
+    ),
+)
