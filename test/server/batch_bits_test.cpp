@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <ros/ros.h>
@@ -26,8 +27,8 @@ constexpr std::uint64_t kSeed = 40;  // the servers' parameter
 /// One server's environments, and their twins here.
 class Herd {
  public:
-  Herd(const std::string& server, const std::string& id, const std::string& autoreset_mode)
-      : autoreset_mode_(autoreset_mode) {
+  Herd(const std::string& server, const std::string& id, std::string autoreset_mode)
+      : autoreset_mode_(std::move(autoreset_mode)) {
     for (std::size_t i = 0; i < kSize; ++i) {
       twins_.push_back(std::make_unique<Twin>(id));
       lengths_.push_back(0);
