@@ -10,7 +10,7 @@
 namespace walker {
 namespace {
 
-constexpr std::size_t kMostBodyBytes = 1024 * 1024;  // a master's answer has a few hundred
+constexpr std::size_t kMostBodyBytes = 1 << 20;  // a master's answer has a few hundred
 
 /// Reads an answer from its socket.
 class Reader {

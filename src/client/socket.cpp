@@ -1,5 +1,6 @@
 #include "client/socket.h"
 
+#include <fcntl.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -13,7 +14,6 @@
 #include <limits>
 #include <memory>
 #include <system_error>
-#include <utility>
 
 namespace walker {
 namespace {
@@ -38,8 +38,21 @@ void wait_for(int descriptor, short events, Deadline deadline) {
   }
 }
 
+/// Lets the socket itself wait in a receive, which spares each answer a poll.
+void wait_in_receive(int descriptor, Deadline::duration longest) {
+  const auto microseconds = std::chrono::duration_cast<std::chrono::microseconds>(longest).count();
+  if (microseconds <= 0) throw SocketError("timed out");  // zero would stand for endless patience
+  constexpr std::int64_t kPerSecond = 1000000;
+  const timeval timeout{microseconds / kPerSecond, microseconds % kPerSecond};
+  if (setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout)) != 0 ||
+      fcntl(descriptor, F_SETFL, 0) != 0) {
+    fail(errno);
+  }
+}
+
 /// @return the connected socket; kNone, with the cause in `error`, where there is none
-int connect_to(const addrinfo& address, Deadline deadline, std::string& error) {
+int connect_to(const addrinfo& address, Deadline deadline, Deadline::duration longest_receive,
+               std::string& error) {
   const int descriptor = socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   try {
     if (descriptor < 0) fail(errno);
@@ -53,6 +66,7 @@ int connect_to(const addrinfo& address, Deadline deadline, std::string& error) {
     }
     const int yes = 1;
     if (setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes)) != 0) fail(errno);
+    wait_in_receive(descriptor, longest_receive);
   } catch (const SocketError& failed) {
     error = failed.what();
     if (descriptor >= 0) close(descriptor);
@@ -64,7 +78,7 @@ int connect_to(const addrinfo& address, Deadline deadline, std::string& error) {
 }  // namespace
 
 Socket::Socket(const std::string& host, std::uint16_t port, Deadline deadline)
-    : descriptor_(kNone) {
+    : longest_receive_(deadline - std::chrono::steady_clock::now()), descriptor_(kNone) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -73,27 +87,18 @@ Socket::Socket(const std::string& host, std::uint16_t port, Deadline deadline)
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
   std::string error;
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
-    descriptor_ = connect_to(*address, deadline, error);
+    descriptor_ = connect_to(*address, deadline, longest_receive_, error);
     if (descriptor_ != kNone) return;
   }
   throw SocketError(error);
 }
 
-Socket::Socket(Socket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, kNone)) {}
-
-Socket& Socket::operator=(Socket&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
-Socket::~Socket() {
-  if (descriptor_ != kNone) close(descriptor_);
-}
+Socket::~Socket() { close(descriptor_); }
 
 void Socket::send_all(const void* data, std::size_t size, Deadline deadline) {
   const auto* next = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
-    const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL);
+    const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent >= 0) {
       next += sent;
       size -= static_cast<std::size_t>(sent);
@@ -107,7 +112,9 @@ void Socket::send_all(const void* data, std::size_t size, Deadline deadline) {
 
 std::size_t Socket::receive(void* data, std::size_t capacity, Deadline deadline) {
   while (true) {
-    wait_for(descriptor_, POLLIN, deadline);
+    // Where much of the time has passed already, the socket's own patience would be too long.
+    const Deadline::duration left = deadline - std::chrono::steady_clock::now();
+    if (left < longest_receive_ * 99 / 100) wait_for(descriptor_, POLLIN, deadline);
     const ssize_t received = recv(descriptor_, data, capacity, 0);
     if (received >= 0) return static_cast<std::size_t>(received);
     if (errno != EAGAIN && errno != EINTR) fail(errno);

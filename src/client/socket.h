@@ -22,10 +22,9 @@ class Socket {
  public:
   /// Tries each address that the host's name has. Looking up the name may outlast the deadline, for
   /// the system's resolver knows none.
+  /// @param deadline of the connection; later ones are about as far ahead when they are set
   /// @throws SocketError
   Socket(const std::string& host, std::uint16_t port, Deadline deadline);
-  Socket(Socket&& other) noexcept;
-  Socket& operator=(Socket&& other) noexcept;
   Socket(const Socket&) = delete;
   Socket& operator=(const Socket&) = delete;
   ~Socket();
@@ -39,6 +38,7 @@ class Socket {
   std::size_t receive(void* data, std::size_t capacity, Deadline deadline);
 
  private:
+  Deadline::duration longest_receive_;  // after which the system itself gives up
   int descriptor_;
 };
 

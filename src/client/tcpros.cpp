@@ -8,10 +8,11 @@ void append_header(const Fields& fields, Bytes& bytes) {
   const std::size_t begin = bytes.size();
   bytes.resize(begin + kLengthBytes);
   for (const auto& [name, value] : fields) {
-    const std::string field = name + "=" + value;
     bytes.resize(bytes.size() + kLengthBytes);
-    store_length(field.size(), &bytes[bytes.size() - kLengthBytes]);
-    bytes.insert(bytes.end(), field.begin(), field.end());
+    store_length(name.size() + 1 + value.size(), &bytes[bytes.size() - kLengthBytes]);
+    bytes.insert(bytes.end(), name.begin(), name.end());
+    bytes.push_back('=');
+    bytes.insert(bytes.end(), value.begin(), value.end());
   }
   store_length(bytes.size() - begin - kLengthBytes, &bytes[begin]);
 }

@@ -27,7 +27,7 @@ using Bytes = std::vector<std::uint8_t>;
 using Fields = std::map<std::string, std::string>;
 
 constexpr std::size_t kLengthBytes = sizeof(std::uint32_t);
-constexpr std::size_t kMostHeaderBytes = 64 * 1024;    // ours have less than 300
+constexpr std::size_t kMostHeaderBytes = 65536;        // ours have less than 300
 constexpr std::size_t kMostMessageBytes = 1000000000;  // as roscpp draws the line
 
 inline std::uint32_t load_length(const std::uint8_t* bytes) {

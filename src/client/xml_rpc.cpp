@@ -180,7 +180,7 @@ class Parser {
     for (const auto& [name, character] : kEntities) {
       if (!comes(name)) continue;
       position_ += name.size();
-      return std::string(1, character);
+      return {character};
     }
     fail("an unknown entity");
   }

@@ -104,14 +104,23 @@ void ServicePort::advertise(const std::string& name, OfferedService service) {
 
 bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
   wait(other, longest);
+  using Outcome = ServiceSession::Outcome;
   constexpr std::size_t kFirstSession = 2;
   bool is_any_over = false;
   for (std::size_t i = 0; i < sessions_.size(); ++i) {
     const short events = polled_[kFirstSession + i].revents;
     if (events == 0 && !sessions_[i]->has_request()) continue;
-    if (sessions_[i]->advance((events & ~POLLOUT) != 0)) continue;
-    sessions_[i].reset();
-    is_any_over = true;
+    // On one core the client runs as soon as it has its answer, and has asked again by now: then
+    // its next calls need no poll. A few, for others wait.
+    constexpr int kMostCalls = 8;
+    Outcome outcome = sessions_[i]->advance((events & ~POLLOUT) != 0);
+    for (int calls = 1; outcome == Outcome::called && calls < kMostCalls; ++calls) {
+      outcome = sessions_[i]->advance(true);
+    }
+    if (outcome == Outcome::over) {
+      sessions_[i].reset();
+      is_any_over = true;
+    }
   }
   if (is_any_over) {
     sessions_.erase(std::remove(sessions_.begin(), sessions_.end(), nullptr), sessions_.end());

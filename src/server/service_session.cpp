@@ -57,9 +57,10 @@ bool ServiceSession::has_request() const {
   return !has_output() && received_ >= tcpros::kLengthBytes && received_ >= frame_size();
 }
 
-bool ServiceSession::advance(bool is_readable) {
+ServiceSession::Outcome ServiceSession::advance(bool is_readable) {
+  Outcome outcome = Outcome::waits;
   try {
-    if (!has_output() && is_readable && !receive()) return false;
+    if (!has_output() && is_readable && !receive()) return Outcome::over;
     check_length();
     if (has_request()) {
       const std::size_t size = frame_size();
@@ -68,6 +69,7 @@ bool ServiceSession::advance(bool is_readable) {
       output_.clear();
       if (service_) {
         answer(begin, size - tcpros::kLengthBytes);
+        outcome = Outcome::called;
       } else {
         open(begin, size - tcpros::kLengthBytes);
       }
@@ -76,9 +78,10 @@ bool ServiceSession::advance(bool is_readable) {
     }
   } catch (const std::exception& error) {
     ROS_WARN_STREAM("A client of the services is cut off: " << error.what());
-    return false;
+    return Outcome::over;
   }
-  return send() && (has_output() || !is_over_);
+  const bool is_over = !send() || (is_over_ && !has_output());
+  return is_over ? Outcome::over : outcome;
 }
 
 /// @return false when the client has gone

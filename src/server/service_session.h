@@ -43,10 +43,12 @@ class ServiceSession {
   /// Whether a request lies here that no poll will tell of.
   bool has_request() const;
 
+  enum class Outcome { waits, called, over };
+
   /// Goes on as far as it can without waiting, and makes one call at most.
-  /// @param is_readable its socket has something to be read
-  /// @return false when the session is over
-  bool advance(bool is_readable);
+  /// @param is_readable its socket may have something to be read
+  /// @return whether it has made a call, or is over: to be destroyed
+  Outcome advance(bool is_readable);
 
  private:
   bool receive();
