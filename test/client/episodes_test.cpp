@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <memory>
 #include <random>
@@ -69,8 +70,8 @@ std::uint32_t compare_episode(Client& client, Twin& twin, std::optional<std::uin
     client.step(action.data(), action.size(), told);
     EXPECT_TRUE(twin.equals(told));
     EXPECT_EQ(told.action, action);
-    EXPECT_EQ(told.stamp, stamp + static_cast<std::uint64_t>(
-                                      1e9 * twin.environment().specification().dt + 0.5));
+    EXPECT_EQ(static_cast<std::int64_t>(told.stamp - stamp),
+              std::llround(1e9 * twin.environment().specification().dt));
   }
   return told.step;
 }
