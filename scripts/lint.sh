@@ -64,7 +64,7 @@ lint_rooms() (
   ros='#include *[<"](ros/|roscpp|rosgraph|tf2|diagnostic_updater|message_filters|rosbag|[a-z0-9_]*_(msgs|srvs)/|walker_sim/[A-Z])'
   box2d='#include *[<"][Bb]ox2[dD]/'
   mujoco='#include *[<"]mujoco/'
-  grep -rnE "$ros" include src/core src/bipedal_walker src/walker2d
+  grep -rnE "$ros" include src/client src/core src/bipedal_walker src/walker2d
   [ $? -eq 1 ] || { echo "a ROS header in a room without ROS"; status=1; }
   grep -rnE --exclude-dir=bipedal_walker "$box2d" include src
   [ $? -eq 1 ] || { echo "a Box2D header outside src/bipedal_walker"; status=1; }
