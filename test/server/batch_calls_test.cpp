@@ -16,6 +16,7 @@
 #include "bits.h"
 #include "core/random.h"
 #include "error_message.h"
+#include "server/episode_states.h"
 #include "server/simulation.h"
 #include "walker_sim/registry.h"
 
@@ -71,18 +72,7 @@ struct Herd {
 void expect_same_account(const EpisodeState& shown, const EpisodeState& alone) {
   EXPECT_EQ(shown.environment, kShown);
   EXPECT_EQ(shown.episode, alone.episode);
-  EXPECT_EQ(shown.step, alone.step);
-  EXPECT_EQ(to_bits(shown.action), to_bits(alone.action));
-  EXPECT_EQ(to_bits(shown.observation), to_bits(alone.observation));
-  EXPECT_EQ(to_bits(shown.info), to_bits(alone.info));
-  EXPECT_EQ(to_bits(shown.reward), to_bits(alone.reward));
-  EXPECT_EQ(to_bits(shown.episode_return), to_bits(alone.episode_return));
-  EXPECT_EQ(shown.terminated, alone.terminated);
-  EXPECT_EQ(shown.truncated, alone.truncated);
-  EXPECT_EQ(shown.end_reason, alone.end_reason);
-  EXPECT_EQ(shown.error, alone.error);
-  EXPECT_EQ(shown.seed, alone.seed);
-  EXPECT_EQ(shown.generator_state, alone.generator_state);
+  expect_same_state(shown, alone);
 }
 
 void expect_same(ShownEnvironment& shown, Simulation& alone) {

@@ -12,6 +12,7 @@
 #include "bits.h"
 #include "core/random.h"
 #include "error_message.h"
+#include "server/episode_states.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -32,21 +33,6 @@ void play(Simulation& simulation, int steps, std::uint64_t seed) {
   for (int i = 0; i < steps && !simulation.state().has_ended(); ++i) {
     simulation.step(random_action(generator, simulation));
   }
-}
-
-void expect_same_state(const EpisodeState& one, const EpisodeState& other) {
-  EXPECT_EQ(one.step, other.step);
-  EXPECT_EQ(to_bits(one.action), to_bits(other.action));
-  EXPECT_EQ(to_bits(one.observation), to_bits(other.observation));
-  EXPECT_EQ(to_bits(one.info), to_bits(other.info));
-  EXPECT_EQ(to_bits(one.reward), to_bits(other.reward));
-  EXPECT_EQ(to_bits(one.episode_return), to_bits(other.episode_return));
-  EXPECT_EQ(one.terminated, other.terminated);
-  EXPECT_EQ(one.truncated, other.truncated);
-  EXPECT_EQ(one.end_reason, other.end_reason);
-  EXPECT_EQ(one.error, other.error);
-  EXPECT_EQ(one.seed, other.seed);
-  EXPECT_EQ(one.generator_state, other.generator_state);
 }
 
 void expect_same_sensors(const Sensors& one, const Sensors& other) {
