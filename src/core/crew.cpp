@@ -5,8 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/parking.h"
-
 namespace walker {
 namespace {
 
@@ -21,6 +19,7 @@ Crew::Crew(std::size_t num_items, std::size_t num_threads, std::size_t group_siz
     : num_items_(num_items),
       group_size_(group_size),
       work_(std::move(work)),
+      awake_(num_threads <= num_processors() ? Awake::spins : Awake::yields),
       thread_of_(num_items),
       done_(num_items) {
   make_slices(num_threads);
@@ -66,7 +65,7 @@ void Crew::run(std::size_t thread) {
   while (true) {
     const std::uint32_t num_starts = num_starts_.load();
     if (is_stopping_.load(std::memory_order_relaxed)) return;
-    if (work_once(thread) || wait_awake(num_starts_, num_starts)) continue;
+    if (work_once(thread) || wait_awake(num_starts_, num_starts, awake_)) continue;
     num_sleepers_.fetch_add(1);
     sleep_while(num_starts_, num_starts);
     num_sleepers_.fetch_sub(1);
@@ -109,7 +108,7 @@ void Crew::await(std::uint32_t awaited) {
   while (true) {
     const std::uint32_t num_done = num_done_.load();
     if (!is_before(num_done, awaited)) return;
-    if (wait_awake(num_done_, num_done)) continue;
+    if (wait_awake(num_done_, num_done, awake_)) continue;
     awaited_.store(awaited);
     caller_sleeps_.store(true);
     sleep_while(num_done_, num_done);

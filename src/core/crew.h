@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/parking.h"
 #include "core/work_queue.h"
 
 namespace walker {
@@ -58,6 +59,7 @@ class Crew {
   std::size_t num_items_;
   std::size_t group_size_;
   Work work_;
+  Awake awake_;
   std::vector<std::uint32_t> thread_of_;  // by item
   std::deque<WorkQueue> queues_;          // by thread
 

@@ -1,7 +1,5 @@
 #include "walker_sim/pool.h"
 
-#include <sched.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -11,6 +9,7 @@
 
 #include "core/action_check.h"
 #include "core/crew.h"
+#include "core/parking.h"
 #include "core/pool_members.h"
 
 namespace walker {
@@ -20,13 +19,6 @@ static_assert(Environment::kLargestGroup <= Crew::kLargestGroup);
 
 constexpr std::size_t kMostEnvironments = 1U << 20U;
 constexpr std::size_t kMostThreads = 1024;
-
-std::size_t num_processors() {
-  cpu_set_t set;
-  if (sched_getaffinity(0, sizeof(set), &set) != 0)
-    return 1;  // more processors than it has room for
-  return static_cast<std::size_t>(CPU_COUNT(&set));
-}
 
 void check_range(const char* name, std::size_t value, std::size_t lowest, std::size_t highest) {
   if (value < lowest || value > highest) {
@@ -41,7 +33,7 @@ PoolOptions complete(PoolOptions options) {
   check_range("num_threads", options.num_threads, 0, kMostThreads);
   check_range("batch_size", options.batch_size, 0, options.num_envs);
   if (options.num_threads == 0) {
-    options.num_threads = std::clamp<std::size_t>(num_processors(), 1, kMostThreads);
+    options.num_threads = std::min(num_processors(), kMostThreads);
     options.num_threads = std::min(options.num_threads, options.num_envs);
   }
   if (options.batch_size == 0) options.batch_size = options.num_envs;

@@ -23,6 +23,7 @@ ROOT = HERE.parents[1]
 SECTIONS = {
     "core": in_process.core,
     "pool": in_process.pool,
+    "scaling": in_process.scaling,
     "lockstep": over_ros.lockstep,
     "step_batch": over_ros.step_batch,
     "free": over_ros.free,

@@ -54,6 +54,22 @@ def pool(settings):
     return plan.run(settings.rounds(3))
 
 
+def scaling(settings):
+    """From one thread to two, beside what two cores can do: a process on each."""
+    plan = Plan("scaling", "steps/s", steps_per_second, settings.folder)
+    two = settings.two_cores
+    for env in POOLED_IDS:
+
+        def pool(threads, env=env):
+            size = ["--num-envs", 64, "--threads", threads]
+            return settings.ours("pool", env, *size, "--seconds", settings.seconds(0.6))
+
+        one = plan.add("one thread", env, pool(1), settings.one_core, (64,))
+        against(plan.add("two threads", env, pool(2), two, (64,)), one)
+        against(plan.add("two processes", env, pool(1), two, (64,), apart=True), one)
+    return plan.run(settings.rounds(6))
+
+
 def reset(settings):
     """A new episode; EnvPool's sixteen at a time, so that the way through Python counts little."""
     plan = Plan("reset", "us", microseconds_of_processor_time, settings.folder)

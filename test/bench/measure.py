@@ -4,6 +4,7 @@ import dataclasses
 import json
 import statistics
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Dict, List, Optional
 
 PATIENCE = 120  # of a slice, which itself takes a few seconds [s]
@@ -93,19 +94,27 @@ class Job:
     read: Callable[[dict], float]
     rows: Dict[int, Row]  # by number of environments
     cores: List[int]
+    apart: bool = False  # a process on each of the cores at the same time, in place of one on all
 
     def run(self, cwd):
         """Adds a value to each row, or says in all of them why there is none."""
         try:
-            lines = run_slice(self.command, self.cores, cwd)
-            if [line.get("num_envs", 1) for line in lines] != list(self.rows):
-                raise Failure(f"{self.command[0]} printed {lines}")
-            for line, row in zip(lines, self.rows.values()):
-                row.values.append(self.read(line))
-                row.slices.append(line)
+            processes = self.measure(cwd)
+            for lines in processes:
+                if [line.get("num_envs", 1) for line in lines] != list(self.rows):
+                    raise Failure(f"{self.command[0]} printed {lines}")
+            for lines, row in zip(zip(*processes), self.rows.values()):
+                row.values.append(sum(map(self.read, lines)))
+                row.slices.extend(lines)
         except Failure as failure:
             for row in self.rows.values():
                 row.error = str(failure)
+
+    def measure(self, cwd):
+        """For each process the lines that it printed."""
+        places = [[core] for core in self.cores] if self.apart else [self.cores]
+        with ThreadPoolExecutor(len(places)) as executor:
+            return list(executor.map(lambda cores: run_slice(self.command, cores, cwd), places))
 
     @property
     def has_failed(self):
@@ -146,8 +155,9 @@ class Plan:
     folder: str  # where the commands run, and leave what they like to leave
     jobs: List[Job] = dataclasses.field(default_factory=list)
 
-    def add(self, side, environment, command, cores, sizes=(1,), **attributes):
-        """Rows by number of environments; none without a command."""
+    def add(self, side, environment, command, cores, sizes=(1,), apart=False, **attributes):
+        """Rows by number of environments; none without a command. Where processes run apart, a row
+        is their sum."""
         if command is None:
             return {}
         rows = {
@@ -161,7 +171,7 @@ class Plan:
             )
             for size in sizes
         }
-        self.jobs.append(Job(command, self.read, rows, cores))
+        self.jobs.append(Job(command, self.read, rows, cores, apart))
         return rows
 
     def run(self, rounds):

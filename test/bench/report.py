@@ -37,6 +37,13 @@ TABLES = (
         "num_envs",
     ),
     Table(
+        "scaling",
+        "64 environments, from one thread to two [steps/s]",
+        "Of wall time; one thread on one core, two threads on two; and what two cores can do at "
+        "most: two processes, each with a thread and a core of its own. Times one thread.",
+        ("environment",),
+    ),
+    Table(
         "lockstep",
         "One BipedalWalker in lock-step over ROS [steps/s]",
         "Of wall time; client and server on the same core, and free to use two. Times Gymnasium in "

@@ -24,6 +24,18 @@ def pair(ours, theirs, **attributes):
     return first, second
 
 
+def test_processes_apart_are_added(tmp_path):
+    plan = Plan("scaling", "steps/s", lambda line: line["rate"], tmp_path)
+    script = (
+        """echo "{\\"num_envs\\": 64, \\"rate\\": $((10 + $(taskset -cp $$ | sed 's/.* //')))}" """
+    )
+    cores = sorted(os.sched_getaffinity(0))[:2]
+    (made,) = plan.add("apart", "", ["sh", "-c", script], cores, (64,), apart=True).values()
+    plan.run(2)
+    assert made.error == ""
+    assert made.values == [sum(10 + core for core in cores)] * 2
+
+
 def test_a_ratio_is_of_the_same_round():
     # The machine was half as fast in the second and third round: the sides' medians would say 1.6.
     ours, theirs = pair([30, 16, 15], [20, 10, 10])
@@ -98,15 +110,13 @@ def test_targets_find_their_rows():
 
 
 def test_scaling_compares_two_threads_with_one():
-    pool = {"section": "pool", "num_envs": 64}
-    rows = [
-        row("walker_sim", [10, 20], threads=1, **pool),
-        row("walker_sim", [19, 38], threads=2, **pool),
-        row("walker_sim", [99, 99], threads=2, section="pool", num_envs=16),
-    ]
-    (target,) = [t for t in TARGETS if t.what == "two threads against one, BipedalWalker"]
+    one = row("one thread", [10, 20], section="scaling")
+    two, apart = row("two threads", [19, 38], section="scaling"), row("two processes", [20, 40])
+    two.peer = apart.peer = one
+    rows = [one, two, apart]
+    (target,) = [t for t in TARGETS if t.what == "two threads against one, 64 BipedalWalkers"]
     assert target.verdict(rows) == (1.9, "reached")
-    assert find(rows, "pool", "BipedalWalker-v3", "walker_sim", num_envs=16) is rows[2]
+    assert find(rows, "scaling", "BipedalWalker-v3", "two threads") is two
 
 
 def test_all_that_is_written_says_what_was_not_reached():

@@ -3,8 +3,6 @@
 import dataclasses
 from typing import Callable, Optional
 
-from measure import compare
-
 BIPEDAL, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 
 
@@ -44,17 +42,6 @@ def ratio(*names, **attributes):
     return measure
 
 
-def scaling(environment):
-    """From one thread to two."""
-    pool = ("pool", environment, "walker_sim")
-
-    def measure(rows):
-        one, two = (find(rows, *pool, num_envs=64, threads=threads) for threads in (1, 2))
-        return compare(two, one)
-
-    return measure
-
-
 def seconds(*names):
     def measure(rows):
         row = find(rows, *names)
@@ -76,7 +63,11 @@ TARGETS = (
         for mode in ("", ", async")
     ),
     *(
-        Target(f"two threads against one, {name.split('-')[0]}", 1.9, scaling(name))
+        Target(
+            f"two threads against one, 64 {name.split('-')[0]}s",
+            1.9,
+            ratio("scaling", name, "two threads"),
+        )
         for name in (BIPEDAL, WALKER2D)
     ),
     Target(
