@@ -117,7 +117,7 @@ def write(arguments, machine, rows):
         json.dump(report.as_json(machine, rows, is_quick=arguments.quick), file, indent=1)
     print(report.as_text(machine, rows))
     picture = arguments.output / "benchmark.png"
-    if "plot" not in arguments.without:
+    if "plot" not in arguments.without and set(arguments.only) == set(SECTIONS):
         import plot
 
         plot.draw(rows, machine, picture)
