@@ -1,6 +1,7 @@
 // BipedalWalker-v3: observation, reward and termination on top of the physics.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "bipedal_walker/lidar.h"
@@ -27,7 +28,7 @@ class BipedalWalker : public Environment {
  public:
   explicit BipedalWalker(const Options& options);
 
-  const Specification& specification() const override { return specification_; }
+  const Specification& specification() const override { return *specification_; }
   void reset(std::optional<std::uint64_t> seed, Result& result) override;
 
   /// @throws std::runtime_error when Box2D fails an assertion; then only a reset is allowed
@@ -47,7 +48,7 @@ class BipedalWalker : public Environment {
   void judge(Result& result) const;
 
   Options options_;
-  Specification specification_;
+  std::shared_ptr<const Specification> specification_;
   std::optional<Generator> generator_;  // none before the first reset
   // None before the first reset. In place, for a world is 100 kB of which a step hardly touches
   // any: it takes no memory as long as nothing else has used its place.

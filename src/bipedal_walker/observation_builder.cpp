@@ -13,12 +13,13 @@ namespace {
 
 class Builder : public ObservationBuilder {
  public:
-  explicit Builder(Specification specification) : specification_(std::move(specification)) {}
+  explicit Builder(std::shared_ptr<const Specification> specification)
+      : specification_(std::move(specification)) {}
 
   void reset() override { hull_angle_.reset(); }
 
   void build(const Measurements& measurements, double* observation) override {
-    check_measurements(measurements, specification_);
+    check_measurements(measurements, *specification_);
     Observed observed{};
     // The turn about -y; what a robot also rolls and yaws is not of this plane.
     const Quaternion& q = measurements.orientation;
@@ -39,7 +40,7 @@ class Builder : public ObservationBuilder {
   /// Measured is the origin's, in the hull's axes; observed the centre's, in the world's.
   std::array<double, 2> velocity_of_center(const Measurements& measurements,
                                            const Observed& observed) const {
-    const Vector3& center = specification_.links.front().center_of_mass;
+    const Vector3& center = specification_->links.front().center_of_mass;
     const double turning = observed.hull_angular_velocity;
     const double along = measurements.linear_velocity[0] - turning * center[2];
     const double across = measurements.linear_velocity[2] + turning * center[0];
@@ -48,7 +49,7 @@ class Builder : public ObservationBuilder {
     return {cosine * along - sine * across, sine * along + cosine * across};
   }
 
-  Specification specification_;
+  std::shared_ptr<const Specification> specification_;
   UnwrappedAngle hull_angle_;
 };
 

@@ -4,6 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
+#include <mutex>
+#include <tuple>
 
 #include "bipedal_walker/bipedal_walker.h"
 #include "bipedal_walker/physics.h"
@@ -127,10 +130,8 @@ void set_engine(Specification& specification) {
   }
 }
 
-}  // namespace
-
-Specification make_specification(const std::string& id, bool hardcore, bool reuse_world,
-                                 std::uint32_t max_episode_steps) {
+Specification build_specification(const std::string& id, bool hardcore, bool reuse_world,
+                                  std::uint32_t max_episode_steps) {
   Specification specification;
   specification.id = id;
   specification.parameters = {{"hardcore", hardcore},
@@ -147,6 +148,26 @@ Specification make_specification(const std::string& id, bool hardcore, bool reus
   set_engine(specification);
   specification.links = the_walker().links;
   specification.joints = the_walker().joints;
+  return specification;
+}
+
+}  // namespace
+
+std::shared_ptr<const Specification> make_specification(const std::string& id, bool hardcore,
+                                                        bool reuse_world,
+                                                        std::uint32_t max_episode_steps) {
+  using Arguments = std::tuple<std::string, bool, bool, std::uint32_t>;
+  static std::mutex mutex;
+  static std::map<Arguments, std::weak_ptr<const Specification>> specifications;
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::weak_ptr<const Specification>& known =
+      specifications[{id, hardcore, reuse_world, max_episode_steps}];
+  std::shared_ptr<const Specification> specification = known.lock();
+  if (!specification) {
+    specification = std::make_shared<const Specification>(
+        build_specification(id, hardcore, reuse_world, max_episode_steps));
+    known = specification;
+  }
   return specification;
 }
 

@@ -1,6 +1,7 @@
 // What the environment tells about itself, read off the running Box2D world.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "bipedal_walker/box2d.h"
@@ -11,9 +12,11 @@
 
 namespace walker::bipedal_walker {
 
-/// Builds a walker once and reads masses, shapes, joints and limits from its bodies.
-Specification make_specification(const std::string& id, bool hardcore, bool reuse_world,
-                                 std::uint32_t max_episode_steps);
+/// Builds a walker once and reads masses, shapes, joints and limits from its bodies. Walkers with
+/// the same arguments share what they get as long as one of them lives. Thread-safe.
+std::shared_ptr<const Specification> make_specification(const std::string& id, bool hardcore,
+                                                        bool reuse_world,
+                                                        std::uint32_t max_episode_steps);
 
 /// Terrain and sky in Gymnasium's colours.
 void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene);
