@@ -55,7 +55,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   endforeach()
   add_library(box2d_pinned STATIC ${box2d_sources})
   set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
-    PROPERTIES COMPILE_OPTIONS -fno-access-control)
+    ${box2d_ours}/broad_phase.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
   # live in the same process.
   set(box2d_options -O3 -ffp-contract=off -w)

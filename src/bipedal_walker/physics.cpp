@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bipedal_walker/body_list.h"
+#include "bipedal_walker/broad_phase.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -117,27 +118,31 @@ void Physics::destroy() {
 }
 
 void Physics::build_terrain(const Terrain& terrain) {
-  terrain_.reserve(terrain.obstacles.size() + terrain.ground.size() - 1);
-  b2BodyDef body;  // static, at the origin
+  const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
+  terrain_.reserve(pieces);
+  expect_fixtures(world_, static_cast<int>(pieces + 1 + kJointCount));  // with hull and limbs
   for (const std::array<Point, 4>& obstacle : terrain.obstacles) {
     std::array<b2Vec2, 4> vertices;
     std::transform(obstacle.begin(), obstacle.end(), vertices.begin(),
                    [](const Point& point) { return to_vector(point); });
     b2PolygonShape shape;
     shape.Set(vertices.data(), static_cast<int>(vertices.size()));
-    const b2FixtureDef definition =
-        fixture(shape, 0, kTerrainFriction, kGroundCategory, kAllCategories);
-    terrain_.push_back(world_.CreateBody(&body));
-    terrain_.back()->CreateFixture(&definition);
+    add_terrain(shape);
   }
   for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
     b2EdgeShape shape;
     set_edge(shape, to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
-    const b2FixtureDef definition =
-        fixture(shape, 0, kTerrainFriction, kGroundCategory, kAllCategories);
-    terrain_.push_back(world_.CreateBody(&body));
-    terrain_.back()->CreateFixture(&definition);
+    add_terrain(shape);
   }
+}
+
+void Physics::add_terrain(const b2Shape& shape) {
+  const b2BodyDef body;  // static, at the origin
+  const b2FixtureDef definition =
+      fixture(shape, 0, kTerrainFriction, kGroundCategory, kAllCategories);
+  terrain_.push_back(world_.CreateBody(&body));
+  terrain_.back()->CreateFixture(&definition);
+  skip_terrain(world_);
 }
 
 void Physics::build_hull(double push) {

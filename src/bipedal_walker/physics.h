@@ -67,6 +67,7 @@ class Physics {
   };
 
   void build_terrain(const Terrain& terrain);
+  void add_terrain(const b2Shape& shape);
   void build_hull(double push);
   void build_leg(std::size_t leg);
   b2Body* build_limb(double center_height, double angle, double half_width);

@@ -33,9 +33,9 @@ TEST(Shortcuts, EachGivesThePlainEnginesBits) {
   Player plain(WALKER_SIM_SHORTCUT_none);
   std::vector<std::unique_ptr<Player>> players;
   for (const char* program :
-       {WALKER_SIM_SHORTCUT_chunks, WALKER_SIM_SHORTCUT_clock, WALKER_SIM_SHORTCUT_counters,
-        WALKER_SIM_SHORTCUT_velocity_loops, WALKER_SIM_SHORTCUT_body_list, WALKER_SIM_SHORTCUT_rays,
-        WALKER_SIM_SHORTCUT_all}) {
+       {WALKER_SIM_SHORTCUT_blocks, WALKER_SIM_SHORTCUT_broad_phase, WALKER_SIM_SHORTCUT_clock,
+        WALKER_SIM_SHORTCUT_counters, WALKER_SIM_SHORTCUT_velocity_loops,
+        WALKER_SIM_SHORTCUT_body_list, WALKER_SIM_SHORTCUT_rays, WALKER_SIM_SHORTCUT_all}) {
     players.push_back(std::make_unique<Player>(program));
   }
   ShortcutRow expected{};
