@@ -20,8 +20,8 @@ class ShortBodyList {
  private:
   b2World& world_;
   b2Body& last_;
-  b2Body* rest_;
-  int count_;
+  b2Body* rest_ = nullptr;
+  int count_ = 0;
 };
 
 }  // namespace walker::bipedal_walker

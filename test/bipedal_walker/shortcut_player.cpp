@@ -4,8 +4,10 @@
 // One program for each shortcut, and shortcuts_test compares what they write.
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <exception>
 #include <iostream>
 
 #include "bipedal_walker/player.h"
@@ -90,20 +92,32 @@ void play_all(const Write& write) {
   }
 }
 
+void print_speed() {
+  std::size_t rows = 0;
+  const std::clock_t start = std::clock();
+  play_all([&rows](const ShortcutRow& /*row*/) { ++rows; });
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  std::cout << static_cast<double>(rows) / seconds << '\n';
+}
+
+void write_rows() {
+  play_all(
+      [](const ShortcutRow& row) { std::fwrite(row.data(), sizeof(double), row.size(), stdout); });
+}
+
 }  // namespace
 }  // namespace walker::bipedal_walker
 
 int main(int argc, char** argv) {
-  using namespace walker::bipedal_walker;
-  if (argc > 1 && std::strcmp(argv[1], "time") == 0) {
-    std::size_t rows = 0;
-    const std::clock_t start = std::clock();
-    play_all([&rows](const ShortcutRow& /*row*/) { ++rows; });
-    const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-    std::cout << static_cast<double>(rows) / seconds << '\n';
-  } else {
-    play_all([](const ShortcutRow& row) {
-      std::fwrite(row.data(), sizeof(double), row.size(), stdout);
-    });
+  try {
+    if (argc > 1 && std::strcmp(argv[1], "time") == 0) {
+      walker::bipedal_walker::print_speed();
+    } else {
+      walker::bipedal_walker::write_rows();
+    }
+    return EXIT_SUCCESS;
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return EXIT_FAILURE;
   }
 }

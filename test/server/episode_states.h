@@ -9,19 +9,19 @@
 namespace walker {
 
 /// To the bit, but for which environment it is and how many episodes came before.
-inline void expect_same_state(const EpisodeState& one, const EpisodeState& other) {
-  EXPECT_EQ(one.step, other.step);
-  EXPECT_EQ(to_bits(one.action), to_bits(other.action));
-  EXPECT_EQ(to_bits(one.observation), to_bits(other.observation));
-  EXPECT_EQ(to_bits(one.info), to_bits(other.info));
-  EXPECT_EQ(to_bits(one.reward), to_bits(other.reward));
-  EXPECT_EQ(to_bits(one.episode_return), to_bits(other.episode_return));
-  EXPECT_EQ(one.terminated, other.terminated);
-  EXPECT_EQ(one.truncated, other.truncated);
-  EXPECT_EQ(one.end_reason, other.end_reason);
-  EXPECT_EQ(one.error, other.error);
-  EXPECT_EQ(one.seed, other.seed);
-  EXPECT_EQ(one.generator_state, other.generator_state);
+inline void expect_same_state(const EpisodeState& actual, const EpisodeState& expected) {
+  EXPECT_EQ(actual.step, expected.step);
+  EXPECT_EQ(to_bits(actual.action), to_bits(expected.action));
+  EXPECT_EQ(to_bits(actual.observation), to_bits(expected.observation));
+  EXPECT_EQ(to_bits(actual.info), to_bits(expected.info));
+  EXPECT_EQ(to_bits(actual.reward), to_bits(expected.reward));
+  EXPECT_EQ(to_bits(actual.episode_return), to_bits(expected.episode_return));
+  EXPECT_EQ(actual.terminated, expected.terminated);
+  EXPECT_EQ(actual.truncated, expected.truncated);
+  EXPECT_EQ(actual.end_reason, expected.end_reason);
+  EXPECT_EQ(actual.error, expected.error);
+  EXPECT_EQ(actual.seed, expected.seed);
+  EXPECT_EQ(actual.generator_state, expected.generator_state);
 }
 
 }  // namespace walker

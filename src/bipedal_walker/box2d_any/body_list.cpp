@@ -2,9 +2,9 @@
 
 namespace walker::bipedal_walker {
 
-ShortBodyList::ShortBodyList(b2World& world, b2Body& last)
-    : world_(world), last_(last), rest_(nullptr), count_(0) {}
+ShortBodyList::ShortBodyList(b2World& world, b2Body& last) : world_(world), last_(last) {}
 
-ShortBodyList::~ShortBodyList() = default;
+// The header leaves it to the files.
+ShortBodyList::~ShortBodyList() = default;  // NOLINT(performance-trivially-destructible)
 
 }  // namespace walker::bipedal_walker
