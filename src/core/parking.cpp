@@ -35,7 +35,7 @@ std::size_t num_processors() {
 
 bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, Awake awake) {
   using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::microseconds kLongest(50);  // docs/pool.md says why
+  constexpr std::chrono::microseconds kLongest(150);  // docs/pool.md says why
   const Clock::time_point end = Clock::now() + kLongest;
   do {
     if (number.load(std::memory_order_acquire) != old) return true;

@@ -16,7 +16,7 @@ enum class Awake {
   yields,  ///< leaves it to whoever wants it, whom a scheduler may then let run for milliseconds
 };
 
-/// Waits up to 50 us for `number` to be another one than `old`.
+/// Waits up to 150 us for `number` to be another one than `old`.
 /// @return whether the number changed
 bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, Awake awake);
 
