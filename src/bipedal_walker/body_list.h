@@ -15,7 +15,7 @@ class ShortBodyList {
   ShortBodyList(b2World& world, b2Body& last);
   ShortBodyList(const ShortBodyList&) = delete;
   ShortBodyList& operator=(const ShortBodyList&) = delete;
-  ~ShortBodyList();
+  ~ShortBodyList();  // NOLINT(performance-trivially-destructible): in box2d_any/ alone
 
  private:
   b2World& world_;
