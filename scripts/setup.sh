@@ -121,24 +121,25 @@ set_up_packages() {
   quiet packages install_packages "${missing[@]}" 8>&- 9>&- # no daemon shall inherit a lock
 }
 
+# make_venv DIR REQUIREMENTS. With the system's packages: ROS's are among them, and its command line
+# tools are run by the first python3 in sight.
 make_venv() {
-  rm -rf "$venv" && env -u PYTHONHOME -u PYTHONPATH /usr/bin/python3 -m venv \
-    --system-site-packages "$venv" && env -u PYTHONHOME -u PYTHONPATH -u PIP_REQUIRE_VIRTUALENV \
-    "$venv/bin/python" -m pip install --disable-pip-version-check --progress-bar off \
-    -r "$root/scripts/requirements.txt"
+  rm -rf "$1" && env -u PYTHONHOME -u PYTHONPATH /usr/bin/python3 -m venv \
+    --system-site-packages "$1" && env -u PYTHONHOME -u PYTHONPATH -u PIP_REQUIRE_VIRTUALENV \
+    "$1/bin/python" -m pip install --disable-pip-version-check --progress-bar off -r "$2"
 }
 
+# set_up_venv WHAT DIR REQUIREMENTS: unless that is done already.
 set_up_venv() {
-  local wanted
-  wanted=$({ echo "$venv" && /usr/bin/python3 --version && cat "$root/scripts/requirements.txt"; } |
-    sha256sum)
-  if [ "$(cat "$venv/ready" 2>/dev/null)" = "$wanted" ]; then
-    say "[2/5] virtual environment: ready"
+  local what=$1 dir=$2 requirements=$3 wanted
+  wanted=$({ echo "$dir" && /usr/bin/python3 --version && cat "$requirements"; } | sha256sum)
+  if [ "$(cat "$dir/ready" 2>/dev/null)" = "$wanted" ]; then
+    say "$what: ready"
     return
   fi
-  say "[2/5] virtual environment: installing scripts/requirements.txt to build/venv"
-  quiet venv make_venv || return
-  echo "$wanted" >"$venv/ready.new" && mv "$venv/ready.new" "$venv/ready"
+  say "$what: installing ${requirements#"$root/"} to ${dir#"$root/"}"
+  quiet "${dir##*/}" make_venv "$dir" "$requirements" || return
+  echo "$wanted" >"$dir/ready.new" && mv "$dir/ready.new" "$dir/ready"
 }
 
 # set_up_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand.
@@ -206,7 +207,11 @@ locked() (
   "$@"
 ) 9>"$build/lock"
 
-set_up_tools() { set_up_packages && set_up_venv && set_up_engines; }
+set_up_tools() {
+  set_up_packages &&
+    set_up_venv "[2/5] virtual environment" "$venv" "$root/scripts/requirements.txt" &&
+    set_up_engines
+}
 
 set_up_all() { set_up_tools && set_up_build; }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "walker_sim/environment.h"
@@ -22,6 +23,9 @@ enum class AutoresetMode {
 
 /// "next_step", "same_step" or "disabled".
 WALKER_SIM_EXPORT const char* to_text(AutoresetMode mode);
+
+/// The mode of this name; none for any other text.
+WALKER_SIM_EXPORT std::optional<AutoresetMode> find_autoreset_mode(const std::string& text);
 
 struct PoolOptions {
   std::size_t num_envs = 1;

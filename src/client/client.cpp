@@ -56,7 +56,8 @@ class Client::Implementation {
     write(writer);
     if (request_.size() - tcpros::kLengthBytes > tcpros::kMostMessageBytes) {
       throw std::invalid_argument("a request of " + std::to_string(request_.size()) +
-                                  " bytes; at most 1000000000 can be sent");
+                                  " bytes; at most " + std::to_string(tcpros::kMostMessageBytes) +
+                                  " can be sent");
     }
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
     ServiceConnection& connection = connected(index);

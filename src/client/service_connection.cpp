@@ -53,7 +53,8 @@ Answer ServiceConnection::call(const tcpros::Bytes& request, Deadline deadline) 
   if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
   if (size > tcpros::kMostMessageBytes) {
     throw std::runtime_error("it announces an answer of " + std::to_string(size) +
-                             " bytes; at most 1000000000 are taken");
+                             " bytes; at most " + std::to_string(tcpros::kMostMessageBytes) +
+                             " are taken");
   }
   receive_at_least(kHeadBytes + size, deadline);
   if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");

@@ -54,6 +54,14 @@ const char* to_text(AutoresetMode mode) {
   return "";
 }
 
+std::optional<AutoresetMode> find_autoreset_mode(const std::string& text) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    if (text == to_text(mode)) return mode;
+  }
+  return std::nullopt;
+}
+
 /// Checks the caller's requests and hands them to the crew.
 class Pool::Implementation {
  public:

@@ -24,10 +24,7 @@ Mode parse_mode(const std::string& text) {
 }
 
 AutoresetMode parse_autoreset_mode(const std::string& text) {
-  for (const AutoresetMode mode :
-       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
-    if (text == to_text(mode)) return mode;
-  }
+  if (const auto mode = find_autoreset_mode(text)) return *mode;
   throw std::invalid_argument("parameter autoreset_mode = " + text +
                               ": must be next_step, same_step or disabled");
 }

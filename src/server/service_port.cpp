@@ -18,6 +18,8 @@
 #include <ros/transport/transport_tcp.h>
 #include <ros/xmlrpc_manager.h>
 
+#include "core/checked.h"
+
 namespace walker {
 namespace {
 
@@ -25,11 +27,6 @@ namespace {
 constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
-
-int checked(int result, const char* what) {
-  if (result < 0) throw std::system_error(errno, std::generic_category(), what);
-  return result;
-}
 
 /// Where roscpp listens: everywhere, unless ROS_HOSTNAME or ROS_IP keep it on this machine.
 bool is_local_only() {

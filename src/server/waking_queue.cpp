@@ -3,14 +3,12 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <system_error>
+#include "core/checked.h"
 
 namespace walker {
 
-WakingQueue::WakingQueue() : descriptor_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-  if (descriptor_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
-}
+WakingQueue::WakingQueue()
+    : descriptor_(checked(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), "eventfd")) {}
 
 WakingQueue::~WakingQueue() { close(descriptor_); }
 

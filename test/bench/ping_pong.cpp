@@ -9,25 +9,19 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "bench/arguments.h"
 #include "bench/round_trips.h"
+#include "core/checked.h"
 
 namespace walker::bench {
 namespace {
-
-int checked(int result, const char* what) {
-  if (result < 0) throw std::system_error(errno, std::generic_category(), what);
-  return result;
-}
 
 std::size_t bytes(const Arguments& arguments, const char* name) {
   constexpr double kMost = 1e9;

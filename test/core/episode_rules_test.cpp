@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "bare_environment.h"
 #include "error_message.h"
 
 namespace walker {
@@ -15,7 +16,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Two joints; terminates when told to, and counts the calls that reach it.
-class Fake : public Environment {
+class Fake : public BareEnvironment {
  public:
   explicit Fake(std::uint32_t limit) {
     specification_.max_episode_steps = limit;
@@ -25,7 +26,6 @@ class Fake : public Environment {
     specification_.info_names = {"x", "z"};
   }
 
-  const Specification& specification() const override { return specification_; }
   void reset(std::optional<std::uint64_t> /*seed*/, Result& result) override {
     if (reset_fails) throw std::runtime_error("the engine");
     result = {};
@@ -38,7 +38,6 @@ class Fake : public Environment {
     result.end_reason = terminates ? "fell" : "";
   }
   void sense(Sensors& /*sensors*/) override { ++senses; }
-  void scene(Scene& /*scene*/) const override {}
   GeneratorState generator_state() const override { return state; }
   void set_generator_state(const GeneratorState& given) override { state = given; }
 
@@ -48,9 +47,6 @@ class Fake : public Environment {
   int steps = 0;
   int senses = 0;
   GeneratorState state{1, 2, 3, 4, 5, 6};
-
- private:
-  Specification specification_;
 };
 
 class EpisodeRulesTest : public testing::Test {

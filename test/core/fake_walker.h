@@ -6,13 +6,14 @@
 #include <stdexcept>
 #include <vector>
 
+#include "bare_environment.h"
 #include "core/episode_rules.h"
 
 namespace walker {
 
 /// Two joints. Its observation is the number of the episode and the steps in it, its reward the sum
 /// of the action, its info the seed (-1: none).
-class FakeWalker : public Environment {
+class FakeWalker : public BareEnvironment {
  public:
   FakeWalker() {
     specification_.id = "Fake-v0";
@@ -24,7 +25,6 @@ class FakeWalker : public Environment {
     specification_.info_names = {"seed"};
   }
 
-  const Specification& specification() const override { return specification_; }
   void reset(std::optional<std::uint64_t> seed, Result& result) override {
     if (reset_fails) throw std::runtime_error("no ground");
     ++episode;
@@ -47,10 +47,6 @@ class FakeWalker : public Environment {
     result.error = "";
     show(-1, result);
   }
-  void sense(Sensors& /*sensors*/) override {}
-  void scene(Scene& /*scene*/) const override {}
-  GeneratorState generator_state() const override { return {}; }
-  void set_generator_state(const GeneratorState& /*state*/) override {}
 
   int length = 1000;  ///< of its episodes
   bool reset_fails = false;
@@ -58,9 +54,6 @@ class FakeWalker : public Environment {
   int episode = 0;
   int steps = 0;
   int all_steps = 0;
-
- protected:
-  Specification specification_;
 
  private:
   void show(double seed, Result& result) const {

@@ -43,10 +43,7 @@ class Session {
 
  private:
   static AutoresetMode mode_of(const std::string& text) {
-    for (const AutoresetMode mode :
-         {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
-      if (text == to_text(mode)) return mode;
-    }
+    if (const auto mode = walker::find_autoreset_mode(text)) return *mode;
     throw std::invalid_argument("mode " + text + ": unknown");
   }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "allocation_counter.h"
+#include "bare_environment.h"
 #include "bits.h"
 #include "core/random.h"
 #include "error_message.h"
@@ -171,7 +172,7 @@ TEST(BatchCalls, AStatisticIsOfTheWholeEpisode) {
 }
 
 /// Each episode has two steps of reward 1; the second reset of the one that is brittle fails.
-class Brittle : public Environment {
+class Brittle : public BareEnvironment {
  public:
   explicit Brittle(bool is_brittle) : is_brittle_(is_brittle) {
     specification_.observation_low = {0};
@@ -181,7 +182,6 @@ class Brittle : public Environment {
     specification_.joints.resize(1);
   }
 
-  const Specification& specification() const override { return specification_; }
   void reset(std::optional<std::uint64_t> /*seed*/, Result& result) override {
     if (is_brittle_ && ++num_resets_ == 2) throw std::runtime_error("broken");
     steps_ = 0;
@@ -192,13 +192,8 @@ class Brittle : public Environment {
     result.terminated = is_brittle_ && ++steps_ == 2;
     result.end_reason = result.terminated ? "over" : "";
   }
-  void sense(Sensors& /*sensors*/) override {}
-  void scene(Scene& /*scene*/) const override {}
-  GeneratorState generator_state() const override { return {}; }
-  void set_generator_state(const GeneratorState& /*state*/) override {}
 
  private:
-  Specification specification_;
   bool is_brittle_;
   int num_resets_ = 0;
   int steps_ = 0;

@@ -4,31 +4,26 @@
 import math
 import sys
 
-import nav_msgs.msg
 import rosgraph_msgs.msg
 import rospy
 import rostest
-import sensor_msgs.msg
 import std_msgs.msg
-import tf2_msgs.msg
 import visualization_msgs.msg
-from server_harness import SERVICES, ServerTest, bits, first_stamp, nanoseconds, same_experience
+from server_harness import (
+    SERVICES,
+    STATE_TOPICS,
+    ServerTest,
+    bits,
+    first_stamp,
+    nanoseconds,
+    same_experience,
+)
 from std_srvs.srv import Empty
-from walker_sim.msg import Contacts, Episode, EpisodeRecord, Transition
+from walker_sim.msg import Episode, EpisodeRecord, Transition
 
 FALL = [1.0, 1.0, 1.0, -1.0]  # the walker falls within 60 steps
 STAND = [0.0] * 4
 OBSERVATION = 24
-STAMPED = {
-    "/joint_states": sensor_msgs.msg.JointState,
-    "/scan": sensor_msgs.msg.LaserScan,
-    "/imu": sensor_msgs.msg.Imu,
-    "/contacts": Contacts,
-    "/odom": nav_msgs.msg.Odometry,
-    "/transition": Transition,
-    "/tf": tf2_msgs.msg.TFMessage,
-    "/clock": rosgraph_msgs.msg.Clock,
-}
 MODES = ("next_step", "same_step", "disabled")
 ROWS = ("observations", "rewards", "terminated", "truncated", "episodes", "steps", "info")
 FINAL_ROWS = ("final_environments", "final_observations", "final_info")
@@ -315,7 +310,7 @@ class BatchTest(ServerTest):
                     server.stop()
 
     def compare_topics(self, mode):
-        recorders = {topic: self.record(topic, kind) for topic, kind in STAMPED.items()}
+        recorders = {topic: self.record(topic, kind) for topic, kind in STATE_TOPICS.items()}
         rewards = self.record("/reward", std_msgs.msg.Float64)
         observations = self.record("/observation", std_msgs.msg.Float64MultiArray)
         episodes = self.record("/episode", Episode)

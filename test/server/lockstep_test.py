@@ -10,19 +10,18 @@ import unittest
 import xmlrpc.client
 
 import diagnostic_msgs.msg
-import nav_msgs.msg
 import rosgraph
 import rosgraph_msgs.msg
 import rospy
 import rosservice
 import rostest
-import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
 from bare_ros import BareSubscriber, wait_for
 from server_harness import (
     DT,
+    STATE_TOPICS,
     Recorder,
     ServerProcess,
     bits,
@@ -31,20 +30,10 @@ from server_harness import (
     same_experience,
 )
 from std_srvs.srv import Trigger
-from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
+from walker_sim.msg import EnvironmentSpec, Episode, Transition
 from walker_sim.srv import GetSpec, Reset, Step
 
 SERVER = "/walker_sim"
-STATE_TOPICS = {
-    "/joint_states": sensor_msgs.msg.JointState,
-    "/scan": sensor_msgs.msg.LaserScan,
-    "/imu": sensor_msgs.msg.Imu,
-    "/contacts": Contacts,
-    "/odom": nav_msgs.msg.Odometry,
-    "/transition": Transition,
-    "/tf": tf2_msgs.msg.TFMessage,
-    "/clock": rosgraph_msgs.msg.Clock,
-}
 OTHER_TOPICS = {
     "/reward": std_msgs.msg.Float64,
     "/observation": std_msgs.msg.Float64MultiArray,

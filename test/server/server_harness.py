@@ -20,7 +20,12 @@ from bare_ros import CALLER, PATIENCE, BareClient, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
 from launched import LoggedProcess
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+from walker_sim.msg import Contacts, Transition
 from walker_sim.srv import (
     GetSpec,
     Reset,
@@ -42,6 +47,17 @@ SERVICES = {
     "snapshot": Snapshot,
     "restore": Restore,
     "set_real_time_factor": SetRealTimeFactor,
+}
+# One message each for every state.
+STATE_TOPICS = {
+    "/joint_states": JointState,
+    "/scan": LaserScan,
+    "/imu": Imu,
+    "/contacts": Contacts,
+    "/odom": Odometry,
+    "/transition": Transition,
+    "/tf": TFMessage,
+    "/clock": Clock,
 }
 
 

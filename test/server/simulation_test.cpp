@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bare_environment.h"
 #include "bits.h"
 #include "core/random.h"
 #include "error_message.h"
@@ -177,7 +178,7 @@ TEST(Simulation, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
 }
 
 /// Goes on for ever and costs nothing.
-class Endless : public Environment {
+class Endless : public BareEnvironment {
  public:
   Endless() {
     specification_.id = "Endless";
@@ -185,16 +186,8 @@ class Endless : public Environment {
     specification_.action_high = {1};
   }
 
-  const Specification& specification() const override { return specification_; }
   void reset(std::optional<std::uint64_t> /*seed*/, Result& /*result*/) override {}
   void step(const double* /*action*/, std::size_t /*size*/, Result& /*result*/) override {}
-  void sense(Sensors& /*sensors*/) override {}
-  void scene(Scene& /*scene*/) const override {}
-  GeneratorState generator_state() const override { return {}; }
-  void set_generator_state(const GeneratorState& /*state*/) override {}
-
- private:
-  Specification specification_;
 };
 
 TEST(Simulation, GivesUpTheRecordOfAnEndlessEpisode) {
