@@ -1,0 +1,189 @@
+#include "python/conversions.h"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "core/episode_record.h"
+#include "walker_sim/registry.h"
+
+namespace walker::python {
+namespace py = pybind11;
+namespace {
+
+bool is_instance_of(const py::handle& value, const char* module, const char* type) {
+  return py::isinstance(value, py::module::import(module).attr(type));
+}
+
+[[noreturn]] void refuse(const std::string& name, const py::handle& value) {
+  throw py::type_error("parameter " + name + " = " + std::string(py::repr(value)) +
+                       ": must be a bool, an int, a float, a str or a sequence of numbers");
+}
+
+std::vector<double> to_numbers(const std::string& name, const py::handle& value) {
+  std::vector<double> numbers;
+  for (const py::handle element : value) {
+    if (!is_instance_of(element, "numbers", "Real")) refuse(name, value);
+    numbers.push_back(element.cast<double>());
+  }
+  return numbers;
+}
+
+ParameterValue to_value(const std::string& name, const py::handle& value) {
+  if (py::isinstance<py::str>(value)) return value.cast<std::string>();
+  // NumPy's numbers and booleans; an array gives a list.
+  if (py::hasattr(value, "tolist")) {
+    const py::object plain = value.attr("tolist")();
+    if (!py::hasattr(plain, "tolist")) return to_value(name, plain);
+  }
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
+  if (py::isinstance<py::int_>(value)) {
+    try {
+      return value.cast<std::int64_t>();
+    } catch (const py::cast_error&) {
+      return value.cast<double>();  // beyond 64 bits: what is allowed is said by the check of range
+    }
+  }
+  if (py::isinstance<py::float_>(value)) return value.cast<double>();
+  if (py::hasattr(value, "__fspath__")) return value.attr("__fspath__")().cast<std::string>();
+  if (!py::hasattr(value, "__iter__")) refuse(name, value);
+  return to_numbers(name, value);
+}
+
+py::list to_list(const std::vector<double>& values) {
+  py::list list;
+  for (const double value : values) list.append(value);
+  return list;
+}
+
+py::list to_list(const std::vector<std::string>& values) {
+  py::list list;
+  for (const std::string& value : values) list.append(value);
+  return list;
+}
+
+/// The fields that both kinds of specification have.
+template <typename Any>
+py::dict to_common_dict(const Any& specification) {
+  py::dict dict;
+  dict["id"] = specification.id;
+  dict["observation_dtype"] = specification.observation_dtype;
+  dict["observation_low"] = to_list(specification.observation_low);
+  dict["observation_high"] = to_list(specification.observation_high);
+  dict["action_low"] = to_list(specification.action_low);
+  dict["action_high"] = to_list(specification.action_high);
+  dict["dt"] = specification.dt;
+  dict["max_episode_steps"] = specification.max_episode_steps;
+  dict["reward_threshold"] = specification.reward_threshold;
+  dict["info_names"] = to_list(specification.info_names);
+  dict["engine"] = specification.engine;
+  dict["engine_version"] = specification.engine_version;
+  dict["engine_path"] = specification.engine_path;
+  return dict;
+}
+
+}  // namespace
+
+Parameters to_parameters(const py::dict& given) {
+  Parameters parameters;
+  for (const auto& [key, value] : given) {
+    const auto name = key.cast<std::string>();
+    parameters[name] = to_value(name, value);
+  }
+  return parameters;
+}
+
+py::dict to_dict(const Parameters& parameters) {
+  py::dict dict;
+  for (const auto& [name, value] : parameters) {
+    dict[name.c_str()] = std::visit(
+        [](const auto& held) -> py::object {
+          if constexpr (std::is_same_v<std::decay_t<decltype(held)>, std::vector<double>>) {
+            return to_list(held);
+          } else {
+            return py::cast(held);
+          }
+        },
+        value);
+  }
+  return dict;
+}
+
+py::dict to_dict(const Specification& specification) {
+  py::dict dict = to_common_dict(specification);
+  py::dict parameters;
+  for (const auto& [name, text] : describe_origin(specification).parameters) {
+    parameters[name.c_str()] = text;
+  }
+  dict["parameters"] = parameters;
+  py::list joints;
+  for (const Joint& joint : specification.joints) joints.append(joint.name);
+  dict["joint_names"] = joints;
+  dict["version"] = version();
+  return dict;
+}
+
+py::dict to_dict(const ServerSpecification& specification) {
+  py::dict dict = to_common_dict(specification);
+  py::dict parameters;
+  const std::size_t count =
+      std::min(specification.parameter_names.size(), specification.parameter_values.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    parameters[specification.parameter_names[i].c_str()] = specification.parameter_values[i];
+  }
+  dict["parameters"] = parameters;
+  dict["joint_names"] = to_list(specification.joint_names);
+  dict["num_envs"] = specification.num_envs;
+  dict["mode"] = specification.mode;
+  dict["autoreset_mode"] = specification.autoreset_mode;
+  dict["version"] = specification.version;
+  return dict;
+}
+
+py::tuple to_tuple(const GeneratorState& state) {
+  py::tuple tuple(state.size());
+  for (std::size_t i = 0; i < state.size(); ++i) tuple[i] = state[i];
+  return tuple;
+}
+
+GeneratorState to_generator_state(const py::sequence& values) {
+  GeneratorState state{};
+  if (values.size() != state.size()) {
+    throw py::value_error("a generator's state has 6 integers, not " +
+                          std::to_string(values.size()));
+  }
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    try {
+      state[i] = py::object(values[i]).cast<std::uint64_t>();
+    } catch (const py::cast_error&) {
+      throw py::value_error("a generator's state has integers from 0 to 2^64 - 1, not " +
+                            std::string(py::repr(values[i])));
+    }
+  }
+  return state;
+}
+
+std::optional<std::uint64_t> to_seed(const py::object& value) {
+  if (value.is_none()) return std::nullopt;
+  try {
+    // What counts as an integer, NumPy's among them.
+    return py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())).cast<std::uint64_t>();
+  } catch (const std::exception&) {
+    PyErr_Clear();
+    throw py::value_error("seed = " + std::string(py::repr(value)) +
+                          ": must be an integer from 0 to 2^64 - 1, or None");
+  }
+}
+
+std::vector<std::optional<std::uint64_t>> to_seeds(const py::sequence& values) {
+  std::vector<std::optional<std::uint64_t>> seeds;
+  for (const py::handle value : values) {
+    seeds.push_back(to_seed(py::reinterpret_borrow<py::object>(value)));
+  }
+  return seeds;
+}
+
+}  // namespace walker::python

@@ -1,0 +1,75 @@
+// The module walker_sim._core: this package's environments, pool and client for Python.
+#include <pybind11/pybind11.h>
+
+#include <pybind11/stl.h>
+
+#include <exception>
+#include <string>
+#include <vector>
+
+#include "python/client.h"
+#include "python/conversions.h"
+#include "python/environment.h"
+#include "python/policy.h"
+#include "python/pool.h"
+#include "walker_sim/client.h"
+#include "walker_sim/environment.h"
+#include "walker_sim/registry.h"
+
+namespace walker::python {
+namespace py = pybind11;
+namespace {
+
+/// Raises the exception of this name in walker_sim.errors, where each has Gymnasium's as its base.
+void raise(const char* name, const std::exception& error) {
+  PyErr_SetString(py::module::import("walker_sim.errors").attr(name).ptr(), error.what());
+}
+
+void translate(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const InvalidAction& error) {
+    raise("InvalidAction", error);
+  } catch (const ResetNeeded& error) {
+    raise("ResetNeeded", error);
+  } catch (const ConnectionError& error) {
+    raise("ConnectionError", error);
+  } catch (const RequestRefused& error) {
+    raise("RequestRefused", error);
+  }
+}
+
+std::vector<std::string> ids() {
+  std::vector<std::string> names;
+  for (const Registration& registration : registrations()) names.push_back(registration.id);
+  return names;
+}
+
+/// By the names of ParameterDescription's fields.
+py::list parameters_of(const std::string& id) {
+  py::list list;
+  for (const ParameterDescription& description : parameter_descriptions(id)) {
+    py::dict entry;
+    entry["name"] = description.name;
+    entry["default"] = to_dict(Parameters{{"value", description.default_value}})["value"];
+    entry["unit"] = description.unit;
+    entry["description"] = description.description;
+    list.append(entry);
+  }
+  return list;
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, module) {
+  py::register_exception_translator(&translate);
+  module.attr("__version__") = version();
+  module.def("ids", &ids);
+  module.def("parameters_of", &parameters_of, py::arg("id"));
+  bind_environment(module);
+  bind_pool(module);
+  bind_client(module);
+  bind_policy(module);
+}
+
+}  // namespace walker::python

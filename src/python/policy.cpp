@@ -1,0 +1,59 @@
+#include "python/policy.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "agents/agent.h"
+#include "python/arrays.h"
+#include "python/conversions.h"
+#include "walker_sim/registry.h"
+
+namespace walker::python {
+namespace py = pybind11;
+namespace {
+
+/// A gait, or random actions; one per walker, for it remembers its episode.
+class Policy {
+ public:
+  Policy(const std::string& name, const std::string& id, const py::dict& parameters,
+         std::uint64_t seed)
+      : Policy(name, make(id, to_parameters(parameters))->specification(), seed) {}
+
+  void reset() { agent_->reset(); }
+
+  void act(py::handle observation, py::handle action) {
+    const Input input(observation, "observation");
+    if (input.size() != observation_.size()) {
+      throw py::value_error("observation has " + std::to_string(input.size()) +
+                            " values; must have " + std::to_string(observation_.size()));
+    }
+    Output output(action, "action", action_size_);
+    observation_.assign(input.data(), input.data() + input.size());
+    output.take(agent_->act(observation_).data());
+  }
+
+ private:
+  Policy(const std::string& name, const Specification& specification, std::uint64_t seed)
+      : agent_(make_agent(name, specification, seed)),
+        observation_(specification.observation_size()),
+        action_size_(specification.action_size()) {}
+
+  std::unique_ptr<Agent> agent_;
+  std::vector<double> observation_;
+  std::size_t action_size_;
+};
+
+}  // namespace
+
+void bind_policy(py::module& module) {
+  py::class_<Policy>(module, "Policy")
+      .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t>(),
+           py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"))
+      .def("reset", &Policy::reset)
+      .def("act", &Policy::act, py::arg("observation"), py::arg("action"));
+}
+
+}  // namespace walker::python

@@ -1,0 +1,227 @@
+#include "python/pool.h"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "python/arrays.h"
+#include "python/conversions.h"
+#include "python/unlocked.h"
+#include "walker_sim/pool.h"
+#include "walker_sim/registry.h"
+
+namespace walker::python {
+namespace py = pybind11;
+namespace {
+
+PoolOptions make_options(std::size_t num_envs, std::size_t num_threads,
+                         const std::string& autoreset_mode, std::size_t batch_size) {
+  const auto mode = find_autoreset_mode(autoreset_mode);
+  if (!mode) {
+    throw py::value_error("autoreset_mode = " + autoreset_mode +
+                          ": must be next_step, same_step or disabled");
+  }
+  return {num_envs, num_threads, *mode, batch_size};
+}
+
+/// What a step gives, a row per environment.
+struct Rows {
+  Rows(const Specification& specification, std::size_t count)
+      : observations(count * specification.observation_size()),
+        rewards(count),
+        terminated(count),
+        truncated(count),
+        info(count * specification.info_names.size()),
+        final_observations(observations.size()),
+        final_info(info.size()) {}
+
+  Batch batch() {
+    Batch batch;
+    batch.observations = observations.data();
+    batch.rewards = rewards.data();
+    batch.terminated = terminated.data();
+    batch.truncated = truncated.data();
+    batch.info = info.data();
+    batch.final_observations = final_observations.data();
+    batch.final_info = final_info.data();
+    return batch;
+  }
+
+  std::vector<double> observations;
+  std::vector<double> rewards;
+  std::vector<std::uint8_t> terminated;
+  std::vector<std::uint8_t> truncated;
+  std::vector<double> info;
+  std::vector<double> final_observations;
+  std::vector<double> final_info;
+};
+
+/// The caller's arrays for what a step gives.
+class StepOutputs {
+ public:
+  StepOutputs(const Rows& rows, py::handle observations, py::handle rewards, py::handle terminated,
+              py::handle truncated, py::handle info)
+      : observations_(observations, "observations", rows.observations.size()),
+        rewards_(rewards, "rewards", rows.rewards.size()),
+        terminated_(terminated, "terminated", rows.terminated.size()),
+        truncated_(truncated, "truncated", rows.truncated.size()),
+        info_(info, "info", rows.info.size()) {}
+
+  void take(const Rows& rows) {
+    observations_.take(rows.observations.data());
+    rewards_.take(rows.rewards.data());
+    terminated_.take(rows.terminated.data());
+    truncated_.take(rows.truncated.data());
+    info_.take(rows.info.data());
+  }
+
+ private:
+  Output observations_;
+  Output rewards_;
+  FlagOutput terminated_;
+  FlagOutput truncated_;
+  Output info_;
+};
+
+/// A pool that remembers the last row of each environment, so that a reset of some gives all.
+class VectorWalkers {
+ public:
+  VectorWalkers(const std::string& id, const py::dict& parameters, std::size_t num_envs,
+                std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
+      : parameters_(to_parameters(parameters)),
+        pool_([this, &id] { return make(id, parameters_); },
+              make_options(num_envs, num_threads, autoreset_mode, batch_size)),
+        last_(pool_.specification(), pool_.options().num_envs),
+        arrived_(pool_.specification(), pool_.options().batch_size),
+        arrived_environments_(pool_.options().batch_size) {}
+
+  py::dict specification() const { return to_dict(pool_.specification()); }
+  std::size_t num_envs() const { return pool_.options().num_envs; }
+  std::size_t num_threads() const { return pool_.options().num_threads; }
+  std::size_t batch_size() const { return pool_.options().batch_size; }
+
+  /// Rows of environments that are not reset are as they last were.
+  void reset(const std::vector<std::uint32_t>& environments, const py::sequence& seeds,
+             py::handle observations, py::handle info) {
+    Output observations_output(observations, "observations", last_.observations.size());
+    Output info_output(info, "info", last_.info.size());
+    const auto numbers = to_seeds(seeds);
+    const Unlocked unlocked(mutex_);
+    pool_.reset(environments, numbers, last_.batch());
+    observations_output.take(last_.observations.data());
+    info_output.take(last_.info.data());
+  }
+
+  void step(py::handle actions, py::handle observations, py::handle rewards, py::handle terminated,
+            py::handle truncated, py::handle info) {
+    const Input input(actions, "actions");
+    StepOutputs outputs(last_, observations, rewards, terminated, truncated, info);
+    const Unlocked unlocked(mutex_);
+    pool_.step(input.data(), input.size(), last_.batch());
+    outputs.take(last_);
+  }
+
+  /// same_step: of the episodes that ended in the last `step`; other rows are of no meaning.
+  void final_rows(py::handle observations, py::handle info) {
+    copy_final(last_, observations, info);
+  }
+
+  void send(py::handle actions, const std::vector<std::uint32_t>& environments) {
+    const Input input(actions, "actions");
+    const std::size_t expected = environments.size() * pool_.specification().action_size();
+    if (input.size() != expected) {
+      throw py::value_error("actions has " + std::to_string(input.size()) + " values; must have " +
+                            std::to_string(expected) + ", " + std::to_string(environments.size()) +
+                            " environments of " +
+                            std::to_string(pool_.specification().action_size()));
+    }
+    const Unlocked unlocked(mutex_);
+    pool_.send(input.data(), environments.data(), environments.size());
+  }
+
+  /// @return whose rows these are
+  std::vector<std::uint32_t> recv(py::handle observations, py::handle rewards,
+                                  py::handle terminated, py::handle truncated, py::handle info) {
+    StepOutputs outputs(arrived_, observations, rewards, terminated, truncated, info);
+    const Unlocked unlocked(mutex_);
+    pool_.recv(arrived_.batch(), arrived_environments_.data());
+    outputs.take(arrived_);
+    remember(arrived_.observations, last_.observations);
+    return arrived_environments_;
+  }
+
+  /// As `final_rows`, of the last `recv`.
+  void final_rows_received(py::handle observations, py::handle info) {
+    copy_final(arrived_, observations, info);
+  }
+
+  std::string error(std::size_t index) const { return pool_.error(index); }
+
+  py::tuple generator_state(std::size_t index) {
+    return to_tuple(pool_.environment(index).generator_state());
+  }
+  void set_generator_state(std::size_t index, const py::sequence& state) {
+    pool_.environment(index).set_generator_state(to_generator_state(state));
+  }
+
+ private:
+  static void copy_final(const Rows& rows, py::handle observations, py::handle info) {
+    Output observations_output(observations, "observations", rows.final_observations.size());
+    Output info_output(info, "info", rows.final_info.size());
+    observations_output.take(rows.final_observations.data());
+    info_output.take(rows.final_info.data());
+  }
+
+  /// Rows in the order of arrival to where they belong.
+  void remember(const std::vector<double>& from, std::vector<double>& to) const {
+    const std::size_t width = from.size() / arrived_environments_.size();
+    for (std::size_t row = 0; row < arrived_environments_.size(); ++row) {
+      std::copy_n(from.data() + row * width, width, to.data() + arrived_environments_[row] * width);
+    }
+  }
+
+  Parameters parameters_;
+  Pool pool_;
+  std::mutex mutex_;
+  Rows last_;
+  Rows arrived_;
+  std::vector<std::uint32_t> arrived_environments_;
+};
+
+}  // namespace
+
+void bind_pool(py::module& module) {
+  const auto observations = py::arg("observations");
+  const auto rewards = py::arg("rewards");
+  const auto terminated = py::arg("terminated");
+  const auto truncated = py::arg("truncated");
+  const auto info = py::arg("info");
+  py::class_<VectorWalkers>(module, "Pool")
+      .def(py::init<const std::string&, const py::dict&, std::size_t, std::size_t,
+                    const std::string&, std::size_t>(),
+           py::arg("id"), py::arg("parameters"), py::arg("num_envs"), py::arg("num_threads"),
+           py::arg("autoreset_mode"), py::arg("batch_size"))
+      .def_property_readonly("specification", &VectorWalkers::specification)
+      .def_property_readonly("num_envs", &VectorWalkers::num_envs)
+      .def_property_readonly("num_threads", &VectorWalkers::num_threads)
+      .def_property_readonly("batch_size", &VectorWalkers::batch_size)
+      .def("reset", &VectorWalkers::reset, py::arg("environments"), py::arg("seeds"), observations,
+           info)
+      .def("step", &VectorWalkers::step, py::arg("actions"), observations, rewards, terminated,
+           truncated, info)
+      .def("final_rows", &VectorWalkers::final_rows, observations, info)
+      .def("send", &VectorWalkers::send, py::arg("actions"), py::arg("environments"))
+      .def("recv", &VectorWalkers::recv, observations, rewards, terminated, truncated, info)
+      .def("final_rows_received", &VectorWalkers::final_rows_received, observations, info)
+      .def("error", &VectorWalkers::error, py::arg("index"))
+      .def("generator_state", &VectorWalkers::generator_state, py::arg("index"))
+      .def("set_generator_state", &VectorWalkers::set_generator_state, py::arg("index"),
+           py::arg("state"));
+}
+
+}  // namespace walker::python

@@ -1,0 +1,151 @@
+"""Walkers in this process."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walker_sim import _core
+from walker_sim.transport import Batch, Specification
+
+GeneratorState = Tuple[int, int, int, int, int, int]
+"""PCG64's state and increment, high and low 64 bits each, has_uint32, uinteger."""
+
+_LOW = (1 << 64) - 1
+
+
+def state_of(random: np.random.Generator) -> GeneratorState:
+    """The state of a NumPy generator on PCG64, as the core has it."""
+    state: Mapping[str, Any] = random.bit_generator.state
+    if state["bit_generator"] != "PCG64":
+        raise ValueError(f"np_random is on {state['bit_generator']}; must be on PCG64")
+    value, increment = state["state"]["state"], state["state"]["inc"]
+    return (
+        value >> 64,
+        value & _LOW,
+        increment >> 64,
+        increment & _LOW,
+        state["has_uint32"],
+        state["uinteger"],
+    )
+
+
+def set_state(random: np.random.Generator, state: GeneratorState) -> None:
+    """Puts a NumPy generator into the core's state."""
+    random.bit_generator.state = {
+        "bit_generator": "PCG64",
+        "state": {"state": state[0] << 64 | state[1], "inc": state[2] << 64 | state[3]},
+        "has_uint32": state[4],
+        "uinteger": state[5],
+    }
+
+
+class InProcessWalker:
+    """One walker. Copies and pickles carry its whole state, by its episode's record."""
+
+    def __init__(self, env_id: str, parameters: Mapping[str, Any]) -> None:
+        self._environment = _core.Environment(env_id, dict(parameters))
+        self.specification: Specification = self._environment.specification
+
+    def reset(
+        self,
+        seed: int | None,
+        random: np.random.Generator,
+        observation: NDArray[Any],
+        info: NDArray[np.float64],
+    ) -> None:
+        """Begins an episode from the generator, which has been seeded already."""
+        set_state(random, self._environment.reset(state_of(random), observation, info))
+
+    def step(
+        self,
+        action: NDArray[np.float64],
+        observation: NDArray[Any],
+        info: NDArray[np.float64],
+    ) -> tuple[float, bool, bool, str]:
+        return self._environment.step(action, observation, info)
+
+    def close(self) -> None:
+        """There is nothing to let go of before the object goes."""
+
+
+class InProcessWalkers:
+    """A pool."""
+
+    def __init__(
+        self,
+        env_id: str,
+        parameters: Mapping[str, Any],
+        num_envs: int,
+        num_threads: int,
+        autoreset_mode: str,
+        batch_size: int = 0,
+    ) -> None:
+        self._pool = _core.Pool(
+            env_id, dict(parameters), num_envs, num_threads, autoreset_mode, batch_size
+        )
+        self.specification: Specification = self._pool.specification
+        self.num_envs = self._pool.num_envs
+        self.num_threads = self._pool.num_threads
+        self.batch_size = self._pool.batch_size
+        self._observation_size = len(self.specification["observation_low"])
+        self._num_infos = len(self.specification["info_names"])
+        self._dtype = np.dtype(self.specification["observation_dtype"])
+
+    def _rows(self, count: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
+        return (
+            np.empty((count, self._observation_size), self._dtype),
+            np.empty((count, self._num_infos)),
+        )
+
+    def _batch(self, count: int) -> Batch:
+        observations, info = self._rows(count)
+        flags = np.empty((2, count), np.bool_)
+        return Batch(observations, np.empty(count), flags[0], flags[1], info)
+
+    def reset(
+        self, environments: list[int], seeds: Sequence[int | None]
+    ) -> tuple[NDArray[Any], NDArray[np.float64]]:
+        observations, info = self._rows(self.num_envs)
+        self._pool.reset(environments, seeds, observations, info)
+        return observations, info
+
+    def step(self, actions: NDArray[np.float64]) -> Batch:
+        batch = self._batch(self.num_envs)
+        self._pool.step(actions, *batch)
+        return batch
+
+    def final_rows(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
+        observations, info = self._rows(self.num_envs)
+        self._pool.final_rows(observations, info)
+        return observations, info
+
+    def error(self, environment: int) -> str:
+        return self._pool.error(environment)
+
+    def send(self, actions: NDArray[np.float64], environments: list[int]) -> None:
+        """Begins to step some; actions of shape (count, action size)."""
+        self._pool.send(actions, environments)
+
+    def recv(self) -> tuple[Batch, list[int]]:
+        """The next `batch_size` that have arrived, and which these are."""
+        batch = self._batch(self.batch_size)
+        return batch, self._pool.recv(*batch)
+
+    def final_rows_received(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
+        """As `final_rows`, in the order of the last `recv`."""
+        observations, info = self._rows(self.batch_size)
+        self._pool.final_rows_received(observations, info)
+        return observations, info
+
+    def generator_states(self) -> list[GeneratorState]:
+        return [self._pool.generator_state(i) for i in range(self.num_envs)]
+
+    def set_generator_state(self, environment: int, state: GeneratorState) -> None:
+        self._pool.set_generator_state(environment, state)
+
+    def close(self) -> None:
+        """The pool's threads end with it."""
+        del self._pool
