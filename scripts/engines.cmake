@@ -1,6 +1,6 @@
 # The engines as interface targets, walker_sim_box2d and walker_sim_mujoco, each with its origin as
-# a definition. Sets mujoco_dir and mujoco_library, for what is to be installed: mujoco_dir is empty
-# where the library is the distribution's.
+# a definition. Sets mujoco_dir, mujoco_library and mujoco_licences, for what is to be installed:
+# mujoco_dir is empty where the library is the distribution's.
 
 # Sets OUT to the folder in the cache that holds the pinned ENGINE, as scripts/fetch_engines names it.
 function(walker_sim_fetch_engine engine out)
@@ -138,6 +138,7 @@ endif()
 if(mujoco_dir)
   configure_file(${mujoco_library} mujoco/libmujoco.so.2.2.2 COPYONLY)
   set(mujoco_library ${CMAKE_CURRENT_BINARY_DIR}/mujoco/libmujoco.so.2.2.2)
+  file(GLOB mujoco_licences ${mujoco_dir}/*LICENSE* ${mujoco_dir}/THIRD_PARTY*)
 endif()
 add_library(mujoco_shared SHARED IMPORTED)
 set_target_properties(mujoco_shared PROPERTIES IMPORTED_LOCATION ${mujoco_library})

@@ -4,7 +4,7 @@
 # shellcheck disable=SC2034  # used by setup.sh
 
 common_packages=(build-essential ca-certificates cmake git libbox2d-dev libgtest-dev
-  ninja-build python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
+  ninja-build pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
 lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
 
 message_packages=(diagnostic geometry nav sensor std visualization)

@@ -10,15 +10,19 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import pkgutil
+import sys
 from typing import TYPE_CHECKING, Any
 
 # A ROS workspace and an installed wheel may both be in sight, in either order: the messages come
 # from the one, the extension module from whichever has it for this Python.
 __path__ = pkgutil.extend_path(__path__, __name__)
 
+# Of the Python files. CMakeLists.txt compares it with package.xml.
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from walker_sim.environment import WalkerEnv
     from walker_sim.errors import (
         ConnectionError,
@@ -55,7 +59,34 @@ __all__ = [
 ]
 
 
+def _load_core() -> ModuleType:
+    """The extension module, if it is of the same version as the Python files that call it."""
+    try:
+        core = importlib.import_module("walker_sim._core")
+    except ModuleNotFoundError as error:
+        if error.name != "walker_sim._core":
+            raise
+        version = ".".join(map(str, sys.version_info[:2]))
+        raise ImportError(
+            f"walker_sim has no extension module for this Python, {version} ({sys.executable}), in "
+            f"{', '.join(__path__)}. A ROS workspace has one for the Python it was built with; for "
+            "another, install walker_sim into it too: pip install FOLDER, the folder of its sources"
+        ) from None
+    if core.__version__ != __version__:
+        globals().pop("_core", None)  # or the next import would find it without coming here
+        files = importlib.util.find_spec("walker_sim.registration")
+        raise ImportError(
+            f"walker_sim {__version__} ({files and files.origin}) found the extension module of "
+            f"walker_sim {core.__version__} ({core.__file__}): two installations are on the path, "
+            "and both must have the same version. Install or build one of them anew, or take it "
+            "off the path"
+        )
+    return core
+
+
 def __getattr__(name: str) -> Any:
+    if name == "_core":
+        return _load_core()
     if name in _HOMES:
         return getattr(importlib.import_module(f"walker_sim.{_HOMES[name]}"), name)
     raise AttributeError(f"module 'walker_sim' has no attribute {name!r}")

@@ -2,33 +2,46 @@
 
 from __future__ import annotations
 
-import math
+from typing import NamedTuple
 
 import gymnasium
-
-from walker_sim import _core
 
 NAMESPACE = "walker_sim"
 
 
+class Registration(NamedTuple):
+    """What Gymnasium itself wants to know of a walker."""
+
+    max_episode_steps: int
+    reward_threshold: float | None
+
+
+# The core knows this too; but so, importing walker_sim, be it for its messages alone, loads no
+# engine and works where there is no extension module for this Python.
+_REGISTRATIONS = {
+    "BipedalWalker-v3": Registration(1600, 300.0),
+    "BipedalWalkerHardcore-v3": Registration(2000, 300.0),
+    "Walker2d-v4": Registration(1000, None),
+    "Walker2d-v5": Registration(1000, None),
+}
+
+
 def ids() -> list[str]:
     """What `gymnasium.make` takes, e.g. ``walker_sim/BipedalWalker-v3``."""
-    return [f"{NAMESPACE}/{env_id}" for env_id in _core.ids()]
+    return [f"{NAMESPACE}/{env_id}" for env_id in _REGISTRATIONS]
 
 
 def register_all() -> None:
     """Registers all ids with Gymnasium, single and vectorised; again is no error."""
-    for env_id in _core.ids():
+    for env_id, registration in _REGISTRATIONS.items():
         name = f"{NAMESPACE}/{env_id}"
         if name in gymnasium.registry:
             continue
-        specification = _core.Environment(env_id, {}).specification
-        threshold = specification["reward_threshold"]
         gymnasium.register(
             id=name,
             entry_point="walker_sim.environment:WalkerEnv",
             vector_entry_point="walker_sim.vector_environment:WalkerVectorEnv",
-            reward_threshold=None if math.isnan(threshold) else threshold,
-            max_episode_steps=specification["max_episode_steps"],
+            reward_threshold=registration.reward_threshold,
+            max_episode_steps=registration.max_episode_steps,
             kwargs={"env_id": env_id},
         )

@@ -1,0 +1,12 @@
+"""For catkin, which makes one package of these files and the messages. pip reads pyproject.toml."""
+
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(
+    **generate_distutils_setup(
+        packages=["walker_sim"],
+        package_dir={"": "src/python"},
+        package_data={"walker_sim": ["*.pyi", "py.typed"]},
+    )
+)

@@ -1,0 +1,29 @@
+"""The workspace's package: the messages and the Python files are one."""
+
+import subprocess
+import sys
+
+import pytest
+
+
+def printed(python, program):
+    done = subprocess.run([python, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_one_python_imports_all():
+    program = "import walker_sim, gymnasium, rospy, walker_sim.msg, walker_sim.srv; print({})"
+    made = "gymnasium.make('walker_sim/Walker2d-v5').reset(seed=1)[0].shape"
+    assert printed(sys.executable, program.format(made)) == "(17,)"
+
+
+@pytest.mark.parametrize("python", ["/usr/bin/python3", sys.executable])
+def test_the_messages_need_no_numpy_and_no_extension_module(python):
+    program = """
+import sys
+sys.modules["numpy"] = sys.modules["gymnasium"] = sys.modules["walker_sim._core"] = None
+import walker_sim.msg, walker_sim.srv
+print(walker_sim.msg.Transition._type, walker_sim.srv.Step._type)
+"""
+    assert printed(python, program) == "walker_sim/Transition walker_sim/Step"

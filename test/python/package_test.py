@@ -1,0 +1,113 @@
+"""The package as such: what an import needs, what it registers, and what happens where its parts
+are of two installations."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import gymnasium
+import pytest
+import walker_sim
+from walker_sim import _core
+
+SOURCE = pathlib.Path(__file__).parents[2]
+WITH_CORE = pathlib.Path(_core.__file__).parents[1]
+IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
+MAKE = "gymnasium.make('walker_sim/BipedalWalker-v3').reset(seed=1)"
+
+
+def last_line(program, *folders):
+    """What the program says last in a Python with these folders on its path."""
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, folders))},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    return done.stdout.strip().splitlines()[-1]
+
+
+@pytest.fixture()
+def files(tmp_path):
+    """A folder with a copy of the Python files, and without an extension module."""
+    ignored = shutil.ignore_patterns("*.so", "__pycache__")
+    shutil.copytree(SOURCE / "src/python/walker_sim", tmp_path / "walker_sim", ignore=ignored)
+    return tmp_path
+
+
+def test_there_is_one_version():
+    version = ElementTree.parse(SOURCE / "package.xml").findtext("version")
+    assert walker_sim.__version__ == version
+    assert _core.__version__ == version
+
+
+def test_the_ids_are_the_cores():
+    assert walker_sim.ids() == [f"walker_sim/{env_id}" for env_id in _core.ids()]
+    assert sorted(_core.ids()) == sorted(IDS)
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_what_is_registered_is_what_core_and_gymnasium_have(env_id):
+    ours, theirs = gymnasium.spec(f"walker_sim/{env_id}"), gymnasium.spec(env_id)
+    for name in ("max_episode_steps", "reward_threshold", "nondeterministic", "order_enforce"):
+        assert getattr(ours, name) == getattr(theirs, name), name
+    core = _core.Environment(env_id, {}).specification
+    assert ours.max_episode_steps == core["max_episode_steps"]
+    # None is NaN there.
+    assert repr(float(ours.reward_threshold or "nan")) == repr(core["reward_threshold"])
+
+
+def test_all_public_names_are_there():
+    for name in walker_sim.__all__:
+        assert getattr(walker_sim, name) is not None
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        _ = walker_sim.nothing
+
+
+def test_an_import_needs_neither_gymnasium_nor_numpy_nor_the_extension_module(files):
+    hide = "import sys; sys.modules.update(gymnasium=None, numpy=None)"
+    assert last_line(f"{hide}; import walker_sim; print(walker_sim.__file__)", files) == str(
+        files / "walker_sim/__init__.py"
+    )
+
+
+def test_an_import_loads_no_engine():
+    program = "import walker_sim; print('mujoco' in open('/proc/self/maps').read(), {})"
+    loaded = "walker_sim._core is not None and 'mujoco' in open('/proc/self/maps').read()"
+    assert last_line(program.format(loaded), *sys.path[1:]) == "False True"
+
+
+def test_the_extension_module_may_stand_in_another_folder(files):
+    program = f"import gymnasium, walker_sim; {MAKE}; print(walker_sim._core.__file__)"
+    assert last_line(program, files, WITH_CORE) == _core.__file__
+
+
+def test_without_an_extension_module_the_message_says_so(files):
+    said = last_line(f"import gymnasium, walker_sim; {MAKE}", files)
+    version = ".".join(map(str, sys.version_info[:2]))
+    assert f"walker_sim has no extension module for this Python, {version} " in said
+    assert str(files) in said
+    assert "pip install" in said
+
+
+def test_versions_that_differ_are_refused_each_time(files):
+    init = files / "walker_sim/__init__.py"
+    init.write_text(init.read_text().replace(f'"{walker_sim.__version__}"', '"0.0.7"'))
+    program = f"""
+import gymnasium, walker_sim
+for _ in range(2):
+    try:
+        {MAKE}
+    except ImportError as error:
+        print(error)
+    else:
+        print('made')
+"""
+    said = last_line(program, files, WITH_CORE)
+    assert f"walker_sim 0.0.7 ({files}/walker_sim/" in said
+    assert f"walker_sim {walker_sim.__version__} ({_core.__file__})" in said
