@@ -1,6 +1,8 @@
 #include "python/environment.h"
 
 #include <cstddef>
+#include <cstring>
+#include <optional>
 #include <utility>
 
 #include "python/arrays.h"
@@ -14,6 +16,26 @@ namespace {
 
 /// As for the server's records: then they are given up, for an episode may have no end.
 constexpr std::size_t kMostRecordedSteps = 1000000;
+
+std::string engine_of(const Specification& specification) {
+  return specification.engine + " " + specification.engine_version;
+}
+
+py::bytes to_bytes(const std::vector<double>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)};
+}
+
+std::vector<double> from_bytes(const py::handle& object) {
+  const auto bytes = object.cast<std::string>();
+  std::vector<double> values(bytes.size() / sizeof(double));
+  bytes.copy(reinterpret_cast<char*>(values.data()), values.size() * sizeof(double));
+  return values;
+}
+
+/// NaN equals itself.
+bool have_equal_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
 
 }  // namespace
 
@@ -36,16 +58,7 @@ py::tuple RecordedEnvironment::reset(const py::sequence& generator_state, py::ha
   GeneratorState after{};
   {
     const Unlocked unlocked(mutex_);
-    environment_->set_generator_state(before);
-    has_episode_ = false;  // stays so where the reset throws
-    Result result;
-    result.observation = observation_.data();
-    result.info = info_.data();
-    environment_->reset(std::nullopt, result);
-    has_episode_ = true;
-    is_too_long_ = false;
-    generator_state_ = before;
-    actions_.clear();
+    begin(before);
     after = environment_->generator_state();
     observations.take(observation_.data());
     infos.take(info_.data());
@@ -61,16 +74,7 @@ py::tuple RecordedEnvironment::step(py::handle action, py::handle observation, p
   std::string error;
   {
     const Unlocked unlocked(mutex_);
-    result.observation = observation_.data();
-    result.info = info_.data();
-    environment_->step(actions.data(), actions.size(), result);
-    if (actions_.size() >= kMostRecordedSteps * actions.size()) {
-      is_too_long_ = true;
-      actions_ = {};
-    }
-    if (!is_too_long_) {
-      actions_.insert(actions_.end(), actions.data(), actions.data() + actions.size());
-    }
+    advance(actions.data(), actions.size(), result);
     observations.take(observation_.data());
     infos.take(info_.data());
     error = result.error;
@@ -78,58 +82,86 @@ py::tuple RecordedEnvironment::step(py::handle action, py::handle observation, p
   return py::make_tuple(result.reward, result.terminated, result.truncated, error);
 }
 
+void RecordedEnvironment::begin(const GeneratorState& generator_state) {
+  environment_->set_generator_state(generator_state);
+  episode_.has_begun = false;  // stays so where the reset throws
+  Result result;
+  result.observation = observation_.data();
+  result.info = info_.data();
+  environment_->reset(std::nullopt, result);
+  episode_.has_begun = true;
+  episode_.generator_state = generator_state;
+  episode_.actions.clear();
+  episode_.is_too_long = false;
+}
+
+void RecordedEnvironment::advance(const double* action, std::size_t size, Result& result) {
+  result.observation = observation_.data();
+  result.info = info_.data();
+  environment_->step(action, size, result);
+  if (episode_.actions.size() >= kMostRecordedSteps * size) {
+    episode_.is_too_long = true;
+    episode_.actions = {};
+  }
+  if (!episode_.is_too_long) {
+    episode_.actions.insert(episode_.actions.end(), action, action + size);
+  }
+}
+
 py::tuple RecordedEnvironment::state() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
+  Episode episode;
+  std::vector<double> observation;
+  {
+    const Unlocked unlocked(mutex_);
+    episode = episode_;
+    observation = observation_;
+  }
   const Specification& specification = environment_->specification();
-  if (has_episode_ && !specification.episodes_are_independent) {
+  if (episode.has_begun && !specification.episodes_are_independent) {
     throw py::value_error(
         "with reuse_world an episode depends on those before it, so it cannot be copied or stored; "
         "only an environment before its first reset can");
   }
-  if (is_too_long_) {
+  if (episode.is_too_long) {
     throw py::value_error("an episode of more than " + std::to_string(kMostRecordedSteps) +
                           " steps cannot be copied or stored");
   }
-  const py::bytes actions(reinterpret_cast<const char*>(actions_.data()),
-                          actions_.size() * sizeof(double));
-  return py::make_tuple(version(), specification.engine + " " + specification.engine_version, id_,
-                        to_dict(parameters_), has_episode_, to_tuple(generator_state_), actions);
+  return py::make_tuple(version(), engine_of(specification), id_, to_dict(parameters_),
+                        episode.has_begun, to_tuple(episode.generator_state),
+                        to_bytes(episode.actions), to_bytes(observation));
 }
 
 std::unique_ptr<RecordedEnvironment> RecordedEnvironment::from_state(const py::tuple& state) {
-  constexpr std::size_t kFields = 7;
+  constexpr std::size_t kFields = 8;
   if (state.size() != kFields) throw py::value_error("this is no stored environment");
   auto environment = std::make_unique<RecordedEnvironment>(state[2].cast<std::string>(),
                                                            state[3].cast<py::dict>());
   const Specification& specification = environment->environment_->specification();
-  const std::string engine = specification.engine + " " + specification.engine_version;
+  const std::string engine = engine_of(specification);
   if (state[0].cast<std::string>() != version() || state[1].cast<std::string>() != engine) {
     throw py::value_error("stored by walker_sim " + state[0].cast<std::string>() + " on " +
                           state[1].cast<std::string>() + "; this is walker_sim " + version() +
                           " on " + engine);
   }
   if (!state[4].cast<bool>()) return environment;
-  environment->generator_state_ = to_generator_state(state[5].cast<py::sequence>());
-  const auto bytes = state[6].cast<std::string>();
-  std::vector<double> actions(bytes.size() / sizeof(double));
-  bytes.copy(reinterpret_cast<char*>(actions.data()), actions.size() * sizeof(double));
-  const py::gil_scoped_release release;
-  environment->replay(actions);
-  return environment;
-}
-
-void RecordedEnvironment::replay(const std::vector<double>& actions) {
-  Result result;
-  result.observation = observation_.data();
-  result.info = info_.data();
-  environment_->set_generator_state(generator_state_);
-  environment_->reset(std::nullopt, result);
-  has_episode_ = true;
-  const std::size_t size = environment_->specification().action_size();
-  for (std::size_t i = 0; i + size <= actions.size(); i += size) {
-    environment_->step(actions.data() + i, size, result);
+  const GeneratorState generator_state = to_generator_state(state[5].cast<py::sequence>());
+  const std::vector<double> actions = from_bytes(state[6]);
+  const std::vector<double> observation = from_bytes(state[7]);
+  {
+    const py::gil_scoped_release release;
+    environment->begin(generator_state);
+    const std::size_t size = specification.action_size();
+    Result result;
+    for (std::size_t i = 0; i + size <= actions.size(); i += size) {
+      environment->advance(actions.data() + i, size, result);
+    }
   }
-  actions_ = actions;
+  if (!have_equal_bits(environment->observation_, observation)) {
+    throw py::value_error(
+        "the stored episode of " + environment->id_ +
+        " comes out differently here; has a file changed that its parameters name?");
+  }
+  return environment;
 }
 
 void bind_environment(py::module& module) {

@@ -3,7 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include <cstdint>
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -35,21 +35,29 @@ class RecordedEnvironment {
   /// For pickle and copy: how to come to the present state.
   /// @throws ValueError where the episode depends on those before it, or is too long
   pybind11::tuple state() const;
+
+  /// @throws ValueError where another version stored it, or the episode comes out differently
   static std::unique_ptr<RecordedEnvironment> from_state(const pybind11::tuple& state);
 
  private:
-  void replay(const std::vector<double>& actions);
+  /// What leads to the present state.
+  struct Episode {
+    bool has_begun = false;
+    GeneratorState generator_state{};  ///< before the reset
+    std::vector<double> actions;       ///< since the reset
+    bool is_too_long = false;          ///< the actions have been given up
+  };
+
+  void begin(const GeneratorState& generator_state);
+  void advance(const double* action, std::size_t size, Result& result);
 
   std::string id_;
   Parameters parameters_;
   std::unique_ptr<Environment> environment_;
   mutable std::mutex mutex_;
-  std::vector<double> observation_;
+  std::vector<double> observation_;  // the last
   std::vector<double> info_;
-  bool has_episode_ = false;
-  GeneratorState generator_state_{};  // before the reset
-  std::vector<double> actions_;       // since the reset
-  bool is_too_long_ = false;          // the actions have been given up
+  Episode episode_;
 };
 
 /// Adds the class to the module.

@@ -25,6 +25,7 @@ void raise(const char* name, const std::exception& error) {
   PyErr_SetString(py::module::import("walker_sim.errors").attr(name).ptr(), error.what());
 }
 
+// pybind11 wants it by value. NOLINTNEXTLINE(performance-unnecessary-value-param)
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);

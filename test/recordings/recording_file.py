@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import pathlib
 from importlib.metadata import version
 
 import numpy as np
-from gymnasium_reference import hashes
+from gymnasium_reference import Plan, Session, hashes
 
 FOLDER = pathlib.Path(__file__).parent
 LARGE_SEEDS = (
@@ -42,3 +43,23 @@ def hash_lines(rows, per_line=11):
     words = [f"{value & 0xFFFFFFFF:08x}" for value in map(int, hashes(rows))]
     for i in range(0, len(words), per_line):
         yield " ".join(words[i : i + per_line])
+
+
+def read_sessions(name):
+    """The sessions of a recording of hashes. Returns a list of Session with, for each of its plans,
+    the low 32 bits of the rows' hashes, shape (steps + 1,)."""
+    sessions = []
+    lines = (FOLDER / name).read_text(encoding="ascii").splitlines()
+    words = (word for line in lines if not line.startswith("#") for word in line.split())
+    for word in words:
+        if word == "session":
+            environment_id = next(words)
+            assignments = [next(words).split("=", 1) for _ in range(int(next(words)))]
+            parameters = {parameter: json.loads(value) for parameter, value in assignments}
+            sessions.append((Session(environment_id, parameters, []), []))
+        else:
+            kind, seed, action_seed, steps = (next(words) for _ in range(4))
+            session, recorded = sessions[-1]
+            session.plans.append(Plan(kind, None if seed == "-" else int(seed), int(action_seed)))
+            recorded.append(np.array([int(next(words), 16) for _ in range(int(steps) + 1)]))
+    return sessions

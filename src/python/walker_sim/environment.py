@@ -6,8 +6,10 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
+from walker_sim.errors import InvalidAction
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.transport import TRANSPORTS, Walker
 
@@ -33,8 +35,31 @@ def make_walker(
     raise ValueError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
 
 
+def to_action(given: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """The numbers of an action: an array of any type of numbers, a list, or a tensor.
+
+    Raises
+    ------
+    walker_sim.InvalidAction
+        For another shape, which Gymnasium's walkers would take for an action at times, and for
+        what is not made of numbers.
+    """
+    try:
+        action = np.asarray(given)
+    except ValueError as error:
+        raise InvalidAction(f"action = {given!r}: must be an array of shape {shape}") from error
+    if action.dtype.kind not in "fiub":
+        raise InvalidAction(f"action = {given!r}: must hold numbers, not {action.dtype}")
+    if action.shape != shape:
+        raise InvalidAction(f"action has shape {action.shape}; must have {shape}, one per joint")
+    return np.ascontiguousarray(action, np.float64)
+
+
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     """A walker with Gymnasium's spaces, rewards and bits.
+
+    Copies (``copy.deepcopy``) and pickles carry the whole state: from there both go on alike, to
+    the bit. Threads may share an environment; its calls are made one after the other.
 
     Parameters
     ----------
@@ -84,13 +109,15 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             )
         self.render_mode = None
         self._transport = transport
-        self._walker = make_walker(
+        self._walker: Walker | None = make_walker(
             env_id, transport, server, master_uri, timeout, max_episode_steps, parameters
         )
         specification = self._walker.specification
+        self._dt = float(specification["dt"])
         self.observation_space = observation_space_of(specification)
         self.action_space = action_space_of(specification)
-        self.metadata = {**self.metadata, "render_fps": round(1 / specification["dt"])}
+        self.metadata = {**self.metadata, "render_fps": round(1 / self._dt)}
+        self._action_shape = self.action_space.shape
         self._info_names = specification["info_names"]
         self._observation_size = len(specification["observation_low"])
         self._observation_dtype = np.dtype(specification["observation_dtype"])
@@ -98,7 +125,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def dt(self) -> float:
         """Simulation time of one step [s]."""
-        return float(self._walker.specification["dt"])
+        return self._dt
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -118,10 +145,18 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             Shape as `observation_space`.
         info
             Floats by name.
+
+        Raises
+        ------
+        gymnasium.error.Error
+            For a seed that is negative or not a Python integer.
+        gymnasium.error.ClosedEnvironmentError
+            After `close`.
         """
+        walker = self._open_walker("reset")
         super().reset(seed=seed)
         observation, info = self._arrays()
-        self._walker.reset(seed, self.np_random, observation, info)
+        walker.reset(seed, self.np_random, observation, info)
         return observation, self._to_dict(info)
 
     def step(self, action: NDArray[Any]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
@@ -140,22 +175,35 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Raises
         ------
         walker_sim.InvalidAction
-            For a wrong size, or a value that is not finite. Nothing has moved.
+            For another shape, or a value that is no finite number. Nothing has moved.
         walker_sim.ResetNeeded
             Without a running episode.
+        gymnasium.error.ClosedEnvironmentError
+            After `close`.
         """
+        walker = self._open_walker("step")
+        values = to_action(action, self._action_shape)
         observation, info = self._arrays()
-        reward, terminated, truncated, error = self._walker.step(
-            np.ascontiguousarray(action, np.float64), observation, info
-        )
+        reward, terminated, truncated, error = walker.step(values, observation, info)
         infos = self._to_dict(info)
         if error:
             infos["error"] = error
         return observation, reward, terminated, truncated, infos
 
+    def render(self) -> None:
+        """There is no rendering yet."""
+        raise NotImplementedError("render: there is no rendering yet")
+
     def close(self) -> None:
-        """Lets go of the connection, if there is one."""
-        self._walker.close()
+        """Lets go of the walker, and of the connection if there is one; again does nothing."""
+        if self._walker is not None:
+            self._walker.close()
+        self._walker = None
+
+    def _open_walker(self, call: str) -> Walker:
+        if self._walker is None:
+            raise ClosedEnvironmentError(f"{call}: the environment has been closed")
+        return self._walker
 
     def _arrays(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
         return (

@@ -57,7 +57,8 @@ class InProcessWalker:
         info: NDArray[np.float64],
     ) -> None:
         """Begins an episode from the generator, which has been seeded already."""
-        set_state(random, self._environment.reset(state_of(random), observation, info))
+        with random.bit_generator.lock:  # as NumPy's own draws do
+            set_state(random, self._environment.reset(state_of(random), observation, info))
 
     def step(
         self,

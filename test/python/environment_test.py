@@ -1,0 +1,365 @@
+"""One walker in this process is what a user of Gymnasium expects, in all but its bits."""
+
+import re
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from gymnasium.utils.env_checker import check_env
+from walker_sim import WalkerEnv
+from walkers import IDS, follow, make_ours, make_theirs, random_actions
+
+PAIRS = pytest.mark.parametrize("environment_id", IDS)
+
+
+def wrapper_types(environment):
+    types = []
+    while environment is not environment.unwrapped:
+        types.append(type(environment))
+        environment = environment.env
+    return types
+
+
+def warnings_of_check(environment):
+    # Gymnasium's own draw themselves when rendering is checked; ours have no mode to be checked.
+    has_modes = environment.metadata["render_modes"] != []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        check_env(environment, skip_render_check=has_modes)
+    return [str(warning.message).replace("walker_sim/", "") for warning in caught]
+
+
+@PAIRS
+def test_checker_warns_of_nothing_that_it_spares_gymnasiums_own(environment_id):
+    theirs = warnings_of_check(make_theirs(environment_id).unwrapped)
+    ours = warnings_of_check(make_ours(environment_id).unwrapped)
+    assert [warning for warning in ours if warning not in theirs] == []
+
+
+@PAIRS
+def test_specification(environment_id):
+    ours, theirs = make_ours(environment_id), make_theirs(environment_id)
+    assert ours.spec.id == f"walker_sim/{environment_id}"
+    assert ours.spec.id in walker_sim.ids()
+    for name in ("reward_threshold", "max_episode_steps", "nondeterministic", "order_enforce"):
+        assert getattr(ours.spec, name) == getattr(theirs.spec, name), name
+    assert wrapper_types(ours) == wrapper_types(theirs)
+    assert ours.metadata == {"render_modes": [], "render_fps": theirs.metadata["render_fps"]}
+    assert ours.unwrapped.dt == pytest.approx(1 / theirs.metadata["render_fps"], rel=1e-12)
+
+
+@PAIRS
+@pytest.mark.parametrize("name", ["observation_space", "action_space"])
+def test_spaces(environment_id, name):
+    ours, theirs = (getattr(make(environment_id), name) for make in (make_ours, make_theirs))
+    assert ours == theirs
+    assert ours.dtype == theirs.dtype
+    for space in (ours, theirs):
+        space.seed(5)
+    assert ours.sample().tobytes() == theirs.sample().tobytes()
+
+
+@pytest.mark.parametrize(
+    ("environment_id", "parameters"),
+    [
+        ("BipedalWalker-v3", {"hardcore": True}),
+        ("Walker2d-v4", {"exclude_current_positions_from_observation": False}),
+        ("Walker2d-v5", {"exclude_current_positions_from_observation": False, "frame_skip": 5}),
+    ],
+)
+def test_spaces_and_metadata_follow_the_parameters(environment_id, parameters):
+    ours, theirs = (make(environment_id, **parameters) for make in (make_ours, make_theirs))
+    assert ours.observation_space == theirs.observation_space
+    assert ours.metadata["render_fps"] == theirs.metadata["render_fps"]
+    assert ours.reset(seed=3)[0].shape == theirs.reset(seed=3)[0].shape
+
+
+@PAIRS
+def test_results_have_gymnasiums_types(environment_id):
+    environment = make_ours(environment_id)
+    observation, info = environment.reset(seed=1)
+    assert observation in environment.observation_space
+    assert observation.dtype == environment.observation_space.dtype
+    assert observation.flags.writeable
+    assert observation.flags.owndata
+    observation, reward, terminated, truncated, info = environment.step(
+        environment.action_space.sample()
+    )
+    assert observation.dtype == environment.observation_space.dtype
+    assert [type(value) for value in (reward, terminated, truncated)] == [float, bool, bool]
+    assert all(type(value) is float for value in info.values())
+
+
+@PAIRS
+def test_infos_have_gymnasiums_names(environment_id):
+    ours, theirs = make_ours(environment_id), make_theirs(environment_id)
+    assert list(ours.reset(seed=2)[1]) == list(theirs.reset(seed=2)[1])
+    action = random_actions(environment_id, 1)[0]
+    assert list(ours.step(action)[-1]) == list(theirs.step(action)[-1])
+
+
+def state_after_seed(environment, seed):
+    """Of the generator, or the error."""
+    try:
+        environment.reset(seed=seed)
+    except Exception as error:
+        return type(error), str(error)
+    return environment.unwrapped.np_random.bit_generator.state
+
+
+@PAIRS
+@pytest.mark.parametrize(
+    "seed", [0, True, 2**32, 2**64, 2**100 + 1, -1, 1.5, "1", np.int64(3), np.uint8(3)], ids=repr
+)
+def test_seeds_are_treated_as_gymnasium_treats_them(environment_id, seed):
+    ours, theirs = make_ours(environment_id), make_theirs(environment_id)
+    assert state_after_seed(ours, seed) == state_after_seed(theirs, seed)
+
+
+@PAIRS
+def test_options_are_ignored_as_gymnasium_ignores_them(environment_id):
+    environment = make_ours(environment_id)
+    expected, _ = environment.reset(seed=8)
+    observation, _ = environment.reset(seed=8, options={"anything": 1})
+    assert observation.tobytes() == expected.tobytes()
+
+
+@PAIRS
+def test_np_random_is_the_generator_of_the_walker(environment_id):
+    """Its state is Gymnasium's after every reset, also after draws of the user's and after another
+    generator has been set."""
+    pair = [make(environment_id).unwrapped for make in (make_ours, make_theirs)]
+
+    def states():
+        return [environment.np_random.bit_generator.state for environment in pair]
+
+    def do(action):
+        return [action(environment) for environment in pair]
+
+    steps = [
+        lambda environment: environment.reset(seed=11),
+        lambda environment: environment.reset(),
+        lambda environment: environment.np_random.uniform(),
+        lambda environment: environment.reset(),
+        lambda environment: environment.np_random.integers(5),  # leaves half a number behind
+        lambda environment: environment.reset(),
+        lambda environment: setattr(environment, "np_random", np.random.default_rng(99)),
+        lambda environment: environment.reset(),
+    ]
+    for number, step in enumerate(steps):
+        do(step)
+        ours, theirs = states()
+        assert ours == theirs, number
+
+
+@PAIRS
+def test_the_next_episode_follows_from_np_random(environment_id):
+    environment = make_ours(environment_id).unwrapped
+    environment.reset(seed=11)
+    state = environment.np_random.bit_generator.state
+    undisturbed, _ = environment.reset()
+    environment.np_random.bit_generator.state = state
+    assert environment.reset()[0].tobytes() == undisturbed.tobytes()
+    environment.np_random.bit_generator.state = state
+    environment.np_random.random()
+    assert environment.reset()[0].tobytes() != undisturbed.tobytes()
+
+
+def test_np_random_seed():
+    environment = make_ours("Walker2d-v5").unwrapped
+    if not hasattr(gymnasium.Env, "np_random_seed"):
+        pytest.skip("this Gymnasium has no np_random_seed")
+    environment.reset(seed=17)
+    assert environment.np_random_seed == 17
+    environment.np_random = np.random.default_rng(1)
+    assert environment.np_random_seed == -1
+
+
+def test_a_generator_of_another_kind_is_refused():
+    environment = make_ours("Walker2d-v5").unwrapped
+    environment.np_random = np.random.Generator(np.random.MT19937(1))
+    with pytest.raises(ValueError, match="np_random is on MT19937; must be on PCG64"):
+        environment.reset()
+
+
+@PAIRS
+def test_after_close(environment_id):
+    environment = make_ours(environment_id)
+    environment.reset(seed=1)
+    environment.close()
+    environment.close()
+    closed = gymnasium.error.ClosedEnvironmentError
+    with pytest.raises(closed, match="step: the environment has been closed"):
+        environment.step(environment.action_space.sample())
+    with pytest.raises(closed, match="reset: the environment has been closed"):
+        environment.reset()
+    assert environment.unwrapped.dt > 0
+
+
+def test_with_statement_closes():
+    with make_ours("BipedalWalker-v3") as environment:
+        environment.reset(seed=1)
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+        environment.reset()
+
+
+@PAIRS
+def test_reset_is_needed(environment_id):
+    environment = make_ours(environment_id).unwrapped
+    actions = random_actions(environment_id, 2000)
+    assert issubclass(walker_sim.ResetNeeded, gymnasium.error.ResetNeeded)
+    with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet; reset first"):
+        environment.step(actions[0])
+    environment.reset(seed=4)
+    steps = next(i for i, action in enumerate(actions, 1) if environment.step(action)[2])
+    for _ in range(2):
+        with pytest.raises(walker_sim.ResetNeeded, match=f"ended after {steps} steps"):
+            environment.step(actions[0])
+    environment.reset()
+    environment.step(actions[0])
+
+
+@PAIRS
+@pytest.mark.parametrize(
+    ("alter", "message"),
+    [
+        (lambda action: action[:-1], r"action has shape \((3|5),\); must have \((4|6),\)"),
+        (lambda action: np.append(action, 0), r"action has shape \((5|7),\); must have"),
+        (lambda action: action[None], r"action has shape \(1, (4|6)\); must have"),
+        (lambda action: action.reshape(2, -1), r"action has shape \(2, (2|3)\); must have"),
+        (lambda action: action[0], r"action has shape \(\); must have"),
+        (lambda action: [], r"action has shape \(0,\); must have"),
+        (lambda action: np.append(action[:-1], np.nan), r"action\[(3|5)\] \(\w+\) = nan; must be"),
+        (lambda action: np.append(-np.inf, action[1:]), r"action\[0\] \(\w+\) = -inf; must be"),
+        (lambda action: "forward", "action = 'forward': must hold numbers, not <U7"),
+        (lambda action: [str(value) for value in action], "must hold numbers, not <U"),
+        (lambda action: [*action[:-1], None], "must hold numbers, not object"),
+        (lambda action: action + 1j, "must hold numbers, not complex"),
+        (lambda action: [[0.5], *action[1:]], "must be an array of shape"),
+    ],
+)
+def test_wrong_actions_are_refused_and_move_nothing(environment_id, alter, message):
+    environment = make_ours(environment_id).unwrapped
+    (action, *rest) = random_actions(environment_id, 4)
+    environment.reset(seed=6)
+    expected = follow(environment, [action, *rest])
+    environment.reset(seed=6)
+    rows = follow(environment, [action])
+    with pytest.raises(walker_sim.InvalidAction, match=message) as caught:
+        environment.step(alter(action))
+    assert isinstance(caught.value, gymnasium.error.InvalidAction)
+    assert isinstance(caught.value, ValueError)
+    assert rows + follow(environment, rest) == expected
+
+
+@PAIRS
+@pytest.mark.parametrize(
+    "form",
+    [
+        np.float64,
+        np.float16,
+        np.array,
+        list,
+        tuple,
+        lambda action: np.repeat(action, 2)[::2],
+        lambda action: action[::-1].copy()[::-1],
+        lambda action: action.astype(">f8"),
+        lambda action: action.astype(np.int8),
+        lambda action: [int(value) for value in action],
+    ],
+)
+def test_any_form_of_numbers_is_an_action(environment_id, form):
+    environment = make_ours(environment_id).unwrapped
+    actions = np.sign(random_actions(environment_id, 5))
+    environment.reset(seed=6)
+    expected = follow(environment, actions)
+    environment.reset(seed=6)
+    assert follow(environment, [form(action) for action in actions]) == expected
+
+
+@pytest.mark.parametrize(
+    ("environment_id", "parameters", "kind", "message"),
+    [
+        ("BipedalWalker-v3", {"hardcor": 1}, ValueError, "did you mean hardcore"),
+        ("BipedalWalker-v3", {"hardcore": 0.5}, ValueError, "must be true or false"),
+        ("BipedalWalker-v3", {"hardcore": None}, TypeError, "parameter hardcore = None: must be"),
+        ("BipedalWalker-v3", {"transport": "tcp"}, ValueError, "must be one of inprocess, ros"),
+        ("BipedalWalker-v3", {"frame_skip": 4}, ValueError, "parameter frame_skip = 4: unknown"),
+        ("Walker2d-v4", {"frame_skip": 4}, ValueError, "parameter frame_skip = 4: unknown"),
+        ("Walker2d-v5", {"frame_skip": 0}, ValueError, "parameter frame_skip = 0: must be"),
+        ("Walker2d-v5", {"frame_skip": 10**30}, ValueError, "parameter frame_skip = 1.0e"),
+        ("Walker2d-v5", {"healthy_z_range": (1,)}, ValueError, "must be a list of 2 numbers"),
+        ("Walker2d-v5", {"healthy_z_range": (1, "2")}, TypeError, "a sequence of numbers"),
+        ("Walker2d-v5", {"xml_file": "/no/such.xml"}, ValueError, "/no/such.xml"),
+        ("Walker2d-v5", {"healthy_reward": float("nan")}, ValueError, "healthy_reward = .nan"),
+    ],
+)
+def test_wrong_parameters_are_refused(environment_id, parameters, kind, message):
+    with pytest.raises(kind, match=re.escape(message)):
+        make_ours(environment_id, **parameters)
+
+
+def test_parameters_of_numpys_types():
+    plain = {"frame_skip": 2, "healthy_z_range": (0.5, 2.5), "terminate_when_unhealthy": False}
+    numpys = {
+        "frame_skip": np.int32(2),
+        "healthy_z_range": np.array([0.5, 2.5]),
+        "terminate_when_unhealthy": np.bool_(False),
+    }
+    actions = random_actions("Walker2d-v5", 100)
+    outcomes = []
+    for parameters in (plain, numpys):
+        environment = make_ours("Walker2d-v5", **parameters)
+        environment.reset(seed=2)
+        outcomes.append(follow(environment, actions))
+    assert outcomes[0] == outcomes[1]
+
+
+def test_an_unknown_id_is_refused():
+    with pytest.raises(ValueError, match="Walker2d-v3"):
+        WalkerEnv("Walker2d-v3")
+
+
+def test_hardcore_is_the_hardcore_id():
+    actions = random_actions("BipedalWalker-v3", 300)
+    outcomes = []
+    for environment in (
+        make_ours("BipedalWalker-v3", hardcore=True),
+        make_ours("BipedalWalkerHardcore-v3"),
+        make_ours("BipedalWalker-v3"),
+    ):
+        environment.reset(seed=1)
+        outcomes.append(follow(environment, actions))
+    assert outcomes[0] == outcomes[1]
+    assert outcomes[0] != outcomes[2]
+
+
+def test_there_is_no_rendering_yet():
+    with pytest.raises(ValueError, match="render_mode = 'rgb_array': there is no rendering yet"):
+        WalkerEnv("BipedalWalker-v3", render_mode="rgb_array")
+    with pytest.raises(NotImplementedError, match="there is no rendering yet"):
+        WalkerEnv("BipedalWalker-v3").render()
+
+
+def lengths_until(limit, environment):
+    environment.reset(seed=1)
+    for count in range(1, limit + 1):
+        if environment.step(np.zeros(6))[3]:
+            return count
+    return None
+
+
+def test_time_limit():
+    """Gymnasium's wrapper has it; the environment itself has none but on demand."""
+    endless = {"terminate_when_unhealthy": False}
+    assert lengths_until(1100, make_ours("Walker2d-v5", **endless)) == 1000
+    assert lengths_until(1100, make_ours("Walker2d-v5", max_episode_steps=7, **endless)) == 7
+    assert lengths_until(1100, WalkerEnv("Walker2d-v5", **endless)) is None
+    limited = WalkerEnv("Walker2d-v5", max_episode_steps=5, **endless)
+    assert lengths_until(1100, limited) == 5
+    with pytest.raises(walker_sim.ResetNeeded, match="ended after 5 steps"):
+        limited.step(np.zeros(6))
+    with pytest.raises(ValueError, match="max_episode_steps = -1"):
+        WalkerEnv("Walker2d-v5", max_episode_steps=-1)

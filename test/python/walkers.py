@@ -1,0 +1,43 @@
+"""Our environments and Gymnasium's own, side by side."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+
+IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
+
+
+def make_ours(environment_id, **parameters):
+    """Ours with all of Gymnasium's wrappers."""
+    import walker_sim  # noqa: F401  # registers the ids
+
+    return gymnasium.make(f"walker_sim/{environment_id}", **parameters)
+
+
+def make_theirs(environment_id, **parameters):
+    """Gymnasium's own; the test is skipped where this Gymnasium has no such id, or no engine."""
+    try:
+        return gymnasium.make(environment_id, **parameters)
+    except (gymnasium.error.UnregisteredEnv, gymnasium.error.DependencyNotInstalled) as error:
+        pytest.skip(str(error))
+
+
+def random_actions(environment_id, count, seed=0):
+    """Shape (count, action size), float32."""
+    size = 6 if environment_id.startswith("Walker2d") else 4
+    return np.random.default_rng(seed).uniform(-1, 1, (count, size)).astype(np.float32)
+
+
+def follow(environment, actions):
+    """Takes the actions, resetting without a seed where an episode ends. Returns what each call
+    gave, observations as bytes, to be compared by ``==``."""
+    outcomes = []
+    for action in actions:
+        observation, *outcome, info = environment.step(action)
+        outcomes.append((observation.tobytes(), *outcome, info))
+        if outcome[1] or outcome[2]:
+            observation, info = environment.reset()
+            outcomes.append((observation.tobytes(), info))
+    return outcomes
