@@ -1,0 +1,150 @@
+"""Walkers and threads: the interpreter runs on while a walker moves, and an environment that some
+threads share makes their calls one after the other.
+
+Nothing here is timed. Python is told to take the interpreter's lock from no thread; another one
+runs then only where the core lets go of the lock.
+"""
+
+import pickle
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
+
+import numpy as np
+import pytest
+from walker_sim import WalkerEnv
+from walkers import IDS
+
+ENDLESS = {"terminate_when_unhealthy": False}
+MOST_CALLS = 200000
+
+
+@pytest.fixture()
+def no_preemption():
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    yield
+    sys.setswitchinterval(interval)
+
+
+def another_thread_runs_during(call):
+    """Whether another thread comes to run while this one makes the same call again and again."""
+    has_run = []
+    gate = threading.Lock()
+
+    def run():
+        with gate:
+            has_run.append(True)
+
+    with gate:
+        thread = threading.Thread(target=run)
+        thread.start()
+        # From here on it waits for the gate, and then for the interpreter's lock.
+    for _ in range(MOST_CALLS):
+        if has_run:
+            break
+        call()
+    has_run_meanwhile = bool(has_run)
+    thread.join()
+    return has_run_meanwhile
+
+
+def test_a_call_that_keeps_the_lock_is_told_from_one_that_does_not(no_preemption):
+    assert not another_thread_runs_during(lambda: None)
+    assert another_thread_runs_during(lambda: time.sleep(0))
+
+
+def test_step_lets_other_threads_run(no_preemption):
+    environment = WalkerEnv("Walker2d-v5", **ENDLESS)
+    environment.reset(seed=1)
+    action = np.zeros(6)
+    assert another_thread_runs_during(lambda: environment.step(action))
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_reset_lets_other_threads_run(no_preemption, environment_id):
+    environment = WalkerEnv(environment_id)
+    assert another_thread_runs_during(environment.reset)
+
+
+def test_loading_lets_other_threads_run(no_preemption):
+    environment = WalkerEnv("Walker2d-v5", **ENDLESS)
+    environment.reset(seed=1)
+    for _ in range(20):
+        environment.step(np.zeros(6))
+    stored = pickle.dumps(environment)
+    assert another_thread_runs_during(lambda: pickle.loads(stored))
+
+
+def in_threads(function, count=4):
+    with ThreadPoolExecutor(count) as threads:
+        return list(threads.map(function, range(count)))
+
+
+def test_threads_with_an_environment_each():
+    def play(index):
+        environment = WalkerEnv(IDS[index % len(IDS)])
+        actions = np.random.default_rng(index).uniform(-1, 1, (1500, *environment._action_shape))
+        environment.reset(seed=index)
+        outcomes = []
+        for action in actions:
+            observation, reward, terminated, *_ = environment.step(action)
+            outcomes.append((observation.tobytes(), reward, terminated))
+            if terminated:
+                outcomes.append(environment.reset()[0].tobytes())
+        return outcomes
+
+    assert in_threads(play) == [play(index) for index in range(4)]
+
+
+def test_threads_that_share_an_environment():
+    """All take the same action: whoever comes first, together they see the one episode."""
+    steps = 600
+    shared, alone = (WalkerEnv("Walker2d-v5", **ENDLESS) for _ in range(2))
+    for environment in (shared, alone):
+        environment.reset(seed=3)
+
+    def play(environment, count):
+        action = np.full(6, 0.3)
+        return [(o.tobytes(), r) for o, r, *_ in (environment.step(action) for _ in range(count))]
+
+    seen = in_threads(lambda _: play(shared, steps))
+    assert sorted(chain(*seen)) == sorted(play(alone, 4 * steps))
+
+
+def test_threads_that_reset_a_shared_environment():
+    """No draw of the generator is given to two."""
+    resets = 200
+    shared, alone = (WalkerEnv("Walker2d-v4") for _ in range(2))
+    for environment in (shared, alone):
+        environment.np_random = np.random.default_rng(8)
+
+    def play(environment, count):
+        return [environment.reset()[0].tobytes() for _ in range(count)]
+
+    seen = in_threads(lambda _: play(shared, resets))
+    assert sorted(chain(*seen)) == sorted(play(alone, 4 * resets))
+
+
+def test_threads_that_store_what_another_moves():
+    """Each copy is of a whole step: it goes on along the one episode."""
+    environment = WalkerEnv("Walker2d-v5", **ENDLESS)
+    environment.reset(seed=3)
+    action = np.full(6, 0.3)
+    stop = threading.Event()
+
+    def move_or_store(index):
+        if index == 0:
+            rows = [environment.step(action)[0].tobytes() for _ in range(400)]
+            stop.set()
+            return rows
+        nexts = []
+        while not stop.is_set():
+            nexts.append(pickle.loads(pickle.dumps(environment)).step(action)[0].tobytes())
+        return nexts
+
+    moved, *stored = in_threads(move_or_store, 3)
+    moved.append(environment.step(action)[0].tobytes())
+    assert set(chain(*stored)) <= set(moved)
