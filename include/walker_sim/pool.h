@@ -50,7 +50,8 @@ struct Batch {
 };
 
 /// Not thread-safe: one thread calls, and works too. What comes out never depends on the number of
-/// threads. No call but the constructor, the first `reset` and the first `send` takes memory.
+/// threads. No call but the constructor, the first `reset` and the first `send` or `send_resets`
+/// takes memory.
 class WALKER_SIM_EXPORT Pool {
  public:
   /// @param make makes each of the environments, all alike; called in this thread
@@ -88,6 +89,12 @@ class WALKER_SIM_EXPORT Pool {
   ///         none or listed twice, std::logic_error for one that is under way; then nothing has
   ///         moved
   void send(const double* actions, const std::uint32_t* environments, std::size_t count);
+
+  /// Begins to reset some environments and returns at once: `recv` gives their first rows, with
+  /// reward 0. Their generators continue.
+  /// @param environments as `reset`, none of them under way
+  /// @throws as `send`, but that no episode is needed
+  void send_resets(const std::vector<std::uint32_t>& environments);
 
   /// Waits until `batch_size` environments that were sent have arrived, and takes those that came
   /// first. Which these are depends on the threads; what each of them did does not.

@@ -90,6 +90,7 @@ class Pool::Implementation {
              const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch);
   void step(const double* actions, std::size_t size, const Batch& batch);
   void send(const double* actions, const std::uint32_t* environments, std::size_t count);
+  void send_resets(const std::vector<std::uint32_t>& environments);
   void recv(const Batch& batch, std::uint32_t* environments);
 
  private:
@@ -104,6 +105,9 @@ class Pool::Implementation {
 
   void work(const std::uint32_t* indices, std::size_t count);
   void run(const Task& task, const std::vector<std::uint32_t>& environments);
+  void begin_sending();
+  void put_under_way(std::uint32_t index);
+  void start_sent(std::size_t count);
   std::size_t num_groups(std::size_t count) const;
   void need_none_under_way(const char* call) const;
   void need_at_rest(std::size_t index) const;
@@ -232,17 +236,39 @@ void Pool::Implementation::send(const double* actions, const std::uint32_t* envi
   check_list(environments, count);
   check_steps(actions, environments, count);
   const std::size_t action_size = members_.specification().action_size();
-  if (num_under_way_ == 0) {
-    sent_actions_.resize(options_.num_envs * action_size);
-    task_ = {};
-    task_.actions = sent_actions_.data();
-  }
+  begin_sending();
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t index = environments[i];
     std::copy_n(actions + i * action_size, action_size, &sent_actions_[index * action_size]);
-    is_under_way_[index] = 1;
-    crew_.add(index);
+    put_under_way(index);
   }
+  start_sent(count);
+}
+
+void Pool::Implementation::send_resets(const std::vector<std::uint32_t>& environments) {
+  const std::vector<std::uint32_t>& listed = environments.empty() ? all_ : environments;
+  check_list(listed.data(), listed.size());
+  begin_sending();
+  for (const std::uint32_t index : listed) {
+    members_.request_reset(index);
+    put_under_way(index);
+  }
+  start_sent(listed.size());
+}
+
+void Pool::Implementation::begin_sending() {
+  if (num_under_way_ != 0) return;  // the threads are reading the task
+  sent_actions_.resize(options_.num_envs * members_.specification().action_size());
+  task_ = {};
+  task_.actions = sent_actions_.data();
+}
+
+void Pool::Implementation::put_under_way(std::uint32_t index) {
+  is_under_way_[index] = 1;
+  crew_.add(index);
+}
+
+void Pool::Implementation::start_sent(std::size_t count) {
   num_under_way_ += count;
   crew_.start(num_groups(count));
 }
@@ -285,6 +311,10 @@ void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
 
 void Pool::send(const double* actions, const std::uint32_t* environments, std::size_t count) {
   implementation_->send(actions, environments, count);
+}
+
+void Pool::send_resets(const std::vector<std::uint32_t>& environments) {
+  implementation_->send_resets(environments);
 }
 
 void Pool::recv(const Batch& batch, std::uint32_t* environments) {

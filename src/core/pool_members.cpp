@@ -115,7 +115,7 @@ void PoolMembers::step(const std::uint32_t* indices, std::size_t size, const dou
   std::size_t num_calls = 0;
   for (std::size_t i = 0; i < size; ++i) {
     const std::uint32_t index = indices[i];
-    if (phases_[index] == Phase::ended) {  // only next_step lets it come this far
+    if (phases_[index] == Phase::ended) {  // requested, or in next_step; else it were refused
       reset(index, std::nullopt);
       continue;
     }

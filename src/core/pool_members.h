@@ -35,8 +35,11 @@ class PoolMembers {
   /// Begins an episode. What the engine throws is kept for `check`.
   void reset(std::size_t index, std::optional<std::uint64_t> seed);
 
-  /// Steps some environments together, or resets those whose autoreset is due. What is thrown is
-  /// kept for `check`.
+  /// The environment's next `step` is a reset, whether it has an episode or not.
+  void request_reset(std::size_t index) { phases_[index] = Phase::ended; }
+
+  /// Steps some environments together, or resets those whose reset is due. What is thrown is kept
+  /// for `check`.
   /// @param indices `size` of them, at most Environment::kLargestGroup
   /// @param actions rows of all environments
   void step(const std::uint32_t* indices, std::size_t size, const double* actions);

@@ -105,14 +105,14 @@ class VectorWalkers {
   std::size_t num_threads() const { return pool_.options().num_threads; }
   std::size_t batch_size() const { return pool_.options().batch_size; }
 
-  /// Rows of environments that are not reset are as they last were.
-  void reset(const std::vector<std::uint32_t>& environments, const py::sequence& seeds,
-             py::handle observations, py::handle info) {
+  /// From the state of each one's generator. Rows of environments that are not reset are as they
+  /// last were.
+  void reset(const std::vector<std::uint32_t>& environments, py::handle observations,
+             py::handle info) {
     Output observations_output(observations, "observations", last_.observations.size());
     Output info_output(info, "info", last_.info.size());
-    const auto numbers = to_seeds(seeds);
     const Unlocked unlocked(mutex_);
-    pool_.reset(environments, numbers, last_.batch());
+    pool_.reset(environments, {}, last_.batch());
     observations_output.take(last_.observations.data());
     info_output.take(last_.info.data());
   }
@@ -144,6 +144,11 @@ class VectorWalkers {
     pool_.send(input.data(), environments.data(), environments.size());
   }
 
+  void send_resets(const std::vector<std::uint32_t>& environments) {
+    const Unlocked unlocked(mutex_);
+    pool_.send_resets(environments);
+  }
+
   /// @return whose rows these are
   std::vector<std::uint32_t> recv(py::handle observations, py::handle rewards,
                                   py::handle terminated, py::handle truncated, py::handle info) {
@@ -160,19 +165,42 @@ class VectorWalkers {
     copy_final(arrived_, observations, info);
   }
 
-  std::string error(std::size_t index) const { return pool_.error(index); }
+  std::string error(std::size_t index) {
+    const Unlocked unlocked(mutex_);
+    return pool_.error(index);
+  }
 
   py::tuple generator_state(std::size_t index) {
-    return to_tuple(pool_.environment(index).generator_state());
+    GeneratorState state{};
+    {
+      const Unlocked unlocked(mutex_);
+      state = pool_.environment(index).generator_state();
+    }
+    return to_tuple(state);
   }
-  void set_generator_state(std::size_t index, const py::sequence& state) {
-    pool_.environment(index).set_generator_state(to_generator_state(state));
+
+  void set_generator_states(const std::vector<std::uint32_t>& environments,
+                            const py::sequence& values) {
+    std::vector<GeneratorState> states;
+    for (const py::handle value : values) {
+      states.push_back(to_generator_state(py::reinterpret_borrow<py::sequence>(value)));
+    }
+    if (states.size() != environments.size()) {
+      throw py::value_error(std::to_string(states.size()) + " states; must be " +
+                            std::to_string(environments.size()) + " as the environments");
+    }
+    const Unlocked unlocked(mutex_);
+    for (const std::uint32_t index : environments) pool_.environment(index);  // throws first
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      pool_.environment(environments[i]).set_generator_state(states[i]);
+    }
   }
 
  private:
-  static void copy_final(const Rows& rows, py::handle observations, py::handle info) {
+  void copy_final(const Rows& rows, py::handle observations, py::handle info) {
     Output observations_output(observations, "observations", rows.final_observations.size());
     Output info_output(info, "info", rows.final_info.size());
+    const Unlocked unlocked(mutex_);
     observations_output.take(rows.final_observations.data());
     info_output.take(rows.final_info.data());
   }
@@ -210,18 +238,18 @@ void bind_pool(py::module& module) {
       .def_property_readonly("num_envs", &VectorWalkers::num_envs)
       .def_property_readonly("num_threads", &VectorWalkers::num_threads)
       .def_property_readonly("batch_size", &VectorWalkers::batch_size)
-      .def("reset", &VectorWalkers::reset, py::arg("environments"), py::arg("seeds"), observations,
-           info)
+      .def("reset", &VectorWalkers::reset, py::arg("environments"), observations, info)
       .def("step", &VectorWalkers::step, py::arg("actions"), observations, rewards, terminated,
            truncated, info)
       .def("final_rows", &VectorWalkers::final_rows, observations, info)
       .def("send", &VectorWalkers::send, py::arg("actions"), py::arg("environments"))
+      .def("send_resets", &VectorWalkers::send_resets, py::arg("environments"))
       .def("recv", &VectorWalkers::recv, observations, rewards, terminated, truncated, info)
       .def("final_rows_received", &VectorWalkers::final_rows_received, observations, info)
       .def("error", &VectorWalkers::error, py::arg("index"))
       .def("generator_state", &VectorWalkers::generator_state, py::arg("index"))
-      .def("set_generator_state", &VectorWalkers::set_generator_state, py::arg("index"),
-           py::arg("state"));
+      .def("set_generator_states", &VectorWalkers::set_generator_states, py::arg("environments"),
+           py::arg("states"));
 }
 
 }  // namespace walker::python

@@ -316,6 +316,32 @@ TEST_F(PoolTest, SendingCopiesTheActions) {
   }
 }
 
+TEST_F(PoolTest, ResetsAreSentAndReceivedInEveryMode) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    make(mode, 1);
+    pool_->send_resets({});
+    std::vector<int> received(kCount);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      ++received[recv()[0]];
+      EXPECT_EQ(arrays_->row(0),
+                (Values{0, 0, 0, 1, 0, /**/ 1, 0, -1, /**/ -12345, -12345, -12345}));
+    }
+    EXPECT_EQ(received, (std::vector<int>{1, 1, 1}));
+    send({2});
+    recv();
+    pool_->send_resets({2});
+    EXPECT_EQ(message_of<std::logic_error>([&] { pool_->send_resets({2}); }),
+              "environment 2: is under way; receive it first");
+    EXPECT_EQ(recv(), (std::vector<std::uint32_t>{2}));
+    EXPECT_EQ(arrays_->row(0), (Values{0, 0, 0, 2, 0, /**/ 2, 0, -1, /**/ -12345, -12345, -12345}));
+    EXPECT_EQ(message_of<std::invalid_argument>([&] {
+                pool_->send_resets({1, 1});
+              }),
+              "environment 1: listed twice");
+  }
+}
+
 TEST_F(PoolTest, MixedUseIsRefused) {
   make(AutoresetMode::next_step, 2);
   reset();

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Mapping, Sequence, Tuple
 
 import numpy as np
+from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
 from walker_sim import _core
@@ -94,6 +95,7 @@ class InProcessWalkers:
         self._observation_size = len(self.specification["observation_low"])
         self._num_infos = len(self.specification["info_names"])
         self._dtype = np.dtype(self.specification["observation_dtype"])
+        self._seeds: list[int | None] = [None] * num_envs
 
     def _rows(self, count: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
         return (
@@ -109,8 +111,9 @@ class InProcessWalkers:
     def reset(
         self, environments: list[int], seeds: Sequence[int | None]
     ) -> tuple[NDArray[Any], NDArray[np.float64]]:
+        self._seed(environments, seeds)
         observations, info = self._rows(self.num_envs)
-        self._pool.reset(environments, seeds, observations, info)
+        self._pool.reset(environments, observations, info)
         return observations, info
 
     def step(self, actions: NDArray[np.float64]) -> Batch:
@@ -130,6 +133,11 @@ class InProcessWalkers:
         """Begins to step some; actions of shape (count, action size)."""
         self._pool.send(actions, environments)
 
+    def send_resets(self, environments: list[int], seeds: Sequence[int | None]) -> None:
+        """As `reset`, whose rows `recv` gives."""
+        self._seed(environments, seeds)
+        self._pool.send_resets(environments)
+
     def recv(self) -> tuple[Batch, list[int]]:
         """The next `batch_size` that have arrived, and which these are."""
         batch = self._batch(self.batch_size)
@@ -141,11 +149,39 @@ class InProcessWalkers:
         self._pool.final_rows_received(observations, info)
         return observations, info
 
-    def generator_states(self) -> list[GeneratorState]:
-        return [self._pool.generator_state(i) for i in range(self.num_envs)]
+    def seeds(self) -> tuple[int | None, ...]:
+        """What the generators were last seeded with, -1 where that is not known; those that were
+        not seeded yet are now."""
+        self._seed([], [])
+        return tuple(self._seeds)
 
-    def set_generator_state(self, environment: int, state: GeneratorState) -> None:
-        self._pool.set_generator_state(environment, state)
+    def generators(self) -> tuple[np.random.Generator, ...]:
+        """In the state of the environments' own, which drawing from these does not move."""
+        self._seed([], [])
+        generators = [np.random.default_rng(0) for _ in range(self.num_envs)]
+        for index, generator in enumerate(generators):
+            set_state(generator, self._pool.generator_state(index))
+        return tuple(generators)
+
+    def set_generators(self, generators: Sequence[np.random.Generator]) -> None:
+        """The next resets without a seed continue from these; one for each environment."""
+        states = [state_of(generator) for generator in generators]
+        self._pool.set_generator_states(list(range(self.num_envs)), states)
+        self._seeds = [-1] * self.num_envs
+
+    def _seed(self, environments: list[int], seeds: Sequence[int | None]) -> None:
+        """Seeds the generators as Gymnasium does: where a seed is given, and by chance where none
+        ever was. So every seed that Gymnasium takes will do, also beyond 64 bits."""
+        chosen = environments or range(self.num_envs)
+        fresh = {
+            index: np_random(seed)
+            for index, seed in zip(chosen, seeds or [None] * len(chosen))
+            if seed is not None or self._seeds[index] is None
+        }
+        states = [state_of(generator) for generator, _ in fresh.values()]
+        self._pool.set_generator_states(list(fresh), states)
+        for index, (_, seed) in fresh.items():
+            self._seeds[index] = seed
 
     def close(self) -> None:
         """The pool's threads end with it."""

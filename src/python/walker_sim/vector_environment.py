@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Optional, Sequence, Union
+from typing import Any, Callable, Sequence
 
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.error import ClosedEnvironmentError
+from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from walker_sim.in_process import InProcessWalkers
 from walker_sim.spaces import action_space_of, observation_space_of
-from walker_sim.transport import TRANSPORTS, Batch, Walkers
-
-Seeds = Union[None, int, Sequence[Optional[int]]]
-Infos = Dict[str, Any]
+from walker_sim.transport import TRANSPORTS, Walkers
+from walker_sim.vector_arguments import (
+    AutoresetMode,
+    Seeds,
+    checked_mask,
+    to_actions,
+    to_count,
+    to_indices,
+    to_mode,
+    to_seeds,
+)
+from walker_sim.vector_infos import Infos, add_errors, add_finals, to_infos
 
 
 def make_walkers(
@@ -30,14 +40,20 @@ def make_walkers(
 ) -> Walkers:
     """The walkers, here or on a server; the server's are compared with what is asked for."""
     if transport == "inprocess":
-        from walker_sim.in_process import InProcessWalkers
-
         return InProcessWalkers(
             env_id, parameters, num_envs, num_threads, autoreset_mode, batch_size
         )
     if transport == "ros":
         from walker_sim.over_ros import RemoteWalkers
 
+        if num_threads:
+            raise ValueError(
+                f"num_threads = {num_threads}: over ROS it is the server's parameter; must be 0"
+            )
+        if batch_size:
+            raise ValueError(
+                f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
+            )
         return RemoteWalkers(
             env_id, parameters, num_envs, autoreset_mode, server, master_uri, timeout
         )
@@ -45,7 +61,45 @@ def make_walkers(
 
 
 class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
-    """As many walkers as one likes, stepped together by threads, in Gymnasium's terms."""
+    """As many walkers as one likes, stepped together by threads, in Gymnasium's terms.
+
+    What it gives is what Gymnasium's ``SyncVectorEnv`` of as many single walkers gives, to the bit.
+    All arrays are new: the caller may keep and change them.
+
+    Parameters
+    ----------
+    env_id
+        As Gymnasium has it, e.g. ``BipedalWalker-v3``. ``gymnasium.make_vec`` fills it in.
+    num_envs
+        How many walkers, at least 1.
+    transport
+        ``inprocess``, or ``ros``: a server in lock-step on a ROS master.
+    server
+        Over ROS: the server's node name.
+    master_uri
+        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311``.
+    timeout
+        Over ROS: of each call [s of wall time].
+    num_threads
+        In process, the caller's among them; 0: one for each processor. Results do not depend on it.
+    batch_size
+        In process: how many walkers `recv` waits for; 0: all.
+    autoreset_mode
+        ``next_step``, ``same_step`` or ``disabled``, or Gymnasium's enumeration.
+    max_episode_steps
+        On which step an episode is truncated; None: the id's own limit; -1 or 0: never.
+    render_mode
+        None: there is no rendering yet.
+    parameters
+        The environment's own, e.g. ``hardcore``, ``reuse_world``, ``forward_reward_weight``.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the parameter, its value and what is allowed.
+    walker_sim.ConnectionError, walker_sim.ServerMismatch
+        Over ROS.
+    """
 
     def __init__(
         self,
@@ -63,71 +117,254 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
+        self.closed = True  # until there is something to close
         if render_mode is not None:
             raise ValueError(
                 f"render_mode = {render_mode!r}: there is no rendering yet; must be None"
             )
         self.render_mode = None
-        mode = self._to_mode(autoreset_mode)
+        self.autoreset_mode = to_mode(autoreset_mode)
         if max_episode_steps is not None:
-            parameters["max_episode_steps"] = max(max_episode_steps, 0)
+            parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
+        self.num_envs = to_count("num_envs", num_envs, 1)
         self._walkers = make_walkers(
-            *(env_id, num_envs, transport, server, master_uri, timeout),
-            *(num_threads, batch_size, mode.name.lower(), parameters),
+            *(env_id, self.num_envs, transport, server, master_uri, timeout),
+            to_count("num_threads", num_threads, 0),
+            to_count("batch_size", batch_size, 0),
+            *(self.autoreset_mode.name.lower(), parameters),
         )
+        self.closed = False
         specification = self._walkers.specification
-        self.num_envs = num_envs
-        self.autoreset_mode = mode
         self.single_observation_space = observation_space_of(specification)
         self.single_action_space = action_space_of(specification)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.metadata = {
             "render_modes": [],
             "render_fps": round(1 / specification["dt"]),
-            "autoreset_mode": mode,
+            "autoreset_mode": self.autoreset_mode,
         }
         self._info_names: list[str] = specification["info_names"]
+        self._action_size = len(specification["action_low"])
 
-    @staticmethod
-    def _to_mode(given: str | AutoresetMode) -> AutoresetMode:
-        """Gymnasium's enum, its value (NextStep) or its name (next_step)."""
-        if isinstance(given, AutoresetMode):
-            return given
-        for mode in AutoresetMode:
-            if given in (mode.value, mode.name.lower()):
-                return mode
-        raise ValueError(f"autoreset_mode = {given!r}: must be next_step, same_step or disabled")
+    @property
+    def dt(self) -> float:
+        """Simulation time of one step [s]."""
+        return float(self._walkers.specification["dt"])
+
+    @property
+    def num_threads(self) -> int:
+        """In process: those that step, the caller's among them."""
+        return self._pool("num_threads").num_threads
+
+    @property
+    def batch_size(self) -> int:
+        """In process: how many walkers `recv` waits for."""
+        return self._pool("batch_size").batch_size
+
+    @property  # type: ignore[override]
+    def np_random(self) -> tuple[np.random.Generator, ...]:
+        """In process: copies of the generators that terrain and noise come from, one for each
+        walker. Setting it puts generators of the caller's in their place, also as copies."""
+        return self._pool("np_random").generators()
+
+    @np_random.setter  # type: ignore[override]
+    def np_random(self, value: Sequence[np.random.Generator]) -> None:
+        pool = self._pool("np_random")
+        if len(value) != self.num_envs:
+            raise ValueError(f"np_random has {len(value)} generators; must have {self.num_envs}")
+        pool.set_generators(value)
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+        """In process: what the generators were last seeded with; -1: not known."""
+        return self._pool("np_random_seed").seeds()
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[Any], Infos]:
-        """Begins episodes: of all, or of those that ``options["reset_mask"]`` names."""
-        if seed is None:
-            seeds: list[int | None] = []
-        elif isinstance(seed, int):
-            seeds = [seed + i for i in range(self.num_envs)]
-        else:
-            seeds = list(seed)
-        observations, info = self._walkers.reset([], seeds)
-        return observations, self._to_infos(info)
+        """Begins episodes.
+
+        Parameters
+        ----------
+        seed
+            Of the first walker, the others' being the next numbers; or one for each, None where the
+            generator is to continue.
+        options
+            ``reset_mask``, shape (num_envs,), bool: the walkers that are reset, by default all.
+            Others are ignored, as Gymnasium's walkers do.
+
+        Returns
+        -------
+        observations
+            Shape (num_envs, observation size); of a walker that is not reset its last one.
+        infos
+            Of those that are reset.
+
+        Raises
+        ------
+        ValueError, TypeError, gymnasium.error.Error
+            For seeds or a mask of the wrong size or type. Nothing has moved.
+        """
+        self._need_open("reset")
+        seeds = to_seeds(seed, self.num_envs)
+        if options is None or "reset_mask" not in options:
+            observations, info = self._walkers.reset([], seeds)
+            return observations, to_infos(self._info_names, info)
+        mask = checked_mask(options["reset_mask"], self.num_envs)
+        chosen = np.flatnonzero(mask).tolist()
+        some_seeds = [seeds[i] for i in chosen] if seeds else []
+        observations, info = self._walkers.reset(chosen, some_seeds)
+        return observations, to_infos(self._info_names, info, mask)
 
     def step(
-        self, actions: NDArray[Any]
+        self, actions: ArrayLike
     ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]:
-        """Steps all walkers."""
-        batch: Batch = self._walkers.step(np.ascontiguousarray(actions, np.float64))
-        infos = self._to_infos(batch.info)
-        return (batch.observations, batch.rewards, batch.terminated, batch.truncated, infos)
+        """Advances all walkers by `dt`, or resets those whose autoreset is due.
 
-    def _to_infos(self, info: NDArray[np.float64]) -> Infos:
-        infos: Infos = {}
-        for name, column in zip(self._info_names, info.T):
-            is_there = ~np.isnan(column)
-            if is_there.any():
-                infos[name] = np.where(is_there, column, 0.0)
-                infos[f"_{name}"] = is_there
-        return infos
+        Parameters
+        ----------
+        actions
+            Shape (num_envs, action size), unitless; beyond the bounds limited as Gymnasium limits
+            them.
+
+        Returns
+        -------
+        observations, rewards, terminated, truncated, infos
+            Shapes (num_envs, observation size) and (num_envs,). ``infos["error"]`` only where the
+            simulation had to end an episode.
+
+        Raises
+        ------
+        walker_sim.InvalidAction
+            For a wrong shape, or a value that is not finite. Nothing has moved.
+        walker_sim.ResetNeeded
+            Where a walker has no running episode. Nothing has moved.
+        """
+        self._need_open("step")
+        walkers = self._walkers
+        batch = walkers.step(to_actions(actions, self.num_envs, self._action_size))
+        infos = to_infos(self._info_names, batch.info)
+        ended = batch.terminated | batch.truncated
+        if ended.any():
+            self._add_ends(infos, ended, walkers.final_rows, walkers.error)
+        return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
+
+    def async_reset(self, *, seed: Seeds = None) -> None:
+        """In process: begins to reset all walkers and returns at once; `recv` gives their rows.
+
+        Parameters
+        ----------
+        seed
+            As `reset`.
+        """
+        self._pool("async_reset").send_resets([], to_seeds(seed, self.num_envs))
+
+    def send(self, actions: ArrayLike, env_ids: ArrayLike | None = None) -> None:
+        """In process: begins to step some walkers and returns at once; `recv` gives their rows.
+
+        Parameters
+        ----------
+        actions
+            Shape (number of these, action size), as for `step`.
+        env_ids
+            Which, numbers from 0, none of them under way; None: all.
+
+        Raises
+        ------
+        walker_sim.InvalidAction, walker_sim.ResetNeeded
+            As `step`.
+        ValueError, TypeError, RuntimeError
+            For a walker that is none, listed twice, or under way. Nothing has moved.
+        """
+        pool = self._pool("send")
+        environments = to_indices(env_ids, self.num_envs)
+        pool.send(to_actions(actions, len(environments), self._action_size), environments)
+
+    def recv(
+        self,
+    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]:
+        """In process: waits for as many walkers as `batch_size`, those that arrive first.
+
+        Returns
+        -------
+        observations, rewards, terminated, truncated, infos
+            As `step`, in the order of arrival; ``infos["env_id"]``, shape (batch_size,), says whose
+            rows these are.
+
+        Raises
+        ------
+        RuntimeError
+            When fewer are under way.
+        """
+        pool = self._pool("recv")
+        batch, environments = pool.recv()
+        infos = to_infos(self._info_names, batch.info)
+        infos["env_id"] = np.array(environments, np.int32)
+        ended = batch.terminated | batch.truncated
+        if ended.any():
+            self._add_ends(
+                infos, ended, pool.final_rows_received, lambda row: pool.error(environments[row])
+            )
+        return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """What each walker has as a single environment: ``np_random``, ``np_random_seed``, its
+        spaces, ``metadata``, ``render_mode``, ``dt``."""
+        if name in ("np_random", "np_random_seed"):
+            return tuple(getattr(self, name))
+        shared = {
+            "action_space": self.single_action_space,
+            "dt": self.dt,
+            "metadata": self.metadata,
+            "observation_space": self.single_observation_space,
+            "render_mode": self.render_mode,
+        }
+        if name not in shared:
+            raise AttributeError(
+                f"{name}: the walkers have no such attribute; must be one of np_random, "
+                f"np_random_seed, {', '.join(shared)}"
+            )
+        return (shared[name],) * self.num_envs
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """As `get_attr`: there are no environment objects whose methods could be called."""
+        if args or kwargs:
+            raise AttributeError(f"{name}: the walkers have no methods that can be called")
+        return self.get_attr(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Sets ``np_random``, which is all that can be set."""
+        if name != "np_random":
+            raise AttributeError(f"{name}: cannot be set; must be np_random")
+        self.np_random = values
 
     def close_extras(self, **kwargs: Any) -> None:
+        """Ends the threads, or lets go of the connection."""
         self._walkers.close()
+
+    def _need_open(self, call: str) -> None:
+        if self.closed:
+            raise ClosedEnvironmentError(f"{call}: this environment was closed")
+
+    def _pool(self, name: str) -> InProcessWalkers:
+        """The walkers, for what only those in this process have."""
+        self._need_open(name)
+        if not isinstance(self._walkers, InProcessWalkers):
+            raise AttributeError(f'{name}: over ROS there is none; only with transport="inprocess"')
+        return self._walkers
+
+    def _add_ends(
+        self,
+        infos: Infos,
+        ended: NDArray[np.bool_],
+        final_rows: Callable[[], tuple[NDArray[Any], NDArray[np.float64]]],
+        error_of: Callable[[int], str],
+    ) -> None:
+        """What is said where an episode has ended, in the infos of its last step."""
+        last = infos
+        if self.autoreset_mode is AutoresetMode.SAME_STEP:
+            observations, info = final_rows()
+            last = to_infos(self._info_names, info, ended)
+            add_finals(infos, ended, observations, last)
+        add_errors(last, ended, error_of)

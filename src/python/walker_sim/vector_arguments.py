@@ -1,0 +1,91 @@
+"""What the caller of a vector environment gives, checked."""
+
+from __future__ import annotations
+
+import operator
+from typing import Any, Optional, Sequence, Union
+
+import gymnasium
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from walker_sim.errors import InvalidAction
+
+try:
+    from gymnasium.vector import AutoresetMode as AutoresetMode
+except ImportError as error:
+    raise ImportError(
+        f"WalkerVectorEnv needs Gymnasium 1.1 or later; this is {gymnasium.__version__}"
+    ) from error
+
+Seeds = Union[None, int, Sequence[Optional[int]]]
+"""None, the first walker's, or one for each."""
+
+
+def to_mode(given: str | AutoresetMode) -> AutoresetMode:
+    """Of Gymnasium's enumeration, its value (NextStep) or its name (next_step)."""
+    for mode in AutoresetMode:
+        if given in (mode, mode.value, mode.name.lower()):
+            return mode
+    raise ValueError(f"autoreset_mode = {given!r}: must be next_step, same_step or disabled")
+
+
+def to_count(name: str, given: int, lowest: int) -> int:
+    """An integer, NumPy's among them; how large it may be the walkers know."""
+    try:
+        count = operator.index(given)
+    except TypeError:
+        raise TypeError(f"{name} = {given!r}: must be an integer") from None
+    if count < lowest:
+        raise ValueError(f"{name} = {count}: must be at least {lowest}")
+    return count
+
+
+def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
+    """One for each walker, or none at all."""
+    if seed is None:
+        return []
+    try:
+        if isinstance(seed, (int, np.integer)):
+            return [int(seed) + i for i in range(num_envs)]
+        seeds = [None if one is None else operator.index(one) for one in seed]
+    except TypeError:
+        raise TypeError(
+            f"seed = {seed!r}: must be None, an integer, or a sequence of these"
+        ) from None
+    if len(seeds) != num_envs:
+        raise ValueError(f"{len(seeds)} seeds; must be {num_envs}, one for each walker")
+    return seeds
+
+
+def checked_mask(mask: Any, num_envs: int) -> NDArray[np.bool_]:
+    """``reset_mask``; refuses what Gymnasium's vector environments refuse."""
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+        what = mask.dtype if isinstance(mask, np.ndarray) else type(mask).__name__
+        raise TypeError(f"options['reset_mask'] is of {what}; must be a NumPy array of bool")
+    if mask.shape != (num_envs,):
+        raise ValueError(f"options['reset_mask'] has shape {mask.shape}; must have ({num_envs},)")
+    if not mask.any():
+        raise ValueError("options['reset_mask'] is False everywhere; must be True somewhere")
+    return mask
+
+
+def to_actions(actions: ArrayLike, count: int, size: int) -> NDArray[np.float64]:
+    """Shape (count, size)."""
+    array = np.ascontiguousarray(actions, np.float64)
+    if array.shape != (count, size):
+        raise InvalidAction(f"actions have shape {array.shape}; must have ({count}, {size})")
+    return array
+
+
+def to_indices(env_ids: ArrayLike | None, num_envs: int) -> list[int]:
+    """Numbers of walkers, which are not negative; None: all."""
+    if env_ids is None:
+        return list(range(num_envs))
+    indices = np.asarray(env_ids)
+    if indices.ndim != 1 or (indices.size > 0 and indices.dtype.kind not in "iu"):
+        raise TypeError(f"env_ids = {env_ids!r}: must be a sequence of integers")
+    for index in indices.tolist():
+        if not 0 <= index < num_envs:
+            raise ValueError(f"environment {index}: must be in [0, {num_envs - 1}]")
+    return indices.tolist()  # type: ignore[no-any-return]

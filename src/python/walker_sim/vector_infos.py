@@ -1,0 +1,91 @@
+"""The infos of vector environments, as Gymnasium's own put them together."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Dict, Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Infos = Dict[str, Any]
+"""By name an array with an element for each row, by ``_name`` the mask of the rows that have it."""
+
+
+def to_infos(
+    names: Sequence[str], info: NDArray[np.float64], rows: NDArray[np.bool_] | None = None
+) -> Infos:
+    """What is in the array, without what is in no row.
+
+    Parameters
+    ----------
+    names
+        Of the columns.
+    info
+        Shape (n, number of names); NaN where absent.
+    rows
+        Shape (n,), those that count; None: all.
+    """
+    if not names:
+        return {}
+    is_there = info == info
+    if rows is not None:
+        is_there &= rows[:, np.newaxis]
+    columns = np.where(is_there, info, 0.0).T.copy()
+    masks = is_there.T.copy()
+    infos: Infos = {}
+    for name, column, mask, is_anywhere in zip(names, columns, masks, masks.any(axis=1).tolist()):
+        if is_anywhere:
+            infos[name] = column
+            infos[f"_{name}"] = mask
+    return infos
+
+
+def add_errors(infos: Infos, ended: NDArray[np.bool_], error_of: Callable[[int], str]) -> None:
+    """Adds ``error``, where the simulation had to end an episode.
+
+    Parameters
+    ----------
+    infos
+        Of as many rows as `ended`.
+    ended
+        Shape (n,), the rows in which an episode has ended.
+    error_of
+        By row; empty without an error.
+    """
+    texts = {row: error_of(row) for row in np.flatnonzero(ended).tolist()}
+    texts = {row: text for row, text in texts.items() if text}
+    if texts:
+        infos["error"], infos["_error"] = objects(len(ended), texts.keys(), texts.values())
+
+
+def add_finals(
+    infos: Infos, ended: NDArray[np.bool_], observations: NDArray[Any], final_info: Infos
+) -> None:
+    """Adds ``final_obs`` and ``final_info``, of the episodes that were followed by another at once.
+
+    Parameters
+    ----------
+    infos
+        Of as many rows as the other arrays.
+    ended
+        Shape (n,), those that count in the others.
+    observations
+        Shape (n, observation size); the infos keep its rows.
+    final_info
+        Of the same rows.
+    """
+    rows = np.flatnonzero(ended)
+    infos["final_obs"], infos["_final_obs"] = objects(len(ended), rows, observations[rows])
+    infos["final_info"], infos["_final_info"] = final_info, ended.copy()
+
+
+def objects(
+    count: int, rows: Iterable[int], values: Iterable[Any]
+) -> tuple[NDArray[np.object_], NDArray[np.bool_]]:
+    """An array of objects, None but in some rows, and the mask of these; shape (count,)."""
+    array = np.full(count, None, dtype=object)
+    mask = np.zeros(count, np.bool_)
+    for row, value in zip(rows, values):
+        array[row] = value
+        mask[row] = True
+    return array, mask

@@ -1,0 +1,166 @@
+"""WalkerVectorEnv against the SyncVectorEnv that is installed: all that both give, to the bit.
+
+Of Gymnasium's own BipedalWalker, which holds for the pinned Box2D only and keeps its world from one
+episode to the next, so ours do here; and of our single environments.
+"""
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim  # registers the ids
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from vector_comparison import assert_same
+
+NUM_ENVS = 5
+NUM_STEPS = 300
+MODES = ["next_step", "same_step", "disabled"]
+LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 25, "Walker2d-v5": 25}  # some fall, some do not
+OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
+CASES = [
+    ("BipedalWalker-v3", LIMITS["BipedalWalker-v3"], {"reuse_world": True}),
+    *OURS,
+    ("walker_sim/BipedalWalkerHardcore-v3", 90, {}),
+    ("walker_sim/Walker2d-v5", 25, {"healthy_reward": 0.5, "reset_noise_scale": 0.1}),
+]
+
+
+def make_reference(name, mode, limit, parameters=None):
+    def make():
+        return gymnasium.make(name, max_episode_steps=limit, **(parameters or {}))
+
+    return SyncVectorEnv([make] * NUM_ENVS, autoreset_mode=AutoresetMode[mode.upper()])
+
+
+def make_ours(name, mode="next_step", limit=None, num_envs=NUM_ENVS, **options):
+    name = f"walker_sim/{name.split('/')[-1]}"
+    return gymnasium.make_vec(
+        name, num_envs, autoreset_mode=mode, max_episode_steps=limit, **options
+    )
+
+
+def make_pair(case, mode, **options):
+    name, limit, parameters = case
+    theirs = make_reference(name, mode, limit, parameters if "/" in name else {})
+    return make_ours(name, mode, limit, **options, **parameters), theirs
+
+
+def draw_actions(random, ours):
+    return random.uniform(-1.5, 1.5, ours.action_space.shape).astype(np.float32)
+
+
+def play(step, reset, mode, case, **options):
+    """Plays both sides with the same seeds and actions, and compares; `step` and `reset` are called
+    on ours. Returns how many episodes were terminated and truncated."""
+    ours, theirs = make_pair(case, mode, **options)
+    random = np.random.default_rng(5)
+    assert_same(reset(ours, seed=7), theirs.reset(seed=7))
+    ends = np.zeros(2, int)
+    ended = np.zeros(NUM_ENVS, bool)
+    for number in range(NUM_STEPS):
+        mask, seeds = np.zeros(NUM_ENVS, bool), [None] * NUM_ENVS
+        if mode == "disabled":
+            mask |= ended
+        if number % 100 == 50:  # two of them wherever they are, one with a seed
+            mask[[1, 3]] = True
+            seeds[3] = number
+        if mask.any():
+            given = [reset, type(theirs).reset]
+            results = [
+                call(side, seed=list(seeds), options={"reset_mask": mask.copy()})
+                for call, side in zip(given, (ours, theirs))
+            ]
+            assert_same(*results, (number, mask))
+        actions = draw_actions(random, ours)
+        result = step(ours, actions)
+        assert_same(result, theirs.step(actions), number)
+        assert ours.np_random_seed == theirs.np_random_seed
+        ends += [result[2].sum(), result[3].sum()]
+        ended = result[2] | result[3]
+    states = [[one.bit_generator.state for one in side.np_random] for side in (ours, theirs)]
+    assert states[0] == states[1]
+    return ends
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("case", CASES, ids=[f"{case[0]}{case[2] or ''}" for case in CASES])
+def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
+    terminated, truncated = play(
+        walker_sim.WalkerVectorEnv.step, walker_sim.WalkerVectorEnv.reset, mode, case
+    )
+    assert terminated > 3 and truncated > 3
+
+
+@pytest.mark.parametrize("num_threads", [1, 3])
+def test_the_number_of_threads_changes_nothing(num_threads):
+    ours = walker_sim.WalkerVectorEnv
+    play(ours.step, ours.reset, "same_step", OURS[0], num_threads=num_threads)
+
+
+def in_order_of_env_id(received):
+    """The rows of a `recv` of all walkers, without env_id, as a step gives them."""
+    *arrays, infos = received
+    infos = dict(infos)
+    order = np.argsort(infos.pop("env_id"))
+    assert sorted(order) == list(range(NUM_ENVS))
+
+    def sort(value):
+        return {k: sort(v) for k, v in value.items()} if isinstance(value, dict) else value[order]
+
+    return (*(array[order] for array in arrays), sort(infos))
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("case", [CASES[0], OURS[2]], ids=["BipedalWalker", "Walker2d"])
+def test_what_is_sent_and_received_is_the_same(case, mode):
+    def step(ours, actions):
+        first, second = [3, 0], np.array([4, 1, 2])
+        ours.send(actions[first], first)
+        ours.send(actions[second], second)
+        return in_order_of_env_id(ours.recv())
+
+    play(step, walker_sim.WalkerVectorEnv.reset, mode, case, num_threads=2)
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+@pytest.mark.parametrize("case", [OURS[0], OURS[2]], ids=["BipedalWalker", "Walker2d"])
+def test_each_goes_its_way_however_they_arrive(case, mode):
+    """Three at a time of five, in the loop that asynchronous learners run."""
+    ours, theirs = make_pair(case, mode, batch_size=3)
+    random = np.random.default_rng(6)
+    actions = random.uniform(-1, 1, (NUM_STEPS, *ours.action_space.shape)).astype(np.float32)
+    steps = [theirs.reset(seed=11)[0]]
+    rewards = [np.zeros(NUM_ENVS)]
+    for row in actions:
+        observations, reward, *_ = theirs.step(row)
+        steps.append(observations)
+        rewards.append(reward)
+    ours.async_reset(seed=11)
+    counts = np.zeros(NUM_ENVS, int)
+    while counts.max() < NUM_STEPS:
+        observations, reward, terminated, truncated, infos = ours.recv()
+        ids = infos["env_id"]
+        assert len(set(ids.tolist())) == 3 == len(observations) == len(terminated) == len(truncated)
+        for row, index in enumerate(ids):
+            np.testing.assert_array_equal(observations[row], steps[counts[index]][index])
+            assert reward[row] == rewards[counts[index]][index]
+        ours.send(actions[counts[ids], ids], ids)
+        counts[ids] += 1
+    assert counts.sum() > 3 * NUM_STEPS
+
+
+def test_arrays_are_the_callers():
+    ours = make_ours("Walker2d-v5", "same_step", 3)
+    twin = make_ours("Walker2d-v5", "same_step", 3)
+    kept = [ours.reset(seed=1)]
+    expected = [twin.reset(seed=1)]
+    actions = np.zeros(ours.action_space.shape, np.float32)
+    for _ in range(7):
+        kept.append(ours.step(actions))
+        expected.append(twin.step(actions))
+        for values in kept[-1][:-1]:
+            values[...] = 1  # neither the next ones nor the environment may see this
+        kept[-1][-1]["x_position"][...] = 1
+        assert_same(twin.step(actions), ours.step(actions))
+    assert_same(kept[0], expected[0])
+    for *arrays, _ in kept[1:]:
+        assert all((values == 1).all() for values in arrays)
