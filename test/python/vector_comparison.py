@@ -3,26 +3,29 @@
 import numpy as np
 
 
-def assert_same(ours, theirs, where=""):
-    """Types, keys, shapes and bits of what a reset or a step gave; NaN equals NaN.
+def assert_same(ours, theirs, where="", near=None):
+    """Types, keys, shapes and bits of what a reset or a step gave.
 
-    Numbers of Gymnasium's infos may have another type: its Walker2d hands on whatever NumPy made of
-    the reward's terms.
+    With `near`, numbers may differ by so much, and be of another width: Gymnasium's Walker2d hands
+    on whatever type NumPy gave the terms of the reward.
     """
     assert type(ours) is type(theirs), (where, ours, theirs)
     if isinstance(ours, (tuple, list)):
         assert len(ours) == len(theirs), where
         for position, (one, other) in enumerate(zip(ours, theirs)):
-            assert_same(one, other, (where, position))
+            assert_same(one, other, (where, position), near)
     elif isinstance(ours, dict):
         assert ours.keys() == theirs.keys(), (where, ours, theirs)
         for key, value in ours.items():
-            assert_same(value, theirs[key], (where, key))
+            assert_same(value, theirs[key], (where, key), near)
     elif isinstance(ours, np.ndarray):
-        assert ours.dtype == theirs.dtype and ours.shape == theirs.shape, (where, ours, theirs)
+        assert ours.shape == theirs.shape, (where, ours, theirs)
         if ours.dtype == object:
-            assert_same(list(ours), list(theirs), where)
+            assert_same(list(ours), list(theirs), where, near)
+        elif near is not None and ours.dtype.kind == theirs.dtype.kind == "f":
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=near, err_msg=str(where))
         else:
+            assert ours.dtype == theirs.dtype, (where, ours.dtype, theirs.dtype)
             assert ours.tobytes() == theirs.tobytes(), (where, ours, theirs)
     else:
         assert ours == theirs, (where, ours, theirs)

@@ -10,6 +10,7 @@ import pytest
 import walker_sim  # registers the ids
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from vector_comparison import assert_same
+from walker2d.walker2d_reference import MODELS
 
 NUM_ENVS = 5
 NUM_STEPS = 300
@@ -88,6 +89,49 @@ def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
         walker_sim.WalkerVectorEnv.step, walker_sim.WalkerVectorEnv.reset, mode, case
     )
     assert terminated > 3 and truncated > 3
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
+    """Another MuJoCo stops its solver elsewhere, unless that runs to the end (see
+    test/walker2d/episodes_gymnasium_test.py); the episodes are too short for the rest to grow."""
+    converging = tmp_path / "converging.xml"
+    model = MODELS["Walker2d-v5"].read_text()
+    converging.write_text(model.replace("<option ", '<option tolerance="0" ', 1))
+    parameters = {"xml_file": str(converging)}
+    theirs = make_reference("Walker2d-v5", mode, 10, parameters)
+    ours = make_ours("Walker2d-v5", mode, 10, **parameters)
+    random = np.random.default_rng(3)
+    assert_same(ours.reset(seed=5), theirs.reset(seed=5), near=1e-9)
+    for number in range(50):
+        actions = random.uniform(-1, 1, ours.action_space.shape).astype(np.float32)
+        assert_same(ours.step(actions), theirs.step(actions), number, near=1e-9)
+
+
+def torn_apart(folder):
+    """A model whose motors are too strong for the engine."""
+    model = MODELS["Walker2d-v5"].read_text()
+    strong = folder / "strong.xml"
+    strong.write_text(model.replace('gear="100"', 'gear="1e14"'))
+    return {"xml_file": str(strong), "terminate_when_unhealthy": False}
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_what_the_engine_says_stands_where_the_episode_ended(mode, tmp_path):
+    case = ("walker_sim/Walker2d-v5", None, torn_apart(tmp_path))
+    ours, theirs = make_pair(case, mode)
+    assert_same(ours.reset(seed=1), theirs.reset(seed=1))
+    actions = np.zeros(ours.action_space.shape, np.float32)
+    actions[2] = 1
+    result = ours.step(actions)
+    assert_same(result, theirs.step(actions))
+    infos = result[-1]["final_info"] if mode == "same_step" else result[-1]
+    assert infos["_error"].tolist() == [False, False, True, False, False]
+    assert infos["error"][2].startswith("MuJoCo: ")
+    ours = make_ours(case[0], mode, **case[2])
+    ours.reset(seed=1)
+    ours.send(actions)
+    assert_same(in_order_of_env_id(ours.recv()), result)
 
 
 @pytest.mark.parametrize("num_threads", [1, 3])

@@ -310,13 +310,12 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """What each walker has as a single environment: ``np_random``, ``np_random_seed``, its
-        spaces, ``metadata``, ``render_mode``, ``dt``."""
+        spaces, ``render_mode``, ``dt``."""
         if name in ("np_random", "np_random_seed"):
             return tuple(getattr(self, name))
         shared = {
             "action_space": self.single_action_space,
             "dt": self.dt,
-            "metadata": self.metadata,
             "observation_space": self.single_observation_space,
             "render_mode": self.render_mode,
         }

@@ -1,0 +1,410 @@
+"""What WalkerVectorEnv takes and refuses, what it says about itself, and who can wrap it."""
+
+import re
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from gymnasium.error import ClosedEnvironmentError
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import vector as wrappers
+from vector_comparison import assert_same
+
+BIPEDAL = "walker_sim/BipedalWalker-v3"
+WALKER2D = "walker_sim/Walker2d-v5"
+NUM_ENVS = 3
+
+
+def make(name=BIPEDAL, num_envs=NUM_ENVS, **options):
+    return gymnasium.make_vec(name, num_envs, **options)
+
+
+def make_single(name=BIPEDAL, **options):
+    return gymnasium.make(name, **options)
+
+
+@pytest.fixture()
+def envs():
+    made = make()
+    made.reset(seed=1)
+    yield made
+    made.close()
+
+
+def zeros(envs, count=NUM_ENVS):
+    return np.zeros((count, envs.single_action_space.shape[0]), np.float32)
+
+
+def raises(error, words):
+    return pytest.raises(error, match=re.escape(words))
+
+
+@pytest.mark.parametrize("name", walker_sim.ids())
+def test_it_describes_itself_as_sync_vector_env_does(name):
+    ours = make(name)
+    theirs = gymnasium.make_vec(name, NUM_ENVS, vectorization_mode="sync")
+    assert isinstance(ours, walker_sim.WalkerVectorEnv)
+    for attribute in (
+        *("num_envs", "observation_space", "action_space", "single_observation_space"),
+        *("single_action_space", "metadata", "render_mode", "autoreset_mode", "closed"),
+    ):
+        assert getattr(ours, attribute) == getattr(theirs, attribute), attribute
+    for attribute in ("action_space", "observation_space", "render_mode", "dt"):
+        assert ours.get_attr(attribute) == ours.call(attribute) == theirs.get_attr(attribute)
+    observations, infos = ours.reset(seed=2)
+    assert observations in ours.observation_space and isinstance(infos, dict)
+    assert ours.unwrapped is ours
+    assert ours.spec.id == name
+    assert repr(ours) == f"WalkerVectorEnv({name}, num_envs=3)"
+
+
+def test_a_spec_makes_it_again():
+    spec = make(max_episode_steps=7, autoreset_mode="same_step", num_threads=2).spec
+    again = gymnasium.make_vec(spec)
+    assert again.num_envs == NUM_ENVS
+    assert again.num_threads == 2
+    assert again.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    again.reset(seed=0)
+    ends = [again.step(zeros(again))[3].all() for _ in range(7)]
+    assert ends == [False] * 6 + [True]
+
+
+@pytest.mark.parametrize(
+    "mode", [AutoresetMode.SAME_STEP, "same_step", "SameStep"], ids=["enum", "name", "value"]
+)
+def test_modes_have_several_spellings(mode):
+    assert make(autoreset_mode=mode).autoreset_mode is AutoresetMode.SAME_STEP
+
+
+@pytest.mark.parametrize(
+    ("given", "limit"), [(None, 1600), (-1, 0), (0, 0), (5, 5)], ids=["own", "-1", "0", "5"]
+)
+def test_the_limit(given, limit):
+    for envs in (
+        make(max_episode_steps=given),
+        walker_sim.WalkerVectorEnv("BipedalWalker-v3", 2, max_episode_steps=given),
+    ):
+        assert envs._walkers.specification["max_episode_steps"] == limit
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"num_envs": 0}, ValueError, "num_envs = 0: must be at least 1"),
+        ({"num_envs": 2.5}, TypeError, "num_envs = 2.5: must be an integer"),
+        ({"num_envs": 2**21}, ValueError, "num_envs = 2097152: must be in [1, 1048576]"),
+        ({"num_threads": -1}, ValueError, "num_threads = -1: must be at least 0"),
+        ({"num_threads": 5000}, ValueError, "num_threads = 5000: must be in [0, 1024]"),
+        ({"num_threads": "2"}, TypeError, "num_threads = '2': must be an integer"),
+        ({"batch_size": 4}, ValueError, "batch_size = 4: must be in [0, 3]"),
+        ({"batch_size": -2}, ValueError, "batch_size = -2: must be at least 0"),
+        ({"autoreset_mode": "never"}, ValueError, "autoreset_mode = 'never': must be next_step, s"),
+        ({"autoreset_mode": 3}, ValueError, "autoreset_mode = 3: must be next_step, same_step or"),
+        ({"max_episode_steps": -2}, ValueError, "max_episode_steps"),
+        ({"render_mode": "human"}, ValueError, "render_mode = 'human': there is no rendering yet"),
+        ({"transport": "udp"}, ValueError, "transport = 'udp': must be one of inprocess, ros"),
+        ({"hardcor": True}, ValueError, "hardcor"),
+        ({"transport": "ros", "num_threads": 2}, ValueError, "num_threads = 2: over ROS"),
+        ({"transport": "ros", "batch_size": 2}, ValueError, "batch_size = 2: over ROS"),
+    ],
+    ids=str,
+)
+def test_what_it_cannot_be_made_with(options, error, words):
+    with raises(error, words):
+        make(**options)
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [5, np.int64(5), [5, 6, 7], (5, 6, 7), np.array([5, 6, 7])],
+    ids=["int", "NumPy", "list", "tuple", "array"],
+)
+def test_seeds_have_several_forms(envs, seed):
+    expected = make().reset(seed=[5, 6, 7])
+    assert_same(envs.reset(seed=seed), expected)
+    assert envs.np_random_seed == (5, 6, 7)
+
+
+def test_seeds_are_of_any_size():
+    seeds = [2**64 - 1, 2**64, 2**200]
+    ours, theirs = make(), SyncVectorEnv([make_single] * NUM_ENVS)
+    assert_same(ours.reset(seed=seeds), theirs.reset(seed=seeds))
+    assert ours.np_random_seed == theirs.np_random_seed
+
+
+@pytest.mark.parametrize(
+    ("seed", "error", "words"),
+    [
+        ([1, 2], ValueError, "2 seeds; must be 3, one for each walker"),
+        (-1, gymnasium.error.Error, "Seed must be greater or equal to zero, actual value: -1"),
+        ([1, -2, 3], gymnasium.error.Error, "-2"),
+        (1.5, TypeError, "seed = 1.5: must be None, an integer, or a sequence of these"),
+        (["1", 2, 3], TypeError, "must be None, an integer, or a sequence of these"),
+    ],
+    ids=str,
+)
+def test_bad_seeds_change_nothing(envs, seed, error, words):
+    twin = make()
+    twin.reset(seed=1)
+    with raises(error, words):
+        envs.reset(seed=seed)
+    assert_same(envs.reset(), twin.reset())
+
+
+def test_without_a_seed_the_generator_is_seeded_once():
+    envs = make()
+    first, _ = envs.reset()
+    seeds = envs.np_random_seed
+    assert len(set(seeds)) == NUM_ENVS
+    second, _ = envs.reset()
+    assert envs.np_random_seed == seeds
+    again = make()
+    np.testing.assert_array_equal(again.reset(seed=seeds)[0], first)
+    np.testing.assert_array_equal(again.reset()[0], second)
+    unused = make()
+    seeds = unused.np_random_seed
+    np.testing.assert_array_equal(unused.reset()[0], again.reset(seed=seeds)[0])
+
+
+def test_generators_can_be_looked_at_and_put_in_place(envs):
+    ours, theirs = make(), SyncVectorEnv([make_single] * NUM_ENVS)
+    generators = [np.random.default_rng(seed) for seed in (4, 5, 6)]
+    generators[0].random(3)
+    ours.set_attr("np_random", generators)
+    for index, single in enumerate(theirs.envs):
+        single.unwrapped.np_random = np.random.default_rng(4 + index)
+    theirs.envs[0].unwrapped.np_random.random(3)
+    assert ours.np_random_seed == (-1, -1, -1)
+    assert_same(ours.reset(), theirs.reset())
+    generators = ours.get_attr("np_random")
+    state = generators[1].bit_generator.state
+    assert state == theirs.np_random[1].bit_generator.state
+    generators[1].random()
+    assert ours.np_random[1].bit_generator.state == state
+    with raises(ValueError, "np_random has 2 generators; must have 3"):
+        ours.np_random = generators[:2]
+    with raises(ValueError, "np_random is on MT19937; must be on PCG64"):
+        ours.np_random = [np.random.Generator(np.random.MT19937())] * NUM_ENVS
+
+
+@pytest.mark.parametrize(
+    ("mask", "error", "words"),
+    [
+        ([True] * 3, TypeError, "options['reset_mask'] is of list; must be a NumPy array of bool"),
+        (np.ones(3), TypeError, "options['reset_mask'] is of float64; must be a NumPy array of bo"),
+        (np.ones(2, bool), ValueError, "options['reset_mask'] has shape (2,); must have (3,)"),
+        (np.zeros(3, bool), ValueError, "options['reset_mask'] is False everywhere; must be True"),
+    ],
+    ids=["list", "floats", "shape", "none"],
+)
+def test_masks_are_refused_as_sync_vector_env_refuses_them(envs, mask, error, words):
+    theirs = SyncVectorEnv([make_single] * NUM_ENVS)
+    theirs.reset(seed=1)
+    with pytest.raises(error):
+        theirs.reset(options={"reset_mask": mask})
+    with raises(error, words):
+        envs.reset(options={"reset_mask": mask})
+
+
+def test_options_stay_the_callers(envs):
+    options = {"reset_mask": np.array([True, False, False]), "unknown": 1}
+    envs.reset(options=options)
+    assert set(options) == {"reset_mask", "unknown"}
+
+
+@pytest.mark.parametrize(
+    ("actions", "words"),
+    [
+        (np.zeros((4, 3)), "actions have shape (4, 3); must have (3, 4)"),
+        (np.zeros(12), "actions have shape (12,); must have (3, 4)"),
+        (np.zeros((2, 4)), "actions have shape (2, 4); must have (3, 4)"),
+        ([[0] * 4, [0] * 4, [0, 0, 0, np.nan]], "environment 2: action[3]"),
+    ],
+    ids=["turned", "flat", "few", "NaN"],
+)
+def test_bad_actions_move_nothing(envs, actions, words):
+    twin = make()
+    twin.reset(seed=1)
+    with raises(walker_sim.InvalidAction, words):
+        envs.step(actions)
+    assert_same(envs.step(zeros(envs)), twin.step(zeros(envs)))
+
+
+@pytest.mark.parametrize("convert", [list, np.float64, np.asfortranarray, lambda a: a[::1, ::1]])
+def test_actions_have_several_forms(envs, convert):
+    twin = make()
+    twin.reset(seed=1)
+    actions = np.linspace(-1, 1, 12, dtype=np.float32).reshape(3, 4)
+    assert_same(envs.step(convert(actions)), twin.step(actions))
+
+
+def test_steps_need_an_episode():
+    envs = make(autoreset_mode="disabled", max_episode_steps=2)
+    with raises(walker_sim.ResetNeeded, "environment 0: there is no episode yet; reset first"):
+        envs.step(zeros(envs))
+    envs.reset(seed=0)
+    envs.step(zeros(envs))
+    envs.reset(options={"reset_mask": np.array([True, True, False])})
+    envs.step(zeros(envs))
+    with raises(walker_sim.ResetNeeded, "environment 2: the episode ended after 2 steps; reset"):
+        envs.step(zeros(envs))
+
+
+@pytest.mark.parametrize(
+    ("ids", "error", "words"),
+    [
+        ([0, 3], ValueError, "environment 3: must be in [0, 2]"),
+        ([-1], ValueError, "environment -1: must be in [0, 2]"),
+        ([1, 1], ValueError, "environment 1: listed twice"),
+        ([0.5], TypeError, "env_ids = [0.5]: must be a sequence of integers"),
+        (1, TypeError, "env_ids = 1: must be a sequence of integers"),
+    ],
+    ids=str,
+)
+def test_what_cannot_be_sent(envs, ids, error, words):
+    with raises(error, words):
+        envs.send(zeros(envs, np.size(ids)), ids)
+    envs.step(zeros(envs))  # nothing is under way
+
+
+def test_what_is_under_way_is_received_first():
+    envs = make(batch_size=2, num_threads=2)
+    assert envs.batch_size == 2
+    envs.reset(seed=0)
+    with raises(RuntimeError, "recv: 0 environments are under way; must be at least 2"):
+        envs.recv()
+    envs.send(zeros(envs, 2), [0, 2])
+    with raises(RuntimeError, "environment 2: is under way; receive it first"):
+        envs.send(zeros(envs, 1), [2])
+    with raises(RuntimeError, "step: 2 environments are under way; receive them first"):
+        envs.step(zeros(envs))
+    for seed in (None, 5):
+        with raises(RuntimeError, "is under way; receive it first" if seed else "reset: 2 env"):
+            envs.reset(seed=seed)
+    with raises(RuntimeError, "environment 0: is under way; receive it first"):
+        envs.async_reset()
+    infos = envs.recv()[-1]
+    assert infos["env_id"].dtype == np.int32 and sorted(infos["env_id"]) == [0, 2]
+    envs.step(zeros(envs))
+
+
+@pytest.mark.parametrize("name", ["spec", "envs", "reset"])
+def test_attributes_that_the_walkers_have_not(envs, name):
+    with raises(AttributeError, f"{name}: the walkers have no such attribute; must be one of np_r"):
+        envs.get_attr(name)
+    with raises(AttributeError, f"{name}: cannot be set; must be np_random"):
+        envs.set_attr(name, [1, 2, 3])
+
+
+def test_after_close_it_says_so(envs):
+    envs.close()
+    envs.close()
+    assert envs.closed
+    for call in (envs.reset, envs.recv, envs.async_reset, lambda: envs.np_random):
+        with raises(ClosedEnvironmentError, ": this environment was closed"):
+            call()
+    for call in (envs.step, envs.send):
+        with raises(ClosedEnvironmentError, f"{call.__name__}: this environment was closed"):
+            call(zeros(envs))
+
+
+WRAPPERS = {
+    "RecordEpisodeStatistics": wrappers.RecordEpisodeStatistics,
+    "NormalizeObservation": wrappers.NormalizeObservation,
+    "NormalizeReward": wrappers.NormalizeReward,
+    "ClipReward": lambda envs: wrappers.ClipReward(envs, -0.1, 0.1),
+    "ClipAction": wrappers.ClipAction,
+    "RescaleAction": lambda envs: wrappers.RescaleAction(
+        envs, np.full(6, -2, np.float32), np.full(6, 2, np.float32)
+    ),
+    "FlattenObservation": wrappers.FlattenObservation,
+    "DictInfoToList": wrappers.DictInfoToList,
+    "several": lambda envs: wrappers.NormalizeObservation(
+        wrappers.NormalizeReward(wrappers.RecordEpisodeStatistics(envs))
+    ),
+}
+NEXT_STEP_ONLY = ("NormalizeObservation", "FlattenObservation", "several")
+
+
+def without_times(result):
+    """RecordEpisodeStatistics looks at the clock."""
+    if isinstance(result[-1], dict) and "episode" in result[-1]:
+        result[-1]["episode"].pop("t", None)
+    return result
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+@pytest.mark.parametrize("name", WRAPPERS)
+def test_gymnasiums_wrappers_see_no_difference(name, mode):
+    sides = [
+        make(WALKER2D, autoreset_mode=mode, max_episode_steps=20),
+        SyncVectorEnv(
+            [lambda: make_single(WALKER2D, max_episode_steps=20)] * NUM_ENVS,
+            autoreset_mode=AutoresetMode[mode.upper()],
+        ),
+    ]
+    if mode == "same_step" and name in NEXT_STEP_ONLY:
+        for side in sides:
+            with pytest.raises(ValueError, match="NEXT_STEP"):
+                WRAPPERS[name](side)
+        return
+    sides = [WRAPPERS[name](side) for side in sides]
+    random = np.random.default_rng(2)
+    assert_same(*(side.reset(seed=3) for side in sides))
+    num_ended = 0
+    for number in range(80):
+        actions = random.uniform(-1, 1, sides[0].action_space.shape).astype(np.float32)
+        results = [without_times(side.step(actions.copy())) for side in sides]
+        assert_same(*results, number)
+        num_ended += (results[0][2] | results[0][3]).sum()
+    assert num_ended > 5
+    for side in sides:
+        side.close()
+
+
+def test_statistics_of_episodes_that_are_reset_by_mask():
+    """Gymnasium's own environments take the mask out of the options, and with it from the wrapper,
+    which then forgets all episodes; so there is nothing to compare with."""
+    envs = wrappers.RecordEpisodeStatistics(
+        make(WALKER2D, autoreset_mode="disabled", max_episode_steps=20)
+    )
+    envs.reset(seed=3)
+    random = np.random.default_rng(2)
+    lengths, returns = np.zeros(NUM_ENVS, int), np.zeros(NUM_ENVS)
+    num_ended = 0
+    for _ in range(80):
+        actions = random.uniform(-1, 1, envs.action_space.shape).astype(np.float32)
+        _, rewards, terminated, truncated, infos = envs.step(actions)
+        lengths += 1
+        returns += rewards
+        ended = terminated | truncated
+        if not ended.any():
+            continue
+        num_ended += ended.sum()
+        assert (infos["episode"]["l"][ended] == lengths[ended]).all()
+        assert (infos["episode"]["r"][ended] == returns[ended]).all()
+        lengths[ended], returns[ended] = 0, 0
+        envs.reset(options={"reset_mask": ended})
+    assert num_ended > 5
+
+
+def test_it_needs_gymnasium_1_1(tmp_path):
+    """The package itself does not: here it meets a Gymnasium as 1.0 was, without AutoresetMode."""
+    script = """
+import gymnasium, gymnasium.vector
+del gymnasium.vector.AutoresetMode
+gymnasium.__version__ = "1.0.0"
+import walker_sim
+assert gymnasium.make(walker_sim.ids()[0]).reset(seed=1)[0].shape == (24,)
+try:
+    walker_sim.WalkerVectorEnv
+except ImportError as error:
+    assert str(error) == "WalkerVectorEnv needs Gymnasium 1.1 or later; this is 1.0.0", error
+else:
+    raise AssertionError("nothing was said")
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8")
+    assert done.returncode == 0, done.stderr
