@@ -74,3 +74,39 @@ class Walkers(Protocol):
 
     def close(self) -> None:
         """Lets go of what it holds."""
+
+
+def make_walkers(
+    env_id: str,
+    num_envs: int,
+    transport: str,
+    server: str,
+    master_uri: str,
+    timeout: float,
+    num_threads: int,
+    batch_size: int,
+    autoreset_mode: str,
+    parameters: dict[str, Any],
+) -> Walkers:
+    """The walkers, here or on a server; the server's are compared with what is asked for."""
+    if transport == "inprocess":
+        from walker_sim.in_process import InProcessWalkers
+
+        return InProcessWalkers(
+            env_id, parameters, num_envs, num_threads, autoreset_mode, batch_size
+        )
+    if transport == "ros":
+        from walker_sim.over_ros import RemoteWalkers
+
+        if num_threads:
+            raise ValueError(
+                f"num_threads = {num_threads}: over ROS it is the server's parameter; must be 0"
+            )
+        if batch_size:
+            raise ValueError(
+                f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
+            )
+        return RemoteWalkers(
+            env_id, parameters, num_envs, autoreset_mode, server, master_uri, timeout
+        )
+    raise ValueError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")

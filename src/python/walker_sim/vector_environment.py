@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.spaces import action_space_of, observation_space_of
-from walker_sim.transport import TRANSPORTS, Walkers
+from walker_sim.transport import make_walkers
 from walker_sim.vector_arguments import (
     AutoresetMode,
     Seeds,
@@ -24,40 +24,6 @@ from walker_sim.vector_arguments import (
     to_seeds,
 )
 from walker_sim.vector_infos import Infos, add_errors, add_finals, to_infos
-
-
-def make_walkers(
-    env_id: str,
-    num_envs: int,
-    transport: str,
-    server: str,
-    master_uri: str,
-    timeout: float,
-    num_threads: int,
-    batch_size: int,
-    autoreset_mode: str,
-    parameters: dict[str, Any],
-) -> Walkers:
-    """The walkers, here or on a server; the server's are compared with what is asked for."""
-    if transport == "inprocess":
-        return InProcessWalkers(
-            env_id, parameters, num_envs, num_threads, autoreset_mode, batch_size
-        )
-    if transport == "ros":
-        from walker_sim.over_ros import RemoteWalkers
-
-        if num_threads:
-            raise ValueError(
-                f"num_threads = {num_threads}: over ROS it is the server's parameter; must be 0"
-            )
-        if batch_size:
-            raise ValueError(
-                f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
-            )
-        return RemoteWalkers(
-            env_id, parameters, num_envs, autoreset_mode, server, master_uri, timeout
-        )
-    raise ValueError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
 
 
 class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):

@@ -1,0 +1,227 @@
+"""Many walkers as Stable-Baselines3 has them, which takes no vector environment of Gymnasium."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, List
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common import vec_env
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
+
+from walker_sim.registration import NAMESPACE
+from walker_sim.spaces import action_space_of, observation_space_of
+from walker_sim.transport import make_walkers
+
+Infos = List[Dict[str, Any]]
+
+
+class VecEnv(vec_env.VecEnv):
+    """Walkers stepped together by threads, in Stable-Baselines3's terms.
+
+    An episode that ends is followed by the next in the same step. `VecMonitor`, `VecNormalize` and
+    the other wrappers go around it.
+
+    Parameters
+    ----------
+    env_id
+        As Gymnasium has it, e.g. ``BipedalWalker-v3``, with or without ``walker_sim/`` before it.
+    num_envs
+        How many walkers.
+    transport
+        ``inprocess``, or ``ros``: a server in lock-step with ``autoreset_mode`` same_step.
+    server
+        Over ROS: the server's node name.
+    master_uri
+        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311``.
+    timeout
+        Over ROS: of each call [s of wall time].
+    num_threads
+        In process: 0 for as many as there are cores.
+    max_episode_steps
+        On which step an episode is truncated. None: the id's own limit; 0: never.
+    render_mode
+        None: there is no rendering yet.
+    parameters
+        The environment's own, e.g. ``hardcore``, ``forward_reward_weight``.
+
+    Attributes
+    ----------
+    reset_infos
+        Of each walker, the info of its last reset; floats by name.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the parameter, its value and what is allowed.
+    walker_sim.ConnectionError, walker_sim.ServerMismatch
+        Over ROS.
+    """
+
+    def __init__(
+        self,
+        env_id: str,
+        num_envs: int = 1,
+        *,
+        transport: str = "inprocess",
+        server: str = "/walker_sim",
+        master_uri: str = "",
+        timeout: float = 10.0,
+        num_threads: int = 0,
+        max_episode_steps: int | None = None,
+        render_mode: str | None = None,
+        **parameters: Any,
+    ) -> None:
+        if render_mode is not None:
+            raise ValueError(
+                f"render_mode = {render_mode!r}: there is no rendering yet; must be None"
+            )
+        if env_id.startswith(f"{NAMESPACE}/"):
+            env_id = env_id[len(NAMESPACE) + 1 :]
+        if max_episode_steps is not None:
+            parameters["max_episode_steps"] = max(max_episode_steps, 0)
+        self._walkers = make_walkers(
+            *(env_id, num_envs, transport, server, master_uri, timeout),
+            *(num_threads, 0, "same_step", parameters),
+        )
+        specification = self._walkers.specification
+        self.spec = gymnasium.registry.get(f"{NAMESPACE}/{env_id}")
+        self._info_names: list[str] = specification["info_names"]
+        self._parameter_names = frozenset(specification["parameters"])
+        self._actions: NDArray[np.float64] | None = None
+        self._is_closed = False
+        observation_space = observation_space_of(specification)
+        action_space = action_space_of(specification)
+        # What a walker alone would have, for `get_attr`; the base class asks for some at once.
+        shared = {
+            "action_space": action_space,
+            "observation_space": observation_space,
+            "render_mode": None,
+            "metadata": {"render_modes": [], "render_fps": round(1 / specification["dt"])},
+            "spec": self.spec,
+            "dt": specification["dt"],
+        }
+        self._attributes: Infos = [dict(shared) for _ in range(num_envs)]
+        super().__init__(num_envs, observation_space, action_space)
+
+    def reset(self) -> NDArray[Any]:
+        """Begins an episode of each walker, with the seeds that `seed` gave since the last reset.
+
+        Returns
+        -------
+        Observations, shape (num_envs, observation size).
+        """
+        self._check_open()
+        self._actions = None
+        observations, info = self._walkers.reset([], self._seeds)
+        self.reset_infos = self._to_dicts(info)
+        self._reset_seeds()
+        self._reset_options()
+        return observations
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Takes actions, shape (num_envs, action size), for `step_wait`."""
+        self._actions = np.array(actions, np.float64, order="C")
+
+    def step_wait(self) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], Infos]:
+        """Advances each world by `dt`.
+
+        Returns
+        -------
+        observations
+            Shape (num_envs, observation size); of the next episode where one has ended.
+        rewards, dones
+            Shape (num_envs,).
+        infos
+            Of each walker: ``TimeLimit.truncated``, its own floats by name and, where the episode
+            has ended, ``terminal_observation``; ``error`` only where the simulation had to end it.
+
+        Raises
+        ------
+        walker_sim.InvalidAction
+            For a wrong size, or a value that is not finite. Nothing has moved.
+        walker_sim.ResetNeeded
+            Before the first reset.
+        """
+        self._check_open()
+        if self._actions is None:
+            raise RuntimeError("step_wait without actions; step_async gives them")
+        actions, self._actions = self._actions, None
+        batch = self._walkers.step(actions)
+        dones = batch.terminated | batch.truncated
+        infos = self._to_dicts(batch.info)
+        self._take_final_rows(np.flatnonzero(dones).tolist(), infos)
+        is_cut_off = batch.truncated & ~batch.terminated
+        for info, flag in zip(infos, is_cut_off.tolist()):
+            info["TimeLimit.truncated"] = flag
+        return batch.observations, batch.rewards.astype(np.float32), dones, infos
+
+    def close(self) -> None:
+        """Lets go of the threads, or of the connection."""
+        if not self._is_closed:
+            self._is_closed = True
+            self._walkers.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """What walkers have of their own: spaces, metadata, spec, dt, and what `set_attr` gave."""
+        try:
+            return [self._attributes[i][attr_name] for i in self._get_indices(indices)]
+        except KeyError:
+            names = ", ".join(self._attributes[0])
+            raise AttributeError(
+                f"a walker has no attribute {attr_name!r}; must be one of {names}"
+            ) from None
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Remembers a value for `get_attr`. What a walker was made with stays as it is."""
+        if attr_name in self._parameter_names:
+            raise AttributeError(
+                f"{attr_name} cannot be set to {value!r}: a walker's parameters are fixed when it"
+                " is made"
+            )
+        for i in self._get_indices(indices):
+            self._attributes[i][attr_name] = value
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,
+        indices: VecEnvIndices = None,
+        **method_kwargs: Any,
+    ) -> list[Any]:
+        """Calls what `set_attr` gave; walkers that are stepped together have no methods of their
+        own."""
+        methods = self.get_attr(method_name, indices)
+        return [method(*method_args, **method_kwargs) for method in methods]
+
+    def env_is_wrapped(
+        self,
+        wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
+        indices: VecEnvIndices = None,
+    ) -> list[bool]:
+        """False for each: there is no wrapper below this."""
+        return [False for _ in self._get_indices(indices)]
+
+    def _take_final_rows(self, ended: list[int], infos: Infos) -> None:
+        """Puts the infos of the episodes that ended in the place of their successors'."""
+        if not ended:
+            return
+        observations, info = self._walkers.final_rows()
+        for i, final in zip(ended, self._to_dicts(info[ended])):
+            final["terminal_observation"] = observations[i]
+            error = self._walkers.error(i)
+            if error:
+                final["error"] = error
+            self.reset_infos[i], infos[i] = infos[i], final
+
+    def _to_dicts(self, info: NDArray[np.float64]) -> Infos:
+        """Rows by names, without what is absent, which is NaN."""
+        if np.isnan(info).any():
+            pairs = [zip(self._info_names, row) for row in info.tolist()]
+            return [{name: value for name, value in row if value == value} for row in pairs]
+        return [dict(zip(self._info_names, row)) for row in info.tolist()]
+
+    def _check_open(self) -> None:
+        if self._is_closed:
+            raise RuntimeError("this VecEnv is closed")

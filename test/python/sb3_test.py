@@ -1,0 +1,220 @@
+"""walker_sim.sb3.VecEnv beside Stable-Baselines3's DummyVecEnv, to the bit.
+
+Around Gymnasium's own BipedalWalker that holds for the pinned Box2D only; Gymnasium keeps the Box2D
+world from one episode to the next, so ours do here.
+"""
+
+import os
+import pathlib
+import sys
+import types
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from gymnasium_reference import equal_bits
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_checker import check_env
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
+from walker_sim.sb3 import VecEnv
+
+NUM_ENVS = 5
+SEED = 11
+WALKERS = ["BipedalWalker-v3", "BipedalWalkerHardcore-v3"]
+ROBOTS = ["Walker2d-v4", "Walker2d-v5"]
+# Some episodes end before, some do not.
+LIMITS = {**dict.fromkeys(WALKERS, 90), **dict.fromkeys(ROBOTS, 12)}
+
+
+@pytest.fixture(autouse=True)
+def promotion():
+    """Gymnasium's rewards are those of NumPy 2, which promotes types otherwise than NumPy 1."""
+    if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
+        yield
+        return
+    before = np._get_promotion_state()
+    np._set_promotion_state("weak")
+    yield
+    np._set_promotion_state(before)
+
+
+def make_ours(env_id, num_envs=NUM_ENVS, **keywords):
+    world = {"reuse_world": True} if env_id in WALKERS else {}
+    return VecEnv(env_id, num_envs, max_episode_steps=LIMITS[env_id], **world, **keywords)
+
+
+def make_reference(env_id, num_envs=NUM_ENVS):
+    """Around Gymnasium's own walkers; around this package's where those want another MuJoCo."""
+    name = env_id if env_id in WALKERS else f"walker_sim/{env_id}"
+    make = lambda: gymnasium.make(name, max_episode_steps=LIMITS[env_id])  # noqa: E731
+    return DummyVecEnv([make] * num_envs)
+
+
+def actions_for(environments, num_steps):
+    """Some beyond the bounds, which is the environments' matter. Shape (steps, n, action size)."""
+    random = np.random.default_rng(SEED)
+    shape = (num_steps, environments.num_envs, *environments.action_space.shape)
+    return random.uniform(-1.2, 1.2, shape).astype(np.float32)
+
+
+def assert_equal(ours, theirs):
+    """Equal structure, types and bits."""
+    if isinstance(theirs, dict):
+        assert ours.keys() == theirs.keys()
+        for key in theirs:
+            assert_equal(ours[key], theirs[key])
+    elif isinstance(theirs, list):
+        assert len(ours) == len(theirs)
+        for one, other in zip(ours, theirs):
+            assert_equal(one, other)
+    elif isinstance(theirs, np.ndarray):
+        assert ours.dtype == theirs.dtype
+        assert equal_bits(ours, theirs)
+    else:
+        assert isinstance(ours, bool) == isinstance(theirs, (bool, np.bool_))
+        assert equal_bits(ours, theirs)
+
+
+def assert_same_course(ours, reference, num_steps):
+    """Reset and steps of both; returns how many episodes were terminated, and truncated."""
+    counts = [0, 0]
+    assert_equal(ours.reset(), reference.reset())
+    for actions in actions_for(ours, num_steps):
+        results = ours.step(actions)
+        expected = reference.step(actions)
+        assert_equal(list(results), list(expected))
+        assert_equal(ours.reset_infos, reference.reset_infos)
+        for is_done, info in zip(results[2], results[3]):
+            if is_done:
+                counts[info["TimeLimit.truncated"]] += 1
+    return counts
+
+
+@pytest.mark.parametrize("env_id", WALKERS + ROBOTS)
+def test_course_of_dummy_vec_env(env_id):
+    ours, reference = make_ours(env_id), make_reference(env_id)
+    assert ours.observation_space == reference.observation_space
+    assert ours.action_space == reference.action_space
+    assert ours.num_envs == reference.num_envs
+    assert ours.render_mode is reference.render_mode is None
+    assert ours.seed(SEED) == reference.seed(SEED)
+    counts = assert_same_course(ours, reference, 300)
+    assert min(counts) > 0, "both ends of an episode must have been seen"
+    # A seed serves one reset; the next continues the generators.
+    assert_same_course(ours, reference, 10)
+    ours.close()
+    reference.close()
+
+
+@pytest.mark.parametrize("env_id", ["BipedalWalker-v3", "Walker2d-v5"])
+def test_wrappers(env_id):
+    both = []
+    for environments in (make_ours(env_id), make_reference(env_id)):
+        wrapped = VecNormalize(VecMonitor(environments))
+        wrapped.seed(SEED)
+        courses = [wrapped.reset()]
+        episodes = []
+        for actions in actions_for(wrapped, 150):
+            *course, infos = wrapped.step(actions)
+            courses += course
+            ended = [info["episode"] for info in infos if "episode" in info]
+            episodes += [{key: episode[key] for key in ("r", "l")} for episode in ended]
+        both.append((courses, episodes))
+    assert both[0][1], "some episode must have ended"
+    assert_equal(both[0][0], both[1][0])
+    assert both[0][1] == both[1][1]
+
+
+def test_learning_gives_the_same_policy():
+    policies = []
+    for environments in (make_ours("BipedalWalker-v3", 2), make_reference("BipedalWalker-v3", 2)):
+        model = PPO("MlpPolicy", environments, n_steps=128, n_epochs=2, seed=SEED, device="cpu")
+        model.learn(512)
+        policies.append({k: v.numpy() for k, v in model.policy.state_dict().items()})
+    assert_equal(*policies)
+
+
+@pytest.mark.parametrize("env_id", walker_sim.ids())
+def test_check_env_without_a_warning(env_id):
+    environment = gymnasium.make(env_id)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(environment)
+        check_env(environment.unwrapped)
+
+
+def test_results_are_the_callers():
+    environments = make_ours("BipedalWalker-v3")
+    first = environments.reset()
+    copies = first.copy()
+    results = [environments.step(actions)[0] for actions in actions_for(environments, 3)]
+    assert equal_bits(first, copies)
+    assert not any(np.shares_memory(first, observations) for observations in results)
+
+
+def test_attributes():
+    environments = make_ours("BipedalWalker-v3")
+    assert environments.get_attr("render_mode") == [None] * NUM_ENVS
+    assert environments.get_attr("dt", 2) == [1 / 50]
+    assert environments.get_attr("spec")[0].id == "walker_sim/BipedalWalker-v3"
+    assert environments.get_attr("action_space", [0, 1]) == [environments.action_space] * 2
+    environments.set_attr("mark", "second", indices=1)
+    environments.set_attr("mark", "other", indices=[0, 2, 3, 4])
+    assert environments.get_attr("mark", [1, 0]) == ["second", "other"]
+    environments.set_attr("raised", lambda base, power: base**power)
+    assert environments.env_method("raised", 3, power=2, indices=[0, 4]) == [9, 9]
+    assert environments.env_is_wrapped(Monitor) == [False] * NUM_ENVS
+    assert environments.env_is_wrapped(Monitor, indices=[0, 1]) == [False] * 2
+    for access in (environments.get_attr, environments.env_method):
+        with pytest.raises(AttributeError, match="no attribute 'gravity'; must be one of"):
+            access("gravity")
+    with pytest.raises(AttributeError, match="hardcore cannot be set to True"):
+        environments.set_attr("hardcore", True)
+
+
+def test_id_with_and_without_namespace():
+    ours = [VecEnv(env_id, 2) for env_id in ("Walker2d-v5", "walker_sim/Walker2d-v5")]
+    for environments in ours:
+        environments.seed(SEED)
+    assert_equal(ours[0].reset(), ours[1].reset())
+
+
+def test_bad_use():
+    with pytest.raises(ValueError, match="Hopper-v4"):
+        VecEnv("Hopper-v4")
+    with pytest.raises(ValueError, match="render_mode = 'human': there is no rendering yet"):
+        VecEnv("BipedalWalker-v3", render_mode="human")
+    with pytest.raises(ValueError, match="transport = 'smoke': must be one of inprocess, ros"):
+        VecEnv("BipedalWalker-v3", transport="smoke")
+    environments = VecEnv("BipedalWalker-v3", 2)
+    with pytest.raises(walker_sim.ResetNeeded):
+        environments.step(np.zeros((2, 4)))
+    environments.reset()
+    with pytest.raises(RuntimeError, match="step_wait without actions; step_async gives them"):
+        environments.step_wait()
+    with pytest.raises(walker_sim.InvalidAction, match="7"):
+        environments.step(np.zeros(7))
+    environments.step(np.zeros((2, 4)))
+    environments.close()
+    environments.close()
+    with pytest.raises(RuntimeError, match="this VecEnv is closed"):
+        environments.reset()
+
+
+def test_over_ros_as_in_process(tmp_path):
+    sys.path.append(str(pathlib.Path(__file__).parent.parent / "bench"))
+    from ros import Master
+
+    programs = pathlib.Path(os.environ["WALKER_SIM_PROGRAMS"])
+    common = {"env": "Walker2d-v5", "num_envs": NUM_ENVS, "max_episode_steps": 12}
+    with Master(types.SimpleNamespace(folder=tmp_path, programs=programs)) as master:
+        name, _ = master.server(mode="lockstep", autoreset_mode="same_step", **common)
+        remote = make_ours("Walker2d-v5", transport="ros", server=name)
+        ours = make_ours("Walker2d-v5")
+        remote.seed(SEED)
+        ours.seed(SEED)
+        assert_same_course(remote, ours, 60)
+        remote.close()
