@@ -4,7 +4,7 @@
 # shellcheck disable=SC2034,SC2154  # names shared with setup.sh and test
 
 lints=(lint_clang_format lint_clang_tidy lint_cppcheck lint_catkin lint_ruff_check
-  lint_ruff_format lint_shellcheck lint_rooms)
+  lint_ruff_format lint_mypy lint_shellcheck lint_rooms)
 
 # find_files EXPRESSION...: our files, without what was built.
 find_files() {
@@ -63,6 +63,9 @@ lint_ruff_check() { scripts_of py python3 | on_files "$venv/bin/ruff" check --no
 lint_ruff_format() {
   scripts_of py python3 | on_files "$venv/bin/ruff" format --no-cache --check --diff
 }
+
+# The package alone, with the types of what it stands on out of the virtual environment.
+lint_mypy() (cd "$root" && "$venv/bin/mypy" --config-file pyproject.toml)
 
 lint_shellcheck() { scripts_of sh bash | on_files shellcheck -x; }
 

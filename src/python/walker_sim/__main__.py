@@ -1,0 +1,8 @@
+"""``python3 -m walker_sim``: evaluates policies, records episodes, measures speed."""
+
+import sys
+
+from walker_sim.commands import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,75 @@
+"""The command line: ``python3 -m walker_sim evaluate|record|bench``."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from typing import Sequence
+
+import walker_sim
+from walker_sim.commands.options import InputError, Parser
+from walker_sim.errors import ConnectionError, RequestRefused, ServerMismatch
+
+COMMANDS = {
+    "evaluate": "plays a policy over many seeds; statistics, plot, CSV",
+    "record": "writes episodes to a file, and checks that they repeat to the bit",
+    "bench": "measures steps per second, beside Gymnasium's own",
+}
+
+EPILOG = """\
+commands:
+  {commands}
+
+examples:
+  python3 -m walker_sim evaluate BipedalWalker-v3 --policy heuristic --plot returns.png
+  python3 -m walker_sim record Walker2d-v5 --episodes 10 --output gait.npz
+  python3 -m walker_sim bench BipedalWalker-v3
+
+Each command has a --help of its own. Exit status: 0 done, 1 a check found a difference or a policy
+failed, 2 bad input or no connection, 130 interrupted.
+"""
+
+
+def _parser() -> Parser:
+    lines = "\n  ".join(f"{name:<10}{text}" for name, text in COMMANDS.items())
+    parser = Parser(
+        prog="python3 -m walker_sim",
+        description="Gymnasium's bipedal walkers, the same bits in process and over ROS.",
+        epilog=EPILOG.format(commands=lines),
+        usage="python3 -m walker_sim [-h] [--version] COMMAND ...",
+    )
+    parser.add_argument(
+        "--version", action="version", version=f"walker_sim {walker_sim.__version__}"
+    )
+    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND", help="see below")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command.
+
+    Parameters
+    ----------
+    arguments
+        Without the program's name; None: those of this process.
+
+    Returns
+    -------
+    int
+        The exit status.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    command = _parser().parse_args(given[:1]).command
+    try:
+        return int(importlib.import_module(f"walker_sim.commands.{command}").run(given[1:]))
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # Whoever read has seen enough; the interpreter's last flush must not fail once more.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (InputError, OSError, ConnectionError, RequestRefused, ServerMismatch) as error:
+        print(f"walker_sim {command}: {error}", file=sys.stderr)
+        return 2

@@ -1,0 +1,169 @@
+"""Plays one episode for each of many seeds, several at once."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Iterator, NamedTuple, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walker_sim.transport import Batch, Walkers
+
+Policy = Callable[[NDArray[Any]], NDArray[Any]]
+"""From an observation, shape (observation size,), to an action, float32 (action size,)."""
+
+FALL_REWARD = (
+    -100.0
+)  # BipedalWalker's, of the step on which it falls; arriving keeps the step's own
+
+
+class Steps(NamedTuple):
+    """An episode of n steps; row 0 of n + 1 is the reset's."""
+
+    observations: list[NDArray[Any]]  # n + 1 x (observation size,)
+    actions: list[NDArray[Any]]  # n x (action size,)
+    rewards: list[float]  # n
+    terminated: list[bool]  # n
+    truncated: list[bool]  # n
+    infos: list[NDArray[np.float64]]  # n + 1 x (info names,), NaN where absent
+
+
+class Episode(NamedTuple):
+    """How an episode went."""
+
+    order: int  # of its seed among those asked for
+    seed: int
+    episode_return: float
+    length: int  # [steps]
+    terminated: bool
+    truncated: bool
+    end: str  # arrived, fell, terminated, time limit or failed
+    info: dict[str, float]  # of the last step
+    error: str  # why the engine had to end it, or empty
+    steps: Steps
+
+
+class _Running:
+    """An episode under way."""
+
+    def __init__(self, order: int, seed: int, policy: Policy) -> None:
+        self.order, self.seed, self.policy = order, seed, policy
+        self.episode_return, self.length = 0.0, 0
+        self.steps = Steps([], [], [], [], [], [])
+
+
+def play(
+    walkers: Walkers,
+    seeds: Sequence[int],
+    policy_of: Callable[[int], Policy],
+    keeps_steps: bool = False,
+) -> Iterator[Episode]:
+    """Plays to the end of every episode. What comes out does not depend on `walkers.num_envs`.
+
+    Parameters
+    ----------
+    walkers
+        With autoreset mode next_step, at any point of any episode.
+    seeds
+        Of the episodes' resets.
+    policy_of
+        Gives a policy that remembers no other episode, for a seed.
+    keeps_steps
+        Whether `Episode.steps` is filled.
+
+    Yields
+    ------
+    Episode
+        In the order in which they end.
+    """
+    player = _Player(walkers, seeds, policy_of, keeps_steps)
+    if walkers.num_envs > len(seeds):
+        walkers.reset([], [])  # those without a seed are stepped too, so they need an episode
+    player.begin(list(range(walkers.num_envs)))
+    while player.running:
+        yield from player.step()
+
+
+class _Player:
+    def __init__(
+        self,
+        walkers: Walkers,
+        seeds: Sequence[int],
+        policy_of: Callable[[int], Policy],
+        keeps_steps: bool,
+    ) -> None:
+        self.running: dict[int, _Running] = {}  # by environment
+        self._walkers, self._policy_of, self._keeps_steps = walkers, policy_of, keeps_steps
+        self._waiting = iter(enumerate(seeds))
+        specification = walkers.specification
+        self._falls = specification["id"].startswith("BipedalWalker")
+        self._info_names: list[str] = specification["info_names"]
+        self._actions = np.zeros((walkers.num_envs, len(specification["action_low"])))
+
+    def begin(self, environments: list[int]) -> None:
+        """Resets these for the next seeds; those for which there is none idle on under zero."""
+        begun = dict(zip(environments, self._waiting))
+        for environment in environments:
+            self._actions[environment] = 0
+        if not begun:
+            return
+        observations, info = self._walkers.reset(list(begun), [seed for _, seed in begun.values()])
+        self._observations = observations
+        for environment, (order, seed) in begun.items():
+            running = _Running(order, seed, self._policy_of(seed))
+            self.running[environment] = running
+            if self._keeps_steps:
+                running.steps.observations.append(observations[environment].copy())
+                running.steps.infos.append(info[environment].copy())
+
+    def step(self) -> list[Episode]:
+        """Steps all once; what has ended makes room for the next seeds."""
+        for environment, running in self.running.items():
+            self._actions[environment] = running.policy(self._observations[environment])
+        batch = self._walkers.step(self._actions)
+        self._observations = batch.observations
+        rewards = batch.rewards.tolist()
+        for environment, running in self.running.items():
+            running.episode_return += rewards[environment]
+            running.length += 1
+            if self._keeps_steps:
+                self._keep(running.steps, batch, environment)
+        flags = (batch.terminated | batch.truncated).tolist()
+        ended = [environment for environment in self.running if flags[environment]]
+        episodes = [self._conclude(self.running.pop(e), batch, e) for e in ended]
+        if ended:
+            self.begin(ended)
+        return episodes
+
+    def _keep(self, steps: Steps, batch: Batch, environment: int) -> None:
+        steps.observations.append(batch.observations[environment].copy())
+        steps.actions.append(self._actions[environment].astype(np.float32))
+        steps.rewards.append(float(batch.rewards[environment]))
+        steps.terminated.append(bool(batch.terminated[environment]))
+        steps.truncated.append(bool(batch.truncated[environment]))
+        steps.infos.append(batch.info[environment].copy())
+
+    def _conclude(self, running: _Running, batch: Batch, environment: int) -> Episode:
+        error = self._walkers.error(environment)
+        terminated = bool(batch.terminated[environment])
+        if error:
+            end = "failed"
+        elif not terminated:
+            end = "time limit"
+        elif not self._falls:
+            end = "terminated"
+        else:
+            end = "fell" if batch.rewards[environment] == FALL_REWARD else "arrived"
+        values = zip(self._info_names, batch.info[environment].tolist())
+        return Episode(
+            order=running.order,
+            seed=running.seed,
+            episode_return=running.episode_return,
+            length=running.length,
+            terminated=terminated,
+            truncated=bool(batch.truncated[environment]),
+            end=end,
+            info={name: value for name, value in values if value == value},
+            error=error,
+            steps=running.steps,
+        )

@@ -1,0 +1,144 @@
+"""``evaluate``: how well a policy walks."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import Any, Sequence
+
+from walker_sim.commands import options as common
+from walker_sim.commands.episodes import Episode, play
+from walker_sim.commands.policies import POLICY_HELP, make_policies
+from walker_sim.commands.progress import shown
+from walker_sim.commands.summary import as_json, histogram, report, summarise
+
+EPISODES = 100
+
+DESCRIPTION = """\
+Plays one episode for each seed and says how good the policy is: mean return with its 95 %
+confidence interval over seeds, median, standard deviation, lengths, and how the episodes end. A
+seed decides its episode: --num-envs, --num-threads and --transport change how long it takes and no
+digit of the result.
+"""
+
+EPILOG = f"""\
+{common.WALKER_HELP}
+{POLICY_HELP}
+Ends of an episode: arrived, fell (BipedalWalker), terminated (Walker2d: unhealthy), time limit,
+failed (the engine gave up; the CSV says why).
+
+examples:
+  python3 -m walker_sim evaluate BipedalWalker-v3
+  python3 -m walker_sim evaluate BipedalWalkerHardcore-v3 --policy model.zip --seeds 1000:1200 \\
+      --csv hardcore.csv --plot hardcore.png
+  python3 -m walker_sim evaluate Walker2d-v5 --policy my_policies:walk ctrl_cost_weight=0.01
+  python3 -m walker_sim evaluate BipedalWalker-v3 --transport ros --episodes 20
+"""
+
+
+def _parser() -> common.Parser:
+    parser = common.Parser(
+        prog="python3 -m walker_sim evaluate", description=DESCRIPTION, epilog=EPILOG
+    )
+    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
+    common.add_seeds(parser, EPISODES)
+    parser.add_argument(
+        "--threshold",
+        type=common.number,
+        metavar="RETURN",
+        help="say how many episodes return at least this (default: what solves the environment)",
+    )
+    files = parser.add_argument_group("files")
+    files.add_argument(
+        "--csv", type=common.output_file, metavar="FILE", help="a line per episode, all digits"
+    )
+    files.add_argument(
+        "--json", type=common.output_file, metavar="FILE", help="the summary and the episodes"
+    )
+    files.add_argument(
+        "--plot",
+        type=common.output_file,
+        metavar="FILE",
+        help="returns, their spread and their order: .png, .svg or .pdf (needs matplotlib)",
+    )
+    common.add_walker_options(parser)
+    common.add_num_envs(parser)
+    return parser
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Evaluates. Returns the exit status."""
+    options = _parser().parse_intermixed_args(arguments)
+    env_id, parameters = common.walker_of(options.walker)
+    if options.plot:
+        from walker_sim.commands.plot import check_format
+
+        check_format(options.plot)  # before an hour of episodes
+    seeds = common.chosen_seeds(options)
+    walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
+    policies = make_policies(options.policy, env_id, parameters, walkers.specification)
+    began = time.monotonic()
+    episodes = sorted(shown(play(walkers, seeds, policies), len(seeds)))
+    seconds = time.monotonic() - began
+    walkers.close()
+
+    threshold = options.threshold
+    if threshold is None and not math.isnan(walkers.specification["reward_threshold"]):
+        threshold = walkers.specification["reward_threshold"]
+    summary = summarise(episodes, threshold)
+    title = describe(env_id, options.walker, options.policy, len(seeds))
+    returns = [episode.episode_return for episode in episodes]
+    print("\n".join([title, "", *report(summary, threshold), "", *histogram(returns)]))
+    steps = sum(episode.length for episode in episodes)
+    # Not on standard output, which is the same at every run.
+    print(
+        f"{steps:,} steps in {seconds:.1f} s: {steps / seconds:,.0f} a second, policy included; "
+        f"{walkers.num_envs} environments at once",
+        file=sys.stderr,
+    )
+    if options.csv:
+        write_csv(options.csv, episodes, walkers.specification["info_names"])
+    if options.json:
+        head = {"id": env_id, "parameters": walkers.specification["parameters"]}
+        head = {**head, "policy": options.policy, "engine": walkers.specification["engine_version"]}
+        write_json(options.json, {**head, **as_json(summary)}, episodes)
+    if options.plot:
+        from walker_sim.commands.plot import write_plot
+
+        write_plot(options.plot, title, episodes, summary, threshold)
+    return 0
+
+
+def describe(env_id: str, words: Sequence[str], policy: str, count: int) -> str:
+    """What was evaluated, in a line."""
+    walker = " ".join([env_id, *(word for word in words if "=" in word)])
+    return f"{walker}, policy {policy}, {count} episode{'s' if count > 1 else ''}"
+
+
+def write_csv(path: Path, episodes: Sequence[Episode], info_names: Sequence[str]) -> None:
+    """A line per episode; numbers with all digits, absent info empty."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        fields = ["seed", "return", "length", "terminated", "truncated", "end"]
+        writer.writerow([*fields, *info_names, "error"])
+        for episode in episodes:
+            info = [episode.info.get(name, "") for name in info_names]
+            outcome = (episode.terminated, episode.truncated, episode.end)
+            row = [episode.seed, episode.episode_return, episode.length, *outcome]
+            writer.writerow([*row, *info, episode.error])
+
+
+def write_json(path: Path, head: dict[str, Any], episodes: Sequence[Episode]) -> None:
+    """The summary, and under ``outcomes`` the episodes."""
+    outcomes = []
+    for episode in episodes:
+        outcome = episode._asdict()
+        for name in ("order", "steps"):
+            del outcome[name]
+        outcome["return"] = outcome.pop("episode_return")
+        outcomes.append(outcome)
+    path.write_text(json.dumps({**head, "outcomes": outcomes}, indent=1) + "\n")

@@ -1,0 +1,259 @@
+"""What the commands' options have in common, and how their texts are read."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections import Counter
+from pathlib import Path
+from typing import Any, NoReturn, Sequence
+
+from walker_sim import _core
+from walker_sim.registration import NAMESPACE
+from walker_sim.transport import TRANSPORTS, Walkers
+
+AT_ONCE = 16  # environments, where nobody says otherwise
+
+WALKER_HELP = """\
+ID is BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4 or Walker2d-v5, with or without
+"walker_sim/" before it. NAME=VALUE sets a parameter of the environment: hardcore=true,
+ctrl_cost_weight=0.01, "healthy_z_range=[0.7, .inf]", xml_file=my.xml, max_episode_steps=200.
+"""
+
+
+class InputError(Exception):
+    """What the user gave cannot be used. The message names it, its value and what is allowed."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Keeps the line breaks of texts, takes no abbreviated options, and complains in one line."""
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(
+            formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **keywords
+        )
+
+    def error(self, message: str) -> NoReturn:
+        """Ends the process with status 2."""
+        self.exit(2, f"{self.prog.replace('python3 -m ', '')}: {message}; see --help\n")
+
+
+def add_walker_options(parser: Parser) -> None:
+    """Adds the walker, and where it is, to a command's options."""
+    parser.add_argument(
+        "walker", nargs="*", metavar=("ID", "NAME=VALUE"), help="the environment; see below"
+    )
+    where = parser.add_argument_group("where the walkers are")
+    where.add_argument(
+        "--transport",
+        choices=TRANSPORTS,
+        default="inprocess",
+        help="here (default), or on a server in lock-step, on the master of ROS_MASTER_URI",
+    )
+    where.add_argument(
+        "--server", default="/walker_sim", metavar="NAME", help="its node (default: /walker_sim)"
+    )
+    where.add_argument(
+        "--num-threads",
+        type=_count,
+        metavar="N",
+        help="that step, in process (default: one per processor)",
+    )
+
+
+def add_num_envs(parser: Parser) -> None:
+    """Adds the number of environments, which changes how long it takes and nothing else."""
+    parser.add_argument(
+        "--num-envs",
+        type=_count,
+        metavar="N",
+        help=f"environments stepped at once; changes no result (default: {AT_ONCE}, or the "
+        "server's number)",
+    )
+
+
+def add_seeds(parser: Parser, episodes: int) -> None:
+    """Adds the choice of episodes, one per seed."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "--seeds",
+        type=_seeds,
+        metavar="SEEDS",
+        help="one episode for each: FIRST:END, without END, and single ones: 0:100 or 3,7,20:30",
+    )
+    group.add_argument(
+        "--episodes",
+        type=_count,
+        metavar="N",
+        help=f"the same as --seeds 0:N (default: {episodes})",
+    )
+    parser.set_defaults(default_episodes=episodes)
+
+
+def chosen_seeds(options: argparse.Namespace) -> list[int]:
+    """One for each episode."""
+    seeds: list[int] | None = options.seeds
+    return list(range(options.episodes or options.default_episodes)) if seeds is None else seeds
+
+
+def _count(text: str) -> int:
+    if not re.fullmatch(r"[0-9]+", text) or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"{text}: must be a whole number above 0")
+    return int(text)
+
+
+def counts(text: str) -> list[int]:
+    """For argparse: whole numbers above 0 with commas between."""
+    return [_count(part.strip()) for part in text.split(",")]
+
+
+def positive(text: str) -> float:
+    """For argparse: a finite number above 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text}: must be a number above 0")
+    return value
+
+
+def number(text: str) -> float:
+    """For argparse: a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not abs(value) < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text}: must be a number")
+    return value
+
+
+def _seeds(text: str) -> list[int]:
+    most = 1_000_000
+    seeds: list[int] = []
+    for part in text.split(","):
+        found = re.fullmatch(r" *([0-9]+)(?::([0-9]+))? *", part)
+        if not found:
+            raise argparse.ArgumentTypeError(
+                f"{text}: must be seeds and ranges with commas between, e.g. 0:100 or 3,7,20:30"
+            )
+        first = int(found[1])
+        end = first + 1 if found[2] is None else int(found[2])
+        if not first < end <= 1 << 64:
+            raise argparse.ArgumentTypeError(
+                f"{part}: must go upwards, with seeds from 0 to 2^64 - 1"
+            )
+        if len(seeds) + end - first > most:
+            raise argparse.ArgumentTypeError(f"{text}: must be at most {most} seeds")
+        seeds.extend(range(first, end))
+    twice = [seed for seed, count in Counter(seeds).items() if count > 1]
+    if twice:
+        raise argparse.ArgumentTypeError(f"{text}: must have seed {twice[0]} once")
+    return seeds
+
+
+def read_value(text: str, default: Any) -> Any:
+    """A parameter's value, of the kind that its default has; the text itself where it is none.
+
+    The core then refuses it, by the parameter's name.
+    """
+    try:
+        if isinstance(default, bool):
+            return {"true": True, "false": False}.get(text, text)
+        if isinstance(default, int):
+            return int(text)
+        if isinstance(default, float):
+            return _to_number(text)
+        if isinstance(default, list) and text.startswith("[") and text.endswith("]"):
+            return [_to_number(part) for part in text[1:-1].split(",")] if text[1:-1] else []
+    except ValueError:
+        pass
+    return text
+
+
+def _to_number(text: str) -> float:
+    """As YAML writes it: `.inf` is infinite."""
+    return float(re.sub(r"^([+-]?)\.inf$", r"\1inf", text.strip()))
+
+
+def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    """The environment's id without its namespace, and its parameters, from ID and NAME=VALUE."""
+    ids = [word for word in words if "=" not in word]
+    if len(ids) != 1:
+        what = "no ID is given" if not ids else f"{' '.join(ids)}: only one ID can be given"
+        raise InputError(f"{what}; must be one of {', '.join(_core.ids())}")
+    env_id = ids[0][len(NAMESPACE) + 1 :] if ids[0].startswith(f"{NAMESPACE}/") else ids[0]
+    if env_id not in _core.ids():
+        raise InputError(f"ID = {ids[0]}: must be one of {', '.join(_core.ids())}")
+    pairs = [word.partition("=") for word in words if "=" in word]
+    texts: dict[str, str] = {}
+    for name, _, text in pairs:
+        if name in texts:
+            raise InputError(f"parameter {name}: given twice")
+        texts[name] = text
+    return env_id, read_parameters(env_id, texts)
+
+
+def read_parameters(env_id: str, texts: dict[str, str]) -> dict[str, Any]:
+    """Values of parameters, by what the environment's defaults are."""
+    defaults = {known["name"]: known["default"] for known in _core.parameters_of(env_id)}
+    return {name: read_value(text, defaults.get(name)) for name, text in texts.items()}
+
+
+def make_walkers(
+    options: argparse.Namespace,
+    env_id: str,
+    parameters: dict[str, Any],
+    num_envs: int | None,
+    most: int,
+) -> Walkers:
+    """The walkers that the options name: in process at most `most`, over ROS all of the server's.
+
+    Their autoreset mode is next_step: an environment that nobody needs any more goes on by itself.
+    """
+    reuses = parameters.get("reuse_world") is True
+    walkers: Walkers
+    try:
+        if options.transport == "ros":
+            walkers = _remote_walkers(options, env_id, parameters, num_envs)
+        else:
+            from walker_sim.in_process import InProcessWalkers
+
+            count = min(num_envs or (1 if reuses else AT_ONCE), most)
+            threads = options.num_threads or 0
+            walkers = InProcessWalkers(env_id, parameters, count, threads, "next_step")
+    except (ValueError, TypeError, RuntimeError) as error:
+        raise InputError(str(error)) from error
+    if reuses and walkers.num_envs > 1:
+        raise InputError(
+            f"{walkers.num_envs} environments at once: must be 1 with reuse_world=true, for an "
+            "episode then depends on those before it in its world"
+        )
+    return walkers
+
+
+def _remote_walkers(
+    options: argparse.Namespace, env_id: str, parameters: dict[str, Any], num_envs: int | None
+) -> Walkers:
+    from walker_sim.over_ros import RemoteWalkers
+
+    if options.num_threads is not None:
+        raise InputError(
+            f"--num-threads {options.num_threads}: over ROS the threads are the server's"
+        )
+    timeout = 10.0  # [s]
+    found = _core.Client(options.server, "", timeout).specification()
+    count = num_envs or found["num_envs"]
+    walkers = RemoteWalkers(env_id, parameters, count, "next_step", options.server, "", timeout)
+    for name in ("engine", "engine_version", "version"):  # of what really plays
+        walkers.specification[name] = found[name]
+    return walkers
+
+
+def output_file(text: str) -> Path:
+    """For argparse: a file that can be written, as far as can be told before there is anything."""
+    path = Path(text)
+    if path.is_dir() or not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f"{text}: must be a file in a folder that exists")
+    return path

@@ -1,0 +1,154 @@
+"""Who walks: from the text of --policy to actions."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import zipfile
+from typing import Any, Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walker_sim import _core
+from walker_sim.commands.episodes import Policy
+from walker_sim.commands.options import InputError
+from walker_sim.transport import Specification
+
+Policies = Callable[[int], Policy]
+"""Gives the policy of one episode, for its seed."""
+
+POLICY_HELP = """\
+POLICY is one of
+  heuristic        Gymnasium's for BipedalWalker, a linear gait for Walker2d (default)
+  random           uniform between the action's bounds, drawn anew from each episode's seed
+  zero             no torque
+  FILE.zip         a model that Stable-Baselines3 (or its contrib) has saved; acts
+                   deterministically. Such a file can run code: open none that you do not trust
+  MODULE:FUNCTION  called as FUNCTION(observation), one observation of shape (observation size,)
+                   at a time, gives an action of shape (action size,), which is rounded to
+                   float32; where it is a class, each episode has an instance of its own
+"""
+
+
+class PolicyFailed(Exception):
+    """The user's policy raised, or gave no action. Its own traceback says where."""
+
+
+def make_policies(
+    text: str, env_id: str, parameters: dict[str, Any], specification: Specification
+) -> Policies:
+    """What `text` names.
+
+    Raises
+    ------
+    InputError
+        Naming the policy and what is allowed.
+    """
+    size = len(specification["action_low"])
+    if text == "zero":
+        return lambda seed: lambda observation: np.zeros(size, np.float32)
+    if text in ("heuristic", "random"):
+        return _core_policies(text, env_id, parameters, size)
+    if text.endswith(".zip"):
+        return _sb3_policies(text, specification)
+    if ":" in text:
+        return _function_policies(text, size)
+    raise InputError(
+        f"--policy {text}: must be heuristic, random, zero, FILE.zip or MODULE:FUNCTION"
+    )
+
+
+def _core_policies(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
+    def policy_of(seed: int) -> Policy:
+        policy = _core.Policy(name, env_id, parameters, seed)
+        action = np.empty(size)
+
+        def act(observation: NDArray[Any]) -> NDArray[Any]:
+            policy.act(np.ascontiguousarray(observation, np.float64), action)
+            return action
+
+        return act
+
+    try:
+        policy_of(0)
+    except ValueError as error:
+        raise InputError(f"--policy {name}: {error}") from error
+    return policy_of
+
+
+def _function_policies(text: str, size: int) -> Policies:
+    module, _, name = text.partition(":")
+    try:
+        target: Any = importlib.import_module(module)
+        for part in name.split("."):
+            target = getattr(target, part)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"--policy {text}: {error}") from error
+    if not callable(target):
+        raise InputError(f"--policy {text}: must be a function or a class, is {target!r}")
+
+    def policy_of(seed: int) -> Policy:
+        function = target() if isinstance(target, type) else target
+
+        def act(observation: NDArray[Any]) -> NDArray[Any]:
+            try:
+                action = np.asarray(function(observation), np.float32)
+            except Exception as error:
+                raise PolicyFailed(f"{text} failed in the episode of seed {seed}") from error
+            if action.shape != (size,):
+                raise PolicyFailed(f"{text} gave shape {action.shape}; must be {(size,)}")
+            return action
+
+        return act
+
+    return policy_of
+
+
+def _sb3_policies(text: str, specification: Specification) -> Policies:
+    try:
+        with zipfile.ZipFile(text) as file:
+            data = json.loads(file.read("data"))
+        module, name = _sb3_algorithm(data)
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"--policy {text}: no model that Stable-Baselines3 has saved: {error}"
+        ) from error
+    try:
+        algorithm = getattr(importlib.import_module(module), name)
+        torch = importlib.import_module("torch")
+    except ImportError as error:
+        package = module.replace("_", "-")
+        raise InputError(
+            f"--policy {text}: needs {module}: pip install {package} ({error})"
+        ) from error
+    # One observation at a time: more threads would only wait for each other.
+    torch.set_num_threads(1)
+    model = algorithm.load(text, device="cpu")
+    wanted = (len(specification["observation_low"]),), (len(specification["action_low"]),)
+    found = model.observation_space.shape, model.action_space.shape
+    if found != wanted:
+        raise InputError(
+            f"--policy {text}: observations and actions have shapes {found[0]} and {found[1]}; "
+            f"must be {wanted[0]} and {wanted[1]}, as {specification['id']} has them"
+        )
+
+    def act(observation: NDArray[Any]) -> NDArray[Any]:
+        action: NDArray[Any] = model.predict(observation, deterministic=True)[0]
+        return action
+
+    return lambda seed: act
+
+
+def _sb3_algorithm(data: dict[str, Any]) -> tuple[str, str]:
+    """Package and class that saved a model: the file says which policy it has, not who trained it.
+
+    Algorithms with a policy of their own name it after themselves. Of those that share the
+    actor-critic policy, the one with clip_range is PPO; to act, A2C is the same.
+    """
+    home = str(data["policy_class"]["__module__"])
+    package, _, rest = home.partition(".")
+    algorithm = rest.partition(".")[0]
+    if package in ("stable_baselines3", "sb3_contrib") and algorithm not in ("", "common"):
+        return package, {"tqc": "TQC", "crossq": "CrossQ"}.get(algorithm, algorithm.upper())
+    return "stable_baselines3", "PPO" if "clip_range" in data else "A2C"

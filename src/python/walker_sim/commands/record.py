@@ -1,0 +1,231 @@
+"""``record``: episodes in a file, and whether they repeat to the bit."""
+
+from __future__ import annotations
+
+import argparse
+import zipfile
+from pathlib import Path
+from typing import Any, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walker_sim.commands import options as common
+from walker_sim.commands.episodes import Episode, play
+from walker_sim.commands.policies import POLICY_HELP, make_policies
+from walker_sim.commands.progress import shown
+from walker_sim.transport import Specification, Walkers
+
+FORMAT = 1
+EPISODES = 10
+
+DESCRIPTION = """\
+Plays one episode for each seed and writes all of it to one .npz file. With --check FILE repeats
+the actions of such a file from its seeds and says whether every bit of every observation, reward,
+flag and info is equal.
+"""
+
+FILE_HELP = """\
+The file, for numpy.load(FILE), without pickle. T steps, E episodes, in the order of the seeds:
+  seeds                           (E,) uint64
+  episode_starts                  (E + 1,) int64: episode e has the steps [e] to [e + 1], and the
+                                  states from [e] + e: one more than steps, its first the reset's
+  observations, infos             (T + E, observation size), (T + E, info names): the states
+  actions                         (T, action size) float32
+  rewards, terminated, truncated  (T,) float64, bool, bool
+  info_names                      of the columns of infos, where NaN is an absent value
+  id, parameter_names, parameter_values, policy, engine, engine_version, walker_sim_version,
+  numpy_version, format           what played
+"""
+
+EPILOG = f"""\
+{common.WALKER_HELP}
+{POLICY_HELP}
+{FILE_HELP}
+examples:
+  python3 -m walker_sim record BipedalWalker-v3 --output walk.npz
+  python3 -m walker_sim record Walker2d-v5 --policy model.zip --seeds 0:50 --output expert.npz
+  python3 -m walker_sim record --check walk.npz
+  python3 -m walker_sim record --check walk.npz --transport ros    # the same bits over ROS
+"""
+
+
+def _parser() -> common.Parser:
+    parser = common.Parser(
+        prog="python3 -m walker_sim record", description=DESCRIPTION, epilog=EPILOG
+    )
+    action = parser.add_mutually_exclusive_group(required=True)
+    action.add_argument(
+        "--output", type=common.output_file, metavar="FILE", help="the .npz to be written"
+    )
+    action.add_argument(
+        "--check", type=Path, metavar="FILE", help="repeat this one; ID and policy are the file's"
+    )
+    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
+    common.add_seeds(parser, EPISODES)
+    common.add_walker_options(parser)
+    common.add_num_envs(parser)
+    return parser
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Records or checks. Returns the exit status: 1 where a check found a difference."""
+    options = _parser().parse_intermixed_args(arguments)
+    if options.check:
+        return _check(options)
+    if options.output.suffix != ".npz":
+        raise common.InputError(f"--output {options.output}: must end in .npz")
+    env_id, parameters = common.walker_of(options.walker)
+    seeds = common.chosen_seeds(options)
+    walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
+    policies = make_policies(options.policy, env_id, parameters, walkers.specification)
+    episodes = sorted(shown(play(walkers, seeds, policies, keeps_steps=True), len(seeds)))
+    np.savez_compressed(
+        options.output, **arrays_of(episodes, walkers.specification, options.policy)
+    )
+    walkers.close()
+    steps = sum(episode.length for episode in episodes)
+    size = options.output.stat().st_size / 1e6
+    print(f"{options.output}: {len(episodes)} episodes, {steps:,} steps, {size:.1f} MB")
+    return 0
+
+
+def arrays_of(
+    episodes: Sequence[Episode], specification: Specification, policy: str
+) -> dict[str, Any]:
+    """What the file holds, by name; see FILE_HELP."""
+    all_steps = [episode.steps for episode in episodes]
+    lengths = [episode.length for episode in episodes]
+    return {
+        "format": FORMAT,
+        "id": specification["id"],
+        "parameter_names": np.array(list(specification["parameters"]), np.str_),
+        "parameter_values": np.array(list(specification["parameters"].values()), np.str_),
+        "policy": policy,
+        "engine": specification["engine"],
+        "engine_version": specification["engine_version"],
+        "walker_sim_version": specification["version"],
+        "numpy_version": np.__version__,
+        "info_names": np.array(specification["info_names"], np.str_),
+        "seeds": np.array([episode.seed for episode in episodes], np.uint64),
+        "episode_starts": np.cumsum([0, *lengths], dtype=np.int64),
+        "observations": np.concatenate([steps.observations for steps in all_steps]),
+        "infos": np.concatenate([steps.infos for steps in all_steps]),
+        "actions": np.concatenate([steps.actions for steps in all_steps]),
+        "rewards": np.concatenate([steps.rewards for steps in all_steps]),
+        "terminated": np.concatenate([steps.terminated for steps in all_steps]),
+        "truncated": np.concatenate([steps.truncated for steps in all_steps]),
+    }
+
+
+def load(path: Path) -> dict[str, NDArray[Any]]:
+    """A recording's arrays.
+
+    Raises
+    ------
+    InputError
+        For a file that is none.
+    """
+    try:
+        with np.load(path) as file:
+            arrays = {name: file[name] for name in file.files}
+        found = int(arrays["format"])
+        missing = {*FILE_NAMES} - {*arrays}
+    except (KeyError, ValueError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        raise common.InputError(f"{path}: no recording of this command: {error}") from error
+    if found != FORMAT or missing:
+        what = f"without {', '.join(sorted(missing))}" if missing else f"of format {found}"
+        raise common.InputError(f"{path}: a recording {what}; must be of format {FORMAT}")
+    starts, steps = arrays["episode_starts"], len(arrays["actions"])
+    if starts.shape != (len(arrays["seeds"]) + 1,) or starts[-1] != steps:
+        raise common.InputError(
+            f"{path}: episode_starts does not fit to {len(arrays['seeds'])} seeds and {steps} steps"
+        )
+    return arrays
+
+
+FILE_NAMES = (
+    *("id", "parameter_names", "parameter_values", "engine", "engine_version", "seeds"),
+    *("episode_starts", "observations", "infos", "actions", "rewards", "terminated", "truncated"),
+)
+
+
+def _check(options: argparse.Namespace) -> int:
+    for name in ("walker", "seeds", "episodes"):
+        if getattr(options, name):
+            raise common.InputError(
+                f"--check {options.check}: {name} cannot be given, is the file's"
+            )
+    recorded = load(options.check)
+    env_id = str(recorded["id"])
+    texts = dict(zip(recorded["parameter_names"].tolist(), recorded["parameter_values"].tolist()))
+    _, parameters = common.walker_of([env_id, *(f"{name}={text}" for name, text in texts.items())])
+    walkers = common.make_walkers(options, env_id, parameters, options.num_envs, 1)
+    here, there = walkers.specification["engine_version"], str(recorded["engine_version"])
+    if here != there:
+        print(f"recorded on {recorded['engine']} {there}, repeated on {here}")
+    print(f"{'seed':>20}  steps     return", flush=True)
+    equal = 0
+    starts = recorded["episode_starts"]
+    for index, seed in enumerate(recorded["seeds"].tolist()):
+        length = int(starts[index + 1] - starts[index])
+        total = sum(recorded["rewards"][starts[index] : starts[index + 1]].tolist())
+        difference = repeat(walkers, seed, _part(recorded, index))
+        equal += not difference
+        print(f"{seed:>20}  {length:>5}  {total:>9.2f}  {difference or 'equal'}", flush=True)
+    walkers.close()
+    count = len(recorded["seeds"])
+    all_equal = equal == count
+    what = "equal to the bit" if all_equal else "equal"
+    print(f"{equal} of {count} episodes {what} ({starts[-1]:,} steps)")
+    return 0 if all_equal else 1
+
+
+def _part(recorded: Mapping[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
+    """The rows of one episode."""
+    begin, end = recorded["episode_starts"][index : index + 2]
+    part = {
+        name: recorded[name][begin + index : end + index + 1] for name in ("observations", "infos")
+    }
+    names = ("actions", "rewards", "terminated", "truncated")
+    return {**part, **{name: recorded[name][begin:end] for name in names}}
+
+
+def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) -> str:
+    """Repeats an episode in the first environment. Returns its first difference, or nothing."""
+    actions = np.zeros((walkers.num_envs, recorded["actions"].shape[1]))
+    observations, infos = walkers.reset([], [seed] * walkers.num_envs)
+    values = {"observations": observations[0], "infos": infos[0]}
+    difference = _differs(values, recorded, 0, 0)
+    for step, action in enumerate(recorded["actions"], 1):
+        if difference:
+            return difference
+        actions[0] = action
+        batch = walkers.step(actions)
+        ends = bool(batch.terminated[0] or batch.truncated[0])
+        values = {"observations": batch.observations[0], "infos": batch.info[0]}
+        difference = _differs(values, recorded, step, step)
+        flags = {"terminated": batch.terminated[0], "truncated": batch.truncated[0]}
+        outcome = {"rewards": batch.rewards[0], **flags}
+        difference = difference or _differs(outcome, recorded, step - 1, step)
+        if ends and step < len(recorded["actions"]) and not difference:
+            return f"ends at step {step}"
+    return difference
+
+
+def _differs(
+    values: Mapping[str, Any], recorded: Mapping[str, NDArray[Any]], row: int, step: int
+) -> str:
+    for name, value in values.items():
+        ours, theirs = np.atleast_1d(value), np.atleast_1d(recorded[name][row])
+        if ours.tobytes() == theirs.tobytes():
+            continue
+        if ours.shape != theirs.shape or ours.dtype != theirs.dtype:
+            return f"{name} are {ours.shape} {ours.dtype}, recorded {theirs.shape} {theirs.dtype}"
+        bytes_of = [array.view(np.uint8).reshape(len(array), -1) for array in (ours, theirs)]
+        place = int(np.argmax((bytes_of[0] != bytes_of[1]).any(axis=1)))
+        return (
+            f"differs at step {step}: {name}[{place}] is {theirs[place].item()!r}, "
+            f"repeated {ours[place].item()!r}"
+        )
+    return ""
