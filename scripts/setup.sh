@@ -121,24 +121,27 @@ set_up_packages() {
   quiet packages install_packages "${missing[@]}" 8>&- 9>&- # no daemon shall inherit a lock
 }
 
-# make_venv DIR REQUIREMENTS. With the system's packages: ROS's are among them, and its command line
-# tools are run by the first python3 in sight.
+# make_venv DIR REQUIREMENTS PYTHON OPTION...
 make_venv() {
-  rm -rf "$1" && env -u PYTHONHOME -u PYTHONPATH /usr/bin/python3 -m venv \
-    --system-site-packages "$1" && env -u PYTHONHOME -u PYTHONPATH -u PIP_REQUIRE_VIRTUALENV \
-    "$1/bin/python" -m pip install --disable-pip-version-check --progress-bar off -r "$2"
+  rm -rf "$1" && env -u PYTHONHOME -u PYTHONPATH "$3" -m venv "${@:4}" "$1" &&
+    env -u PYTHONHOME -u PYTHONPATH -u PIP_REQUIRE_VIRTUALENV \
+      "$1/bin/python" -m pip install --disable-pip-version-check --progress-bar off -r "$2"
 }
 
-# set_up_venv WHAT DIR REQUIREMENTS: unless that is done already.
+# set_up_venv WHAT DIR REQUIREMENTS [PYTHON]: unless that is done already. Of the distribution's
+# Python with the system's packages: ROS's are among them, and its command line tools are run by the
+# first python3 in sight. Of another PYTHON without any.
 set_up_venv() {
-  local what=$1 dir=$2 requirements=$3 wanted
-  wanted=$({ echo "$dir" && /usr/bin/python3 --version && cat "$requirements"; } | sha256sum)
+  local what=$1 dir=$2 requirements=$3 python=(/usr/bin/python3 --system-site-packages) wanted
+  if [ $# -gt 3 ]; then python=("$4"); fi
+  wanted=$({ echo "$dir" "${python[@]:1}" && "${python[0]}" --version && cat "$requirements"; } |
+    sha256sum)
   if [ "$(cat "$dir/ready" 2>/dev/null)" = "$wanted" ]; then
     say "$what: ready"
     return
   fi
   say "$what: installing ${requirements#"$root/"} to ${dir#"$root/"}"
-  quiet "${dir##*/}" make_venv "$dir" "$requirements" || return
+  quiet "${dir##*/}" make_venv "$dir" "$requirements" "${python[@]}" || return
   echo "$wanted" >"$dir/ready.new" && mv "$dir/ready.new" "$dir/ready"
 }
 

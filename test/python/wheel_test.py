@@ -1,0 +1,205 @@
+"""The wheel in a clean virtual environment: what is in it, and that it walks, here, over ROS and
+beside a workspace. ./scripts/test starts this, with WALKER_SIM_DEVEL naming the devel space."""
+
+import contextlib
+import importlib.metadata
+import importlib.util
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import sysconfig
+import time
+import xml.etree.ElementTree as ElementTree
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from walker_sim import _core
+
+TEST = pathlib.Path(__file__).parents[1]
+sys.path.insert(0, str(TEST / "server"))
+
+import recorded_episodes  # noqa: E402
+
+SITE = pathlib.Path(sysconfig.get_path("platlib"))
+DEVEL = pathlib.Path(os.environ["WALKER_SIM_DEVEL"])
+WORKSPACE = DEVEL / "lib/python3/dist-packages"
+DISTRIBUTION = "/usr/lib/python3/dist-packages"
+PATIENCE = 60.0  # wall seconds; only a failing test waits as long
+EPISODES = [
+    recorded_episodes.read_bipedal_walker()[0],
+    recorded_episodes.read_walker2d()[0],
+]
+
+
+def play(environment, episode):
+    """Observations and rewards of a recorded episode's actions, as the recording has them."""
+    played = [[*environment.reset(seed=episode.seed)[0].tolist(), 0.0]]
+    for step in episode.steps[1:]:
+        observation, reward, *flags, _ = environment.step(np.array(step.action, np.float32))
+        assert flags == [step.terminated, step.truncated]
+        played.append([*observation.tolist(), reward])
+    return np.array(played)
+
+
+def recorded(episode):
+    return np.array([[*step.observation, step.reward] for step in episode.steps])
+
+
+def assert_same_bits(played, episode):
+    expected = recorded(episode)
+    if episode.id.startswith("Bipedal"):
+        # The recording holds its rewards in single precision.
+        played[:, -1] = played[:, -1].astype(np.float32)
+    assert played.shape == expected.shape
+    assert played.tobytes() == expected.tobytes()
+
+
+def test_the_environment_is_clean():
+    assert SITE in pathlib.Path(walker_sim.__file__).parents
+    assert SITE in pathlib.Path(_core.__file__).parents
+    for name in ("rospy", "roslib", "genpy", "catkin_pkg"):
+        assert importlib.util.find_spec(name) is None, name
+
+
+def test_what_is_in_the_wheel():
+    names = {str(file) for file in importlib.metadata.files("walker_sim")}
+    names = {name for name in names if not name.endswith(".pyc")}
+    information = next(name for name in names if name.endswith("/METADATA")).rpartition("/")[0]
+    for name in ("LICENSE", "NOTICE", "mujoco/LICENSE", "mujoco/LICENSES_THIRD_PARTY.md"):
+        assert f"{information}/licenses/{name}" in names
+    for name in ("py.typed", "_core.pyi", "libmujoco.so.2.2.2", pathlib.Path(_core.__file__).name):
+        assert f"walker_sim/{name}" in names
+    source = TEST.parent / "src/python"
+    ours = {str(file.relative_to(source)) for file in source.rglob("*.py")}
+    assert {name for name in names if name.endswith(".py")} == ours
+    assert not [name for name in names if name.endswith((".h", ".cpp", ".txt", "_test.py"))]
+    assert sum(name.endswith(".so") for name in names) == 1
+
+
+def test_there_is_one_version():
+    version = ElementTree.parse(TEST.parent / "package.xml").findtext("version")
+    assert importlib.metadata.version("walker_sim") == version
+    assert walker_sim.__version__ == version
+    assert _core.__version__ == version
+
+
+def test_the_engine_is_the_wheels_own():
+    """Whatever else of that name is in sight."""
+    program = """
+import gymnasium, walker_sim
+gymnasium.make("walker_sim/Walker2d-v5").reset(seed=1)
+print({line.split()[-1] for line in open("/proc/self/maps") if "mujoco" in line})
+"""
+    elsewhere = "/usr/lib/x86_64-linux-gnu:/usr/lib/aarch64-linux-gnu"
+    assert run(program, LD_LIBRARY_PATH=elsewhere) == str(
+        {str(pathlib.Path(_core.__file__).with_name("libmujoco.so.2.2.2"))}
+    )
+
+
+@pytest.mark.parametrize("episode", EPISODES, ids=lambda episode: episode.id)
+def test_an_episode_in_process(episode):
+    environment = gymnasium.make(f"walker_sim/{episode.id}", **episode.parameters)
+    assert_same_bits(play(environment, episode), episode)
+    environment.close()
+
+
+def test_vectorised():
+    environments = walker_sim.WalkerVectorEnv("BipedalWalker-v3", num_envs=3, num_threads=2)
+    episode = EPISODES[0]
+    observations, _ = environments.reset(seed=[episode.seed] * 3)
+    assert observations[2].tolist() == episode.steps[0].observation
+    action = np.array([episode.steps[1].action] * 3, np.float32)
+    observations, rewards, *_ = environments.step(action)
+    assert observations[2].tolist() == episode.steps[1].observation
+    assert np.float32(rewards[2]) == episode.steps[1].reward
+    environments.close()
+
+
+@contextlib.contextmanager
+def walker_server(*arguments):
+    """The address of a master with a server, both out of the devel space, in its environment."""
+    with socket.socket() as free:
+        free.bind(("localhost", 0))
+        port = str(free.getsockname()[1])
+    launch = 'source "$0" && exec roslaunch --port "$1" walker_sim walker.launch "${@:2}"'
+    command = ["setpriv", "--pdeathsig", "INT", "bash", "-c", launch, DEVEL / "setup.bash", port]
+    command += ["mode:=lockstep", "headless:=true", "status:=false", *arguments]
+    clean = {name: os.environ[name] for name in ("HOME", "PATH", "ROS_HOME") if name in os.environ}
+    process = subprocess.Popen(
+        command,
+        env={**clean, "ROS_HOSTNAME": "localhost"},
+        stdin=subprocess.DEVNULL,
+    )
+    try:
+        yield f"http://localhost:{port}"
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(PATIENCE)
+        finally:
+            process.kill()
+
+
+def connected(name, **options):
+    """The environment over ROS, as soon as its server is up."""
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return gymnasium.make(name, transport="ros", **options)
+        except walker_sim.ConnectionError:
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.1)
+
+
+def test_an_episode_over_ros():
+    episode = EPISODES[0]
+    with walker_server(f"env:={episode.id}") as master:
+        environment = connected(f"walker_sim/{episode.id}", master_uri=master, **episode.parameters)
+        assert_same_bits(play(environment, episode), episode)
+        environment.close()
+
+
+def run(program, *folders, **variables):
+    """What the program prints in a Python with these folders first on its path."""
+    variables["PYTHONPATH"] = os.pathsep.join(map(str, folders))
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize(
+    "folders", [(WORKSPACE, SITE), (SITE, WORKSPACE)], ids=["workspace first", "wheel first"]
+)
+def test_beside_a_workspace(folders):
+    """The messages come from the workspace, and an extension module for this Python is found."""
+    program = f"""
+import gymnasium, walker_sim
+environment = gymnasium.make("walker_sim/BipedalWalker-v3")
+environment.reset(seed={EPISODES[0].seed})
+observation, *_ = environment.step({EPISODES[0].steps[1].action})
+assert observation.tolist() == {EPISODES[0].steps[1].observation}
+import walker_sim.msg, walker_sim.srv
+assert walker_sim.msg.__file__.startswith("{WORKSPACE}")
+print(walker_sim.msg.Transition._type, walker_sim.srv.Step._type)
+"""
+    if sys.version_info[:2] == distributions_version():
+        program += "import rospy\n"
+    assert run(program, *folders, DISTRIBUTION) == "walker_sim/Transition walker_sim/Step"
+
+
+def distributions_version():
+    """Of the Python that rospy is there for."""
+    command = ["/usr/bin/python3", "-c", "import sys; print(*sys.version_info[:2])"]
+    return tuple(map(int, subprocess.check_output(command, text=True).split()))
