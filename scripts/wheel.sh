@@ -39,7 +39,7 @@ install_wheel() {
 # sight. NAME is wheel/VERSION/SET; test/python/wheel_SET.txt says what is beside the wheel.
 run_wheel_suite() {
   local name=$1 python=$2 folder=$build/${1%/*} venv=$build/$1 set=${1##*/} status=0
-  local log=$logs/${name//\//_}.log results=$build/test_results/$name.xml
+  local log=$logs/${name//\//_}.log results=$build/wheel/test_results/${name//\//_}.xml
   if ! set_up_venv "$name" "$venv" "$root/test/python/wheel_$set.txt" "$python" ||
     ! quiet install_wheel install_wheel "$folder"/*.whl "$venv"; then
     record step "$name: set-up" 1 "$logs"
@@ -47,7 +47,7 @@ run_wheel_suite() {
   fi
   mkdir -p "${results%/*}" && rm -f "$results"
   env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1 \
-    ROS_HOME="$build/test_results/ros_home" WALKER_SIM_DEVEL="$devel" timeout --kill-after=30 300 \
+    ROS_HOME="$build/wheel/ros_home" WALKER_SIM_DEVEL="$devel" timeout --kill-after=30 300 \
     "$venv/bin/python" -m pytest -q -p no:cacheprovider --noconftest --junit-xml="$results" \
     "$root/test/python/wheel_test.py" >"$log" 2>&1 </dev/null 8>&- || status=$?
   say "wheel: $name status $status"

@@ -29,6 +29,7 @@ SITE = pathlib.Path(sysconfig.get_path("platlib"))
 DEVEL = pathlib.Path(os.environ["WALKER_SIM_DEVEL"])
 WORKSPACE = DEVEL / "lib/python3/dist-packages"
 DISTRIBUTION = "/usr/lib/python3/dist-packages"
+GYMNASIUM = tuple(map(int, gymnasium.__version__.split(".")[:2]))
 PATIENCE = 60.0  # wall seconds; only a failing test waits as long
 EPISODES = [
     recorded_episodes.read_bipedal_walker()[0],
@@ -109,8 +110,12 @@ def test_an_episode_in_process(episode):
 
 
 def test_vectorised():
-    environments = walker_sim.WalkerVectorEnv("BipedalWalker-v3", num_envs=3, num_threads=2)
     episode = EPISODES[0]
+    if GYMNASIUM < (1, 1):
+        with pytest.raises(ImportError, match=r"needs Gymnasium 1\.1 or later"):
+            _ = walker_sim.WalkerVectorEnv
+        return
+    environments = gymnasium.make_vec(f"walker_sim/{episode.id}", num_envs=3, num_threads=2)
     observations, _ = environments.reset(seed=[episode.seed] * 3)
     assert observations[2].tolist() == episode.steps[0].observation
     action = np.array([episode.steps[1].action] * 3, np.float32)
