@@ -1,5 +1,7 @@
-"""The workspace's package: the messages and the Python files are one."""
+"""The package of a workspace's devel or install space: messages, Python files and extension module
+are one."""
 
+import ast
 import subprocess
 import sys
 
@@ -16,6 +18,16 @@ def test_one_python_imports_all():
     program = "import walker_sim, gymnasium, rospy, walker_sim.msg, walker_sim.srv; print({})"
     made = "gymnasium.make('walker_sim/Walker2d-v5').reset(seed=1)[0].shape"
     assert printed(sys.executable, program.format(made)) == "(17,)"
+
+
+def test_the_engine_is_the_workspaces_own():
+    program = """
+from walker_sim import _core
+_core.Environment("Walker2d-v5", {})
+print({line.split()[-1] for line in open("/proc/self/maps") if "libmujoco" in line})
+"""
+    (library,) = ast.literal_eval(printed(sys.executable, program))
+    assert not library.startswith("/usr/lib")
 
 
 @pytest.mark.parametrize("python", ["/usr/bin/python3", sys.executable])
