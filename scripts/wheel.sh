@@ -22,6 +22,7 @@ build_wheel() {
     [ -z "$(find_files ! -name '*.pyc' -newer "$folder/ready" | head -n 1)" ]; then
     return
   fi
+  say "wheel: building it in build/wheel/${folder##*/}"
   mkdir -p "$folder" && rm -f "$folder/ready" "$folder"/*.whl && touch "$folder/ready.new" &&
     quiet "build_wheel_${folder##*/}" within /dev/null env -u PIP_REQUIRE_VIRTUALENV "$python" \
       -m pip wheel --disable-pip-version-check --no-deps --wheel-dir "$folder" "$root" &&
@@ -59,7 +60,6 @@ run_wheel() {
   while read -r version python <&3; do
     for set in oldest newest; do
       selected "wheel/$version/$set" || continue
-      say "wheel: building and installing the wheel for Python $version in build/wheel/$version"
       if locked build_wheel "$build/wheel/$version" "$python"; then
         run_wheel_suite "wheel/$version/$set" "$python"
       else
