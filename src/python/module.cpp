@@ -62,6 +62,7 @@ py::list parameters_of(const std::string& id) {
 
 }  // namespace
 
+// cppcheck-suppress syntaxError  // which knows no macro of pybind11
 PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(&translate);
   module.attr("__version__") = version();

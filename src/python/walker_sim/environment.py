@@ -109,14 +109,14 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             )
         self.render_mode = None
         self._transport = transport
-        self._walker: Walker | None = make_walker(
+        self._walker = make_walker(
             env_id, transport, server, master_uri, timeout, max_episode_steps, parameters
         )
         specification = self._walker.specification
-        self._dt = float(specification["dt"])
+        self._is_closed = False
         self.observation_space = observation_space_of(specification)
         self.action_space = action_space_of(specification)
-        self.metadata = {**self.metadata, "render_fps": round(1 / self._dt)}
+        self.metadata = {**self.metadata, "render_fps": round(1 / specification["dt"])}
         self._action_shape = self.action_space.shape
         self._info_names = specification["info_names"]
         self._observation_size = len(specification["observation_low"])
@@ -125,7 +125,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def dt(self) -> float:
         """Simulation time of one step [s]."""
-        return self._dt
+        return float(self._walker.specification["dt"])
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -150,13 +150,11 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         ------
         gymnasium.error.Error
             For a seed that is negative or not a Python integer.
-        gymnasium.error.ClosedEnvironmentError
-            After `close`.
         """
-        walker = self._open_walker("reset")
         super().reset(seed=seed)
         observation, info = self._arrays()
-        walker.reset(seed, self.np_random, observation, info)
+        self._walker.reset(seed, self.np_random, observation, info)
+        self._is_closed = False
         return observation, self._to_dict(info)
 
     def step(self, action: NDArray[Any]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
@@ -179,12 +177,13 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         walker_sim.ResetNeeded
             Without a running episode.
         gymnasium.error.ClosedEnvironmentError
-            After `close`.
+            After `close`, until the next reset.
         """
-        walker = self._open_walker("step")
+        if self._is_closed:
+            raise ClosedEnvironmentError("step: the environment has been closed; reset first")
         values = to_action(action, self._action_shape)
         observation, info = self._arrays()
-        reward, terminated, truncated, error = walker.step(values, observation, info)
+        reward, terminated, truncated, error = self._walker.step(values, observation, info)
         infos = self._to_dict(info)
         if error:
             infos["error"] = error
@@ -195,15 +194,13 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         raise NotImplementedError("render: there is no rendering yet")
 
     def close(self) -> None:
-        """Lets go of the walker, and of the connection if there is one; again does nothing."""
-        if self._walker is not None:
-            self._walker.close()
-        self._walker = None
+        """Ends the episode and lets go of the connection, if there is one; again does nothing.
 
-    def _open_walker(self, call: str) -> Walker:
-        if self._walker is None:
-            raise ClosedEnvironmentError(f"{call}: the environment has been closed")
-        return self._walker
+        The next reset opens the environment again: Gymnasium's walkers live on as well, and
+        checkers of environments count on it.
+        """
+        self._walker.close()
+        self._is_closed = True
 
     def _arrays(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
         return (
