@@ -1,5 +1,7 @@
 """One walker in this process is what a user of Gymnasium expects, in all but its bits."""
 
+import copy
+import pathlib
 import re
 import warnings
 
@@ -366,3 +368,22 @@ def test_time_limit():
         limited.step(np.zeros(6))
     with pytest.raises(ValueError, match="max_episode_steps = -1"):
         WalkerEnv("Walker2d-v5", max_episode_steps=-1)
+
+
+def test_a_failure_of_the_engine_ends_the_episode(tmp_path):
+    """Motors tear the walker apart: there are no infos of that step but the engine's words."""
+    text = (pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml").read_text()
+    model = tmp_path / "strong.xml"
+    model.write_text(text.replace('gear="100"', 'gear="1e14"'))
+    environment = WalkerEnv("Walker2d-v5", xml_file=model, terminate_when_unhealthy=False)
+    before, _ = environment.reset(seed=1)
+    observation, *outcome, info = environment.step(np.ones(6))
+    assert outcome == [0.0, True, False]
+    assert list(info) == ["error"]
+    assert info["error"].startswith("MuJoCo: ")
+    assert observation.tobytes() == before.tobytes()
+    for failed in (environment, copy.deepcopy(environment)):
+        with pytest.raises(walker_sim.ResetNeeded, match="the simulation failed; reset first"):
+            failed.step(np.zeros(6))
+        failed.reset(seed=1)
+        assert "error" not in failed.step(np.zeros(6))[-1]
