@@ -30,6 +30,7 @@ SECTIONS = {
     "memory": in_process.memory,
     "start": over_ros.start,
     "reset": in_process.reset,
+    "python": in_process.python,
 }
 QUICK_SECONDS = 0.1
 QUICK_SHARE = 10  # that many times fewer environments
@@ -57,6 +58,9 @@ class Settings:
 
     def ours(self, kind, env, *options):
         return [self.programs / "walker_sim_benchmark", kind, "--env", env, *options]
+
+    def python(self, kind, env, *options):
+        return [sys.executable, HERE / "python_face.py", kind, "--env", env, *options]
 
     def peer(self, kind, env, *options):
         """None where that peer is left out."""

@@ -70,6 +70,24 @@ def scaling(settings):
     return plan.run(settings.rounds(6))
 
 
+def python(settings):
+    """What a user of Gymnasium makes: a single environment on one core, and many on two."""
+    plan = Plan("python", "steps/s", steps_per_second, settings.folder)
+    seconds = ["--seconds", settings.seconds(0.6)]
+    two, size = settings.two_cores, 64
+    many = ["--num-envs", size, "--threads", len(two), *seconds]
+    for env in POOLED_IDS:
+
+        def add(side, command, cores=settings.one_core, sizes=(1,), env=env):
+            return plan.add(side, env, command, cores, sizes)
+
+        single = add("gymnasium.make", settings.python("make", env, *seconds))
+        against(single, add("Gymnasium", settings.peer("gymnasium", env, *seconds)))
+        vector = add("make_vec, 64", settings.python("make_vec", env, *many), two, (size,))
+        against(vector, add("pool, 64", settings.ours("pool", env, *many), two, (size,)))
+    return plan.run(settings.rounds(6))
+
+
 def reset(settings):
     """A new episode; EnvPool's sixteen at a time, so that the way through Python counts little."""
     plan = Plan("reset", "us", microseconds_of_processor_time, settings.folder)

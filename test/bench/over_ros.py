@@ -48,6 +48,10 @@ def lockstep(settings):
                 add("our client", client("ours", walker)),
                 add("roscpp", client("roscpp", walker)),
                 add("rospy", [sys.executable, LOCKSTEP_ROSPY, "--server", walker, *seconds]),
+                add(
+                    "gymnasium.make",
+                    settings.python("lockstep", WALKER, "--server", walker, *seconds),
+                ),
             ]
             peer = settings.peer("gymnasium-lockstep", WALKER, *seconds)
             gymnasium = add("Gymnasium in process", peer)

@@ -50,11 +50,11 @@ def measure(seconds, count_a_call, call):
 class Gymnasium:
     """A single environment."""
 
-    def __init__(self, env, actions=None):
+    def __init__(self, env, actions=None, **options):
         import gymnasium
 
         gymnasium.logger.min_level = gymnasium.logger.ERROR  # v4 is not the newest: we know
-        self.env = gymnasium.make(env)
+        self.env = gymnasium.make(env, **options)
         self.actions = actions or prepared(self.env.action_space)
         self.env.reset(seed=0)
         self.has_ended = False

@@ -76,6 +76,24 @@ TARGETS = (
         ratio("lockstep", BIPEDAL, "our client", placement="1 core"),
     ),
     Target("the same with rospy", 1.3, ratio("lockstep", BIPEDAL, "rospy", placement="1 core")),
+    Target(
+        "the same with gymnasium.make",
+        1.5,
+        ratio("lockstep", BIPEDAL, "gymnasium.make", placement="1 core"),
+    ),
+    Target(
+        "gymnasium.make, BipedalWalker, against Gymnasium's own",
+        2.0,
+        ratio("python", BIPEDAL, "gymnasium.make"),
+    ),
+    *(
+        Target(
+            f"make_vec of 64 {name.split('-')[0]}s against the C++ pool, two threads",
+            0.95,
+            ratio("python", name, "make_vec, 64", num_envs=64),
+        )
+        for name in (BIPEDAL, WALKER2D)
+    ),
     *(
         Target(
             f"round trip without physics against raw TCP, {placement}",
