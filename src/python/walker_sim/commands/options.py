@@ -41,7 +41,7 @@ class Parser(argparse.ArgumentParser):
 def add_walker_options(parser: Parser) -> None:
     """Adds the walker, and where it is, to a command's options."""
     parser.add_argument(
-        "walker", nargs="*", metavar=("ID", "NAME=VALUE"), help="the environment; see below"
+        "walker", nargs="*", metavar="ID|NAME=VALUE", help="the environment; see below"
     )
     where = parser.add_argument_group("where the walkers are")
     where.add_argument(

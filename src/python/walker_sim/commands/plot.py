@@ -57,9 +57,8 @@ def write_plot(
     for end in kinds:
         color, mark = ENDS[end]
         label = f"{end} ({summary.ends[end]:.0%})"
-        by_seed.scatter(
-            *(order[chosen[end]], returns[chosen[end]]), 18, color, mark, label=label, alpha=0.85
-        )
+        at = order[chosen[end]], returns[chosen[end]]
+        by_seed.scatter(*at, s=18, color=color, marker=mark, label=label, alpha=0.85)
     by_seed.set(xlabel="seed", ylabel="return of the episode")
     by_seed.xaxis.set_major_formatter(lambda position, _: _seed_at(episodes, position))
     by_seed.xaxis.get_major_locator().set_params(integer=True)

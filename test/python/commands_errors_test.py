@@ -1,0 +1,85 @@
+"""Bad input: one line that names it, status 2, and nothing has been played."""
+
+import pytest
+from walker_sim.commands import main
+
+WALKER = "BipedalWalker-v3"
+IDS = "BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4, Walker2d-v5"
+SHOULD_BE = [
+    ("", "the following arguments are required: COMMAND"),
+    ("fly", "invalid choice: 'fly'"),
+    ("evaluate", f"no ID is given; must be one of {IDS}"),
+    ("evaluate Hopper-v5", f"ID = Hopper-v5: must be one of {IDS}"),
+    (f"evaluate {WALKER} Walker2d-v4", f"{WALKER} Walker2d-v4: only one ID can be given"),
+    (f"evaluate {WALKER} hard=1", "parameter hard = 1: unknown"),
+    (f"evaluate {WALKER} hardcore=1", "parameter hardcore = 1: must be true or false"),
+    (f"evaluate {WALKER} hardcore=true hardcore=true", "parameter hardcore: given twice"),
+    (
+        f"evaluate {WALKER} --policy walk",
+        "--policy walk: must be heuristic, random, zero, FILE.zip",
+    ),
+    (
+        f"evaluate {WALKER} --policy no_such:walk",
+        "--policy no_such:walk: No module named 'no_such'",
+    ),
+    (f"evaluate {WALKER} --policy math:walk", "--policy math:walk: module 'math' has no attribute"),
+    (f"evaluate {WALKER} --policy math:pi", "--policy math:pi: must be a function or a class"),
+    (f"evaluate {WALKER} --policy no_such.zip", "--policy no_such.zip: no model that Stable-Base"),
+    (f"evaluate {WALKER} --seeds 5:5", "--seeds: 5:5: must go upwards"),
+    (f"evaluate {WALKER} --seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),
+    (f"evaluate {WALKER} --seeds 1;2", "--seeds: 1;2: must be seeds and ranges"),
+    (f"evaluate {WALKER} --seeds 18446744073709551616", "with seeds from 0 to 2^64 - 1"),
+    (f"evaluate {WALKER} --seeds 0:1000001", "must be at most 1000000 seeds"),
+    (f"evaluate {WALKER} --seeds 1 --episodes 1", "--episodes: not allowed with argument --seeds"),
+    (f"evaluate {WALKER} --episodes 0", "--episodes: 0: must be a whole number above 0"),
+    (f"evaluate {WALKER} --num-envs 1.5", "--num-envs: 1.5: must be a whole number above 0"),
+    (f"evaluate {WALKER} --num-threads 5000", "num_threads = 5000: must be in [0, 1024]"),
+    (f"evaluate {WALKER} --threshold high", "--threshold: high: must be a number"),
+    (
+        f"evaluate {WALKER} --csv /no/such/folder/file",
+        "--csv: /no/such/folder/file: must be a file",
+    ),
+    (f"evaluate {WALKER} --transport carrier", "invalid choice: 'carrier'"),
+    (f"evaluate {WALKER} --transport ros --num-threads 2", "the threads are the server's"),
+    (f"evaluate {WALKER} reuse_world=true --num-envs 2", "must be 1 with reuse_world=true"),
+    ("evaluate Walker2d-v5 frame_skip=0", "parameter frame_skip = 0: must be an integer in"),
+    ("evaluate Walker2d-v5 frame_skip=two", "parameter frame_skip = two: must be"),
+    (
+        "evaluate Walker2d-v5 exclude_current_positions_from_observation=false",
+        "--policy heuristic: agent = heuristic: needs Walker2d-v5 with exclude_current_positions",
+    ),
+    (f"record {WALKER}", "one of the arguments --output --check is required"),
+    (f"record {WALKER} --output walk.zip", "--output walk.zip: must end in .npz"),
+    (f"record {WALKER} --check walk.npz", "walker cannot be given, is the file's"),
+    ("record --check /no/such.npz", "No such file or directory: '/no/such.npz'"),
+    (f"bench {WALKER} --seconds 0", "--seconds: 0: must be a number above 0"),
+    (f"bench {WALKER} --num-envs 1,x", "--num-envs: x: must be a whole number above 0"),
+    (f"bench {WALKER} --num-envs 1048577", "num_envs = 1048577: must be in [1, 1048576]"),
+]
+
+
+@pytest.mark.parametrize(("line", "message"), SHOULD_BE)
+def test_one_line_says_what_is_wrong(capsys, line, message):
+    try:
+        status = main(line.split())
+    except SystemExit as end:  # argparse's way
+        status = end.code
+    captured = capsys.readouterr()
+    assert status == 2
+    assert captured.out == ""
+    assert message in captured.err
+    assert captured.err.count("\n") == 1
+    assert captured.err.startswith(f"walker_sim{f' {line.split()[0]}' if ' ' in line else ''}")
+
+
+def test_plot_of_an_unknown_kind(capsys):
+    assert main(["evaluate", WALKER, "--plot", "returns.xyz"]) == 2
+    assert "--plot returns.xyz: must end in ." in capsys.readouterr().err
+
+
+def test_without_a_master(capsys, monkeypatch):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
+    assert main(["evaluate", WALKER, "--transport", "ros"]) == 2
+    error = capsys.readouterr().err
+    assert "http://localhost:1" in error
+    assert error.count("\n") == 1

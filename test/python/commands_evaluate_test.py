@@ -1,0 +1,149 @@
+"""evaluate: against Gymnasium's own episodes, and what must not change a result."""
+
+import csv
+import json
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
+from walker_sim.commands import main, plot
+
+FLAGS = {"True": True, "False": False}
+
+
+def evaluate(capsys, *arguments):
+    """Standard output of a run that succeeds."""
+    assert main(["evaluate", *map(str, arguments)]) == 0
+    return capsys.readouterr().out
+
+
+def read_csv(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def play(environment, seed, policy):
+    """An episode: return, length, terminated, truncated, and the last step's info."""
+    observation, info = environment.reset(seed=seed)
+    episode_return, length, ended = 0.0, 0, False
+    while not ended:
+        action = np.asarray(policy(observation), np.float32)
+        observation, reward, terminated, truncated, info = environment.step(action)
+        episode_return += float(reward)
+        length += 1
+        ended = terminated or truncated
+    return (episode_return, length, terminated, truncated), info
+
+
+def outcome_of(row):
+    return (
+        *(float(row["return"]), int(row["length"])),
+        *(FLAGS[row["terminated"]], FLAGS[row["truncated"]]),
+    )
+
+
+def test_heuristic_is_gymnasiums(capsys, tmp_path):
+    """All digits of 40 episodes, each in a new environment of Gymnasium's own."""
+    file = tmp_path / "returns.csv"
+    out = evaluate(capsys, "BipedalWalker-v3", "--seeds", "0:40", "--threshold", 200, "--csv", file)
+    rows = read_csv(file)
+    assert [int(row["seed"]) for row in rows] == list(range(40))
+    for row in rows:
+        environment = gymnasium.make("BipedalWalker-v3")
+        theirs, _ = play(environment, int(row["seed"]), BipedalWalkerHeuristics().step_heuristic)
+        assert outcome_of(row) == theirs, row["seed"]
+    assert re.search(r"mean return +59\.0$", out, re.MULTILINE)
+    assert re.search(r"return >= 200 +15\.0% of the episodes$", out, re.MULTILINE)
+
+
+def test_info_is_that_of_the_last_step(capsys, tmp_path):
+    file = tmp_path / "returns.csv"
+    options = ["--policy", "zero", "--seeds", "3,1", "--csv", file]
+    evaluate(capsys, "walker_sim/Walker2d-v5", *options, "reset_noise_scale=0.1")
+    environment = gymnasium.make("walker_sim/Walker2d-v5", reset_noise_scale=0.1)
+    rows = read_csv(file)
+    assert [row["seed"] for row in rows] == ["3", "1"]
+    for row in rows:
+        outcome, info = play(environment, int(row["seed"]), lambda _: np.zeros(6))
+        assert outcome_of(row) == outcome
+        assert {name: float(row[name]) for name in info} == info
+        assert row["error"] == ""
+
+
+@pytest.mark.parametrize(
+    ("env_id", "policy", "count"),
+    [("BipedalWalker-v3", "heuristic", 9), ("Walker2d-v5", "random", 40)],
+)
+def test_numbers_of_environments_and_threads_change_nothing(
+    capsys, tmp_path, env_id, policy, count
+):
+    results = set()
+    for environments, threads in ((1, 1), (4, 3), (7, 2), (64, 1)):
+        file = tmp_path / "returns.csv"
+        options = ["--policy", policy, "--episodes", count, "--csv", file]
+        sizes = ["--num-envs", environments, "--num-threads", threads]
+        out = evaluate(capsys, env_id, *options, *sizes)
+        results.add((out, file.read_text()))
+    assert len(results) == 1
+    returns = [row["return"] for row in read_csv(file)]
+    assert len(set(returns)) == count  # each seed has an episode of its own
+
+
+def test_ends(capsys, tmp_path):
+    file = tmp_path / "returns.csv"
+    out = evaluate(capsys, "BipedalWalker-v3", "--seeds", "6,0:2", "--csv", file)
+    assert [row["end"] for row in read_csv(file)] == ["arrived", "time limit", "fell"]
+    assert "arrived 33.3%, time limit 33.3%, fell 33.3%" in out
+    out = evaluate(capsys, "Walker2d-v4", "--policy", "random", "--episodes", 1)
+    assert "terminated 100.0%" in out
+    assert "none of one episode" in out
+
+
+def test_limit_of_the_users_own(capsys):
+    options = ["max_episode_steps=10", "--episodes", 3]
+    out = evaluate(capsys, "BipedalWalker-v3", *options)
+    assert "mean 10.0, median 10, 10 to 10" in out
+    assert "BipedalWalker-v3 max_episode_steps=10, policy heuristic, 3 episodes" in out
+
+
+def test_reused_world_is_gymnasiums(capsys, tmp_path):
+    """Several resets in one environment of Gymnasium's own, whose world goes on."""
+    file = tmp_path / "returns.csv"
+    evaluate(capsys, "BipedalWalker-v3", "reuse_world=true", "--seeds", "1:5", "--csv", file)
+    environment = gymnasium.make("BipedalWalker-v3")
+    for row in read_csv(file):
+        theirs, _ = play(environment, int(row["seed"]), BipedalWalkerHeuristics().step_heuristic)
+        assert outcome_of(row) == theirs, row["seed"]
+
+
+def test_json_has_what_the_terminal_rounds(capsys, tmp_path):
+    file = tmp_path / "summary.json"
+    options = ["--policy", "random", "--episodes", 5, "--json", file, "--threshold", -1000]
+    out = evaluate(capsys, "BipedalWalkerHardcore-v3", *options)
+    summary = json.loads(file.read_text())
+    returns = [outcome["return"] for outcome in summary["outcomes"]]
+    assert summary["id"] == "BipedalWalkerHardcore-v3"
+    assert summary["mean"] == np.mean(returns)
+    assert summary["median"] == sorted(returns)[2]
+    assert summary["passes"] == 1
+    assert re.search(rf"mean return +{summary['mean']:.1f}$", out, re.MULTILINE)
+
+
+def test_plot_shows_every_episode(capsys, tmp_path, monkeypatch):
+    """A mark for each episode, where its seed and return are."""
+    figures = []
+    make = plot._figure
+    monkeypatch.setattr(plot, "_figure", lambda **k: figures.append(make(**k)) or figures[-1])
+    file = tmp_path / "returns.png"
+    options = ["--seeds", "6,0:3", "--plot", file, "--csv", tmp_path / "returns.csv"]
+    evaluate(capsys, "BipedalWalker-v3", *options)
+    assert file.read_bytes().startswith(b"\x89PNG")
+    by_seed, spread = figures[-1].axes
+    drawn = np.concatenate([marks.get_offsets() for marks in by_seed.collections])
+    returns = [float(row["return"]) for row in read_csv(tmp_path / "returns.csv")]
+    assert sorted(map(tuple, drawn.tolist())) == list(enumerate(returns))
+    assert [by_seed.xaxis.get_major_formatter()(i, None) for i in range(5)] == [*"6012", ""]
+    assert sum(bar.get_width() for bars in spread.containers for bar in bars) == 4
+    assert figures[-1].get_suptitle() == "BipedalWalker-v3, policy heuristic, 4 episodes"

@@ -1,0 +1,131 @@
+"""record: the file against Gymnasium's own episodes, and a check that notices every bit."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
+from gymnasium_reference import equal_bits
+from walker_sim.commands import main
+
+NUMBERS = ("observations", "actions", "rewards", "terminated", "truncated", "infos")
+
+
+@pytest.fixture()
+def record(tmp_path, capsys):
+    """Records and loads: the arrays, and the file."""
+
+    def run(*arguments, name="walk.npz"):
+        file = tmp_path / name
+        assert main(["record", *arguments, "--output", str(file)]) == 0
+        capsys.readouterr()
+        with np.load(file, allow_pickle=False) as arrays:
+            return dict(arrays), file
+
+    return run
+
+
+def check(capsys, file):
+    status = main(["record", "--check", str(file)])
+    return status, capsys.readouterr().out
+
+
+def test_file_holds_gymnasiums_episodes(record):
+    recorded, _ = record("BipedalWalker-v3", "--seeds", "8,3,1")
+    assert recorded["seeds"].tolist() == [8, 3, 1]
+    starts = recorded["episode_starts"]
+    for index, seed in enumerate((8, 3, 1)):
+        environment = gymnasium.make("BipedalWalker-v3")
+        heuristic = BipedalWalkerHeuristics()
+        observation, _ = environment.reset(seed=seed)
+        observations, outcomes = [observation], []
+        for action in recorded["actions"][starts[index] : starts[index + 1]]:
+            assert equal_bits(heuristic.step_heuristic(observation), action)
+            observation, *outcome, _ = environment.step(action)
+            observations.append(observation)
+            outcomes.append(outcome)
+        steps = slice(starts[index], starts[index + 1])
+        states = slice(starts[index] + index, starts[index + 1] + index + 1)
+        assert equal_bits(recorded["observations"][states], observations)
+        names = ("rewards", "terminated", "truncated")
+        assert equal_bits(np.array([recorded[name][steps] for name in names]).T, outcomes)
+        assert recorded["terminated"][steps][-1]
+
+
+def test_file_says_what_played(record):
+    options = ["--policy", "zero", "--episodes", "2", "ctrl_cost_weight=0.5"]
+    recorded, _ = record("walker_sim/Walker2d-v5", *options)
+    steps = len(recorded["actions"])
+    assert recorded["observations"].shape == (steps + 2, 17)
+    assert recorded["observations"].dtype == np.float64
+    assert recorded["actions"].shape == (steps, 6)
+    assert recorded["actions"].dtype == np.float32
+    assert recorded["infos"].shape == (steps + 2, len(recorded["info_names"]))
+    assert recorded["episode_starts"].tolist()[::2] == [0, steps]
+    assert (str(recorded["id"]), str(recorded["policy"])) == ("Walker2d-v5", "zero")
+    parameters = dict(zip(recorded["parameter_names"], recorded["parameter_values"]))
+    assert parameters["ctrl_cost_weight"] == "0.5"
+    assert str(recorded["engine_version"]).startswith("2.2.2")
+
+
+def test_number_of_environments_changes_nothing(record):
+    options = ["Walker2d-v4", "--policy", "random", "--episodes", "20"]
+    one, _ = record(*options, "--num-envs", "1")
+    many, _ = record(*options, "--num-envs", "16", "--num-threads", "3")
+    assert one.keys() == many.keys()
+    assert all(one[name].tobytes() == many[name].tobytes() for name in one)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["BipedalWalkerHardcore-v3", "--episodes", "4"],
+        ["BipedalWalker-v3", "reuse_world=true", "--seeds", "1,3"],
+        ["Walker2d-v5", "--policy", "random", "healthy_z_range=[0.5, .inf]"],
+    ],
+)
+def test_check_repeats_every_episode(record, capsys, arguments):
+    recorded, file = record(*arguments)
+    count, steps = len(recorded["seeds"]), len(recorded["actions"])
+    status, out = check(capsys, file)
+    assert status == 0
+    assert out.count("  equal\n") == count
+    assert out.endswith(f"{count} of {count} episodes equal to the bit ({steps:,} steps)\n")
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_check_notices_a_single_bit(record, capsys, name):
+    recorded, file = record("Walker2d-v5", "--policy", "random", "--episodes", "3")
+    row = recorded["episode_starts"][1] + 5 + (name in ("observations", "infos"))
+    raw = recorded[name][row : row + 1].view(np.uint8)
+    raw[..., 0] ^= 1
+    np.savez(file, **recorded)
+    status, out = check(capsys, file)
+    assert status == 1
+    lines = out.splitlines()
+    assert [line.endswith("  equal") for line in lines[1:4]] == [True, False, True]
+    assert "differs at step " in lines[2]
+    if name != "actions":  # what follows from an action differs
+        step = 5 + (name not in ("observations", "infos"))
+        assert f"differs at step {step}: {name}[0]" in out
+    assert lines[-1].startswith("2 of 3 episodes equal (")
+
+
+def test_check_of_what_is_no_recording(record, tmp_path, capsys):
+    recorded, file = record("BipedalWalker-v3", "--episodes", "1", "max_episode_steps=5")
+    for change, message in (
+        ({"format": 2}, "of format 2; must be of format 1"),
+        ({"episode_starts": np.array([0, 4])}, "episode_starts does not fit to 1 seeds and 5"),
+        ({"id": "Walker3d"}, "ID = Walker3d: must be one of"),
+    ):
+        np.savez(file, **{**recorded, **change})
+        assert main(["record", "--check", str(file)]) == 2
+        assert message in capsys.readouterr().err
+    np.savez(file, **{name: recorded[name] for name in recorded if name != "actions"})
+    assert main(["record", "--check", str(file)]) == 2
+    assert "without actions" in capsys.readouterr().err
+    for content in (b"", b"PK\x03\x04", b"no recording"):
+        file.write_bytes(content)
+        assert main(["record", "--check", str(file)]) == 2
+        captured = capsys.readouterr()
+        assert f"{file}: no recording of this command" in captured.err
+        assert captured.err.count("\n") == 1

@@ -1,0 +1,86 @@
+"""The commands as programs: interrupted, on a terminal, into a pipe that closes."""
+
+import fcntl
+import os
+import pty
+import signal
+import struct
+import subprocess
+import sys
+import termios
+
+import pytest
+import walker_sim
+
+COMMAND = [sys.executable, "-m", "walker_sim"]
+POLICY = (
+    "import time\nopen('began', 'w').close()\ndef act(observation): time.sleep(1); return [0] * 4\n"
+)
+
+
+def run(*arguments, **keywords):
+    return subprocess.run([*COMMAND, *arguments], timeout=120, **keywords)
+
+
+def test_version_and_help():
+    shown = run("--version", capture_output=True, text=True)
+    assert (shown.returncode, shown.stdout) == (0, f"walker_sim {walker_sim.__version__}\n")
+    overview = run("--help", capture_output=True, text=True).stdout
+    for command in ("evaluate", "record", "bench"):
+        assert f"\n  {command}" in overview
+        shown = run(command, "--help", capture_output=True, text=True)
+        assert shown.returncode == 0
+        assert f"python3 -m walker_sim {command} BipedalWalker-v3" in shown.stdout
+
+
+def test_interrupt_ends_with_130(tmp_path):
+    """In the midst of an episode."""
+    (tmp_path / "slow.py").write_text(POLICY)
+    process = subprocess.Popen(
+        [*COMMAND, "evaluate", "BipedalWalker-v3", "--policy", "slow:act"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # Whoever starts the tests in the background has them ignore it.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    while not (tmp_path / "began").exists():
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    out, error = process.communicate(timeout=120)
+    assert (process.returncode, out, error) == (130, "", "interrupted\n")
+
+
+@pytest.mark.parametrize("on_terminal", [True, False])
+def test_progress_bar_is_for_a_terminal(on_terminal):
+    ours, theirs = pty.openpty() if on_terminal else os.pipe()
+    if on_terminal:
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 100, 0, 0))
+    arguments = ["evaluate", "BipedalWalker-v3", "--policy", "zero", "--episodes", "20"]
+    process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=theirs)
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            part = os.read(ours, 4096)
+        except OSError:  # a terminal whose other end has gone
+            break
+        if not part:
+            break
+        shown += part
+    os.close(ours)
+    assert process.wait(timeout=120) == 0
+    assert (b"0/20" in shown and b" episodes" in shown) == on_terminal
+    assert b"a second, policy included" in shown
+
+
+def test_a_reader_that_has_seen_enough():
+    reading, writing = os.pipe()
+    os.close(reading)
+    arguments = ["evaluate", "BipedalWalker-v3", "--policy", "zero", "--episodes", "2"]
+    ended = run(*arguments, stdout=writing, stderr=subprocess.PIPE, text=True)
+    os.close(writing)
+    assert ended.returncode == 0
+    assert "Broken" not in ended.stderr
+    assert "Traceback" not in ended.stderr
