@@ -68,7 +68,8 @@ def _parser() -> common.Parser:
         type=common.counts,
         default=[1, 16, 64],
         metavar="N,N,...",
-        help="sizes of the vectorised environments (default: 1,16,64)",
+        help="sizes of the vectorised environments (default: 1,16,64); over ROS, the first must be "
+        "the server's",
     )
     common.add_walker_options(parser)
     return parser
@@ -102,12 +103,11 @@ def _own_sides(
             keywords = {**parameters, "num_threads": options.num_threads or 0}
             sides[f"walker_sim, {count} at once"] = _vector(name, count, keywords)
         if options.transport == "ros":
-            found = _core.Client(options.server, "", 10.0).specification()
             keywords = {**parameters, "transport": "ros", "server": options.server}
-            count = found["num_envs"]
+            count = options.num_envs[0]
             side = _single(name, keywords) if count == 1 else _vector(name, count, keywords)
             sides[f"walker_sim over ROS, {count}"] = side
-    except (ValueError, TypeError, RuntimeError) as error:
+    except (ValueError, TypeError, RuntimeError, ImportError) as error:
         raise common.InputError(str(error)) from error
     return sides
 

@@ -145,15 +145,16 @@ class _Player:
 
     def _conclude(self, running: _Running, batch: Batch, environment: int) -> Episode:
         error = self._walkers.error(environment)
-        terminated = bool(batch.terminated[environment])
-        if error:
+        terminated, reward = bool(batch.terminated[environment]), batch.rewards[environment]
+        # Over ROS the error itself is not told, but what the core puts in place of the numbers.
+        if error or (terminated and reward == 0 and np.isnan(batch.info[environment]).all()):
             end = "failed"
         elif not terminated:
             end = "time limit"
         elif not self._falls:
             end = "terminated"
         else:
-            end = "fell" if batch.rewards[environment] == FALL_REWARD else "arrived"
+            end = "fell" if reward == FALL_REWARD else "arrived"
         values = zip(self._info_names, batch.info[environment].tolist())
         return Episode(
             order=running.order,

@@ -97,7 +97,7 @@ def run(arguments: Sequence[str]) -> int:
     # Not on standard output, which is the same at every run.
     print(
         f"{steps:,} steps in {seconds:.1f} s: {steps / seconds:,.0f} a second, policy included; "
-        f"{walkers.num_envs} environments at once",
+        f"environments at once: {walkers.num_envs}",
         file=sys.stderr,
     )
     if options.csv:

@@ -12,7 +12,8 @@ from walker_sim import _core
 from walker_sim.registration import NAMESPACE
 from walker_sim.transport import TRANSPORTS, Walkers
 
-AT_ONCE = 16  # environments, where nobody says otherwise
+AT_ONCE = 16  # environments in process, where nobody says otherwise
+TIMEOUT = 10.0  # of a call over ROS [s of wall time]
 
 WALKER_HELP = """\
 ID is BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4 or Walker2d-v5, with or without
@@ -67,8 +68,8 @@ def add_num_envs(parser: Parser) -> None:
         "--num-envs",
         type=_count,
         metavar="N",
-        help=f"environments stepped at once; changes no result (default: {AT_ONCE}, or the "
-        "server's number)",
+        help=f"environments stepped at once; changes no result (default: {AT_ONCE}; over ROS 1, "
+        "and it must be the server's number)",
     )
 
 
@@ -212,11 +213,18 @@ def make_walkers(
 
     Their autoreset mode is next_step: an environment that nobody needs any more goes on by itself.
     """
+    if options.transport == "ros" and options.num_threads is not None:
+        raise InputError(
+            f"--num-threads {options.num_threads}: over ROS the threads are the server's"
+        )
     reuses = parameters.get("reuse_world") is True
     walkers: Walkers
     try:
         if options.transport == "ros":
-            walkers = _remote_walkers(options, env_id, parameters, num_envs)
+            from walker_sim.over_ros import RemoteWalkers
+
+            server = (options.server, "", TIMEOUT)
+            walkers = RemoteWalkers(env_id, parameters, num_envs or 1, "next_step", *server)
         else:
             from walker_sim.in_process import InProcessWalkers
 
@@ -230,24 +238,6 @@ def make_walkers(
             f"{walkers.num_envs} environments at once: must be 1 with reuse_world=true, for an "
             "episode then depends on those before it in its world"
         )
-    return walkers
-
-
-def _remote_walkers(
-    options: argparse.Namespace, env_id: str, parameters: dict[str, Any], num_envs: int | None
-) -> Walkers:
-    from walker_sim.over_ros import RemoteWalkers
-
-    if options.num_threads is not None:
-        raise InputError(
-            f"--num-threads {options.num_threads}: over ROS the threads are the server's"
-        )
-    timeout = 10.0  # [s]
-    found = _core.Client(options.server, "", timeout).specification()
-    count = num_envs or found["num_envs"]
-    walkers = RemoteWalkers(env_id, parameters, count, "next_step", options.server, "", timeout)
-    for name in ("engine", "engine_version", "version"):  # of what really plays
-        walkers.specification[name] = found[name]
     return walkers
 
 

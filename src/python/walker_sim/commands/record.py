@@ -34,8 +34,11 @@ The file, for numpy.load(FILE), without pickle. T steps, E episodes, in the orde
   actions                         (T, action size) float32
   rewards, terminated, truncated  (T,) float64, bool, bool
   info_names                      of the columns of infos, where NaN is an absent value
-  id, parameter_names, parameter_values, policy, engine, engine_version, walker_sim_version,
-  numpy_version, format           what played
+  id, parameter_names, parameter_values, policy, transport
+                                  what played, and where
+  engine, engine_version, walker_sim_version, numpy_version
+                                  of this machine, also where a server played
+  format                          1
 """
 
 EPILOG = f"""\
@@ -80,9 +83,7 @@ def run(arguments: Sequence[str]) -> int:
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(options.policy, env_id, parameters, walkers.specification)
     episodes = sorted(shown(play(walkers, seeds, policies, keeps_steps=True), len(seeds)))
-    np.savez_compressed(
-        options.output, **arrays_of(episodes, walkers.specification, options.policy)
-    )
+    np.savez_compressed(options.output, **arrays_of(episodes, walkers.specification, options))
     walkers.close()
     steps = sum(episode.length for episode in episodes)
     size = options.output.stat().st_size / 1e6
@@ -91,7 +92,7 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def arrays_of(
-    episodes: Sequence[Episode], specification: Specification, policy: str
+    episodes: Sequence[Episode], specification: Specification, options: argparse.Namespace
 ) -> dict[str, Any]:
     """What the file holds, by name; see FILE_HELP."""
     all_steps = [episode.steps for episode in episodes]
@@ -101,7 +102,8 @@ def arrays_of(
         "id": specification["id"],
         "parameter_names": np.array(list(specification["parameters"]), np.str_),
         "parameter_values": np.array(list(specification["parameters"].values()), np.str_),
-        "policy": policy,
+        "policy": options.policy,
+        "transport": options.transport,
         "engine": specification["engine"],
         "engine_version": specification["engine_version"],
         "walker_sim_version": specification["version"],
