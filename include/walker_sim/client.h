@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -23,10 +25,19 @@ struct WALKER_SIM_EXPORT RequestRefused : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A signal ended the call (`ClientOptions::is_interrupted`); as after a ConnectionError, whether
+/// it was made is not known, and the next call tries again.
+struct WALKER_SIM_EXPORT Interrupted : std::exception {
+  const char* what() const noexcept override { return "interrupted by a signal"; }
+};
+
 struct ClientOptions {
   std::string server = "/walker_sim";  ///< the server's resolved node name
   std::string master_uri;              ///< empty: ROS_MASTER_URI, or http://localhost:11311
   double timeout = 10;  ///< of each call, and of each connection before it: wall time, above 0 [s]
+  /// Asked in the calling thread when a signal has interrupted its wait: true ends the call with
+  /// Interrupted. Must not throw. Without it a call goes on after a signal.
+  std::function<bool()> is_interrupted;
 };
 
 /// Transition.msg; its comments give the units.
@@ -103,18 +114,19 @@ struct ServerSpecification {
 class WALKER_SIM_EXPORT Client {
  public:
   /// Connects, and asks for the specification.
-  /// @throws ConnectionError naming the master, the service and the cause; std::invalid_argument
-  ///         naming an option, its value and what is allowed
+  /// @throws ConnectionError naming the master, the service and the cause; Interrupted;
+  ///         std::invalid_argument naming an option, its value and what is allowed
   explicit Client(const ClientOptions& options = {});
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client();
 
-  /// ~get_spec: as of now, also after the server was started again. @throws ConnectionError
+  /// ~get_spec: as of now, also after the server was started again.
+  /// @throws ConnectionError, Interrupted
   ServerSpecification specification();
 
-  // Each of these throws ConnectionError or RequestRefused; after the latter the result is as it
-  // was. The results' vectors keep their memory from call to call.
+  // Each of these throws ConnectionError, Interrupted or RequestRefused; after the latter the
+  // result is as it was. The results' vectors keep their memory from call to call.
 
   /// ~reset. @param seed none: the generator continues
   void reset(std::optional<std::uint64_t> seed, Transition& transition);

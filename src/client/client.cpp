@@ -12,8 +12,7 @@
 namespace walker {
 namespace {
 
-std::string master_uri(const ClientOptions& options) {
-  if (!options.master_uri.empty()) return options.master_uri;
+std::string default_master_uri() {
   const char* const uri = std::getenv("ROS_MASTER_URI");  // NOLINT(concurrency-mt-unsafe)
   return uri != nullptr && *uri != '\0' ? uri : "http://localhost:11311";
 }
@@ -30,11 +29,12 @@ ClientOptions completed(ClientOptions options) {
     throw std::invalid_argument("timeout = " + std::to_string(options.timeout) +
                                 " s; must be above 0 and at most 1000000");
   }
-  options.master_uri = master_uri(options);
+  const char* const origin = options.master_uri.empty() ? "ROS_MASTER_URI = " : "master_uri = ";
+  if (options.master_uri.empty()) options.master_uri = default_master_uri();
   try {
     parse_uri(options.master_uri, "http");
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(std::string("ROS_MASTER_URI = ") + error.what());
+    throw std::invalid_argument(origin + std::string(error.what()));
   }
   return options;
 }
@@ -48,7 +48,7 @@ class Client::Implementation {
   /// Makes one call.
   /// @param write puts the request's fields into a Writer
   /// @param read  takes the response's fields off a Reader
-  /// @throws ConnectionError, RequestRefused
+  /// @throws ConnectionError, Interrupted, RequestRefused
   template <typename Write, typename Read>
   void call(ServiceIndex index, const Write& write, const Read& read) {
     request_.assign(tcpros::kLengthBytes, 0);
@@ -62,7 +62,7 @@ class Client::Implementation {
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
     ServiceConnection& connection = connected(index);
     try {
-      const Answer answer = connection.call(request_, deadline());
+      const Answer answer = connection.call(request_, patience());
       if (!answer.is_response) {
         throw RequestRefused(std::string(answer.body, answer.body + answer.size));
       }
@@ -78,16 +78,17 @@ class Client::Implementation {
                             "; whether the call was made is not known, and a server that was "
                             "started again has lost its episode: reset before the next step");
     } catch (...) {
-      disconnect();  // out of memory amid an answer
+      disconnect();  // interrupted, or out of memory, amid an answer
       throw;
     }
   }
 
  private:
-  Deadline deadline() const {
+  Patience patience() const {
     const std::chrono::duration<double> timeout(options_.timeout);
-    return std::chrono::steady_clock::now() +
-           std::chrono::duration_cast<Deadline::duration>(timeout);
+    const auto until =
+        std::chrono::steady_clock::now() + std::chrono::duration_cast<Deadline::duration>(timeout);
+    return {until, options_.is_interrupted};
   }
 
   std::string name(ServiceIndex index) const {
@@ -102,7 +103,7 @@ class Client::Implementation {
   ServiceConnection& connected(ServiceIndex index) {
     std::optional<ServiceConnection>& connection = connections_[index];
     if (connection) return *connection;
-    const Deadline until = deadline();
+    const Patience until = patience();
     endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
     try {
       return connection.emplace(endpoints_[index], name(index), kServiceTypes[index], until);

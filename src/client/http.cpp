@@ -15,7 +15,7 @@ constexpr std::size_t kMostBodyBytes = 1 << 20;  // a master's answer has a few 
 /// Reads an answer from its socket.
 class Reader {
  public:
-  Reader(Socket& socket, Deadline deadline) : socket_(socket), deadline_(deadline) {}
+  Reader(Socket& socket, const Patience& patience) : socket_(socket), patience_(patience) {}
 
   std::string body() {
     check_status(line());
@@ -117,28 +117,28 @@ class Reader {
   /// @return false at the end of the connection
   bool receive() {
     std::array<char, 4096> part{};
-    const std::size_t size = socket_.receive(part.data(), part.size(), deadline_);
+    const std::size_t size = socket_.receive(part.data(), part.size(), patience_);
     input_.append(part.data(), size);
     return size > 0;
   }
 
   Socket& socket_;
-  Deadline deadline_;
+  const Patience& patience_;
   std::string input_;
 };
 
 }  // namespace
 
 std::string http_post(const std::string& host, std::uint16_t port, const std::string& body,
-                      Deadline deadline) {
-  Socket socket(host, port, deadline);
+                      const Patience& patience) {
+  Socket socket(host, port, patience);
   const std::string name = host.find(':') == std::string::npos ? host : "[" + host + "]";
   const std::string message =
       "POST / HTTP/1.1\r\nHost: " + name + ":" + std::to_string(port) +
       "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
       "\r\nConnection: close\r\n\r\n" + body;
-  socket.send_all(message.data(), message.size(), deadline);
-  return Reader(socket, deadline).body();
+  socket.send_all(message.data(), message.size(), patience);
+  return Reader(socket, patience).body();
 }
 
 }  // namespace walker

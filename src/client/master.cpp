@@ -13,11 +13,11 @@ namespace walker {
 namespace {
 
 /// What the master says of the service: its URI.
-/// @throws std::runtime_error saying what is wrong with the answer
-std::string service_uri(const Endpoint& master, const std::string& name, Deadline deadline) {
+/// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
+std::string service_uri(const Endpoint& master, const std::string& name, const Patience& patience) {
   const std::string call = xml_rpc::make_call("lookupService", {kCallerId, name});
   const xml_rpc::Value answer =
-      xml_rpc::parse_answer(http_post(master.host, master.port, call, deadline));
+      xml_rpc::parse_answer(http_post(master.host, master.port, call, patience));
   // [code, text, URI]: 1 success, 0 failure, -1 error of the caller
   using Kind = xml_rpc::Value::Kind;
   if (answer.kind != Kind::array || answer.elements.size() != 3 ||
@@ -59,13 +59,15 @@ Endpoint parse_uri(const std::string& uri, const std::string& scheme) {
 }
 
 Endpoint look_up_service(const std::string& master_uri, const std::string& name,
-                         Deadline deadline) {
+                         const Patience& patience) {
   const std::string whom = "ROS master " + master_uri + ": ";
   const Endpoint master = parse_uri(master_uri, "http");
   try {
-    return parse_uri(service_uri(master, name, deadline), "rosrpc");
+    return parse_uri(service_uri(master, name, patience), "rosrpc");
   } catch (const SocketError& error) {
     throw ConnectionError(whom + error.what() + "; is it running, and is this its ROS_MASTER_URI?");
+  } catch (const Interrupted&) {
+    throw;
   } catch (const std::exception& error) {
     throw ConnectionError(whom + error.what());
   }

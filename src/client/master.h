@@ -24,7 +24,8 @@ Endpoint parse_uri(const std::string& uri, const std::string& scheme);
 
 /// Asks a master who provides a service.
 /// @param name of the service, resolved
-/// @throws ConnectionError naming the master, the service and the cause
-Endpoint look_up_service(const std::string& master_uri, const std::string& name, Deadline deadline);
+/// @throws ConnectionError naming the master, the service and the cause; Interrupted
+Endpoint look_up_service(const std::string& master_uri, const std::string& name,
+                         const Patience& patience);
 
 }  // namespace walker

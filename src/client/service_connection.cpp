@@ -10,8 +10,8 @@ constexpr std::size_t kFirstCapacity = 4096;
 }  // namespace
 
 ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
-                                     const ServiceType& type, Deadline deadline)
-    : socket_(endpoint.host, endpoint.port, deadline), input_(kFirstCapacity) {
+                                     const ServiceType& type, const Patience& patience)
+    : socket_(endpoint.host, endpoint.port, patience), input_(kFirstCapacity) {
   tcpros::Bytes header;
   tcpros::append_header({{"callerid", kCallerId},
                          {"service", name},
@@ -19,8 +19,8 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
                          {"type", type.type},
                          {"persistent", "1"}},
                         header);
-  socket_.send_all(header.data(), header.size(), deadline);
-  const tcpros::Fields answer = receive_header(deadline);
+  socket_.send_all(header.data(), header.size(), patience);
+  const tcpros::Fields answer = receive_header(patience);
   const auto error = answer.find("error");
   if (error != answer.end()) throw std::runtime_error("it says: " + error->second);
   const auto md5sum = answer.find("md5sum");
@@ -31,24 +31,24 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
   }
 }
 
-tcpros::Fields ServiceConnection::receive_header(Deadline deadline) {
-  receive_at_least(tcpros::kLengthBytes, deadline);
+tcpros::Fields ServiceConnection::receive_header(const Patience& patience) {
+  receive_at_least(tcpros::kLengthBytes, patience);
   const std::size_t size = tcpros::load_length(input_.data());
   if (size > tcpros::kMostHeaderBytes) {
     throw std::runtime_error("it sent a header of " + std::to_string(size) +
                              " bytes; is it a ROS node?");
   }
-  receive_at_least(tcpros::kLengthBytes + size, deadline);
+  receive_at_least(tcpros::kLengthBytes + size, patience);
   if (received_ != tcpros::kLengthBytes + size) throw std::runtime_error("it speaks unasked");
   received_ = 0;
   return tcpros::parse_header(input_.data() + tcpros::kLengthBytes, size);
 }
 
-Answer ServiceConnection::call(const tcpros::Bytes& request, Deadline deadline) {
+Answer ServiceConnection::call(const tcpros::Bytes& request, const Patience& patience) {
   constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
-  socket_.send_all(request.data(), request.size(), deadline);
+  socket_.send_all(request.data(), request.size(), patience);
   received_ = 0;
-  receive_at_least(kHeadBytes, deadline);
+  receive_at_least(kHeadBytes, patience);
   const std::size_t size = tcpros::load_length(&input_[1]);
   if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
   if (size > tcpros::kMostMessageBytes) {
@@ -56,17 +56,17 @@ Answer ServiceConnection::call(const tcpros::Bytes& request, Deadline deadline) 
                              " bytes; at most " + std::to_string(tcpros::kMostMessageBytes) +
                              " are taken");
   }
-  receive_at_least(kHeadBytes + size, deadline);
+  receive_at_least(kHeadBytes + size, patience);
   if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");
   return {input_[0] == 1, input_.data() + kHeadBytes, size};
 }
 
 /// Memory grows with what has come, not with what was promised.
-void ServiceConnection::receive_at_least(std::size_t size, Deadline deadline) {
+void ServiceConnection::receive_at_least(std::size_t size, const Patience& patience) {
   while (received_ < size) {
     if (received_ == input_.size()) input_.resize(2 * input_.size());
     const std::size_t count =
-        socket_.receive(&input_[received_], input_.size() - received_, deadline);
+        socket_.receive(&input_[received_], input_.size() - received_, patience);
     if (count == 0) throw SocketError("the server has closed the connection");
     received_ += count;
   }

@@ -23,17 +23,18 @@ class ServiceConnection {
  public:
   /// Introduces itself to the server.
   /// @param name of the service, resolved
-  /// @throws SocketError; std::runtime_error saying what is wrong with the answer
+  /// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
   ServiceConnection(const Endpoint& endpoint, const std::string& name, const ServiceType& type,
-                    Deadline deadline);
+                    const Patience& patience);
 
   /// Sends a request with its length and waits for the answer.
-  /// @throws SocketError, std::runtime_error; then the connection is of no use any more
-  Answer call(const tcpros::Bytes& request, Deadline deadline);
+  /// @throws SocketError, Interrupted, std::runtime_error; then the connection is of no use any
+  /// more
+  Answer call(const tcpros::Bytes& request, const Patience& patience);
 
  private:
-  void receive_at_least(std::size_t size, Deadline deadline);
-  tcpros::Fields receive_header(Deadline deadline);
+  void receive_at_least(std::size_t size, const Patience& patience);
+  tcpros::Fields receive_header(const Patience& patience);
 
   Socket socket_;
   tcpros::Bytes input_;       // keeps its memory

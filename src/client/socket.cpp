@@ -15,25 +15,28 @@
 #include <memory>
 #include <system_error>
 
+#include "walker_sim/client.h"
+
 namespace walker {
 namespace {
 
-constexpr int kNone = -1;
-
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
-/// Waits until the socket is ready. @throws SocketError at the deadline
-void wait_for(int descriptor, short events, Deadline deadline) {
+/// Waits until the socket is ready. @throws SocketError at the deadline, Interrupted
+void wait_for(int descriptor, short events, const Patience& patience) {
   while (true) {
-    const auto left =
-        std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now())
-            .count();
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(patience.until -
+                                                                   std::chrono::steady_clock::now())
+                          .count();
     constexpr std::int64_t kLongest = std::numeric_limits<int>::max();
     pollfd entry{descriptor, events, 0};
     const int ready =
         poll(&entry, 1, static_cast<int>(std::clamp<std::int64_t>(left, 0, kLongest)));
     if (ready > 0) return;
-    if (ready < 0 && errno != EINTR) fail(errno);
+    if (ready < 0) {
+      if (errno != EINTR) fail(errno);
+      patience.take_signal();
+    }
     if (ready == 0 && left <= 0) throw SocketError("timed out");
   }
 }
@@ -50,15 +53,16 @@ void wait_in_receive(int descriptor, Deadline::duration longest) {
   }
 }
 
-/// @return the connected socket; kNone, with the cause in `error`, where there is none
-int connect_to(const addrinfo& address, Deadline deadline, Deadline::duration longest_receive,
-               std::string& error) {
+/// @return the connected socket
+/// @throws SocketError, Interrupted
+int connect_to(const addrinfo& address, const Patience& patience,
+               Deadline::duration longest_receive) {
   const int descriptor = socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (descriptor < 0) fail(errno);
   try {
-    if (descriptor < 0) fail(errno);
     if (connect(descriptor, address.ai_addr, address.ai_addrlen) != 0) {
       if (errno != EINPROGRESS && errno != EINTR) fail(errno);
-      wait_for(descriptor, POLLOUT, deadline);
+      wait_for(descriptor, POLLOUT, patience);
       int outcome = 0;
       socklen_t size = sizeof(outcome);
       if (getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &outcome, &size) != 0) fail(errno);
@@ -67,18 +71,21 @@ int connect_to(const addrinfo& address, Deadline deadline, Deadline::duration lo
     const int yes = 1;
     if (setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes)) != 0) fail(errno);
     wait_in_receive(descriptor, longest_receive);
-  } catch (const SocketError& failed) {
-    error = failed.what();
-    if (descriptor >= 0) close(descriptor);
-    return kNone;
+  } catch (...) {
+    close(descriptor);
+    throw;
   }
   return descriptor;
 }
 
 }  // namespace
 
-Socket::Socket(const std::string& host, std::uint16_t port, Deadline deadline)
-    : longest_receive_(deadline - std::chrono::steady_clock::now()), descriptor_(kNone) {
+void Patience::take_signal() const {
+  if (is_interrupted && is_interrupted()) throw Interrupted();
+}
+
+Socket::Socket(const std::string& host, std::uint16_t port, const Patience& patience)
+    : longest_receive_(patience.until - std::chrono::steady_clock::now()) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -87,15 +94,19 @@ Socket::Socket(const std::string& host, std::uint16_t port, Deadline deadline)
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
   std::string error;
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
-    descriptor_ = connect_to(*address, deadline, longest_receive_, error);
-    if (descriptor_ != kNone) return;
+    try {
+      descriptor_ = connect_to(*address, patience, longest_receive_);
+      return;
+    } catch (const SocketError& unreachable) {
+      error = unreachable.what();
+    }
   }
   throw SocketError(error);
 }
 
 Socket::~Socket() { close(descriptor_); }
 
-void Socket::send_all(const void* data, std::size_t size, Deadline deadline) {
+void Socket::send_all(const void* data, std::size_t size, const Patience& patience) {
   const auto* next = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
     const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -103,21 +114,25 @@ void Socket::send_all(const void* data, std::size_t size, Deadline deadline) {
       next += sent;
       size -= static_cast<std::size_t>(sent);
     } else if (errno == EAGAIN) {
-      wait_for(descriptor_, POLLOUT, deadline);
+      wait_for(descriptor_, POLLOUT, patience);
     } else if (errno != EINTR) {
       fail(errno);
     }
   }
 }
 
-std::size_t Socket::receive(void* data, std::size_t capacity, Deadline deadline) {
+std::size_t Socket::receive(void* data, std::size_t capacity, const Patience& patience) {
   while (true) {
     // Where much of the time has passed already, the socket's own patience would be too long.
-    const Deadline::duration left = deadline - std::chrono::steady_clock::now();
-    if (left < longest_receive_ * 99 / 100) wait_for(descriptor_, POLLIN, deadline);
+    const Deadline::duration left = patience.until - std::chrono::steady_clock::now();
+    if (left < longest_receive_ * 99 / 100) wait_for(descriptor_, POLLIN, patience);
     const ssize_t received = recv(descriptor_, data, capacity, 0);
     if (received >= 0) return static_cast<std::size_t>(received);
-    if (errno != EAGAIN && errno != EINTR) fail(errno);
+    if (errno == EINTR) {
+      patience.take_signal();
+    } else if (errno != EAGAIN) {
+      fail(errno);
+    }
   }
 }
 

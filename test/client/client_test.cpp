@@ -9,6 +9,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <string>
 #include <thread>
@@ -216,24 +217,93 @@ TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
   EXPECT_EQ(size, 4 + actions.size() * sizeof(double));
 }
 
+/// SIGUSR1 interrupts system calls of this thread, and does nothing else.
+class Signals {
+ public:
+  Signals() : thread_(pthread_self()) {
+    struct sigaction interrupt {};
+    interrupt.sa_handler = [](int) {};  // without SA_RESTART
+    sigaction(SIGUSR1, &interrupt, &before_);
+  }
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
+  ~Signals() { sigaction(SIGUSR1, &before_, nullptr); }
+
+  void raise() const { pthread_kill(thread_, SIGUSR1); }
+
+  /// Again and again, for the first may come before the client waits.
+  void raise_until_end(Peer& peer) const {
+    while (!peer.has_ended()) {
+      raise();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+ private:
+  pthread_t thread_;
+  struct sigaction before_ {};
+};
+
 TEST(Client, GoesOnAfterASignal) {
-  struct sigaction interrupt {};
-  interrupt.sa_handler = [](int) {};  // without SA_RESTART
-  struct sigaction before {};
-  sigaction(SIGUSR1, &interrupt, &before);
-  const pthread_t caller = pthread_self();
-  ScriptedWalker walker({[&](Peer& peer) {
+  const Signals signals;
+  std::atomic<int> asked{0};
+  const auto never = [&] {
+    ++asked;
+    return false;
+  };
+  for (const std::function<bool()>& is_interrupted : {std::function<bool()>(), {never}}) {
+    ScriptedWalker walker({[&](Peer& peer) {
+                            test::open(peer, kStep);
+                            peer.take_frame();
+                            while (is_interrupted && asked == 0) signals.raise();
+                            for (const char c : good_answer()) {
+                              signals.raise();
+                              peer.give(std::string(1, c));
+                            }
+                            peer.sees_end();
+                          }},
+                          30, is_interrupted);
+    walker.step();
+    expect_equal(walker.transition, test::example_transition());
+  }
+  EXPECT_GT(asked, 0);
+}
+
+TEST(Client, IsInterruptedByASignalThatMeansIt) {
+  const Signals signals;
+  const std::thread::id caller = std::this_thread::get_id();
+  const auto always = [&] {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    return true;
+  };
+  const auto silent = [&](Peer& peer) {
     test::open(peer, kStep);
     peer.take_frame();
-    for (const char c : good_answer()) {
-      pthread_kill(caller, SIGUSR1);
-      peer.give(std::string(1, c));
-    }
-    peer.sees_end();
-  }});
-  walker.step();
+    signals.raise_until_end(peer);
+  };
+  ScriptedWalker walker({silent, answering({good_answer()})}, 30, always);
+  EXPECT_THROW(walker.step(), Interrupted);
+  walker.step();  // over another connection
   expect_equal(walker.transition, test::example_transition());
-  sigaction(SIGUSR1, &before, nullptr);
+}
+
+TEST(Client, IsInterruptedWhileItConnects) {
+  const Signals signals;
+  ClientOptions options;
+  options.is_interrupted = [] { return true; };
+  ScriptedServer master({[&](Peer& peer) {
+    peer.take_post();
+    signals.raise_until_end(peer);
+  }});
+  options.master_uri = "http://" + master.address();
+  EXPECT_THROW(Client{options}, Interrupted);
+  ScriptedServer server({[&](Peer& peer) {
+    peer.take_frame();
+    signals.raise_until_end(peer);
+  }});
+  ScriptedServer other_master({test::master_of(server.address())});
+  options.master_uri = "http://" + other_master.address();
+  EXPECT_THROW(Client{options}, Interrupted);
 }
 
 // ---------------------------------------------------------------- what is refused
@@ -398,8 +468,7 @@ TEST(ClientOptions, AreChecked) {
   }
   ClientOptions options;
   options.master_uri = "localhost:11311";
-  EXPECT_EQ(option_error(options),
-            "ROS_MASTER_URI = \"localhost:11311\"; must be http://HOST:PORT");
+  EXPECT_EQ(option_error(options), "master_uri = \"localhost:11311\"; must be http://HOST:PORT");
 }
 
 TEST(ClientOptions, TheMasterComesFromTheEnvironment) {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -19,9 +20,12 @@ namespace {
 using test::Peer;
 using test::ScriptedServer;
 
-Deadline in_seconds(double seconds) {
-  return std::chrono::steady_clock::now() +
-         std::chrono::duration_cast<Deadline::duration>(std::chrono::duration<double>(seconds));
+const std::function<bool()> kNever;
+
+Patience in_seconds(double seconds) {
+  return {std::chrono::steady_clock::now() + std::chrono::duration_cast<Deadline::duration>(
+                                                 std::chrono::duration<double>(seconds)),
+          kNever};
 }
 
 constexpr double kPatience = 30;  // only what hangs takes as long
@@ -162,7 +166,7 @@ TEST(LookUp, GivesUpAtTheDeadline) {
   EXPECT_EQ(outcome(
                 [&](Peer& peer) {
                   peer.take_post();
-                  const auto until = in_seconds(kPatience);
+                  const Deadline until = in_seconds(kPatience).until;
                   while (std::chrono::steady_clock::now() < until && !peer.has_ended()) {
                     peer.give("HTTP ");
                     std::this_thread::sleep_for(std::chrono::milliseconds(1));

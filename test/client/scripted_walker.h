@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -110,12 +111,14 @@ inline void tell_specification(Peer& peer) {
 /// further connection. The master sends everybody there.
 class ScriptedWalker {
  public:
-  explicit ScriptedWalker(std::vector<ScriptedServer::Script> scripts, double timeout = 30)
+  explicit ScriptedWalker(std::vector<ScriptedServer::Script> scripts, double timeout = 30,
+                          std::function<bool()> is_interrupted = {})
       : server_(with_specification(std::move(scripts))),
         master_(std::vector<ScriptedServer::Script>(kMostLookUps, master_of(server_.address()))) {
     ClientOptions options;
     options.master_uri = "http://" + master_.address();
     options.timeout = timeout;
+    options.is_interrupted = std::move(is_interrupted);
     client_ = std::make_unique<Client>(options);
   }
 
