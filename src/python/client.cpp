@@ -2,26 +2,44 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
+#include "core/action_check.h"
 #include "python/arrays.h"
 #include "python/conversions.h"
 #include "python/unlocked.h"
 #include "walker_sim/client.h"
+#include "walker_sim/environment.h"
+#include "walker_sim/pool.h"
+#include "walker_sim/registry.h"
 
 namespace walker::python {
 namespace py = pybind11;
 namespace {
+
+/// Whether Python has a signal to handle whose handler raises, as that of Ctrl-C does; the
+/// exception is then set. Python handles signals in its main thread only.
+bool raises_after_signal() {
+  const py::gil_scoped_acquire acquire;
+  return PyErr_CheckSignals() != 0;
+}
 
 ClientOptions make_options(std::string server, std::string master_uri, double timeout) {
   ClientOptions options;
   options.server = std::move(server);
   options.master_uri = std::move(master_uri);
   options.timeout = timeout;
+  options.is_interrupted = &raises_after_signal;
   return options;
 }
 
@@ -37,29 +55,38 @@ void take(const Values& values, const char* what, Destination& destination) {
   destination.take(values.data());
 }
 
-/// A server's calls, filling arrays of the caller's. One thread at a time is let in.
+/// A server's calls, filling arrays of the caller's. One thread at a time is let in. What the core
+/// would refuse in process is refused here, in the same words, before it is sent.
 class RemoteWalkers {
  public:
-  RemoteWalkers(std::string server, std::string master_uri, double timeout)
-      : client_(make_options(std::move(server), std::move(master_uri), timeout)) {}
-
-  py::dict specification() {
-    ServerSpecification specification;
-    {
-      const Unlocked unlocked(mutex_);
-      specification = client_.specification();
-    }
-    return to_dict(specification);
+  /// @param id, parameters whose actions the server should take; both are to be compared
+  RemoteWalkers(const std::string& id, const py::dict& parameters, std::string server,
+                std::string master_uri, double timeout)
+      : specification_(make(id, to_parameters(parameters))->specification()) {
+    const ClientOptions options = make_options(std::move(server), std::move(master_uri), timeout);
+    call([&] {
+      client_.emplace(options);
+      server_ = client_->specification();
+    });
+    progress_.resize(server_.num_envs);
   }
+
+  /// What is wanted.
+  py::dict specification() const { return to_dict(specification_); }
+  /// What is there.
+  py::dict server_specification() const { return to_dict(server_); }
+  /// A call came to no end, so the server may be another one now.
+  bool is_lost() const { return is_lost_; }
 
   void reset(const py::object& seed, py::handle observation, py::handle info) {
     const auto number = to_seed(seed);
     Output observations(observation, "observation");
     Output infos(info, "info");
-    const Unlocked unlocked(mutex_);
-    client_.reset(number, transition_);
-    take(transition_.observation, "observation", observations);
-    take(transition_.info, "info", infos);
+    call([&] {
+      client_->reset(number, transition_);
+      take(transition_.observation, "observation", observations);
+      take(transition_.info, "info", infos);
+    });
   }
 
   /// @return as Environment.step
@@ -67,14 +94,16 @@ class RemoteWalkers {
     const Input actions(action, "action");
     Output observations(observation, "observation");
     Output infos(info, "info");
-    {
-      const Unlocked unlocked(mutex_);
-      client_.step(actions.data(), actions.size(), transition_);
+    std::tuple<double, bool, bool, std::string> outcome;
+    call([&] {
+      check_step(actions);
+      client_->step(actions.data(), actions.size(), transition_);
       take(transition_.observation, "observation", observations);
       take(transition_.info, "info", infos);
-    }
-    return py::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
-                          transition_.error);
+      outcome = {transition_.reward, transition_.terminated, transition_.truncated,
+                 transition_.error};
+    });
+    return py::cast(outcome);
   }
 
   /// Rows in the order of `environments`; empty: of all.
@@ -83,10 +112,13 @@ class RemoteWalkers {
     const auto numbers = to_seeds(seeds);
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
-    const Unlocked unlocked(mutex_);
-    client_.reset_batch(environments, numbers, reset_);
-    take(reset_.observations, "observations", observations_output);
-    take(reset_.info, "info", info_output);
+    call([&] {
+      client_->reset_batch(environments, numbers, reset_);
+      take(reset_.observations, "observations", observations_output);
+      take(reset_.info, "info", info_output);
+      if (environments.empty()) progress_.assign(progress_.size(), {true, 0});
+      for (const std::uint32_t environment : environments) progress_[environment] = {true, 0};
+    });
   }
 
   void step_batch(py::handle actions, py::handle observations, py::handle rewards,
@@ -97,30 +129,118 @@ class RemoteWalkers {
     FlagOutput terminated_output(terminated, "terminated");
     FlagOutput truncated_output(truncated, "truncated");
     Output info_output(info, "info");
-    const Unlocked unlocked(mutex_);
-    client_.step_batch(input.data(), input.size(), batch_);
-    take(batch_.observations, "observations", observations_output);
-    take(batch_.rewards, "rewards", rewards_output);
-    take(batch_.terminated, "terminated", terminated_output);
-    take(batch_.truncated, "truncated", truncated_output);
-    take(batch_.info, "info", info_output);
+    call([&] {
+      check_steps(input);
+      client_->step_batch(input.data(), input.size(), batch_);
+      take(batch_.observations, "observations", observations_output);
+      take(batch_.rewards, "rewards", rewards_output);
+      take(batch_.terminated, "terminated", terminated_output);
+      take(batch_.truncated, "truncated", truncated_output);
+      take(batch_.info, "info", info_output);
+      note_ends();
+    });
   }
 
-  /// same_step: environments whose episodes ended in the last `step_batch`.
-  std::vector<std::uint32_t> final_environments() const { return batch_.final_environments; }
-
-  /// A row for each of `final_environments`.
+  /// As Pool.final_rows.
   void final_rows(py::handle observations, py::handle info) {
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
-    take(batch_.final_observations, "final_observations", observations_output);
-    take(batch_.final_info, "final_info", info_output);
+    call([&] {
+      take(scattered(batch_.final_observations, specification_.observation_size()), "observations",
+           observations_output);
+      take(scattered(batch_.final_info, specification_.info_names.size()), "info", info_output);
+    });
   }
 
  private:
-  Client client_;
+  struct Progress {
+    bool has_begun = false;
+    std::uint32_t ended_after = 0;  ///< steps; 0: it goes on, or the server resets it
+  };
+
+  /// Without the interpreter's lock.
+  /// @throws what `made` throws; what a signal's handler has raised
+  template <typename Made>
+  void call(const Made& made) {
+    try {
+      const Unlocked unlocked(mutex_);
+      made();
+    } catch (const ConnectionError&) {
+      is_lost_ = true;
+      throw;
+    } catch (const Interrupted&) {
+      is_lost_ = true;
+      throw py::error_already_set();
+    }
+  }
+
+  void check_step(const Input& action) const {
+    if (is_lost_) throw ResetNeeded(kLost);
+    if (transition_.episode == 0) {
+      throw ResetNeeded("step: there is no episode yet; reset first");
+    }
+    if (!transition_.error.empty()) throw ResetNeeded("step: the simulation failed; reset first");
+    if (transition_.terminated || transition_.truncated) {
+      throw ResetNeeded("step: the episode ended after " + std::to_string(transition_.step) +
+                        " steps; reset first");
+    }
+    check_action(specification_, action.data(), action.size());
+  }
+
+  void check_steps(const Input& actions) const {
+    if (is_lost_) throw ResetNeeded(kLost);
+    const std::size_t size = specification_.action_size();
+    if (actions.size() != progress_.size() * size) {
+      throw InvalidAction("actions have " + std::to_string(actions.size()) + " values; must have " +
+                          std::to_string(progress_.size() * size) + ", " + std::to_string(size) +
+                          " for each of " + std::to_string(progress_.size()) + " environments");
+    }
+    for (std::size_t i = 0; i < progress_.size(); ++i) {
+      const double* const action = actions.data() + i * size;
+      const bool is_fine =
+          progress_[i].has_begun && progress_[i].ended_after == 0 &&
+          std::all_of(action, action + size, [](double value) { return std::isfinite(value); });
+      if (!is_fine) refuse(i, action);  // apart, so that no text is made for nothing
+    }
+  }
+
+  void refuse(std::size_t environment, const double* action) const {
+    const std::string whose = "environment " + std::to_string(environment) + ": ";
+    check_action(specification_, action, specification_.action_size(), whose);
+    const Progress& progress = progress_[environment];
+    if (!progress.has_begun) throw ResetNeeded(whose + "there is no episode yet; reset first");
+    throw ResetNeeded(whose + "the episode ended after " + std::to_string(progress.ended_after) +
+                      " steps; reset first");
+  }
+
+  /// Of those episodes that nobody but the caller resets.
+  void note_ends() {
+    if (server_.autoreset_mode != to_text(AutoresetMode::disabled)) return;
+    for (std::size_t i = 0; i < progress_.size(); ++i) {
+      if (batch_.terminated[i] != 0 || batch_.truncated[i] != 0) {
+        progress_[i].ended_after = batch_.steps[i];
+      }
+    }
+  }
+
+  /// Rows of the environments that have just ended, among rows of zeros for all.
+  std::vector<double> scattered(const std::vector<double>& rows, std::size_t width) const {
+    std::vector<double> all(progress_.size() * width);
+    for (std::size_t row = 0; row < batch_.final_environments.size(); ++row) {
+      std::copy_n(&rows[row * width], width, &all[batch_.final_environments[row] * width]);
+    }
+    return all;
+  }
+
+  static constexpr const char* kLost = "step: the connection to the server was lost; reset first";
+
+  Specification specification_;
+  std::optional<Client> client_;
+  ServerSpecification server_;
   std::mutex mutex_;
-  Transition transition_;
+  std::atomic<bool> is_lost_{false};
+  Transition transition_;           // of ~reset and ~step
+  std::vector<Progress> progress_;  // of ~reset_batch and ~step_batch, one per environment
   BatchReset reset_;
   BatchTransition batch_;
 };
@@ -132,16 +252,18 @@ void bind_client(py::module& module) {
   const auto observations = py::arg("observations");
   const auto info = py::arg("info");
   py::class_<RemoteWalkers>(module, "Client")
-      .def(py::init<std::string, std::string, double>(), py::arg("server"), py::arg("master_uri"),
+      .def(py::init<const std::string&, const py::dict&, std::string, std::string, double>(),
+           py::arg("id"), py::arg("parameters"), py::arg("server"), py::arg("master_uri"),
            py::arg("timeout"))
-      .def("specification", &RemoteWalkers::specification)
+      .def_property_readonly("specification", &RemoteWalkers::specification)
+      .def_property_readonly("server_specification", &RemoteWalkers::server_specification)
+      .def_property_readonly("is_lost", &RemoteWalkers::is_lost)
       .def("reset", &RemoteWalkers::reset, py::arg("seed"), observation, info)
       .def("step", &RemoteWalkers::step, py::arg("action"), observation, info)
       .def("reset_batch", &RemoteWalkers::reset_batch, py::arg("environments"), py::arg("seeds"),
            observations, info)
       .def("step_batch", &RemoteWalkers::step_batch, py::arg("actions"), observations,
            py::arg("rewards"), py::arg("terminated"), py::arg("truncated"), info)
-      .def("final_environments", &RemoteWalkers::final_environments)
       .def("final_rows", &RemoteWalkers::final_rows, observations, info);
 }
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walker_sim.errors import InvalidAction
 from walker_sim.spaces import action_space_of, observation_space_of
+from walker_sim.time_limit import limit_of_make
 from walker_sim.transport import TRANSPORTS, Walker
 
 
@@ -31,7 +32,12 @@ def make_walker(
     if transport == "ros":
         from walker_sim.over_ros import RemoteWalker
 
-        return RemoteWalker(env_id, parameters, max_episode_steps, server, master_uri, timeout)
+        if max_episode_steps is None:
+            max_episode_steps = limit_of_make(WalkerEnv)
+        if max_episode_steps is not None:
+            limit = 0 if max_episode_steps == -1 else max_episode_steps
+            parameters = {**parameters, "max_episode_steps": limit}
+        return RemoteWalker(env_id, parameters, server, master_uri, timeout)
     raise ValueError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
 
 
@@ -75,7 +81,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Over ROS: of each call [s of wall time].
     max_episode_steps
         On which step an episode is truncated. In process None and 0 leave that to Gymnasium's
-        ``TimeLimit``; over ROS the server's limit must be the same.
+        ``TimeLimit``; over ROS the server's limit must be the same (-1 and 0: none; None: that of
+        `gymnasium.make`, or the id's own).
     render_mode
         None: there is no rendering yet.
     parameters
@@ -127,6 +134,24 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         """Simulation time of one step [s]."""
         return float(self._walker.specification["dt"])
 
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The generator that terrain and noise come from. Over ROS it is the server's."""
+        self._need_own_generator()
+        return super().np_random
+
+    @np_random.setter
+    def np_random(self, value: np.random.Generator) -> None:
+        self._need_own_generator()
+        self._np_random = value
+        self._np_random_seed = -1  # as Gymnasium has it: not known
+
+    def _need_own_generator(self) -> None:
+        if self._transport == "ros":
+            raise AttributeError(
+                'np_random: over ROS there is none; only with transport="inprocess"'
+            )
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[Any], dict[str, Any]]:
@@ -153,7 +178,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         """
         super().reset(seed=seed)
         observation, info = self._arrays()
-        self._walker.reset(seed, self.np_random, observation, info)
+        self._walker.reset(seed, super().np_random, observation, info)
         self._is_closed = False
         return observation, self._to_dict(info)
 

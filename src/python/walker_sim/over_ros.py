@@ -2,74 +2,104 @@
 
 from __future__ import annotations
 
+import numbers
 from typing import Any, Mapping, Sequence
 
 import numpy as np
+from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.errors import ConnectionError, RequestRefused, ResetNeeded, ServerMismatch
+from walker_sim.errors import ServerMismatch
 from walker_sim.transport import Batch, Specification
 
 
 def differences(wanted: Specification, found: Specification) -> list[str]:
     """What a server has otherwise than it should have, a line each."""
-    lines = []
-
-    def compare(name: str, here: Any, there: Any) -> None:
-        if here != there:
-            lines.append(f"{name} is {there} there; must be {here}")
-
-    compare("id", wanted["id"], found["id"])
-    if lines:
-        return lines  # the rest would follow from that
-    names = dict.fromkeys([*wanted["parameters"], *found["parameters"]])
-    for name in names:
-        here = wanted["parameters"].get(name, "(absent)")
-        compare(f"parameter {name}", here, found["parameters"].get(name, "(absent)"))
-    for name in ("num_envs", "autoreset_mode", "mode"):
-        if name in wanted:
-            compare(name, wanted[name], found[name])
-    return lines
+    pairs: dict[str, tuple[Any, Any]] = {
+        name: (wanted[name], found[name])
+        for name in ("id", "mode", "num_envs", "autoreset_mode")
+        if name in wanted
+    }
+    if wanted["id"] == found["id"]:  # else other parameters follow from that
+        ours, theirs = wanted["parameters"], found["parameters"]
+        for name in {**ours, **theirs}:
+            pairs[name] = (ours.get(name, "absent"), theirs.get(name, "absent"))
+    return [
+        f"{name} is {there} there; must be {here}"
+        for name, (here, there) in pairs.items()
+        if here != there
+    ]
 
 
 class Connection:
-    """A client of a server that is what it should be, also after it was started again."""
+    """A client of a server that is what it should be, also after it was started again.
 
-    def __init__(self, wanted: Specification, server: str, master_uri: str, timeout: float) -> None:
-        self.wanted = wanted
-        self._options = (server, master_uri, timeout)
-        self._connect()
+    A copy, and what comes out of a pickle, is another connection to the same server.
 
-    def _connect(self) -> None:
-        self.client = _core.Client(*self._options)
-        found = self.client.specification()
-        lines = differences(self.wanted, found)
-        if lines:
-            raise ServerMismatch(f"the server {self._options[0]}: " + "; ".join(lines))
-        self.is_lost = False
+    Parameters
+    ----------
+    required
+        What the server must have besides id and parameters.
+    """
 
-    def begin(self) -> None:
-        """Before a reset: connects anew where the connection was lost."""
-        if self.is_lost:
-            self._connect()
+    def __init__(
+        self,
+        env_id: str,
+        parameters: Mapping[str, Any],
+        required: Specification,
+        server: str,
+        master_uri: str,
+        timeout: float,
+    ) -> None:
+        for name, value in (("server", server), ("master_uri", master_uri)):
+            if not isinstance(value, str):
+                raise TypeError(f"{name} = {value!r}: must be a str")
+        if not isinstance(timeout, numbers.Real):
+            raise TypeError(f"timeout = {timeout!r}: must be a number of seconds")
+        self._required = required
+        self._options = (env_id, dict(parameters), server, master_uri, float(timeout))
+        self._client: _core.Client | None = None
+        self.specification: Specification = self.open().specification
 
-    def check(self) -> None:
-        """Before a step, which needs the episode that went with a lost connection."""
-        if self.is_lost:
-            raise ResetNeeded("step: the connection to the server was lost; reset first")
+    def open(self) -> _core.Client:
+        """The client for a reset: another one where there is none, or the connection was lost.
+
+        Raises
+        ------
+        walker_sim.ConnectionError
+            As there is no such server, or none that answers.
+        walker_sim.ServerMismatch
+            As it is another one.
+        """
+        if self._client is None or self._client.is_lost:
+            client = _core.Client(*self._options)
+            wanted = {**client.specification, **self._required}
+            lines = differences(wanted, client.server_specification)
+            if lines:
+                raise ServerMismatch(f"the server {self._options[2]}: " + "; ".join(lines))
+            self._client = client
+        return self._client
+
+    @property
+    def client(self) -> _core.Client:
+        """For all but a reset. A lost connection is refused by the client itself."""
+        if self._client is None:
+            raise ClosedEnvironmentError("the connection to the server has been closed")
+        return self._client
 
     def close(self) -> None:
-        self.is_lost = True
-        del self.client
+        """Again is no error."""
+        self._client = None
 
-    def __getstate__(self) -> tuple[Any, ...]:
-        return (self.wanted, *self._options)
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_client": None, "is_open": self._client is not None}
 
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
-        self.wanted = state[0]
-        self._options = state[1:]
-        self._connect()
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        is_open = state.pop("is_open")
+        self.__dict__.update(state)
+        if is_open:
+            self.open()
 
 
 class RemoteWalker:
@@ -79,17 +109,13 @@ class RemoteWalker:
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        max_episode_steps: int | None,
         server: str,
         master_uri: str,
         timeout: float,
     ) -> None:
-        limit = {} if max_episode_steps is None else {"max_episode_steps": max_episode_steps}
-        self.specification: Specification = _core.Environment(
-            env_id, {**parameters, **limit}
-        ).specification
-        wanted = {**self.specification, "num_envs": 1, "mode": "lockstep"}
-        self._connection = Connection(wanted, server, master_uri, timeout)
+        required = {"mode": "lockstep", "num_envs": 1}
+        self._connection = Connection(env_id, parameters, required, server, master_uri, timeout)
+        self.specification = self._connection.specification
 
     def reset(
         self,
@@ -98,13 +124,8 @@ class RemoteWalker:
         observation: NDArray[Any],
         info: NDArray[np.float64],
     ) -> None:
-        """Without a seed the server's own generator continues."""
-        self._connection.begin()
-        try:
-            self._connection.client.reset(seed, observation, info)
-        except ConnectionError:
-            self._connection.is_lost = True
-            raise
+        """Without a seed the server's own generator continues; `random` stays as it is."""
+        self._connection.open().reset(seed, observation, info)
 
     def step(
         self,
@@ -112,19 +133,14 @@ class RemoteWalker:
         observation: NDArray[Any],
         info: NDArray[np.float64],
     ) -> tuple[float, bool, bool, str]:
-        self._connection.check()
-        try:
-            return self._connection.client.step(action, observation, info)
-        except ConnectionError:
-            self._connection.is_lost = True
-            raise
+        return self._connection.client.step(action, observation, info)
 
     def close(self) -> None:
         self._connection.close()
 
 
 class RemoteWalkers:
-    """All walkers of a server."""
+    """All walkers of a server in lock-step. A copy is another connection to it."""
 
     def __init__(
         self,
@@ -136,21 +152,14 @@ class RemoteWalkers:
         master_uri: str,
         timeout: float,
     ) -> None:
-        self.specification: Specification = _core.Environment(
-            env_id, dict(parameters)
-        ).specification
-        wanted = {
-            **self.specification,
-            "num_envs": num_envs,
-            "mode": "lockstep",
-            "autoreset_mode": autoreset_mode,
-        }
-        self._connection = Connection(wanted, server, master_uri, timeout)
+        required = {"mode": "lockstep", "num_envs": num_envs, "autoreset_mode": autoreset_mode}
+        self._connection = Connection(env_id, parameters, required, server, master_uri, timeout)
+        self.specification = self._connection.specification
         self.num_envs = num_envs
         self._observation_size = len(self.specification["observation_low"])
         self._num_infos = len(self.specification["info_names"])
         self._dtype = np.dtype(self.specification["observation_dtype"])
-        self._observations, self._info = self._rows(num_envs)
+        self._observations, self._info = self._rows(num_envs)  # the last
 
     def _rows(self, count: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
         return (
@@ -161,44 +170,28 @@ class RemoteWalkers:
     def reset(
         self, environments: list[int], seeds: Sequence[int | None]
     ) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        self._connection.begin()
         chosen = environments or list(range(self.num_envs))
         observations, info = self._rows(len(chosen))
-        try:
-            self._connection.client.reset_batch(environments, seeds, observations, info)
-        except ConnectionError:
-            self._connection.is_lost = True
-            raise
+        self._connection.open().reset_batch(environments, seeds, observations, info)
         self._observations[chosen], self._info[chosen] = observations, info
         return self._observations.copy(), self._info.copy()
 
     def step(self, actions: NDArray[np.float64]) -> Batch:
-        self._connection.check()
         observations, info = self._rows(self.num_envs)
-        flags = np.zeros((2, self.num_envs), np.bool_)
-        batch = Batch(observations, np.zeros(self.num_envs), flags[0], flags[1], info)
-        try:
-            self._connection.client.step_batch(actions, *batch)
-        except ConnectionError:
-            self._connection.is_lost = True
-            raise
-        self._observations = observations.copy()
+        flags = np.empty((2, self.num_envs), np.bool_)
+        batch = Batch(observations, np.empty(self.num_envs), flags[0], flags[1], info)
+        self._connection.client.step_batch(actions, *batch)
+        self._observations, self._info = observations.copy(), info.copy()
         return batch
 
     def final_rows(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
         observations, info = self._rows(self.num_envs)
-        ended = self._connection.client.final_environments()
-        some_observations, some_info = self._rows(len(ended))
-        self._connection.client.final_rows(some_observations, some_info)
-        observations[ended], info[ended] = some_observations, some_info
+        self._connection.client.final_rows(observations, info)
         return observations, info
 
     def error(self, environment: int) -> str:
-        """A batch's answer does not say."""
+        """The answer of a batch's step does not say."""
         return ""
 
     def close(self) -> None:
         self._connection.close()
-
-
-__all__ = ["RemoteWalker", "RemoteWalkers", "RequestRefused", "differences"]

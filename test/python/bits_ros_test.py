@@ -1,0 +1,130 @@
+"""The same bits over ROS as in process and, live, as Gymnasium's own BipedalWalker."""
+
+import os
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim  # registers the ids
+from vector_comparison import assert_same
+from walkers import IDS, follow, make_ours, make_reference, random_actions
+
+LARGEST_SEED = 2**64 - 1
+MODES = ("next_step", "same_step", "disabled")
+NUM_ENVS = 3
+LIMITS = {"BipedalWalker-v3": 60, "Walker2d-v5": 20}  # some fall before, some do not
+
+
+def first_episode(environment, seed, actions):
+    """Until its end, or that of the actions; to be compared by ``==``."""
+    observation, info = environment.reset(seed=seed)
+    outcomes = [(observation.dtype, observation.tobytes(), info)]
+    for action in actions:
+        observation, *outcome, info = environment.step(action)
+        outcomes.append((observation.tobytes(), *outcome, info))
+        if outcome[1] or outcome[2]:
+            break
+    return outcomes
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_single(serve, environment_id):
+    server, _ = serve(environment_id)
+    remote = make_ours(environment_id, transport="ros", server=server)
+    local = make_ours(environment_id)
+    assert remote.observation_space == local.observation_space
+    assert remote.action_space == local.action_space
+    assert remote.unwrapped.dt == local.unwrapped.dt
+    for seed in (0, LARGEST_SEED):
+        theirs, ours = local.reset(seed=seed), remote.reset(seed=seed)
+        assert_same(ours, theirs)
+        actions = random_actions(environment_id, 200, seed % 5)
+        outcomes = follow(remote, actions)
+        assert outcomes == follow(local, actions)
+        assert all(type(value) is float for value in (outcomes[0][1], *outcomes[0][4].values()))
+        assert type(outcomes[0][2]) is type(outcomes[0][3]) is bool
+
+
+@pytest.mark.skipif(
+    os.environ.get("WALKER_SIM_ENGINES") == "system", reason="the bits are the pinned Box2D's"
+)
+@pytest.mark.parametrize("environment_id", IDS[:2])
+def test_single_is_gymnasiums(serve, environment_id):
+    server, _ = serve(environment_id)
+    remote = make_ours(environment_id, transport="ros", server=server)
+    for seed in (0, 7, LARGEST_SEED):
+        theirs = make_reference(environment_id)  # its world is new in its first episode only
+        actions = random_actions(environment_id, 400, seed % 5)
+        assert first_episode(remote, seed, actions) == first_episode(theirs, seed, actions)
+
+
+def test_a_finished_episode_by_the_servers_limit(serve):
+    server, _ = serve(max_episode_steps=5)
+    remote = make_ours("BipedalWalker-v3", transport="ros", server=server, max_episode_steps=5)
+    local = make_ours("BipedalWalker-v3", max_episode_steps=5)
+    actions = random_actions("BipedalWalker-v3", 23)
+    assert first_episode(remote, 3, actions) == first_episode(local, 3, actions)
+    with pytest.raises(walker_sim.ResetNeeded, match="the episode ended after 5 steps"):
+        remote.step(actions[0])
+
+
+def make_pair(serve, environment_id, mode, **parameters):
+    limit = LIMITS[environment_id]
+    server, _ = serve(
+        environment_id,
+        num_envs=NUM_ENVS,
+        autoreset_mode=mode,
+        max_episode_steps=limit,
+        **parameters,
+    )
+    options = {"autoreset_mode": mode, "max_episode_steps": limit, **parameters}
+    name = f"walker_sim/{environment_id}"
+    remote = gymnasium.make_vec(name, NUM_ENVS, transport="ros", server=server, **options)
+    return remote, gymnasium.make_vec(name, NUM_ENVS, **options)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("environment_id", LIMITS)
+def test_vectorised(serve, environment_id, mode):
+    remote, local = make_pair(serve, environment_id, mode)
+    random = np.random.default_rng(1)
+    seeds = [5, LARGEST_SEED, 6]
+    assert_same(remote.reset(seed=seeds), local.reset(seed=seeds))
+    ends = 0
+    for _ in range(4 * LIMITS[environment_id]):
+        actions = random.uniform(-1.5, 1.5, remote.action_space.shape).astype(np.float32)
+        ours, theirs = remote.step(actions), local.step(actions)
+        assert_same(ours, theirs)
+        ended = ours[2] | ours[3]
+        ends += ended.sum()
+        if mode == "disabled" and ended.any():
+            options = {"reset_mask": ended}
+            assert_same(remote.reset(options=options), local.reset(options=options))
+    assert ends > NUM_ENVS
+    # Some with seeds, amid the others' episodes.
+    options = {"reset_mask": np.array([True, False, True])}
+    again = remote.reset(seed=seeds, options=options), local.reset(seed=seeds, options=options)
+    assert_same(*again)
+    actions = np.zeros(remote.action_space.shape, np.float32)
+    assert_same(remote.step(actions), local.step(actions))
+
+
+def test_one_walker_as_a_batch(serve):
+    server, _ = serve(max_episode_steps=10)
+    options = {"max_episode_steps": 10}
+    name = "walker_sim/BipedalWalker-v3"
+    remote = gymnasium.make_vec(name, 1, transport="ros", server=server, **options)
+    local = gymnasium.make_vec(name, 1, **options)
+    assert_same(remote.reset(seed=LARGEST_SEED), local.reset(seed=LARGEST_SEED))
+    for action in random_actions("BipedalWalker-v3", 25):
+        assert_same(remote.step(action[None]), local.step(action[None]))
+
+
+def test_parameters_of_the_environment(serve):
+    parameters = {"forward_reward_weight": 0.5, "terminate_when_unhealthy": False}
+    server, _ = serve("Walker2d-v5", **parameters)
+    remote = make_ours("Walker2d-v5", transport="ros", server=server, **parameters)
+    local = make_ours("Walker2d-v5", **parameters)
+    assert_same(remote.reset(seed=1), local.reset(seed=1))
+    actions = random_actions("Walker2d-v5", 100)
+    assert follow(remote, actions) == follow(local, actions)
