@@ -1,0 +1,61 @@
+"""examples/cleanrl_ppo.py: it learns, repeatably, and the same on Gymnasium's own walkers."""
+
+import re
+
+import gymnasium
+import pytest
+import torch
+import walker_sim  # noqa: F401  # registers the walkers
+from running import assert_helps, run_example
+
+OURS = "walker_sim/BipedalWalker-v3"
+
+
+def learn(folder, *arguments, **environment):
+    text = run_example("cleanrl_ppo", *arguments, folder=folder, **environment)
+    return text, torch.load(folder / "walker.pt")
+
+
+def equal(one, other):
+    assert one.keys() == other.keys()
+    return all(torch.equal(one[name], other[name]) for name in one)
+
+
+def mean_action(agent, observation):
+    """What the saved agent would do but for its noise."""
+    values = torch.as_tensor(observation, dtype=torch.float32)
+    for index in (0, 2, 4):
+        values = agent[f"mean.{index}.weight"] @ values + agent[f"mean.{index}.bias"]
+        values = values.tanh() if index < 4 else values
+    return values.clamp(-1, 1).numpy()
+
+
+def test_help(tmp_path):
+    assert_helps("cleanrl_ppo", tmp_path)
+
+
+@pytest.mark.parametrize("env_id", [OURS, "walker_sim/Walker2d-v5"])
+def test_learns_and_acts(env_id, tmp_path):
+    arguments = ("--env", env_id, "--num-envs", 8, "--rollout", 128, "--steps", 2048)
+    text, agent = learn(tmp_path, *arguments)
+    lines = text.splitlines()
+    assert [line.split()[0] for line in lines] == ["1024", "2048"]
+    assert re.search(r"mean of the last [1-9]\d* returns -?\d", lines[-1])
+    assert all(values.isfinite().all() for values in agent.values())
+    assert agent["log_deviation"].abs().max() > 0, "it began as 0"
+    environment = gymnasium.make(env_id)
+    observation, _ = environment.reset(seed=1)
+    _, reward, *_ = environment.step(mean_action(agent, observation))
+    assert abs(reward) < 100, "nobody falls in the first step"
+
+
+def test_equal_policies_for_equal_seeds_also_on_gymnasiums_walkers(tmp_path):
+    """No episode ends in so few steps: then Gymnasium's second one would be in a used world."""
+    sizes = ("--num-envs", 4, "--rollout", 20, "--steps", 160)
+    text, agent = learn(tmp_path, *sizes, "--seed", 3)
+    assert "none ended yet" in text.splitlines()[-1]
+    assert equal(agent, learn(tmp_path, *sizes, "--seed", 3)[1])
+    assert not equal(agent, learn(tmp_path, *sizes, "--seed", 4)[1])
+    # Gymnasium's rewards are those of NumPy 2; NumPy 1.24 promotes types as that does by this.
+    theirs = ("--env", "BipedalWalker-v3", "--seed", 3)
+    assert equal(agent, learn(tmp_path, *sizes, *theirs, NPY_PROMOTION_STATE="weak")[1])

@@ -1,0 +1,62 @@
+"""examples/sb3_ppo.py: what it learns it saves, and acts with, here and over ROS."""
+
+import os
+import pathlib
+import re
+import sys
+import types
+
+import numpy as np
+import pytest
+from running import assert_helps, run_example
+from stable_baselines3 import PPO
+from walker_sim.sb3 import VecEnv
+
+NUM_ENVS = 4
+SIZES = ("--num-envs", NUM_ENVS, "--rollout", 32, "--episodes", 4)
+EVALUATED = re.compile(r"^return (\S+) \+- \S+ over 4 episodes$", re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def learnt(tmp_path_factory):
+    """The folder with the policy, and what was printed."""
+    folder = tmp_path_factory.mktemp("learnt")
+    return folder, run_example("sb3_ppo", *SIZES, "--steps", 256, folder=folder)
+
+
+def test_help(tmp_path):
+    assert_helps("sb3_ppo", tmp_path)
+
+
+def test_learns_with_a_progress_bar(learnt):
+    folder, text = learnt
+    assert "256/256" in text, "the progress bar's end"
+    assert re.search(r"total_timesteps *\| 256 ", text)
+    assert EVALUATED.search(text)
+    model = PPO.load(folder / "walker.zip", device="cpu")
+    assert model.num_timesteps == 256
+    observations = VecEnv("BipedalWalker-v3", NUM_ENVS).reset()
+    actions, _ = model.predict(observations, deterministic=True)
+    assert actions.shape == (NUM_ENVS, 4)
+    assert np.isfinite(actions).all()
+    assert np.abs(actions).max() <= 1
+
+
+def test_loaded_policy_does_the_same(learnt):
+    folder, text = learnt
+    again = run_example("sb3_ppo", *SIZES, "--load", "walker.zip", folder=folder)
+    assert EVALUATED.search(again)[0] == EVALUATED.search(text)[0]
+
+
+def test_loaded_policy_does_the_same_over_ros(learnt, tmp_path):
+    sys.path.append(str(pathlib.Path(__file__).parent.parent / "bench"))
+    from ros import Master
+
+    folder, text = learnt
+    programs = pathlib.Path(os.environ["WALKER_SIM_PROGRAMS"])
+    options = {"mode": "lockstep", "num_envs": NUM_ENVS, "autoreset_mode": "same_step"}
+    with Master(types.SimpleNamespace(folder=tmp_path, programs=programs)) as master:
+        name, _ = master.server(env="BipedalWalker-v3", **options)
+        where = ("--transport", "ros", "--server", name)
+        remote = run_example("sb3_ppo", *SIZES, "--load", "walker.zip", *where, folder=folder)
+    assert EVALUATED.search(remote)[0] == EVALUATED.search(text)[0]
