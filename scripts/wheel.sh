@@ -56,16 +56,21 @@ run_wheel_suite() {
 }
 
 run_wheel() {
-  local version python set
-  while read -r version python <&3; do
+  local pythons version python set
+  mapfile -t pythons < <(wheel_pythons)
+  if [ ${#pythons[@]} -eq 0 ] && selected wheel/; then
+    record step "wheel: no whole Python 3.10 to 3.13 is here" 1 "$logs"
+  fi
+  for python in "${pythons[@]}"; do
+    version=${python%% *}
     for set in oldest newest; do
       selected "wheel/$version/$set" || continue
-      if locked build_wheel "$build/wheel/$version" "$python"; then
-        run_wheel_suite "wheel/$version/$set" "$python"
+      if locked build_wheel "$build/wheel/$version" "${python#* }"; then
+        run_wheel_suite "wheel/$version/$set" "${python#* }"
       else
         record step "wheel/$version: build" 1 "$logs/build_wheel_$version.log"
         break
       fi
     done
-  done 3< <(wheel_pythons)
+  done
 }
