@@ -85,7 +85,7 @@ def _load_core() -> ModuleType:
 
 
 def __getattr__(name: str) -> Any:
-    if name == "_core":
+    if name == "_core":  # `from walker_sim import _core` looks here first
         return _load_core()
     if name in _HOMES:
         return getattr(importlib.import_module(f"walker_sim.{_HOMES[name]}"), name)
