@@ -75,7 +75,7 @@ class RemoteWalkers {
   py::dict specification() const { return to_dict(specification_); }
   /// What is there.
   py::dict server_specification() const { return to_dict(server_); }
-  /// A call came to no end, so the server may be another one now.
+  /// A call came to no end, or to an unexpected one, so the server may be another one now.
   bool is_lost() const { return is_lost_; }
 
   void reset(const py::object& seed, py::handle observation, py::handle info) {
@@ -168,6 +168,9 @@ class RemoteWalkers {
     } catch (const ConnectionError&) {
       is_lost_ = true;
       throw;
+    } catch (const RequestRefused&) {
+      is_lost_ = true;  // by what is known here it should have been made
+      throw;
     } catch (const Interrupted&) {
       is_lost_ = true;
       throw py::error_already_set();
@@ -232,7 +235,7 @@ class RemoteWalkers {
     return all;
   }
 
-  static constexpr const char* kLost = "step: the connection to the server was lost; reset first";
+  static constexpr const char* kLost = "step: the server or its episode was lost; reset first";
 
   Specification specification_;
   std::optional<Client> client_;

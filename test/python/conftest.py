@@ -4,8 +4,10 @@ what the benchmark knows of masters and servers."""
 import itertools
 import os
 import pathlib
+import signal
 import sys
 import types
+import xmlrpc.client
 
 import pytest
 
@@ -30,17 +32,25 @@ NUMBERS = itertools.count()
 @pytest.fixture
 def serve(master):
     """Starts a server in lock-step, in a namespace of its own: its name, and its process."""
-    from ros import stop
+    from ros import await_true, stop
 
     processes = []
+    services = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+
+    def uri_of(name):
+        return services.lookupService("/test", f"{name}/get_spec")[2]
 
     def start(env="BipedalWalker-v3", namespace=None, **parameters):
         parameters = {"mode": "lockstep", "publish_clock": "false", **parameters}
         namespace = namespace or f"/server_{next(NUMBERS)}"
+        before = uri_of(f"{namespace}/walker_sim")
         name, process = master.server(namespace=namespace, env=env, **parameters)
         processes.append(process)
+        # A server that was killed is known to the master until the next one of its name.
+        await_true(lambda: uri_of(name) not in (before, ""), f"another {name}", process)
         return name, process
 
     yield start
     for process in processes:
+        process.send_signal(signal.SIGCONT)  # a test may have halted it
         stop(process)

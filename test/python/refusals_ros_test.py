@@ -1,0 +1,308 @@
+"""What is refused over ROS: other servers than the one asked for, options, actions, calls."""
+
+import os
+import re
+import socket
+import threading
+import xmlrpc.server
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim  # registers the ids
+from walker_sim.environment import WalkerEnv
+from walkers import make_ours
+
+BATCH = "walker_sim/BipedalWalker-v3"
+
+
+def mismatch(server, *lines):
+    """The whole message; each line is (name, there, here)."""
+    texts = [f"{name} is {there} there; must be {here}" for name, there, here in lines]
+    return f"^{re.escape(f'the server {server}: ' + '; '.join(texts))}$"
+
+
+def make_single(server, environment_id="BipedalWalker-v3", **parameters):
+    return make_ours(environment_id, transport="ros", server=server, **parameters)
+
+
+# ---------------------------------------------------------------- another server
+
+
+def test_another_id(serve):
+    server, _ = serve("BipedalWalkerHardcore-v3", num_envs=2)
+    expected = mismatch(
+        server,
+        ("id", "BipedalWalkerHardcore-v3", "BipedalWalker-v3"),
+        ("num_envs", 2, 1),
+    )
+    with pytest.raises(walker_sim.ServerMismatch, match=expected):
+        make_single(server)
+
+
+def test_another_mode(serve):
+    server, _ = serve(mode="free", paused="true")
+    expected = mismatch(server, ("mode", "free", "lockstep"))
+    with pytest.raises(walker_sim.ServerMismatch, match=expected):
+        make_single(server)
+
+
+def test_all_differences_are_listed(serve):
+    server, _ = serve(
+        "Walker2d-v5", num_envs=3, autoreset_mode="same_step", healthy_reward=0.5, frame_skip=2
+    )
+    expected = mismatch(
+        server,
+        ("num_envs", 3, 2),
+        ("autoreset_mode", "same_step", "next_step"),
+        ("frame_skip", 2, 4),
+        ("healthy_reward", 0.5, 1.0),
+    )
+    with pytest.raises(walker_sim.ServerMismatch, match=expected):
+        gymnasium.make_vec("walker_sim/Walker2d-v5", 2, transport="ros", server=server)
+
+
+def test_a_single_walker_asks_for_no_autoreset_mode(serve):
+    server, _ = serve(autoreset_mode="same_step")
+    make_single(server).reset(seed=1)
+
+
+@pytest.mark.parametrize("limit", [100, 1600, 0])
+def test_the_time_limit(serve, limit):
+    server, _ = serve(max_episode_steps=limit)
+    wanted = {"make": {100: 100, 1600: None, 0: -1}, "class": {100: 100, 1600: None, 0: 0}}
+
+    def outcome(make, **options):
+        try:
+            make(transport="ros", server=server, **options)
+        except walker_sim.ServerMismatch as error:
+            return str(error)
+        return "accepted"
+
+    def constructed(**options):
+        return WalkerEnv("BipedalWalker-v3", **options)
+
+    def made(**options):
+        return gymnasium.make(BATCH, **options)
+
+    def made_of_specification(**options):
+        specification = gymnasium.spec(BATCH)
+        specification.max_episode_steps = options.pop("max_episode_steps", 1600)
+        return gymnasium.make(specification, **options)
+
+    def vectorised(**options):
+        return gymnasium.make_vec(BATCH, 1, **options)
+
+    def synchronous(**options):
+        return gymnasium.make_vec(BATCH, 1, vectorization_mode="sync", **options)
+
+    for key, make in (
+        ("make", made),
+        ("make", vectorised),
+        ("make", synchronous),
+        ("class", constructed),
+    ):
+        for there, option in wanted[key].items():
+            options = {} if option is None else {"max_episode_steps": option}
+            expected = (
+                "accepted"
+                if there == limit
+                else f"the server {server}: max_episode_steps is {limit} there; must be {there}"
+            )
+            assert outcome(make, **options) == expected, (make, option)
+    if limit == 100:
+        assert outcome(made_of_specification, max_episode_steps=100) == "accepted"
+        assert "must be 1600" in outcome(made_of_specification)
+
+
+# ---------------------------------------------------------------- options
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        (
+            {"server": "walker_sim"},
+            ValueError,
+            'server = "walker_sim"; must be a node\'s full name',
+        ),
+        ({"server": None}, TypeError, "server = None: must be a str"),
+        ({"master_uri": 11311}, TypeError, "master_uri = 11311: must be a str"),
+        ({"master_uri": "localhost:11311"}, ValueError, 'master_uri = "localhost:11311"; must be'),
+        ({"timeout": "10"}, TypeError, "timeout = '10': must be a number of seconds"),
+        ({"timeout": 0}, ValueError, "timeout = 0.0+ s; must be above 0"),
+        ({"timeout": float("nan")}, ValueError, "timeout = nan s; must be above 0"),
+        ({"hardcoer": True}, ValueError, "hardcoer"),
+    ],
+)
+@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
+def test_options(options, error, message, make):
+    with pytest.raises(error, match=message):
+        make(BATCH, transport="ros", **options)
+
+
+def test_the_master_comes_from_the_environment_or_the_keyword(serve, monkeypatch):
+    uri = os.environ["ROS_MASTER_URI"]
+    server, _ = serve()
+    make_single(server).reset(seed=1)
+    with socket.socket() as free:
+        free.bind(("localhost", 0))
+        dead = f"http://localhost:{free.getsockname()[1]}"
+    refused = (
+        f"^ROS master {dead}: Connection refused; is it running, and is this its ROS_MASTER_URI"
+    )
+    with pytest.raises(walker_sim.ConnectionError, match=refused):
+        make_single(server, master_uri=dead)
+    monkeypatch.setenv("ROS_MASTER_URI", dead)
+    with pytest.raises(walker_sim.ConnectionError, match=refused):
+        make_single(server)
+    make_single(server, master_uri=uri).reset(seed=1)
+    monkeypatch.delenv("ROS_MASTER_URI")
+    with pytest.raises(ConnectionError, match=r"^ROS master http://localhost:11311: "):
+        make_single(server)
+
+
+# ---------------------------------------------------------------- no such server
+
+
+def test_a_node_without_the_services(master):
+    with pytest.raises(
+        walker_sim.ConnectionError,
+        match=r"it does not know /rosout/get_spec .*is the server running",
+    ):
+        make_single("/rosout")
+
+
+def test_another_version(master):
+    """Of the service's definition, which the server tells with its MD5."""
+    with socket.create_server(("localhost", 0)) as server:
+
+        def introduce():
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(4096)
+                field = b"md5sum=0123456789abcdef"
+                body = len(field).to_bytes(4, "little") + field
+                connection.sendall(len(body).to_bytes(4, "little") + body)
+
+        other_master = xmlrpc.server.SimpleXMLRPCServer(("localhost", 0), logRequests=False)
+        uri = f"rosrpc://localhost:{server.getsockname()[1]}"
+        other_master.register_function(lambda *_: [1, "", uri], "lookupService")
+        threads = [
+            threading.Thread(target=introduce),
+            threading.Thread(target=other_master.handle_request),
+        ]
+        for thread in threads:
+            thread.start()
+        master_uri = f"http://localhost:{other_master.server_address[1]}"
+        with pytest.raises(walker_sim.ConnectionError, match="has the MD5 0123456789abcdef; here"):
+            make_single("/walker_sim", master_uri=master_uri)
+        for thread in threads:
+            thread.join()
+        other_master.server_close()
+
+
+# ---------------------------------------------------------------- calls
+
+
+def refusal(call):
+    with pytest.raises(Exception) as caught:
+        call()
+    return type(caught.value), str(caught.value)
+
+
+def test_a_single_walker_refuses_as_in_process(serve):
+    server, _ = serve(max_episode_steps=2)
+    remote = WalkerEnv("BipedalWalker-v3", transport="ros", server=server, max_episode_steps=2)
+    local = WalkerEnv("BipedalWalker-v3", max_episode_steps=2)
+
+    def same(call):
+        ours, theirs = refusal(lambda: call(remote)), refusal(lambda: call(local))
+        assert ours == theirs
+        return ours[0]
+
+    good = np.zeros(4, np.float32)
+    assert same(lambda walker: walker.step(good)) is walker_sim.ResetNeeded
+    for walker in (remote, local):
+        walker.reset(seed=1)
+    for value in (np.nan, np.inf, -np.inf):
+        bad = np.array([0, 0, value, 0], np.float32)
+        assert same(lambda walker: walker.step(bad)) is walker_sim.InvalidAction  # noqa: B023
+    assert same(lambda walker: walker.step(np.zeros(3))) is walker_sim.InvalidAction
+    for walker in (remote, local):
+        walker.step(good)
+        walker.step(good)
+    assert same(lambda walker: walker.step(good)) is walker_sim.ResetNeeded
+    for walker in (remote, local):
+        walker.close()
+        walker.close()
+    assert same(lambda walker: walker.step(good)) is gymnasium.error.ClosedEnvironmentError
+
+
+@pytest.mark.parametrize("mode", ["next_step", "disabled"])
+def test_a_batch_refuses_as_in_process(serve, mode):
+    options = {"max_episode_steps": 2, "autoreset_mode": mode}
+    server, _ = serve(num_envs=3, **options)
+    remote = gymnasium.make_vec(BATCH, 3, transport="ros", server=server, **options)
+    local = gymnasium.make_vec(BATCH, 3, **options)
+    good = np.zeros((3, 4), np.float32)
+
+    def same(call):
+        ours, theirs = refusal(lambda: call(remote)), refusal(lambda: call(local))
+        assert ours == theirs
+        return ours[0]
+
+    assert same(lambda walkers: walkers.step(good)) is walker_sim.ResetNeeded
+    for walkers in (remote, local):
+        walkers.reset(seed=1)
+    bad = good.copy()
+    bad[1, 2] = np.nan
+    assert same(lambda walkers: walkers.step(bad)) is walker_sim.InvalidAction
+    assert same(lambda walkers: walkers.step(good[:2])) is walker_sim.InvalidAction
+    for walkers in (remote, local):
+        walkers.step(good)
+        walkers.step(good)
+    if mode == "disabled":
+        assert same(lambda walkers: walkers.step(good)) is walker_sim.ResetNeeded
+        for walkers in (remote, local):
+            walkers.reset(options={"reset_mask": np.array([True, False, True])})
+        assert same(lambda walkers: walkers.step(good)) is walker_sim.ResetNeeded
+    else:
+        remote.step(good)
+    for walkers in (remote, local):
+        walkers.close()
+        walkers.close()
+    assert same(lambda walkers: walkers.step(good)) is gymnasium.error.ClosedEnvironmentError
+
+
+def test_a_seed_beyond_64_bits(serve):
+    server, _ = serve()
+    walker = make_single(server)
+    with pytest.raises(ValueError, match=f"seed = {2**64}: must be an integer from 0 to"):
+        walker.reset(seed=2**64)
+    walker.reset(seed=2**64 - 1)
+
+
+def test_the_servers_generator_is_out_of_reach(serve):
+    server, _ = serve()
+    walker = make_single(server).unwrapped
+    walker.reset(seed=1)
+    message = "np_random: over ROS there is none"
+    with pytest.raises(AttributeError, match=message):
+        walker.np_random  # noqa: B018
+    with pytest.raises(AttributeError, match=message):
+        walker.np_random = np.random.default_rng(1)
+
+
+def test_what_only_the_server_refuses(serve):
+    """An episode that is ended behind this client's back; the words are the server's."""
+    server, _ = serve(max_episode_steps=1)
+    options = {"transport": "ros", "server": server, "max_episode_steps": 1}
+    one, other = (WalkerEnv("BipedalWalker-v3", **options) for _ in range(2))
+    one.reset(seed=1)
+    other.reset(seed=1)
+    other.step(np.zeros(4))
+    with pytest.raises(walker_sim.RequestRefused, match="the episode ended after 1 steps"):
+        one.step(np.zeros(4))
+    one.reset(seed=1)
+    one.step(np.zeros(4))

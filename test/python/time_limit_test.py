@@ -1,0 +1,77 @@
+"""What gymnasium.make keeps to itself, in the Gymnasium that is installed."""
+
+import gymnasium
+import pytest
+from walker_sim.time_limit import limit_of_make
+
+
+class Probe(gymnasium.Env):
+    """Notes which limit it is told of."""
+
+    observation_space = action_space = gymnasium.spaces.Discrete(1)
+
+    def __init__(self):
+        self.limit = limit_of_make(Probe)
+
+
+class Descendant(Probe):
+    def __init__(self):
+        super().__init__()
+
+
+class Container(Probe):
+    """Somebody's environment that holds another one."""
+
+    def __init__(self):
+        self.limit = limit_of_make(Descendant)
+
+
+@pytest.fixture(autouse=True, params=[70, None])
+def registered(request):
+    """The limits under which the ids are registered."""
+    names = {}
+    for environment in (Probe, Descendant, Container):
+        names[environment] = f"{environment.__name__}-v0"
+        gymnasium.register(
+            names[environment], entry_point=environment, max_episode_steps=request.param
+        )
+    yield request.param or 0
+    for name in names.values():
+        del gymnasium.registry[name]
+
+
+def limit_of(*arguments, **options):
+    return gymnasium.make(*arguments, **options).unwrapped.limit
+
+
+@pytest.mark.parametrize("name", ["Probe-v0", "Descendant-v0"])
+def test_make_tells_its_limit(name, registered):
+    assert limit_of(name) == registered
+    assert limit_of(name, max_episode_steps=None) == registered
+    assert limit_of(name, max_episode_steps=5) == 5
+    assert limit_of(name, 5) == 5
+    assert limit_of(name, max_episode_steps=-1) == 0
+
+
+def test_a_specification_tells_its_own(registered):
+    specification = gymnasium.spec("Probe-v0")
+    assert limit_of(specification) == registered
+    specification.max_episode_steps = 9
+    assert limit_of(specification) == 9
+    assert limit_of(specification, max_episode_steps=5) == 5
+
+
+def test_the_same_in_gymnasiums_vector_environments(registered):
+    def make():
+        return gymnasium.make("Probe-v0", max_episode_steps=5)
+
+    assert gymnasium.vector.SyncVectorEnv([make]).envs[0].unwrapped.limit == 5
+
+
+def test_past_make_there_is_none():
+    assert Probe().limit is None
+    assert Descendant().limit is None
+
+
+def test_the_limit_of_another_environment_is_none():
+    assert limit_of("Container-v0", max_episode_steps=5) is None
