@@ -3,6 +3,8 @@
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
@@ -203,7 +205,7 @@ def test_generators_can_be_looked_at_and_put_in_place(envs):
 def test_masks_are_refused_as_sync_vector_env_refuses_them(envs, mask, error, words):
     theirs = SyncVectorEnv([make_single] * NUM_ENVS)
     theirs.reset(seed=1)
-    with pytest.raises(error):
+    with pytest.raises((error, AssertionError)):  # it asserted before Gymnasium 1.2
         theirs.reset(options={"reset_mask": mask})
     with raises(error, words):
         envs.reset(options={"reset_mask": mask})
@@ -291,6 +293,43 @@ def test_what_is_under_way_is_received_first():
     envs.step(zeros(envs))
 
 
+def test_what_only_walkers_of_this_process_have(monkeypatch):
+    """Those of a server, which need none here."""
+    specification = make()._walkers.specification
+    remote = SimpleNamespace(specification=specification, close=lambda: None)
+    monkeypatch.setattr("walker_sim.vector_environment.make_walkers", lambda *_: remote)
+    envs = make()
+    calls = {
+        "send": lambda: envs.send(zeros(envs)),
+        "recv": envs.recv,
+        "async_reset": envs.async_reset,
+        "np_random": lambda: envs.np_random,
+        "np_random_seed": lambda: envs.np_random_seed,
+        "num_threads": lambda: envs.num_threads,
+    }
+    for name, call in calls.items():
+        with raises(AttributeError, f'{name}: not over ROS; only with transport="inprocess"'):
+            call()
+
+
+def test_threads_take_turns():
+    """Two that step the same walkers get the steps of both, each whole."""
+    envs, twin = make(num_threads=2), make()
+    envs.reset(seed=1)
+    twin.reset(seed=1)
+    actions = zeros(envs)
+    expected = [twin.step(actions)[0].tobytes() for _ in range(40)]
+
+    def play(_):
+        return [envs.step(actions)[0].tobytes() for _ in range(20)]
+
+    with ThreadPoolExecutor(2) as executor:
+        halves = list(executor.map(play, range(2)))
+    assert sorted(halves[0] + halves[1]) == sorted(expected)
+    for half in halves:
+        assert half == sorted(half, key=expected.index)
+
+
 @pytest.mark.parametrize("name", ["spec", "envs", "reset"])
 def test_attributes_that_the_walkers_have_not(envs, name):
     with raises(AttributeError, f"{name}: the walkers have no such attribute; must be one of np_r"):
@@ -348,7 +387,7 @@ def test_gymnasiums_wrappers_see_no_difference(name, mode):
     ]
     if mode == "same_step" and name in NEXT_STEP_ONLY:
         for side in sides:
-            with pytest.raises(ValueError, match="NEXT_STEP"):
+            with pytest.raises((ValueError, AssertionError)):
                 WRAPPERS[name](side)
         return
     sides = [WRAPPERS[name](side) for side in sides]

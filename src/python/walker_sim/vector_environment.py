@@ -316,7 +316,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         """The walkers, for what only those in this process have."""
         self._need_open(name)
         if not isinstance(self._walkers, InProcessWalkers):
-            raise AttributeError(f'{name}: over ROS there is none; only with transport="inprocess"')
+            raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
         return self._walkers
 
     def _add_ends(
