@@ -56,10 +56,11 @@ def write_plot(
 
     for end in kinds:
         color, mark = ENDS[end]
-        label = f"{end} ({summary.ends[end]:.0%})"
+        label = f"{end} {summary.ends[end]:.1%}"
         at = order[chosen[end]], returns[chosen[end]]
         by_seed.scatter(*at, s=18, color=color, marker=mark, label=label, alpha=0.85)
-    by_seed.set(xlabel="seed", ylabel="return of the episode")
+    margin = 0.5 + len(episodes) / 100
+    by_seed.set(xlabel="seed", ylabel="return", xlim=(-margin, len(episodes) - 1 + margin))
     by_seed.xaxis.set_major_formatter(lambda position, _: _seed_at(episodes, position))
     by_seed.xaxis.get_major_locator().set_params(integer=True)
 
@@ -68,6 +69,8 @@ def write_plot(
         [returns[chosen[end]] for end in kinds],
         bins,
         stacked=True,
+        edgecolor="white",
+        linewidth=0.5,
         orientation="horizontal",
         color=[ENDS[end][0] for end in kinds],
         alpha=0.85,
@@ -76,7 +79,13 @@ def write_plot(
     spread.xaxis.get_major_locator().set_params(integer=True)
     for axes in (by_seed, spread):
         _draw_mean(axes, summary, threshold)
-    figure.legend(*by_seed.get_legend_handles_labels(), loc="outside lower center", ncols=6)
+    figure.legend(
+        *by_seed.get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=len(kinds) + 3,
+        fontsize="small",
+        frameon=False,
+    )
     figure.savefig(path, dpi=150)
 
 
