@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 import termios
+import time
 
 import pytest
 import walker_sim
@@ -47,6 +48,7 @@ def test_interrupt_ends_with_130(tmp_path):
     )
     while not (tmp_path / "began").exists():
         assert process.poll() is None
+        time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     out, error = process.communicate(timeout=120)
     assert (process.returncode, out, error) == (130, "", "interrupted\n")
@@ -73,6 +75,14 @@ def test_progress_bar_is_for_a_terminal(on_terminal):
     assert process.wait(timeout=120) == 0
     assert (b"0/20" in shown and b" episodes" in shown) == on_terminal
     assert b"a second, policy included" in shown
+
+
+def test_an_encoding_without_bars():
+    environment = {**os.environ, "PYTHONIOENCODING": "latin-1"}
+    arguments = ["evaluate", "BipedalWalker-v3", "--policy", "zero", "--episodes", "3"]
+    shown = run(*arguments, env=environment, stdout=subprocess.PIPE)
+    assert shown.returncode == 0
+    assert b"  ????" in shown.stdout
 
 
 def test_a_reader_that_has_seen_enough():
