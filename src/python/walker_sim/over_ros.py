@@ -57,7 +57,8 @@ class Connection:
                 raise TypeError(f"{name} = {value!r}: must be a str")
         if not isinstance(timeout, numbers.Real):
             raise TypeError(f"timeout = {timeout!r}: must be a number of seconds")
-        self._required = required
+        self._required: Specification = required
+        self._options: tuple[str, dict[str, Any], str, str, float]
         self._options = (env_id, dict(parameters), server, master_uri, float(timeout))
         self._client: _core.Client | None = None
         self.specification: Specification = self.open().specification
