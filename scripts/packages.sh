@@ -1,6 +1,6 @@
 # shellcheck shell=bash
 # The distribution's packages, by system: what every command needs, what ./scripts/test needs on top
-# for its lints, and what watching the walker in rviz needs. Read by setup.sh.
+# for its lints and examples, and what watching the walker in rviz needs. Read by setup.sh.
 # shellcheck disable=SC2034  # used by setup.sh
 
 common_packages=(build-essential ca-certificates cmake git libbox2d-dev libgtest-dev
@@ -22,6 +22,7 @@ packages_of_debian_12() {
     base_packages+=("lib$x-msgs-dev" "ros-$x-msgs" "python3-$x-msgs")
   done
   view_packages=(rviz libgl1-mesa-dri libegl-mesa0)
+  example_packages=(python3-torch)
 }
 
 # Untested: nobody has run this on Ubuntu 20.04 yet.
@@ -34,4 +35,5 @@ packages_of_ubuntu_20_04() {
   done
   for x in "${message_packages[@]}"; do base_packages+=("ros-noetic-$x-msgs"); done
   view_packages=(ros-noetic-rviz libgl1-mesa-dri)
+  example_packages=() # it has no PyTorch
 }

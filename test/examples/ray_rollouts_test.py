@@ -1,6 +1,7 @@
 """examples/ray_rollouts.py: the same numbers however many actors, and no process left behind."""
 
 import pathlib
+import tempfile
 import time
 
 import gymnasium
@@ -15,8 +16,10 @@ STEPS = 120
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory):
-    return tmp_path_factory.mktemp("ray")
+def home():
+    """For what Ray writes down. Its sockets are there too, and a socket's name may be 107 long."""
+    with tempfile.TemporaryDirectory(prefix="ray_", dir="/tmp") as folder:
+        yield pathlib.Path(folder)
 
 
 def ray_home(folder):

@@ -195,8 +195,10 @@ def test_bad_use():
     environments.reset()
     with pytest.raises(RuntimeError, match="step_wait without actions; step_async gives them"):
         environments.step_wait()
-    with pytest.raises(walker_sim.InvalidAction, match="7"):
-        environments.step(np.zeros(7))
+    with pytest.raises(walker_sim.InvalidAction, match=r"shape \(4, 2\); must have \(2, 4\)"):
+        environments.step(np.zeros((4, 2)))
+    with pytest.raises(walker_sim.InvalidAction, match="nan"):
+        environments.step(np.full((2, 4), np.nan))
     environments.step(np.zeros((2, 4)))
     environments.close()
     environments.close()

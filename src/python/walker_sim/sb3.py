@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.registration import NAMESPACE
 from walker_sim.spaces import action_space_of, observation_space_of
-from walker_sim.transport import make_walkers
+from walker_sim.transport import make_walkers, to_actions
 
 Infos = List[Dict[str, Any]]
 
@@ -38,9 +38,9 @@ class VecEnv(vec_env.VecEnv):
     timeout
         Over ROS: of each call [s of wall time].
     num_threads
-        In process: 0 for as many as there are cores.
+        In process, the caller's among them; 0: one for each processor. Results do not depend on it.
     max_episode_steps
-        On which step an episode is truncated. None: the id's own limit; 0: never.
+        On which step an episode is truncated. None: the id's own limit; -1 or 0: never.
     render_mode
         None: there is no rendering yet.
     parameters
@@ -89,6 +89,7 @@ class VecEnv(vec_env.VecEnv):
         self.spec = gymnasium.registry.get(f"{NAMESPACE}/{env_id}")
         self._info_names: list[str] = specification["info_names"]
         self._parameter_names = frozenset(specification["parameters"])
+        self._action_size = len(specification["action_low"])
         self._actions: NDArray[np.float64] | None = None
         self._is_closed = False
         observation_space = observation_space_of(specification)
@@ -122,7 +123,7 @@ class VecEnv(vec_env.VecEnv):
 
     def step_async(self, actions: NDArray[Any]) -> None:
         """Takes actions, shape (num_envs, action size), for `step_wait`."""
-        self._actions = np.array(actions, np.float64, order="C")
+        self._actions = to_actions(actions, self.num_envs, self._action_size)
 
     def step_wait(self) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], Infos]:
         """Advances each world by `dt`.
@@ -140,7 +141,7 @@ class VecEnv(vec_env.VecEnv):
         Raises
         ------
         walker_sim.InvalidAction
-            For a wrong size, or a value that is not finite. Nothing has moved.
+            For a wrong shape, or a value that is not finite. Nothing has moved.
         walker_sim.ResetNeeded
             Before the first reset.
         """

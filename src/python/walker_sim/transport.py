@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any, Dict, NamedTuple, Protocol, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from walker_sim.errors import InvalidAction
 
 TRANSPORTS = ("inprocess", "ros")
 
@@ -74,6 +76,14 @@ class Walkers(Protocol):
 
     def close(self) -> None:
         """Lets go of what it holds."""
+
+
+def to_actions(actions: ArrayLike, count: int, size: int) -> NDArray[np.float64]:
+    """As walkers take them, shape (count, size)."""
+    array = np.ascontiguousarray(actions, np.float64)
+    if array.shape != (count, size):
+        raise InvalidAction(f"actions have shape {array.shape}; must have ({count}, {size})")
+    return array
 
 
 def make_walkers(

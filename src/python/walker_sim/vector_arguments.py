@@ -9,8 +9,6 @@ import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from walker_sim.errors import InvalidAction
-
 try:
     from gymnasium.vector import AutoresetMode as AutoresetMode
 except ImportError as error:
@@ -68,14 +66,6 @@ def checked_mask(mask: Any, num_envs: int) -> NDArray[np.bool_]:
     if not mask.any():
         raise ValueError("options['reset_mask'] is False everywhere; must be True somewhere")
     return mask
-
-
-def to_actions(actions: ArrayLike, count: int, size: int) -> NDArray[np.float64]:
-    """Shape (count, size)."""
-    array = np.ascontiguousarray(actions, np.float64)
-    if array.shape != (count, size):
-        raise InvalidAction(f"actions have shape {array.shape}; must have ({count}, {size})")
-    return array
 
 
 def to_indices(env_ids: ArrayLike | None, num_envs: int) -> list[int]:

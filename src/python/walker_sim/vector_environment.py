@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.spaces import action_space_of, observation_space_of
-from walker_sim.transport import make_walkers
+from walker_sim.transport import make_walkers, to_actions
 from walker_sim.vector_arguments import (
     AutoresetMode,
     Seeds,
     checked_mask,
-    to_actions,
     to_count,
     to_indices,
     to_mode,
