@@ -10,6 +10,7 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from walker_sim.errors import InvalidAction
+from walker_sim.rendering import check_render_mode
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.time_limit import limit_of_make
 from walker_sim.transport import TRANSPORTS, Walker
@@ -110,10 +111,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        if render_mode is not None:
-            raise ValueError(
-                f"render_mode = {render_mode!r}: there is no rendering yet; must be None"
-            )
+        check_render_mode(render_mode)
         self.render_mode = None
         self._transport = transport
         self._walker = make_walker(

@@ -11,6 +11,7 @@ from stable_baselines3.common import vec_env
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.registration import NAMESPACE
+from walker_sim.rendering import check_render_mode
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.transport import make_walkers, to_actions
 
@@ -73,10 +74,7 @@ class VecEnv(vec_env.VecEnv):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        if render_mode is not None:
-            raise ValueError(
-                f"render_mode = {render_mode!r}: there is no rendering yet; must be None"
-            )
+        check_render_mode(render_mode)
         if env_id.startswith(f"{NAMESPACE}/"):
             env_id = env_id[len(NAMESPACE) + 1 :]
         if max_episode_steps is not None:

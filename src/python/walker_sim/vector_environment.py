@@ -11,6 +11,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.in_process import InProcessWalkers
+from walker_sim.rendering import check_render_mode
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.transport import make_walkers, to_actions
 from walker_sim.vector_arguments import (
@@ -83,10 +84,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         **parameters: Any,
     ) -> None:
         self.closed = True  # until there is something to close
-        if render_mode is not None:
-            raise ValueError(
-                f"render_mode = {render_mode!r}: there is no rendering yet; must be None"
-            )
+        check_render_mode(render_mode)
         self.render_mode = None
         self.autoreset_mode = to_mode(autoreset_mode)
         if max_episode_steps is not None:
