@@ -47,9 +47,8 @@ TEST_P(PoolRaceTest, StepsWithoutARace) {
 }
 
 TEST_P(PoolRaceTest, SendsAndReceivesWithoutARace) {
-  std::vector<std::uint32_t> environments{0, 1, 2, 3, 4, 5};
-  pool_.send(draw_actions(kCount).data(), environments.data(), kCount);
-  environments.resize(2);
+  pool_.send_resets({});
+  std::vector<std::uint32_t> environments(2);
   for (int i = 0; i < 3 * kRounds; ++i) {
     pool_.recv(arrays_.batch(), environments.data());
     pool_.send(draw_actions(2).data(), environments.data(), 2);

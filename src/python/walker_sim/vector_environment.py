@@ -209,7 +209,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         batch = walkers.step(to_actions(actions, self.num_envs, self._action_size))
         infos = to_infos(self._info_names, batch.info)
         ended = batch.terminated | batch.truncated
-        if ended.any():
+        if np.count_nonzero(ended):
             self._add_ends(infos, ended, walkers.final_rows, walkers.error)
         return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
 
@@ -265,7 +265,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         infos = to_infos(self._info_names, batch.info)
         infos["env_id"] = np.array(environments, np.int32)
         ended = batch.terminated | batch.truncated
-        if ended.any():
+        if np.count_nonzero(ended):
             self._add_ends(
                 infos, ended, pool.final_rows_received, lambda row: pool.error(environments[row])
             )

@@ -7,6 +7,8 @@ from typing import Any, Callable, Dict, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from walker_sim import _core
+
 Infos = Dict[str, Any]
 """By name an array with an element for each row, by ``_name`` the mask of the rows that have it."""
 
@@ -27,13 +29,13 @@ def to_infos(
     """
     if not names:
         return {}
-    is_there = info == info
     if rows is not None:
-        is_there &= rows[:, np.newaxis]
-    columns = np.where(is_there, info, 0.0).T.copy()
-    masks = is_there.T.copy()
+        info = np.where(rows[:, np.newaxis], info, np.nan)
+    columns = np.empty(info.shape[::-1])
+    masks = np.empty(info.shape[::-1], np.bool_)
+    has_any = _core.info_columns(info, len(names), columns, masks)
     infos: Infos = {}
-    for name, column, mask, is_anywhere in zip(names, columns, masks, masks.any(axis=1).tolist()):
+    for name, column, mask, is_anywhere in zip(names, columns, masks, has_any):
         if is_anywhere:
             infos[name] = column
             infos[f"_{name}"] = mask
@@ -52,7 +54,7 @@ def add_errors(infos: Infos, ended: NDArray[np.bool_], error_of: Callable[[int],
     error_of
         By row; empty without an error.
     """
-    texts = {row: error_of(row) for row in np.flatnonzero(ended).tolist()}
+    texts = {row: error_of(row) for row in ended.nonzero()[0].tolist()}
     texts = {row: text for row, text in texts.items() if text}
     if texts:
         infos["error"], infos["_error"] = objects(len(ended), texts.keys(), texts.values())
@@ -74,7 +76,7 @@ def add_finals(
     final_info
         Of the same rows.
     """
-    rows = np.flatnonzero(ended)
+    rows = ended.nonzero()[0]
     infos["final_obs"], infos["_final_obs"] = objects(len(ended), rows, observations[rows])
     infos["final_info"], infos["_final_info"] = final_info, ended.copy()
 
