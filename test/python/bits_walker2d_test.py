@@ -18,7 +18,7 @@ from gymnasium_reference import (
     play_episode,
 )
 from recording_file import read_sessions
-from walker2d_reference import IDS, INFO_NAMES, KINDS, Actions, comparable, play
+from walker2d_reference import IDS, INFO_NAMES, KINDS, OTHER_PARAMETERS, Actions, comparable, play
 from walkers import make_ours, make_reference, random_actions
 
 STEPS = 20
@@ -74,17 +74,7 @@ def test_first_steps(environment_id, kind):
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-@pytest.mark.parametrize(
-    "parameters",
-    [
-        {"forward_reward_weight": 2.5, "ctrl_cost_weight": 0.3, "healthy_reward": 1.5},
-        {"healthy_z_range": (1.2, 1.26), "healthy_angle_range": (-0.1, 0.1)},
-        {"healthy_z_range": (1.2, 1.26), "terminate_when_unhealthy": False},
-        {"reset_noise_scale": 0.05},
-        {"exclude_current_positions_from_observation": False},
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize("parameters", OTHER_PARAMETERS, ids=str)
 def test_parameters(environment_id, parameters):
     """Several resets in one environment."""
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]

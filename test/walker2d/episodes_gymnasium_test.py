@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium_reference import Plan, Session, equal_bits
-from walker2d_reference import IDS, MODELS, play
+from walker2d_reference import IDS, MODELS, OTHER_PARAMETERS, play
 
 STEPS = 20
 NEAR = 1e-9
@@ -73,17 +73,7 @@ def test_first_steps(rollout, environment_id, kind, near, far):
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-@pytest.mark.parametrize(
-    "parameters",
-    [
-        {"forward_reward_weight": 2.5, "ctrl_cost_weight": 0.3, "healthy_reward": 1.5},
-        {"healthy_z_range": (1.2, 1.26), "healthy_angle_range": (-0.1, 0.1)},
-        {"healthy_z_range": (1.2, 1.26), "terminate_when_unhealthy": False},
-        {"reset_noise_scale": 0.05},
-        {"exclude_current_positions_from_observation": False},
-    ],
-    ids=str,
-)
+@pytest.mark.parametrize("parameters", OTHER_PARAMETERS, ids=str)
 def test_parameters(rollout, environment_id, parameters):
     """Several resets in one environment."""
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]

@@ -16,6 +16,14 @@ INFO_NAMES = {
     "Walker2d-v4": ("x_position", "x_velocity"),
     "Walker2d-v5": ("x_position", "z_distance_from_origin", "x_velocity", *REWARD_TERMS),
 }
+# Sets of parameters away from their defaults.
+OTHER_PARAMETERS = (
+    {"forward_reward_weight": 2.5, "ctrl_cost_weight": 0.3, "healthy_reward": 1.5},
+    {"healthy_z_range": (1.2, 1.26), "healthy_angle_range": (-0.1, 0.1)},
+    {"healthy_z_range": (1.2, 1.26), "terminate_when_unhealthy": False},
+    {"reset_noise_scale": 0.05},
+    {"exclude_current_positions_from_observation": False},
+)
 # Gymnasium's own models, by the environment that they belong to.
 MODELS = {
     environment_id: pathlib.Path(mujoco_env.__file__).parent / "assets" / name

@@ -9,7 +9,7 @@ from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.transport import Batch, Specification
+from walker_sim.transport import Batch, Rows, Specification
 
 GeneratorState = Tuple[int, int, int, int, int, int]
 """PCG64's state and increment, high and low 64 bits each, has_uint32, uinteger."""
@@ -92,37 +92,24 @@ class InProcessWalkers:
         self.num_envs = self._pool.num_envs
         self.num_threads = self._pool.num_threads
         self.batch_size = self._pool.batch_size
-        self._observation_size = len(self.specification["observation_low"])
-        self._num_infos = len(self.specification["info_names"])
-        self._dtype = np.dtype(self.specification["observation_dtype"])
+        self._rows = Rows(self.specification)
         self._seeds: list[int | None] = [None] * num_envs
-
-    def _rows(self, count: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        return (
-            np.empty((count, self._observation_size), self._dtype),
-            np.empty((count, self._num_infos)),
-        )
-
-    def _batch(self, count: int) -> Batch:
-        observations, info = self._rows(count)
-        flags = np.empty((2, count), np.bool_)
-        return Batch(observations, np.empty(count), flags[0], flags[1], info)
 
     def reset(
         self, environments: list[int], seeds: Sequence[int | None]
     ) -> tuple[NDArray[Any], NDArray[np.float64]]:
         self._seed(environments, seeds)
-        observations, info = self._rows(self.num_envs)
+        observations, info = self._rows.of_reset(self.num_envs)
         self._pool.reset(environments, observations, info)
         return observations, info
 
     def step(self, actions: NDArray[np.float64]) -> Batch:
-        batch = self._batch(self.num_envs)
+        batch = self._rows.of_step(self.num_envs)
         self._pool.step(actions, *batch)
         return batch
 
     def final_rows(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        observations, info = self._rows(self.num_envs)
+        observations, info = self._rows.of_reset(self.num_envs)
         self._pool.final_rows(observations, info)
         return observations, info
 
@@ -140,12 +127,12 @@ class InProcessWalkers:
 
     def recv(self) -> tuple[Batch, list[int]]:
         """The next `batch_size` that have arrived, and which these are."""
-        batch = self._batch(self.batch_size)
+        batch = self._rows.of_step(self.batch_size)
         return batch, self._pool.recv(*batch)
 
     def final_rows_received(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
         """As `final_rows`, in the order of the last `recv`."""
-        observations, info = self._rows(self.batch_size)
+        observations, info = self._rows.of_reset(self.batch_size)
         self._pool.final_rows_received(observations, info)
         return observations, info
 

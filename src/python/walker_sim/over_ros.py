@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.errors import ServerMismatch
-from walker_sim.transport import Batch, Specification
+from walker_sim.transport import Batch, Rows, Specification
 
 
 def differences(wanted: Specification, found: Specification) -> list[str]:
@@ -157,36 +157,27 @@ class RemoteWalkers:
         self._connection = Connection(env_id, parameters, required, server, master_uri, timeout)
         self.specification = self._connection.specification
         self.num_envs = num_envs
-        self._observation_size = len(self.specification["observation_low"])
-        self._num_infos = len(self.specification["info_names"])
-        self._dtype = np.dtype(self.specification["observation_dtype"])
-        self._observations, self._info = self._rows(num_envs)  # the last
-
-    def _rows(self, count: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        return (
-            np.zeros((count, self._observation_size), self._dtype),
-            np.zeros((count, self._num_infos)),
-        )
+        self._rows = Rows(self.specification)
+        self._observations, self._info = self._rows.of_reset(num_envs)  # the last ones
+        self._observations[:], self._info[:] = 0, 0
 
     def reset(
         self, environments: list[int], seeds: Sequence[int | None]
     ) -> tuple[NDArray[Any], NDArray[np.float64]]:
         chosen = environments or list(range(self.num_envs))
-        observations, info = self._rows(len(chosen))
+        observations, info = self._rows.of_reset(len(chosen))
         self._connection.open().reset_batch(environments, seeds, observations, info)
         self._observations[chosen], self._info[chosen] = observations, info
         return self._observations.copy(), self._info.copy()
 
     def step(self, actions: NDArray[np.float64]) -> Batch:
-        observations, info = self._rows(self.num_envs)
-        flags = np.empty((2, self.num_envs), np.bool_)
-        batch = Batch(observations, np.empty(self.num_envs), flags[0], flags[1], info)
+        batch = self._rows.of_step(self.num_envs)
         self._connection.client.step_batch(actions, *batch)
-        self._observations, self._info = observations.copy(), info.copy()
+        self._observations, self._info = batch.observations.copy(), batch.info.copy()
         return batch
 
     def final_rows(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        observations, info = self._rows(self.num_envs)
+        observations, info = self._rows.of_reset(self.num_envs)
         self._connection.client.final_rows(observations, info)
         return observations, info
 

@@ -51,6 +51,28 @@ class Batch(NamedTuple):
     info: NDArray[np.float64]  # (n, info names), NaN where absent
 
 
+class Rows:
+    """Makes the arrays that several walkers' results go into."""
+
+    def __init__(self, specification: Specification) -> None:
+        self._observation_size = len(specification["observation_low"])
+        self._num_infos = len(specification["info_names"])
+        self._dtype = np.dtype(specification["observation_dtype"])
+
+    def of_reset(self, count: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
+        """Observations, shape (count, observation size), and info, shape (count, info names)."""
+        return (
+            np.empty((count, self._observation_size), self._dtype),
+            np.empty((count, self._num_infos)),
+        )
+
+    def of_step(self, count: int) -> Batch:
+        """A batch of `count`."""
+        observations, info = self.of_reset(count)
+        flags = np.empty((2, count), np.bool_)
+        return Batch(observations, np.empty(count), flags[0], flags[1], info)
+
+
 class Walkers(Protocol):
     """Several walkers, stepped together."""
 
