@@ -128,6 +128,14 @@ def test_wrappers(env_id):
     assert both[0][1] == both[1][1]
 
 
+def test_a_learner_takes_the_string():
+    """Where it asks for pictures first, as Stable-Baselines3 does, that must not be its end."""
+    model = PPO("MlpPolicy", "walker_sim/BipedalWalker-v3", n_steps=64, batch_size=32, device="cpu")
+    model.learn(64)
+    assert model.num_timesteps == 64
+    assert isinstance(model.get_env().unwrapped.envs[0].unwrapped, walker_sim.WalkerEnv)
+
+
 def test_learning_gives_the_same_policy():
     policies = []
     for environments in (make_ours("BipedalWalker-v3", 2), make_reference("BipedalWalker-v3", 2)):
