@@ -65,7 +65,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="replace")  # a terminal without bars gets question marks
     command = _parser().parse_args(given[:1]).command
     try:
-        return int(importlib.import_module(f"walker_sim.commands.{command}").run(given[1:]))
+        status = int(importlib.import_module(f"walker_sim.commands.{command}").run(given[1:]))
+        sys.stdout.flush()  # here, where it may fail
+        return status
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
