@@ -3,7 +3,8 @@
 # need the same large packages. Sourced after setup.sh.
 # shellcheck disable=SC2154  # names shared with setup.sh and test
 
-# The virtual environment, build/examples/NAME from test/examples/requirements_NAME.txt, and the suite.
+# The virtual environment, build/.examples/NAME from test/examples/requirements_NAME.txt, and the suite.
+# Hidden, for roslaunch walks through a package's visible folders.
 example_suites=(
   "sb3 test/python/sb3_test.py"
   "sb3 test/examples/sb3_ppo_test.py"
@@ -20,22 +21,22 @@ set_up_example() {
     say "examples: installing ${missing[*]} and what they need"
     quiet example_packages install_packages "${missing[@]}" 8>&- 9>&- || return
   fi
-  PIP_NO_DEPS=1 set_up_venv "examples/$1" "$build/examples/$1" \
+  PIP_NO_DEPS=1 set_up_venv "examples/$1" "$build/.examples/$1" \
     "$root/test/examples/requirements_$1.txt"
 }
 
 # run_example_suite NAME VENV SUITE
 run_example_suite() {
   local name=$1 venv=$2 suite=$3 status=0
-  local log=$logs/${name//\//_}.log results=$build/test_results/$name.xml
+  local log=$logs/${name//\//_}.log results=$build/.examples/test_results/$name.xml
   if ! locked set_up_example "$venv"; then
     record step "$name: set-up" 1 "$logs"
     return
   fi
   mkdir -p "${results%/*}" && rm -f "$results"
   within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
-    ROS_HOME="$build/test_results/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" \
-    timeout --kill-after=30 600 "$build/examples/$venv/bin/python" -m pytest -q \
+    ROS_HOME="$build/.examples/test_results/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" \
+    timeout --kill-after=30 600 "$build/.examples/$venv/bin/python" -m pytest -q \
     -p no:cacheprovider --junit-xml="$results" "$root/$suite" >"$log" 2>&1 </dev/null 8>&- ||
     status=$?
   say "examples: $name status $status"
