@@ -10,10 +10,10 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from walker_sim.errors import InvalidAction
-from walker_sim.rendering import check_render_mode
+from walker_sim.rendering import check_render_mode, metadata_of
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.time_limit import limit_of_make
-from walker_sim.transport import TRANSPORTS, Walker
+from walker_sim.transport import TRANSPORTS, Walker, by_name
 
 
 def make_walker(
@@ -121,7 +121,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         self._is_closed = False
         self.observation_space = observation_space_of(specification)
         self.action_space = action_space_of(specification)
-        self.metadata = {**self.metadata, "render_fps": round(1 / specification["dt"])}
+        self.metadata = metadata_of(specification)
         self._action_shape = self.action_space.shape
         self._info_names = specification["info_names"]
         self._observation_size = len(specification["observation_low"])
@@ -178,7 +178,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         observation, info = self._arrays()
         self._walker.reset(seed, super().np_random, observation, info)
         self._is_closed = False
-        return observation, self._to_dict(info)
+        return observation, by_name(self._info_names, info.tolist())
 
     def step(self, action: NDArray[Any]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
         """Advances the world by `dt`.
@@ -207,7 +207,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         values = to_action(action, self._action_shape)
         observation, info = self._arrays()
         reward, terminated, truncated, error = self._walker.step(values, observation, info)
-        infos = self._to_dict(info)
+        infos = by_name(self._info_names, info.tolist())
         if error:
             infos["error"] = error
         return observation, reward, terminated, truncated, infos
@@ -230,10 +230,3 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             np.empty(self._observation_size, self._observation_dtype),
             np.empty(len(self._info_names)),
         )
-
-    def _to_dict(self, info: NDArray[np.float64]) -> dict[str, Any]:
-        """Without what is absent, which is NaN."""
-        if not self._info_names:
-            return {}
-        pairs = zip(self._info_names, info.tolist())
-        return {name: value for name, value in pairs if value == value}

@@ -31,6 +31,12 @@ def ids() -> list[str]:
     return [f"{NAMESPACE}/{env_id}" for env_id in _REGISTRATIONS]
 
 
+def without_namespace(env_id: str) -> str:
+    """The id as Gymnasium's own environments have it, e.g. ``BipedalWalker-v3``."""
+    prefix = f"{NAMESPACE}/"
+    return env_id[len(prefix) :] if env_id.startswith(prefix) else env_id
+
+
 def register_all() -> None:
     """Registers all ids with Gymnasium, single and vectorised; again is no error."""
     for env_id, registration in _REGISTRATIONS.items():

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common import vec_env
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from walker_sim.registration import NAMESPACE
-from walker_sim.rendering import check_render_mode
+from walker_sim.registration import NAMESPACE, without_namespace
+from walker_sim.rendering import check_render_mode, metadata_of
 from walker_sim.spaces import action_space_of, observation_space_of
-from walker_sim.transport import make_walkers, to_actions
+from walker_sim.transport import by_name, make_walkers, to_actions
 
 Infos = List[Dict[str, Any]]
 
@@ -75,8 +75,7 @@ class VecEnv(vec_env.VecEnv):
         **parameters: Any,
     ) -> None:
         check_render_mode(render_mode)
-        if env_id.startswith(f"{NAMESPACE}/"):
-            env_id = env_id[len(NAMESPACE) + 1 :]
+        env_id = without_namespace(env_id)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = max(max_episode_steps, 0)
         self._walkers = make_walkers(
@@ -97,7 +96,7 @@ class VecEnv(vec_env.VecEnv):
             "action_space": action_space,
             "observation_space": observation_space,
             "render_mode": None,
-            "metadata": {"render_modes": [], "render_fps": round(1 / specification["dt"])},
+            "metadata": metadata_of(specification),
             "spec": self.spec,
             "dt": specification["dt"],
         }
@@ -217,8 +216,7 @@ class VecEnv(vec_env.VecEnv):
     def _to_dicts(self, info: NDArray[np.float64]) -> Infos:
         """Rows by names, without what is absent, which is NaN."""
         if np.isnan(info).any():
-            pairs = [zip(self._info_names, row) for row in info.tolist()]
-            return [{name: value for name, value in row if value == value} for row in pairs]
+            return [by_name(self._info_names, row) for row in info.tolist()]
         return [dict(zip(self._info_names, row)) for row in info.tolist()]
 
     def _check_open(self) -> None:

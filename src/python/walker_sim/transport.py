@@ -100,6 +100,11 @@ class Walkers(Protocol):
         """Lets go of what it holds."""
 
 
+def by_name(names: Sequence[str], info: Sequence[float]) -> dict[str, Any]:
+    """A row of info, without what is absent, which is NaN."""
+    return {name: value for name, value in zip(names, info) if value == value}
+
+
 def to_actions(actions: ArrayLike, count: int, size: int) -> NDArray[np.float64]:
     """As walkers take them, shape (count, size)."""
     array = np.ascontiguousarray(actions, np.float64)

@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.in_process import InProcessWalkers
-from walker_sim.rendering import check_render_mode
+from walker_sim.rendering import check_render_mode, metadata_of
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.transport import make_walkers, to_actions
 from walker_sim.vector_arguments import (
@@ -102,11 +102,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self.single_action_space = action_space_of(specification)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.metadata = {
-            "render_modes": [],
-            "render_fps": round(1 / specification["dt"]),
-            "autoreset_mode": self.autoreset_mode,
-        }
+        self.metadata = {**metadata_of(specification), "autoreset_mode": self.autoreset_mode}
         self._info_names: list[str] = specification["info_names"]
         self._action_size = len(specification["action_low"])
 

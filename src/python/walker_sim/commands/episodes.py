@@ -7,7 +7,7 @@ from typing import Any, Callable, Iterator, NamedTuple, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from walker_sim.transport import Batch, Walkers
+from walker_sim.transport import Batch, Walkers, by_name
 
 Policy = Callable[[NDArray[Any]], NDArray[Any]]
 """From an observation, shape (observation size,), to an action, float32 (action size,)."""
@@ -155,7 +155,6 @@ class _Player:
             end = "terminated"
         else:
             end = "fell" if reward == FALL_REWARD else "arrived"
-        values = zip(self._info_names, batch.info[environment].tolist())
         return Episode(
             order=running.order,
             seed=running.seed,
@@ -164,7 +163,7 @@ class _Player:
             terminated=terminated,
             truncated=bool(batch.truncated[environment]),
             end=end,
-            info={name: value for name, value in values if value == value},
+            info=by_name(self._info_names, batch.info[environment].tolist()),
             error=error,
             steps=running.steps,
         )

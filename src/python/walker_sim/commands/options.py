@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn, Sequence
 
 from walker_sim import _core
-from walker_sim.registration import NAMESPACE
+from walker_sim.registration import without_namespace
 from walker_sim.transport import TRANSPORTS, Walkers
 
 AT_ONCE = 16  # environments in process, where nobody says otherwise
@@ -184,7 +184,7 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
     if len(ids) != 1:
         what = "no ID is given" if not ids else f"{' '.join(ids)}: only one ID can be given"
         raise InputError(f"{what}; must be one of {', '.join(_core.ids())}")
-    env_id = ids[0][len(NAMESPACE) + 1 :] if ids[0].startswith(f"{NAMESPACE}/") else ids[0]
+    env_id = without_namespace(ids[0])
     if env_id not in _core.ids():
         raise InputError(f"ID = {ids[0]}: must be one of {', '.join(_core.ids())}")
     pairs = [word.partition("=") for word in words if "=" in word]
