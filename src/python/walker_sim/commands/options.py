@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, NoReturn, Sequence
 
-from walker_sim import _core
+from walker_sim import _core, transport
 from walker_sim.registration import without_namespace
 from walker_sim.transport import TRANSPORTS, Walkers
 
@@ -218,19 +218,14 @@ def make_walkers(
             f"--num-threads {options.num_threads}: over ROS the threads are the server's"
         )
     reuses = parameters.get("reuse_world") is True
-    walkers: Walkers
+    count = num_envs or 1
+    if options.transport == "inprocess":
+        count = min(num_envs or (1 if reuses else AT_ONCE), most)
     try:
-        if options.transport == "ros":
-            from walker_sim.over_ros import RemoteWalkers
-
-            server = (options.server, "", TIMEOUT)
-            walkers = RemoteWalkers(env_id, parameters, num_envs or 1, "next_step", *server)
-        else:
-            from walker_sim.in_process import InProcessWalkers
-
-            count = min(num_envs or (1 if reuses else AT_ONCE), most)
-            threads = options.num_threads or 0
-            walkers = InProcessWalkers(env_id, parameters, count, threads, "next_step")
+        walkers = transport.make_walkers(
+            *(env_id, count, options.transport, options.server, "", TIMEOUT),
+            *(options.num_threads or 0, 0, "next_step", parameters),
+        )
     except (ValueError, TypeError, RuntimeError) as error:
         raise InputError(str(error)) from error
     if reuses and walkers.num_envs > 1:
