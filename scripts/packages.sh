@@ -3,8 +3,8 @@
 # for its lints and examples, and what watching the walker in rviz needs. Read by setup.sh.
 # shellcheck disable=SC2034  # used by setup.sh
 
-common_packages=(build-essential ca-certificates cmake git libbox2d-dev libgtest-dev
-  ninja-build pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
+common_packages=(build-essential ca-certificates cmake git libbox2d-dev libcairo2-dev libegl-dev
+  libegl-mesa0 libgtest-dev libosmesa6-dev ninja-build pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
 lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
 
 message_packages=(diagnostic geometry nav sensor std visualization)
@@ -15,7 +15,7 @@ packages_of_debian_12() {
     catkin ros-cmake-modules ros-message-generation ros-message-runtime ros-core rosbash
     libroscpp-dev libroslib-dev librospack-dev rospack-tools python3-rospy python3-roslaunch
     librostest-dev python3-rostest python3-nose libdiagnostic-updater-dev libmessage-filters-dev
-    libmujoco-dev libtf2-ros-dev python3-tf2-ros liburdf-dev librosbag-storage-dev python3-rosbag
+    libimage-transport-dev libmujoco-dev libtf2-ros-dev python3-tf2-ros liburdf-dev librosbag-storage-dev python3-rosbag
     ros-robot-state-publisher libstd-srvs-dev ros-std-srvs python3-std-srvs
     libros-rosgraph-msgs-dev ros-rosgraph-msgs python3-rosgraph-msgs)
   for x in "${message_packages[@]}"; do
@@ -29,7 +29,7 @@ packages_of_debian_12() {
 packages_of_ubuntu_20_04() {
   local x
   base_packages=("${common_packages[@]}" python3-nose ros-noetic-catkin ros-noetic-ros-core)
-  for x in diagnostic-updater message-filters message-generation message-runtime \
+  for x in diagnostic-updater image-transport message-filters message-generation message-runtime \
     robot-state-publisher rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy rostest std-srvs tf2-ros urdf; do
     base_packages+=("ros-noetic-$x")
   done

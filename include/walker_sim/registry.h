@@ -8,6 +8,7 @@
 
 #include "walker_sim/environment.h"
 #include "walker_sim/observation_builder.h"
+#include "walker_sim/renderer.h"
 
 namespace walker {
 
@@ -21,6 +22,11 @@ struct Registration {
   /// Builds what makes that environment's observation out of sensors' measurements.
   std::function<std::unique_ptr<ObservationBuilder>(const std::string& id, const Parameters&)>
       create_observation_builder;
+  std::vector<ParameterDescription> camera_parameters;
+  /// Builds what draws that environment, with a complete set of camera parameters.
+  std::function<std::unique_ptr<Renderer>(const std::string& id, const Parameters&,
+                                          const Parameters& camera)>
+      create_renderer;
 };
 
 /// All registrations, in the order of registry.cpp.
@@ -42,6 +48,17 @@ WALKER_SIM_EXPORT std::unique_ptr<Environment> make(const std::string& id,
 /// @throws std::invalid_argument as `make`
 WALKER_SIM_EXPORT std::unique_ptr<ObservationBuilder> make_observation_builder(
     const std::string& id, const Parameters& given = {});
+
+/// Parameters of the camera that `make_renderer` takes for this id.
+WALKER_SIM_EXPORT std::vector<ParameterDescription> camera_parameter_descriptions(
+    const std::string& id);
+
+/// Creates what draws the environments that `make` makes with these parameters.
+/// @param camera parameters of the camera
+/// @throws std::invalid_argument as `make`
+WALKER_SIM_EXPORT std::unique_ptr<Renderer> make_renderer(const std::string& id,
+                                                          const Parameters& given = {},
+                                                          const Parameters& camera = {});
 
 /// This package's version, e.g. "0.1.0".
 WALKER_SIM_EXPORT const char* version();

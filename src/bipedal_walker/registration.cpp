@@ -2,6 +2,7 @@
 
 #include "bipedal_walker/bipedal_walker.h"
 #include "bipedal_walker/observation_builder.h"
+#include "bipedal_walker/renderer.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -25,12 +26,18 @@ Options to_options(const std::string& id, const Parameters& parameters) {
 }
 
 Registration registration(const std::string& id, bool hardcore, std::uint32_t max_episode_steps) {
-  return {id, parameters(hardcore), max_episode_steps,
+  return {id,
+          parameters(hardcore),
+          max_episode_steps,
           [](const std::string& name, const Parameters& given) {
             return std::make_unique<BipedalWalker>(to_options(name, given));
           },
           [](const std::string& name, const Parameters& given) {
             return make_observation_builder(to_options(name, given));
+          },
+          camera_parameters(),
+          [](const std::string& /*name*/, const Parameters& /*given*/, const Parameters& camera) {
+            return make_renderer(camera);
           }};
 }
 

@@ -66,6 +66,18 @@ std::unique_ptr<ObservationBuilder> make_observation_builder(const std::string& 
   return find_registration(id).create_observation_builder(id, complete);
 }
 
+std::vector<ParameterDescription> camera_parameter_descriptions(const std::string& id) {
+  return find_registration(id).camera_parameters;
+}
+
+std::unique_ptr<Renderer> make_renderer(const std::string& id, const Parameters& given,
+                                        const Parameters& camera) {
+  const Parameters complete = complete_parameters(parameter_descriptions(id), given);
+  const Registration& registration = find_registration(id);
+  return registration.create_renderer(id, complete,
+                                      complete_parameters(registration.camera_parameters, camera));
+}
+
 const char* version() { return WALKER_SIM_VERSION; }
 
 }  // namespace walker

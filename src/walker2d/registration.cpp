@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "walker2d/observation_builder.h"
+#include "walker2d/renderer.h"
 #include "walker2d/walker2d.h"
 
 namespace walker::walker2d {
@@ -80,12 +81,18 @@ Options to_options(bool is_v5, const std::string& id, const Parameters& paramete
 }
 
 Registration registration(const std::string& id, bool is_v5) {
-  return {id, parameters(is_v5), kMaxEpisodeSteps,
+  return {id,
+          parameters(is_v5),
+          kMaxEpisodeSteps,
           [is_v5](const std::string& name, const Parameters& given) {
             return std::make_unique<Walker2d>(to_options(is_v5, name, given));
           },
           [is_v5](const std::string& name, const Parameters& given) {
             return make_observation_builder(to_options(is_v5, name, given));
+          },
+          camera_parameters(),
+          [is_v5](const std::string& name, const Parameters& given, const Parameters& camera) {
+            return make_renderer(to_options(is_v5, name, given).xml_file, camera);
           }};
 }
 
