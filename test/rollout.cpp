@@ -7,6 +7,9 @@
 //   reset SEED|-           -> a row: observation, reward, terminated, truncated, info (NaN where
 //                             absent); - continues the generator
 //   step N + N x action    -> rows; ends with the episode, however many actions are left
+//   render [NAME=VALUE ...]
+//                          -> bytes: a picture of the present state, height x width x 3; the words
+//                             are parameters of the camera
 //   state                  -> generator state, 6 integers
 //   spaces                 -> observation and action size, observation low, high, action low, high,
 //                             dt, max_episode_steps, reward_threshold
@@ -50,6 +53,7 @@ class Session {
     if (command == "make") return make(words);
     if (command == "reset") return reset(read<std::string>(words));
     if (command == "step") return step(read<std::size_t>(words));
+    if (command == "render") return render(words);
     if (command == "state") return state();
     if (command == "spaces") return spaces();
     if (command == "description") return description();
@@ -69,6 +73,7 @@ class Session {
 
   Answer reset(const std::string& seed) {
     walker().reset(seed == "-" ? std::nullopt : std::optional<std::uint64_t>(std::stoull(seed)));
+    steps_ = 0;
     Answer answer;
     answer.add_all(walker().row());
     return answer;
@@ -80,9 +85,25 @@ class Session {
     Answer answer;
     for (std::size_t i = 0; i < count; ++i) {
       walker().environment->step(&actions[i * size], size, walker().result);
+      ++steps_;
       answer.add_all(walker().row());
       if (walker().has_ended()) break;
     }
+    return answer;
+  }
+
+  Answer render(std::istream& words) {
+    const std::string& id = specification().id;
+    const auto renderer =
+        walker::make_renderer(id, {},
+                              walker::parse_assignments(walker::camera_parameter_descriptions(id),
+                                                        walker::read_rest(words)));
+    walker::Instant instant;
+    walker::look(*walker().environment, steps_, instant);
+    walker::Image image;
+    renderer->render(instant, {}, image);
+    Answer answer;
+    answer.add(std::string(image.rgb.begin(), image.rgb.end()));
     return answer;
   }
 
@@ -164,6 +185,7 @@ class Session {
   const walker::Specification& specification() { return walker().environment->specification(); }
 
   std::optional<walker::Stepper> walker_;
+  std::uint32_t steps_ = 0;  // since the reset
 };
 
 }  // namespace

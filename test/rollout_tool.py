@@ -68,6 +68,13 @@ class Rollout(Pipe):
         answer = self._ask(f"step\t{len(actions)}", actions)
         return np.frombuffer(answer).reshape(-1, self._row_size)
 
+    def render(self, width, height, **camera):
+        """A picture of the present state, shape (height, width, 3)."""
+        parameters = {"width": width, "height": height, **camera}
+        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
+        answer = self._ask("\t".join(["render", *texts]))
+        return np.frombuffer(answer, np.uint8).reshape(height, width, 3)
+
     def generator_state(self):
         """NumPy PCG64: state high, low, increment high, low, has_uint32, uinteger."""
         return np.frombuffer(self._ask("state"), np.uint64)
