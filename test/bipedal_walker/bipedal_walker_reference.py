@@ -57,6 +57,26 @@ def play(session):
     return episodes
 
 
+def draw_episode(environment_id, kind, seed):
+    """Plays an episode as Gymnasium draws it, state by state: its `render` counts its calls.
+
+    Yields for the reset and each step: the action before it (None before the reset), the picture,
+    shape (400, 600, 3).
+    """
+    environment = gymnasium.make(environment_id, render_mode="rgb_array", disable_env_checker=True)
+    actions = Actions(kind, seed)
+    observation, _ = environment.reset(seed=seed)
+    action, ended = None, False
+    while True:
+        yield action, environment.render()
+        if ended:
+            break
+        action = actions.draw(observation)
+        observation, _, terminated, truncated, _ = environment.step(action.astype(np.float32))
+        ended = terminated or truncated
+    environment.close()
+
+
 def without_reward(rows):
     """Rows with rewards 0: under float64 actions Gymnasium's rewards round elsewhere."""
     rows = rows.copy()

@@ -1,0 +1,59 @@
+"""Pictures beside those that the installed Gymnasium draws of the same states."""
+
+import numpy as np
+import pytest
+from bipedal_walker_reference import IDS, draw_episode
+from skimage.metrics import structural_similarity
+
+# Kind of the actions, seed, steps: walks through all kinds of terrain, falls to either side, the
+# flag, the far end.
+STATES = {
+    IDS[0]: (
+        ("heuristic", 6, (0, 3, 9, 14, 60, 150, 300, 500, 700, 900, 1100, 1300, 1450, 1500, 1544)),
+        ("noisy", 14, (40, 70, 83)),
+        ("saturated", 19, (5, 400)),
+    ),
+    IDS[1]: (
+        ("heuristic", 4, (0, 5, 100, 200, 320, 450, 610)),
+        ("heuristic", 0, (100, 250, 373)),
+        ("heuristic", 5, (12, 210, 417)),
+        ("heuristic", 13, (200, 354)),
+        ("noisy", 5, (120, 238)),
+        ("saturated", 9, (82,)),
+        ("random", 16, (90,)),
+        ("heuristic", 6, (1000,)),
+    ),
+}
+
+
+def pairs(rollout, environment_id):
+    """Our picture and Gymnasium's of each of those states."""
+    rollout.make(environment_id)
+    for kind, seed, steps in STATES[environment_id]:
+        rollout.reset(seed)
+        for step, (action, theirs) in enumerate(draw_episode(environment_id, kind, seed)):
+            if action is not None:
+                rollout.step(action[np.newaxis])
+            if step in steps:
+                yield rollout.render(600, 400), theirs
+            if step == max(steps):
+                break
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_pictures_are_gymnasiums(rollout, environment_id, capsys):
+    similarities, others = [], []
+    for ours, theirs in pairs(rollout, environment_id):
+        similarities.append(structural_similarity(ours, theirs, channel_axis=2))
+        # Much of a picture is sky, so that a walker in another place would hardly tell.
+        difference = np.abs(ours.astype(int) - theirs).max(axis=2)
+        others.append(np.count_nonzero(difference > 64))
+    with capsys.disabled():
+        print(
+            f"\n{environment_id}: structural similarity of {len(similarities)} pictures"
+            f" {min(similarities):.4f} at least, {np.mean(similarities):.4f} on average;"
+            f" {max(others)} pixels of 240000 differ at most"
+        )
+    assert len(similarities) == 20
+    assert min(similarities) > 0.998
+    assert max(others) < 80

@@ -1,0 +1,340 @@
+// Pictures against Gymnasium's, and what they depend on.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bipedal_walker/player.h"
+#include "error_message.h"
+#include "pictures.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+using bipedal_walker::Actions;
+using bipedal_walker::play;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The instant after this many steps of an episode.
+Instant instant_of(const std::string& id, const std::string& kind, std::uint64_t seed,
+                   std::uint32_t step) {
+  Stepper walker(id);
+  play(walker, seed, Actions(kind, seed), step);
+  Instant instant;
+  look(*walker.environment, step, instant);
+  return instant;
+}
+
+Image draw(Renderer& renderer, const Instant& instant) {
+  Image image;
+  renderer.render(instant, {}, image);
+  return image;
+}
+
+Image draw(const Instant& instant, const Parameters& camera = {}) {
+  return draw(*make_renderer("BipedalWalker-v3", {}, camera), instant);
+}
+
+/// Some instants of a walk.
+std::vector<Instant> some_instants() {
+  std::vector<Instant> instants;
+  for (const std::uint32_t step : {0U, 9U, 40U, 150U}) {
+    instants.push_back(instant_of("BipedalWalker-v3", "heuristic", 6, step));
+    instants.push_back(instant_of("BipedalWalkerHardcore-v3", "heuristic", 4, step));
+  }
+  return instants;
+}
+
+/// A picture in test/recordings/pictures.
+struct Recorded {
+  const char* id;
+  const char* kind;
+  std::uint64_t seed;
+  std::uint32_t step;
+};
+
+void expect_gymnasiums(const Recorded& recorded) {
+  const auto& [id, kind, seed, step] = recorded;
+  const std::string name =
+      std::string(id) + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(step);
+  SCOPED_TRACE(name);
+  const Image ours = draw(instant_of(id, kind, seed, step));
+  const Image theirs = read_picture(name);
+  EXPECT_GT(structural_similarity(ours, theirs), 0.995);
+  EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
+}
+
+/// After a reset the walker is at the same place with any Box2D, to a pixel.
+TEST(RendererTest, ResetsLookAsGymnasiums) {
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 0});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 0});
+}
+
+#ifdef WALKER_SIM_ENGINES_PINNED
+TEST(RendererTest, EpisodesLookAsGymnasiums) {
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 9});
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 150});
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 1544});
+  expect_gymnasiums({"BipedalWalker-v3", "noisy", 14, 83});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 200});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 610});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "saturated", 9, 82});
+}
+#endif
+
+TEST(RendererTest, DependsOnTheInstantAlone) {
+  const std::vector<Instant> instants = some_instants();
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  std::vector<Image> forward;
+  for (const Instant& instant : instants) forward.push_back(draw(*renderer, instant));
+  for (std::size_t i = instants.size(); i-- > 0;) {
+    EXPECT_EQ(draw(*renderer, instants[i]).rgb, forward[i].rgb) << i;
+    EXPECT_EQ(draw(instants[i]).rgb, forward[i].rgb) << i;
+    EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
+  }
+}
+
+TEST(RendererTest, TwoThreadsDrawAtTheSameTime) {
+  const std::vector<Instant> instants = some_instants();
+  std::vector<Image> expected;
+  for (const Instant& instant : instants) expected.push_back(draw(instant));
+  const auto draw_all = [&instants](std::vector<Image>& images) {
+    const auto renderer = make_renderer("BipedalWalker-v3");
+    for (int round = 0; round < 10; ++round) {
+      for (const Instant& instant : instants) images.push_back(draw(*renderer, instant));
+    }
+  };
+  std::vector<Image> here;
+  std::vector<Image> there;
+  std::thread other([&] { draw_all(there); });
+  draw_all(here);
+  other.join();
+  for (const std::vector<Image>* images : {&here, &there}) {
+    ASSERT_EQ(images->size(), 10 * instants.size());
+    for (std::size_t i = 0; i < images->size(); ++i) {
+      ASSERT_EQ((*images)[i].rgb, expected[i % expected.size()].rgb) << i;
+    }
+  }
+}
+
+TEST(RendererTest, ChangesNoBitOfAnEpisode) {
+  for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
+    Stepper drawn(id);
+    Stepper alone(id);
+    const auto renderer = make_renderer(id);
+    Actions actions("random", 2);
+    Instant instant;
+    Image image;
+    std::vector<double> action;
+    drawn.reset(2);
+    alone.reset(2);
+    std::uint32_t step = 0;
+    for (; step < 1000 && !alone.has_ended(); ++step) {
+      look(*drawn.environment, step, instant);
+      renderer->render(instant, {}, image);
+      actions.draw(alone.observation, action);
+      drawn.step(action);
+      alone.step(action);
+      ASSERT_EQ(drawn.row(), alone.row()) << id << ", step " << step;
+    }
+    EXPECT_GT(step, 500U);
+    drawn.reset();
+    alone.reset();
+    EXPECT_EQ(drawn.row(), alone.row());
+    EXPECT_EQ(drawn.environment->generator_state(), alone.environment->generator_state());
+  }
+}
+
+/// The next ray at each step, there and back, then none up to the hundredth picture.
+TEST(RendererTest, RayFollowsFromTheStep) {
+  Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
+  for (Pose& link : instant.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
+  const auto red_pixels = [&instant](std::uint32_t step) {
+    instant.step = step;
+    const Image image = draw(instant);
+    int count = 0;
+    for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
+      count += image.rgb[i] == 255 && image.rgb[i + 1] == 0 && image.rgb[i + 2] == 0 ? 1 : 0;
+    }
+    return count;
+  };
+  const int vertical = red_pixels(99);
+  EXPECT_GT(vertical, 20);
+  for (std::uint32_t step = 0; step < 8; ++step) {
+    EXPECT_GE(red_pixels(step), vertical) << step;
+    EXPECT_EQ(red_pixels(18 - step - 1), red_pixels(step)) << step;
+  }
+  EXPECT_GT(red_pixels(8), 2 * vertical) << "it met nothing and has its full length";
+  EXPECT_EQ(red_pixels(9), red_pixels(8));
+  EXPECT_EQ(red_pixels(18), vertical);
+  EXPECT_EQ(red_pixels(19), 0);
+  EXPECT_EQ(red_pixels(98), 0);
+  EXPECT_EQ(red_pixels(1000), red_pixels(0));
+}
+
+TEST(RendererTest, AnotherHeightScales) {
+  for (const Instant& instant : some_instants()) {
+    const Image image = draw(instant);
+    const Image large =
+        draw(instant, {{"width", std::int64_t{1800}}, {"height", std::int64_t{1200}}});
+    ASSERT_EQ(large.width, 1800U);
+    ASSERT_EQ(large.height, 1200U);
+    EXPECT_GT(structural_similarity(shrunk(large, 3), image), 0.97);
+    const Image small =
+        draw(instant, {{"width", std::int64_t{300}}, {"height", std::int64_t{200}}});
+    EXPECT_GT(structural_similarity(small, shrunk(image, 2)), 0.95);
+  }
+}
+
+/// But for what cairo rounds otherwise where a shape leaves the picture.
+TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
+  for (const Instant& instant : some_instants()) {
+    const Image image = draw(instant);
+    for (const std::uint32_t width : {1U, 300U, 1000U}) {
+      const Image other = draw(instant, {{"width", std::int64_t{width}}});
+      ASSERT_EQ(other.width, width);
+      ASSERT_EQ(other.height, image.height);
+      double largest = 0;
+      for (std::size_t y = 0; y < image.height; ++y) {
+        for (std::size_t i = 0; i < kColors * std::min(width, image.width); ++i) {
+          const double difference = color_at(other, 0, y, i) - color_at(image, 0, y, i);
+          largest = std::max(largest, std::abs(difference));
+        }
+      }
+      EXPECT_LT(largest, 8) << width;
+    }
+  }
+}
+
+/// The hull is where its pose and the camera's say, also where it is left of its place.
+TEST(RendererTest, CameraPoseLeadsToTheHull) {
+  std::vector<Instant> instants = some_instants();
+  instants.push_back(instants[0]);
+  for (Pose& link : instants.back().sensors.link_poses) link.position[0] -= 3;
+  for (const std::int64_t height : {400, 700}) {
+    for (const Instant& instant : instants) {
+      const Image image = draw(instant, {{"height", height}});
+      const double scale = 30.0 * static_cast<double>(height) / 400;
+      const Vector3& hull = instant.sensors.link_poses[0].position;
+      const Vector3& camera = image.camera_pose.position;
+      const double x = image.width / 2.0 + (hull[0] - camera[0]) * scale;
+      const double y = image.height / 2.0 - (hull[2] - camera[2]) * scale;
+      EXPECT_LT(camera[1], 0);
+      for (std::size_t color = 0; color < kColors; ++color) {
+        constexpr std::array<double, kColors> kHull{127, 51, 229};
+        EXPECT_EQ(color_at(image, static_cast<std::size_t>(x), static_cast<std::size_t>(y), color),
+                  kHull[color])
+            << "x " << x << ", y " << y;
+      }
+    }
+  }
+}
+
+TEST(RendererTest, CameraIsParallelAndLooksAlongY) {
+  const auto renderer =
+      make_renderer("BipedalWalkerHardcore-v3", {}, {{"width", std::int64_t{320}}});
+  EXPECT_EQ(renderer->camera().width, 320U);
+  EXPECT_EQ(renderer->camera().height, 400U);
+  EXPECT_EQ(renderer->camera().focal_length, 0);
+  EXPECT_EQ(renderer->camera().near, 0);
+  const Image image = draw(*renderer, instant_of("BipedalWalker-v3", "zero", 0, 0));
+  const Quaternion expected{-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // -pi/2 about x: z becomes y
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(image.camera_pose.orientation[i], expected[i], 1e-12);
+  }
+}
+
+TEST(RendererTest, RefusesDepth) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  const Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image;
+  for (const bool color : {true, false}) {
+    const std::string message = message_of<std::invalid_argument>([&] {
+      renderer->render(instant, {color, true}, image);
+    });
+    EXPECT_EQ(message, "depth: BipedalWalker's pictures have none, only color");
+  }
+}
+
+TEST(RendererTest, DrawsNoColorWhereNoneIsAskedFor) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  const Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image = draw(*renderer, instant);
+  const Pose pose = image.camera_pose;
+  renderer->render(instant, {false, false}, image);
+  EXPECT_TRUE(image.rgb.empty());
+  EXPECT_TRUE(image.depth.empty());
+  EXPECT_EQ(image.width, 600U);
+  EXPECT_EQ(image.camera_pose.position, pose.position);
+}
+
+TEST(RendererTest, RefusesWrongParameters) {
+  const auto message = [](const Parameters& camera) {
+    return message_of<std::invalid_argument>(
+        [&camera] { make_renderer("BipedalWalker-v3", {}, camera); });
+  };
+  for (const char* name : {"width", "height"}) {
+    for (const ParameterValue& value :
+         {ParameterValue(std::int64_t{0}), ParameterValue(std::int64_t{4097}),
+          ParameterValue(std::int64_t{-600}), ParameterValue(0.5),
+          ParameterValue(std::string("wide"))}) {
+      const std::string text = message({{name, value}});
+      EXPECT_NE(text.find(name), std::string::npos) << text;
+      EXPECT_NE(text.find(to_string(value)), std::string::npos) << text;
+    }
+  }
+  EXPECT_NE(message({{"widht", std::int64_t{600}}}).find("width"), std::string::npos);
+}
+
+TEST(RendererTest, RefusesAnInstantOfAnotherWalker) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  Stepper walker("Walker2d-v5");
+  walker.reset(0);
+  Instant instant;
+  look(*walker.environment, 0, instant);
+  Image image;
+  const std::string message =
+      message_of<std::invalid_argument>([&] { renderer->render(instant, {}, image); });
+  EXPECT_EQ(message,
+            "instant with 7 links and 0 rays: not one of BipedalWalker, which has 5 and 10");
+}
+
+/// As a broken world might leave it.
+TEST(RendererTest, DrawsWhatIsNowhere) {
+  const auto renderer = make_renderer("BipedalWalkerHardcore-v3");
+  const Instant sound = instant_of("BipedalWalkerHardcore-v3", "heuristic", 4, 8);
+  const Image expected = draw(*renderer, sound);
+  for (const double absurd : {std::nan(""), kInfinity, -kInfinity, 1e300, -1e300, 1e9, -1e9}) {
+    std::vector<Instant> instants(4, sound);
+    instants[0].sensors.link_poses[0].position[0] = absurd;
+    for (Pose& link : instants[1].sensors.link_poses) link.position.fill(absurd);
+    for (Pose& link : instants[2].sensors.link_poses) link.orientation.fill(absurd);
+    for (ScenePolygon& ground : instants[3].scene.ground) ground.points[0][1] = absurd;
+    instants[3].sensors.ranges.assign(10, absurd);
+    for (const Instant& instant : instants) {
+      const Image image = draw(*renderer, instant);
+      EXPECT_EQ(image.rgb.size(), expected.rgb.size());
+      EXPECT_NE(image.rgb, expected.rgb);
+    }
+  }
+  EXPECT_EQ(draw(*renderer, sound).rgb, expected.rgb) << "nothing of it stays";
+}
+
+TEST(RendererTest, ImageKeepsItsMemory) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  const Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image = draw(*renderer, instant);
+  const std::uint8_t* const memory = image.rgb.data();
+  renderer->render(instant, {}, image);
+  EXPECT_EQ(image.rgb.data(), memory);
+}
+
+}  // namespace
+}  // namespace walker
