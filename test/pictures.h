@@ -3,10 +3,10 @@
 
 #include <cairo.h>
 
-#include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -75,7 +75,7 @@ inline Image shrunk(const Image& image, std::uint32_t factor) {
         for (std::uint32_t i = 0; i < factor * factor; ++i) {
           sum += color_at(image, x * factor + i % factor, y * factor + i / factor, color);
         }
-        small.rgb.push_back(static_cast<std::uint8_t>(sum / (factor * factor) + 0.5));
+        small.rgb.push_back(static_cast<std::uint8_t>(std::lround(sum / (factor * factor))));
       }
     }
   }

@@ -1,9 +1,11 @@
 // Pictures against Gymnasium's, and what they depend on.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -40,6 +42,12 @@ Image draw(Renderer& renderer, const Instant& instant) {
 
 Image draw(const Instant& instant, const Parameters& camera = {}) {
   return draw(*make_renderer("BipedalWalker-v3", {}, camera), instant);
+}
+
+std::vector<Image> draw_all(Renderer& renderer, const std::vector<Instant>& instants) {
+  std::vector<Image> images(instants.size());
+  for (std::size_t i = 0; i < images.size(); ++i) renderer.render(instants[i], {}, images[i]);
+  return images;
 }
 
 /// Some instants of a walk.
@@ -92,8 +100,7 @@ TEST(RendererTest, EpisodesLookAsGymnasiums) {
 TEST(RendererTest, DependsOnTheInstantAlone) {
   const std::vector<Instant> instants = some_instants();
   const auto renderer = make_renderer("BipedalWalker-v3");
-  std::vector<Image> forward;
-  for (const Instant& instant : instants) forward.push_back(draw(*renderer, instant));
+  const std::vector<Image> forward = draw_all(*renderer, instants);
   for (std::size_t i = instants.size(); i-- > 0;) {
     EXPECT_EQ(draw(*renderer, instants[i]).rgb, forward[i].rgb) << i;
     EXPECT_EQ(draw(instants[i]).rgb, forward[i].rgb) << i;
@@ -103,25 +110,23 @@ TEST(RendererTest, DependsOnTheInstantAlone) {
 
 TEST(RendererTest, TwoThreadsDrawAtTheSameTime) {
   const std::vector<Instant> instants = some_instants();
-  std::vector<Image> expected;
-  for (const Instant& instant : instants) expected.push_back(draw(instant));
-  const auto draw_all = [&instants](std::vector<Image>& images) {
+  const std::vector<Image> expected = draw_all(*make_renderer("BipedalWalker-v3"), instants);
+  const auto draw_often = [&](int& differing) {
     const auto renderer = make_renderer("BipedalWalker-v3");
     for (int round = 0; round < 10; ++round) {
-      for (const Instant& instant : instants) images.push_back(draw(*renderer, instant));
+      const std::vector<Image> images = draw_all(*renderer, instants);
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        differing += images[i].rgb == expected[i].rgb ? 0 : 1;
+      }
     }
   };
-  std::vector<Image> here;
-  std::vector<Image> there;
-  std::thread other([&] { draw_all(there); });
-  draw_all(here);
+  int here = 0;
+  int there = 0;
+  std::thread other([&] { draw_often(there); });
+  draw_often(here);
   other.join();
-  for (const std::vector<Image>* images : {&here, &there}) {
-    ASSERT_EQ(images->size(), 10 * instants.size());
-    for (std::size_t i = 0; i < images->size(); ++i) {
-      ASSERT_EQ((*images)[i].rgb, expected[i % expected.size()].rgb) << i;
-    }
-  }
+  EXPECT_EQ(here, 0);
+  EXPECT_EQ(there, 0);
 }
 
 TEST(RendererTest, ChangesNoBitOfAnEpisode) {
