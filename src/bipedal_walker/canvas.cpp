@@ -22,7 +22,7 @@ class Cairo {
     const char* name;
 
     template <typename Function>
-    operator Function() const {  // NOLINT(google-explicit-constructor): the point of it
+    operator Function() const {
       return library.function<Function>(name);
     }
   };
