@@ -6,12 +6,15 @@
 
 namespace walker {
 
-// Where all can see it: MuJoCo looks for OpenGL among the functions of the whole process.
 SharedLibrary::SharedLibrary(const char* file, const char* package)
-    : handle_(dlopen(file, RTLD_NOW | RTLD_GLOBAL)), file_(file) {
+    : handle_(dlopen(file, RTLD_NOW | RTLD_LOCAL)), file_(file) {
   if (handle_ != nullptr) return;
   throw std::runtime_error(file_ + " cannot be loaded (" + dlerror() + "); install the package " +
                            package);
+}
+
+void SharedLibrary::make_global() const {
+  dlopen(file_.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
 }
 
 void* SharedLibrary::address(const char* name) const {

@@ -13,6 +13,9 @@ class SharedLibrary {
   /// @throws std::runtime_error saying what to install
   SharedLibrary(const char* file, const char* package);
 
+  /// Lets the whole process find its functions by name.
+  void make_global() const;
+
   /// The function of this name.
   /// @tparam Function its type, e.g. decltype(&cairo_create)
   /// @throws std::runtime_error where the library has none

@@ -3,6 +3,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "walker2d/camera.h"
 #include "walker2d/observation_builder.h"
 #include "walker2d/renderer.h"
 #include "walker2d/walker2d.h"

@@ -3,18 +3,17 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
 
 namespace walker::walker2d {
 
-std::vector<ParameterDescription> camera_parameters();
-
-/// As MuJoCo draws the model.
+/// MuJoCo's own renderer. OpenGL's depth buffer holds for a depth z the value
+/// (1 - near / z) / (1 - near / far), and 1 where there is nothing, which is the depth `far`.
 /// @param xml_file as `load_model` takes it
-/// @param camera complete
+/// @param camera   complete
+/// @throws std::invalid_argument for a camera that the model does not have
 std::unique_ptr<Renderer> make_renderer(const std::string& xml_file, const Parameters& camera);
 
 }  // namespace walker::walker2d
