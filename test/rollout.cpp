@@ -23,6 +23,7 @@
 //                             `random`, `uniform LOW HIGH` or `integers LOW HIGH`
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -68,6 +69,7 @@ class Session {
     const auto id = read<std::string>(words);
     walker_.emplace(id, walker::parse_assignments(walker::parameter_descriptions(id),
                                                   walker::read_rest(words)));
+    renderer_.reset();
     return {};
   }
 
@@ -94,14 +96,16 @@ class Session {
 
   Answer render(std::istream& words) {
     const std::string& id = specification().id;
-    const auto renderer =
-        walker::make_renderer(id, {},
-                              walker::parse_assignments(walker::camera_parameter_descriptions(id),
-                                                        walker::read_rest(words)));
+    const walker::Parameters camera = walker::parse_assignments(
+        walker::camera_parameter_descriptions(id), walker::read_rest(words));
+    if (!renderer_ || camera != camera_) {
+      renderer_ = walker::make_renderer(id, {}, camera);
+      camera_ = camera;
+    }
     walker::Instant instant;
     walker::look(*walker().environment, steps_, instant);
     walker::Image image;
-    renderer->render(instant, {}, image);
+    renderer_->render(instant, {}, image);
     Answer answer;
     answer.add(std::string(image.rgb.begin(), image.rgb.end()));
     return answer;
@@ -185,7 +189,9 @@ class Session {
   const walker::Specification& specification() { return walker().environment->specification(); }
 
   std::optional<walker::Stepper> walker_;
-  std::uint32_t steps_ = 0;  // since the reset
+  std::uint32_t steps_ = 0;                     // since the reset
+  std::unique_ptr<walker::Renderer> renderer_;  // of the last picture, and its camera's parameters
+  walker::Parameters camera_;
 };
 
 }  // namespace

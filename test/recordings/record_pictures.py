@@ -1,16 +1,19 @@
 """Makes the pictures in the folder beside it: what Gymnasium draws, for tests that need none of it.
 
-    PYTHONPATH=test:test/bipedal_walker python test/recordings/record_pictures.py
+    PYTHONPATH=test:test/bipedal_walker:test/walker2d python test/recordings/record_pictures.py
 
-needs gymnasium[box2d] 1.4.0 with box2d 2.3.10, pygame 2.6.1, NumPy 2 and pillow. test/pictures.h
-reads them. A picture's name is ID_KIND_SEED_STEP.
+needs gymnasium[box2d,mujoco] 1.4.0 with box2d 2.3.10, pygame 2.6.1, mujoco 4.0.0, OpenGL, NumPy 2
+and pillow. test/pictures.h reads them. A picture's name is ID_KIND_SEED_STEP. Walker2d's are seen
+by the model's camera `track`, at a quarter of their size.
 """
 
 from __future__ import annotations
 
 import pathlib
 
-from bipedal_walker_reference import IDS, draw_episode
+import bipedal_walker_reference
+import numpy as np
+import walker2d_reference
 from PIL import Image
 
 FOLDER = pathlib.Path(__file__).parent / "pictures"
@@ -18,11 +21,16 @@ FOLDER = pathlib.Path(__file__).parent / "pictures"
 # ID, kind of the actions, seed, steps: walks, falls to either side, pits, stumps, stairs, the flag,
 # the far end, rays that hit and that do not.
 BIPEDAL_WALKER = (
-    (IDS[0], "heuristic", 6, (0, 9, 150, 1544)),
-    (IDS[0], "noisy", 14, (83,)),
-    (IDS[1], "heuristic", 4, (0, 200, 610)),
-    (IDS[1], "saturated", 9, (82,)),
+    (bipedal_walker_reference.IDS[0], "heuristic", 6, (0, 9, 150, 1544)),
+    (bipedal_walker_reference.IDS[0], "noisy", 14, (83,)),
+    (bipedal_walker_reference.IDS[1], "heuristic", 4, (0, 200, 610)),
+    (bipedal_walker_reference.IDS[1], "saturated", 9, (82,)),
 )
+WALKER2D = (
+    (walker2d_reference.IDS[0], "balance", 1, (0, 60)),
+    (walker2d_reference.IDS[1], "saturated", 2, (0, 10, 20)),
+)
+SHRINKING = 4
 
 
 def write(name, picture):
@@ -36,11 +44,24 @@ def write(name, picture):
 
 def record_bipedal_walker():
     for environment_id, kind, seed, steps in BIPEDAL_WALKER:
-        for step, (_, picture) in enumerate(draw_episode(environment_id, kind, seed)):
+        for step, (_, picture) in enumerate(
+            bipedal_walker_reference.draw_episode(environment_id, kind, seed)
+        ):
             if step in steps:
                 write(f"{environment_id}_{kind}_{seed}_{step}", picture)
+
+
+def record_walker2d():
+    for environment_id, kind, seed, steps in WALKER2D:
+        episode = walker2d_reference.draw_episode(
+            environment_id, kind, seed, steps, camera_name="track"
+        )
+        for step, (_, picture) in zip(steps, episode):
+            small = Image.fromarray(picture).reduce(SHRINKING)
+            write(f"{environment_id}_{kind}_{seed}_{step}", np.asarray(small))
 
 
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
     record_bipedal_walker()
+    record_walker2d()

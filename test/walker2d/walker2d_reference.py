@@ -90,3 +90,23 @@ def comparable(environment_id, kind, rows):
     if "reward_ctrl" in info_names:
         rows[:, first_info + info_names.index("reward_ctrl")] = 0
     return rows
+
+
+def draw_episode(environment_id, kind, seed, steps, render_mode="rgb_array", **camera):
+    """Yields for each of these steps of an episode (0: the reset, the episode must be as long) the
+    actions since the one before, shape (n, 6), and what Gymnasium draws then."""
+    environment = gymnasium.make(
+        environment_id, render_mode=render_mode, disable_env_checker=True, **camera
+    )
+    observation, _ = environment.reset(seed=seed)
+    actions = Actions(kind, seed)
+    played = 0
+    for step in steps:
+        made = np.zeros((step - played, 6))
+        for row in made:
+            row[:] = actions.draw(observation)
+            observation, _, terminated, truncated, _ = environment.step(row.astype(np.float32))
+            played += 1
+            assert played == step or not (terminated or truncated), (kind, seed, played)
+        yield made, environment.render()
+    environment.close()
