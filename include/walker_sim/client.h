@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "walker_sim/export.h"
+#include "walker_sim/parameters.h"
+#include "walker_sim/renderer.h"
 
 namespace walker {
 
@@ -139,6 +141,14 @@ class WALKER_SIM_EXPORT Client {
                    const std::vector<std::optional<std::uint64_t>>& seeds, BatchReset& reset);
   /// ~step_batch. @param actions num_envs x action size, row-major, `size` values in all
   void step_batch(const double* actions, std::size_t size, BatchTransition& transition);
+  /// ~render: what an environment shows now. A server of an older version has no such service:
+  /// only this call then fails, as a ConnectionError.
+  /// @param environment index within the server
+  /// @param encoding    rgb8 (also when empty) fills `image.rgb`; 32FC1 fills `image.depth`
+  /// @param camera      parameters in place of the server's own
+  /// @param image       its camera_pose is left alone, for the service does not tell it
+  void render(std::uint32_t environment, const std::string& encoding, const Parameters& camera,
+              Image& image);
 
  private:
   class Implementation;

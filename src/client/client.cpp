@@ -8,6 +8,7 @@
 #include "client/messages.h"
 #include "client/service_connection.h"
 #include "client/service_types.h"
+#include "walker_sim/parameters.h"
 
 namespace walker {
 namespace {
@@ -201,6 +202,28 @@ void Client::reset_batch(const std::vector<std::uint32_t>& environments,
 void Client::step_batch(const double* actions, std::size_t size, BatchTransition& transition) {
   implementation_->call(
       kStepBatch, [&](Writer& writer) { writer.array(actions, size); }, into(transition));
+}
+
+void Client::render(std::uint32_t environment, const std::string& encoding,
+                    const Parameters& camera, Image& image) {
+  std::vector<std::string> names;
+  std::vector<std::string> values;
+  for (const auto& [name, value] : camera) {
+    names.push_back(name);
+    values.push_back(to_string(value));
+  }
+  implementation_->call(
+      kRender,
+      [&](Writer& writer) {
+        writer.number(environment);
+        writer.text(encoding);
+        writer.texts(names);
+        writer.texts(values);
+      },
+      [&](Reader& reader) {
+        read_outcome(reader);
+        read(reader, encoding, image);
+      });
 }
 
 }  // namespace walker

@@ -26,7 +26,8 @@ std::string service_uri(const Endpoint& master, const std::string& name, const P
   }
   if (answer.elements[0].integer != 1) {
     throw std::runtime_error("it does not know " + name + " (" + answer.elements[1].text +
-                             "): is the server running, and under this name?");
+                             "): is the server running, under this name, and in a "
+                             "version that has this service?");
   }
   return answer.elements[2].text;
 }

@@ -3,6 +3,10 @@
 namespace walker {
 namespace {
 
+// As sensor_msgs/image_encodings.h names them.
+constexpr const char* kColorEncoding = "rgb8";
+constexpr const char* kDepthEncoding = "32FC1";
+
 /// std_msgs/Header, of which the stamp matters [ns].
 void read_header(Reader& reader, std::uint64_t& stamp) {
   std::uint32_t sequence = 0;
@@ -75,6 +79,44 @@ void read(Reader& reader, ServerSpecification& specification) {
   reader.text(specification.engine_version);
   reader.text(specification.engine_path);
   reader.text(specification.version);
+}
+
+void read(Reader& reader, const std::string& encoding, Image& image) {
+  constexpr std::size_t kChannels = 3;
+  std::uint64_t stamp = 0;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::string told_encoding;
+  bool is_bigendian = false;
+  std::uint32_t row_bytes = 0;
+  read_header(reader, stamp);
+  reader.number(height);
+  reader.number(width);
+  reader.text(told_encoding);
+  reader.flag(is_bigendian);
+  reader.number(row_bytes);
+  const bool is_depth = encoding == kDepthEncoding;
+  const std::string wanted_encoding = is_depth ? kDepthEncoding : kColorEncoding;
+  if (told_encoding != wanted_encoding || is_bigendian) {
+    throw std::runtime_error("the picture's encoding is " + told_encoding +
+                             (is_bigendian ? ", big-endian" : "") + " instead of " +
+                             wanted_encoding);
+  }
+  const std::size_t wanted_bytes = std::size_t{width} * (is_depth ? sizeof(float) : kChannels);
+  if (row_bytes != wanted_bytes) {
+    throw std::runtime_error("the picture's rows have " + std::to_string(row_bytes) +
+                             " bytes instead of " + std::to_string(wanted_bytes));
+  }
+  const std::size_t bytes = std::size_t{row_bytes} * height;
+  if (is_depth) {
+    reader.packed(bytes, image.depth);
+    image.rgb.clear();
+  } else {
+    reader.packed(bytes, image.rgb);
+    image.depth.clear();
+  }
+  image.width = width;
+  image.height = height;
 }
 
 }  // namespace walker

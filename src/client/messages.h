@@ -35,6 +35,14 @@ class Writer {
     append(values, size * sizeof(Number));
   }
 
+  void text(const std::string& value) { array(value.data(), value.size()); }
+
+  /// @throws as `array`
+  void texts(const std::vector<std::string>& values) {
+    number(static_cast<std::uint32_t>(values.size()));
+    for (const std::string& value : values) text(value);
+  }
+
  private:
   void append(const void* data, std::size_t size) {
     const auto* const begin = static_cast<const std::uint8_t*>(data);
@@ -82,6 +90,20 @@ class Reader {
     for (std::string& value : values) text(value);
   }
 
+  /// Numbers whose bytes are a uint8[].
+  /// @param bytes that it must have, a multiple of the number's
+  template <typename Number>
+  void packed(std::size_t bytes, std::vector<Number>& values) {
+    const std::size_t size = length();
+    if (size != bytes) {
+      throw std::runtime_error(std::to_string(size) + " bytes of data came instead of " +
+                               std::to_string(bytes));
+    }
+    const std::uint8_t* const begin = take(size, 1);
+    values.resize(size / sizeof(Number));
+    if (size > 0) std::memcpy(values.data(), begin, size);
+  }
+
   /// @throws std::runtime_error where something is left
   void finish() const {
     if (next_ != end_) throw std::runtime_error("the answer is longer than its type");
@@ -114,5 +136,9 @@ void read(Reader& reader, Transition& transition);
 void read(Reader& reader, BatchReset& reset);
 void read(Reader& reader, BatchTransition& transition);
 void read(Reader& reader, ServerSpecification& specification);
+
+/// sensor_msgs/Image.
+/// @param encoding that was asked for: 32FC1, or else rgb8
+void read(Reader& reader, const std::string& encoding, Image& image);
 
 }  // namespace walker

@@ -106,10 +106,9 @@ TEST(LookUp, TakesAnswersThatComeInPieces) {
 }
 
 TEST(LookUp, SaysWhatTheMasterDoesNotKnow) {
-  EXPECT_EQ(
-      outcome(saying(test::http_answer(test::xml_answer(-1, "no provider", "")))),
-      "it does not know /walker_sim/step (no provider): is the server running, and under this "
-      "name?");
+  EXPECT_EQ(outcome(saying(test::http_answer(test::xml_answer(-1, "no provider", "")))),
+            "it does not know /walker_sim/step (no provider): is the server running, under this "
+            "name, and in a version that has this service?");
 }
 
 TEST(LookUp, RefusesAnswersOfAnotherKind) {

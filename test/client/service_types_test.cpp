@@ -8,6 +8,7 @@
 #include <ros/service_traits.h>
 
 #include "walker_sim/GetSpec.h"
+#include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Step.h"
@@ -30,6 +31,7 @@ TEST(ServiceTypes, AreTheGeneratedOnes) {
   expect_generated<walker_sim::Step>(kStep, "step");
   expect_generated<walker_sim::ResetBatch>(kResetBatch, "reset_batch");
   expect_generated<walker_sim::StepBatch>(kStepBatch, "step_batch");
+  expect_generated<walker_sim::Render>(kRender, "render");
 }
 
 }  // namespace
