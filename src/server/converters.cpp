@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <stdexcept>
+
+#include <sensor_msgs/distortion_models.h>
+#include <sensor_msgs/image_encodings.h>
 
 #include "server/poses.h"
 #include "walker_sim/registry.h"
@@ -63,10 +67,12 @@ Frames::Frames(const Specification& specification, const std::string& tf_prefix)
     : odometry(prefixed(tf_prefix, "odom")),
       trunk(prefixed(tf_prefix, specification.links.front().name)),
       base_link(prefixed(tf_prefix, "base_link")),
-      lidar(prefixed(tf_prefix, "lidar")) {
+      lidar(prefixed(tf_prefix, "lidar")),
+      camera(prefixed(tf_prefix, "camera")) {
   for (const Link& link : specification.links) {
     const bool is_trunk = &link == &specification.links.front();
-    if (link.name == "odom" || link.name == "lidar" || (link.name == "base_link" && !is_trunk)) {
+    if (link.name == "odom" || link.name == "lidar" || link.name == "camera" ||
+        (link.name == "base_link" && !is_trunk)) {
       throw std::invalid_argument("link " + link.name + ": another frame has this name");
     }
     links.push_back(prefixed(tf_prefix, link.name));
@@ -209,6 +215,47 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
     message.transforms.push_back(
         transform(frames.trunk, frames.lidar, relative(trunk, lidar_pose(trunk)), stamp));
   }
+}
+
+void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message) {
+  const bool has_depth = !image.depth.empty();
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.camera;
+  message.width = image.width;
+  message.height = image.height;
+  if (has_depth) {
+    message.encoding = sensor_msgs::image_encodings::TYPE_32FC1;
+    message.step = message.width * static_cast<std::uint32_t>(sizeof(float));
+    message.data.resize(image.depth.size() * sizeof(float));
+    std::memcpy(message.data.data(), image.depth.data(), message.data.size());
+  } else {
+    message.encoding = sensor_msgs::image_encodings::RGB8;
+    message.step = message.width * 3;
+    message.data.swap(image.rgb);
+  }
+}
+
+void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
+          sensor_msgs::CameraInfo& message) {
+  message = sensor_msgs::CameraInfo();
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.camera;
+  message.width = camera.width;
+  message.height = camera.height;
+  if (camera.focal_length == 0) return;
+  const double f = camera.focal_length;
+  const double x = (camera.width - 1.0) / 2;
+  const double y = (camera.height - 1.0) / 2;
+  constexpr std::size_t kPlumbBobCoefficients = 5;
+  message.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
+  message.D.assign(kPlumbBobCoefficients, 0);
+  message.K = {f, 0, x, 0, f, y, 0, 0, 1};
+  message.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  message.P = {f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0};
+}
+
+void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message) {
+  message.transforms.assign(1, transform(frames.odometry, frames.camera, camera, stamp));
 }
 
 tf2_msgs::TFMessage static_transforms(const Frames& frames, ros::Time stamp) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <nav_msgs/Odometry.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/JointState.h>
 #include <sensor_msgs/LaserScan.h>
@@ -15,6 +17,7 @@
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
+#include "walker_sim/renderer.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 
@@ -29,6 +32,7 @@ struct Frames {
   std::string trunk;
   std::string base_link;  ///< REP 105's name for the trunk
   std::string lidar;
+  std::string camera;              ///< optical frame: x to the right, y down, z forward
   std::vector<std::string> links;  ///< in specification order
 };
 
@@ -63,6 +67,18 @@ void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
 /// would be wrong, and every link is told here, from the bodies' poses.
 void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
           ros::Time stamp, tf2_msgs::TFMessage& message);
+
+/// Depth in metres where the picture has that, else colours. The picture's memory and the message's
+/// change places.
+void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message);
+
+/// A pinhole; all zero, uncalibrated as the message has it, for a parallel projection. Pixels'
+/// centres have whole coordinates, as image_geometry takes them.
+void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
+          sensor_msgs::CameraInfo& message);
+
+/// odom -> camera.
+void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message);
 
 /// What never moves: the trunk under REP 105's name.
 tf2_msgs::TFMessage static_transforms(const Frames& frames, ros::Time stamp);

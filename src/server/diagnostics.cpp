@@ -103,6 +103,8 @@ void Diagnostics::describe_simulation(Status& status) {
   status.add("episode_return", state.episode_return);
   status.add("steps", server_.counters.steps);
   status.add("simulation_errors", server_.counters.simulation_errors);
+  status.add("pictures", server_.pictures.num_drawn());
+  status.add("pictures_skipped", server_.pictures.num_skipped());
 }
 
 /// Since the last report.

@@ -9,6 +9,7 @@
 #include <ros/wall_timer.h>
 
 #include "server/clock_follower.h"
+#include "server/drawing_thread.h"
 #include "server/effort_command.h"
 #include "server/episode_statistics.h"
 #include "server/pacer.h"
@@ -42,6 +43,7 @@ struct DiagnosedServer {
   StepTiming& timing;  ///< each report begins it anew
   const ClockFollower& follower;
   bool follows_clock;  ///< of another publisher
+  const DrawingThread& pictures;
 };
 
 /// Publishes /diagnostics, driven by a wall timer: ros::Time stands still in lock-step. Four

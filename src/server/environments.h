@@ -13,6 +13,7 @@
 #include "server/shown_environment.h"
 #include "server/simulation.h"
 #include "walker_sim/pool.h"
+#include "walker_sim/renderer.h"
 
 namespace walker {
 
@@ -48,6 +49,11 @@ class Environments {
   /// @throws InvalidAction, ResetNeeded; then nothing has moved. std::runtime_error where an engine
   ///         failed at an autoreset; then the others have moved
   virtual void step(const std::vector<double>& actions, const Batch& rows) = 0;
+
+  /// Takes down what an environment is like now.
+  /// @param index below `size()`
+  /// @throws ResetNeeded where it has no episode, or its simulation failed
+  virtual void look(std::size_t index, Instant& instant) = 0;
 
   /// Sum of the rewards of the environment's present episode, or of one that has just ended.
   virtual double episode_return(std::size_t index) const = 0;

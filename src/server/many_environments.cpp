@@ -24,7 +24,8 @@ ManyEnvironments::ManyEnvironments(const ServerOptions& options,
                                    const std::function<std::unique_ptr<Environment>()>& make)
     : pool_(make, pool_options(options)),
       first_seed_(options.seed ? *options.seed : draw_seed()),
-      returns_(options.num_envs) {
+      returns_(options.num_envs),
+      steps_(options.num_envs) {
   // A first reset without a seed goes on from here, which is as if it were given that seed.
   for (std::size_t i = 0; i < returns_.size(); ++i) {
     pool_.environment(i).set_generator_state(Generator(first_seed_ + i).state());
@@ -40,7 +41,10 @@ Simulation& ManyEnvironments::only(const std::string& service) {
 void ManyEnvironments::reset(const std::vector<std::uint32_t>& environments,
                              const std::vector<std::optional<std::uint64_t>>& seeds,
                              const Batch& rows) {
-  for (const std::uint32_t environment : environments) returns_[environment] = 0;
+  for (const std::uint32_t environment : environments) {
+    returns_[environment] = 0;
+    steps_[environment] = 0;
+  }
   const auto shown = std::find(environments.begin(), environments.end(), state_.environment);
   if (shown == environments.end()) {
     pool_.reset(environments, seeds, rows);
@@ -69,6 +73,7 @@ void ManyEnvironments::step(const std::vector<double>& actions, const Batch& row
 void ManyEnvironments::account(const std::vector<double>& actions, const GeneratorState& before,
                                const Batch& rows) {
   for (std::size_t i = 0; i < size(); ++i) {
+    steps_[i] = rows.steps[i];
     returns_[i] = rows.steps[i] == 0 ? 0 : returns_[i] + rows.rewards[i];
   }
   const std::size_t index = state_.environment;

@@ -18,6 +18,9 @@ class ManyEnvironments : public Environments, private ShownEnvironment {
   void reset(const std::vector<std::uint32_t>& environments,
              const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& rows) override;
   void step(const std::vector<double>& actions, const Batch& rows) override;
+  void look(std::size_t index, Instant& instant) override {
+    walker::look(pool_.environment(index), steps_[index], instant);
+  }
   double episode_return(std::size_t index) const override { return returns_[index]; }
   std::string error(std::size_t index) const override { return pool_.error(index); }
 
@@ -35,7 +38,9 @@ class ManyEnvironments : public Environments, private ShownEnvironment {
 
   Pool pool_;
   std::uint64_t first_seed_;
-  std::vector<double> returns_;  // by environment, of its present or last episode
+  // By environment, of its present or last episode.
+  std::vector<double> returns_;
+  std::vector<std::uint32_t> steps_;
 
   // Of the one that is shown.
   EpisodeState state_;

@@ -18,6 +18,7 @@ class OneEnvironment : public Environments {
   void reset(const std::vector<std::uint32_t>& environments,
              const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& rows) override;
   void step(const std::vector<double>& actions, const Batch& rows) override;
+  void look(std::size_t /*index*/, Instant& instant) override { simulation_.look(instant); }
   double episode_return(std::size_t /*index*/) const override {
     return simulation_.state().episode_return;
   }

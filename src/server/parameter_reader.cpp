@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kLongestTimeout = 3600;
 constexpr double kFastestFactor = 1000;
+constexpr double kHighestRate = 1000;
 constexpr double kMostEnvironments = 100000;
 constexpr double kMostThreads = 1024;
 
@@ -106,8 +107,24 @@ std::vector<ParameterDescription> server_parameters() {
       {"publish_clock", true, "", "Publish /clock; false: follow it when free-running.", 0, 0},
       {"paused", false, "", "Begin paused when free-running.", 0, 0},
       {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
+      {"camera_rate", 25.0, "1/s",
+       "Pictures per second of simulation time while somebody subscribes; 0: one of every state.",
+       0, kHighestRate},
       {"diagnostic_period", 1.0, "s", "Wall time between diagnostics.", 0.01, kLongestTimeout},
   };
+}
+
+std::string camera_parameter(const std::string& name) {
+  const std::string prefix = "camera_";
+  return name.rfind(prefix, 0) == 0 ? name : prefix + name;
+}
+
+std::vector<ParameterDescription> server_camera_parameters(const std::string& id) {
+  std::vector<ParameterDescription> descriptions = camera_parameter_descriptions(id);
+  for (ParameterDescription& description : descriptions) {
+    description.name = camera_parameter(description.name);
+  }
+  return descriptions;
 }
 
 ServerOptions read_server_options() {
@@ -117,11 +134,16 @@ ServerOptions read_server_options() {
   options.id = wanted_id(given);
   const std::vector<ParameterDescription> own = server_parameters();
   const std::vector<ParameterDescription> environment = parameter_descriptions(options.id);
+  const std::vector<ParameterDescription> camera = server_camera_parameters(options.id);
   std::vector<ParameterDescription> all = own;
   all.insert(all.end(), environment.begin(), environment.end());
+  all.insert(all.end(), camera.begin(), camera.end());
   const Parameters complete = complete_parameters(all, given);
   for (const ParameterDescription& description : environment) {
     options.environment[description.name] = complete.at(description.name);
+  }
+  for (const ParameterDescription& description : camera_parameter_descriptions(options.id)) {
+    options.camera[description.name] = complete.at(camera_parameter(description.name));
   }
   options.mode = parse_mode(std::get<std::string>(complete.at("mode")));
   options.seed = parse_seed("seed", std::get<std::string>(complete.at("seed")));
@@ -131,6 +153,7 @@ ServerOptions read_server_options() {
   options.command_timeout = std::get<double>(complete.at("command_timeout"));
   options.publish_clock = std::get<bool>(complete.at("publish_clock"));
   options.paused = std::get<bool>(complete.at("paused"));
+  options.camera_rate = std::get<double>(complete.at("camera_rate"));
   options.tf_prefix = find_tf_prefix();
   return options;
 }

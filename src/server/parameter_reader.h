@@ -31,12 +31,21 @@ struct ServerOptions {
   double command_timeout;  ///< [s]; 0: never
   bool publish_clock;
   bool paused;
+  double camera_rate = 0;  ///< pictures per second of simulation time; 0: of every state
   std::string tf_prefix;   ///< without slashes at its ends; may be empty
   Parameters environment;  ///< the environment's own
+  Parameters camera;       ///< those of its camera, under the names that `make_renderer` takes
 };
 
-/// The server's own parameters; those of the environment come beside them.
+/// The server's own parameters; those of the environment and of its camera come beside them.
 std::vector<ParameterDescription> server_parameters();
+
+/// How the server calls a parameter of the camera: camera_width for width, camera_id for camera_id.
+std::string camera_parameter(const std::string& name);
+
+/// The camera's parameters as the server calls them.
+/// @throws std::invalid_argument for an unknown id
+std::vector<ParameterDescription> server_camera_parameters(const std::string& id);
 
 /// Reads and checks all private parameters of this node.
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed

@@ -51,9 +51,14 @@ void introduce(const Specification& specification, const ServerOptions& options)
 }  // namespace
 
 Server::Server(const ServerOptions& options)
-    : Server(options, [&options] { return make(options.id, options.environment); }) {}
+    : Server(
+          options, [&options] { return make(options.id, options.environment); },
+          [options](const Parameters& camera) {
+            return make_renderer(options.id, options.environment, camera);
+          }) {}
 
-Server::Server(const ServerOptions& options, const MakeEnvironment& make_environment)
+Server::Server(const ServerOptions& options, const MakeEnvironment& make_environment,
+               const MakeRenderer& make_renderer)
     : options_(options),
       node_(make_node(callbacks_)),
       environments_(make_environments(options_, make_environment)),
@@ -61,13 +66,14 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       dt_(to_duration(shown_.specification().dt)),
       clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
       publishers_(node_, shown_, options_),
+      pictures_(node_, *environments_, publishers_.frames(), options_, make_renderer),
       pacer_(shown_.specification().dt, options.real_time_factor),
       follower_(static_cast<std::uint64_t>(dt_.toNSec())),
       command_(shown_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.mode == Mode::free && options.paused),
       batch_calls_(*environments_, options_, counters_, episodes_),
       diagnostics_(node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_,
-                           timing_, follower_, follows_clock()}),
+                           timing_, follower_, follows_clock(), pictures_.thread()}),
       services_(*this, port_),
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
                                          ros::TransportHints().tcpNoDelay())) {
@@ -187,11 +193,13 @@ void Server::pass_time_after_reset() {
 void Server::show_step() {
   pass_time();
   publishers_.publish_step(clock_.now());
+  pictures_.show(clock_.now());
 }
 
 void Server::show_reset() {
   pass_time_after_reset();
   publishers_.publish_reset(clock_.now());
+  pictures_.show(clock_.now());
 }
 
 void Server::reset(std::optional<std::uint64_t> seed) {
@@ -258,6 +266,7 @@ void Server::restore(const walker_sim::EpisodeRecord& record) {
   ++counters_.resets;
   pass_time_after_reset();
   publishers_.publish_restored(snapshot(), clock_.now());
+  pictures_.show(clock_.now());
   restart_schedule();
 }
 
@@ -298,6 +307,11 @@ void Server::restart_schedule() {
   pacer_.restart(Pacer::Clock::now());
   follower_.restart();
   timing_.interrupt();
+}
+
+void Server::render(const walker_sim::Render::Request& request,
+                    const Reply<walker_sim::Render::Response>& reply) {
+  pictures_.render(request, clock_.now(), reply);
 }
 
 void Server::tell(walker_sim::Transition& message) const {

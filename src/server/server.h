@@ -20,6 +20,7 @@
 #include "server/episode_statistics.h"
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
+#include "server/pictures.h"
 #include "server/publishers.h"
 #include "server/service_port.h"
 #include "server/services.h"
@@ -34,15 +35,18 @@
 namespace walker {
 
 /// Environments on ROS. Services, callbacks, steps and publishing all happen in the thread that
-/// calls `run`, so that nothing moves while a service answers.
+/// calls `run`, so that nothing moves while a service answers. Only pictures are drawn elsewhere.
 class Server {
  public:
   using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
+  using MakeRenderer = DrawingThread::MakeRenderer;
 
   /// @throws std::exception when the environment cannot be made or /clock has another publisher
   explicit Server(const ServerOptions& options);
-  /// The same with environments that the registry does not know.
-  Server(const ServerOptions& options, const MakeEnvironment& make_environment);
+  /// The same with environments and renderers that the registry does not know.
+  /// @param make_renderer called in another thread
+  Server(const ServerOptions& options, const MakeEnvironment& make_environment,
+         const MakeRenderer& make_renderer);
 
   /// Serves until the node is told to stop.
   void run();
@@ -68,6 +72,10 @@ class Server {
   /// @return what has changed
   std::string pause();
   std::string unpause();
+
+  /// Has a picture drawn of what there is now.
+  void render(const walker_sim::Render::Request& request,
+              const Reply<walker_sim::Render::Response>& reply);
 
   void tell(walker_sim::Transition& message) const;
   void tell(walker_sim::EnvironmentSpec& message) const;
@@ -101,6 +109,7 @@ class Server {
   ros::Duration dt_;
   SimulationClock clock_;
   Publishers publishers_;
+  Pictures pictures_;
   Pacer pacer_;
   ClockFollower follower_;
   EffortCommand command_;

@@ -90,7 +90,7 @@ ServicePort::~ServicePort() {
   close(listener_);
 }
 
-void ServicePort::advertise(const std::string& name, OfferedService service) {
+void ServicePort::add(const std::string& name, OfferedService service) {
   if (!services_.emplace(name, std::move(service)).second) {
     throw std::invalid_argument("service " + name +
                                 ": is advertised already; two names are "
@@ -101,12 +101,13 @@ void ServicePort::advertise(const std::string& name, OfferedService service) {
 
 bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
   wait(other, longest);
+  if (polled_[2].revents != 0) answer_is_given_->clear();  // before the sessions look
   using Outcome = ServiceSession::Outcome;
-  constexpr std::size_t kFirstSession = 2;
+  constexpr std::size_t kFirstSession = 3;
   bool is_any_over = false;
   for (std::size_t i = 0; i < sessions_.size(); ++i) {
     const short events = polled_[kFirstSession + i].revents;
-    if (events == 0 && !sessions_[i]->has_request()) continue;
+    if (events == 0 && !sessions_[i]->has_work()) continue;
     // On one core the client runs as soon as it has its answer, and has asked again by now: then
     // its next calls need no poll. A few, for others wait.
     constexpr int kMostCalls = 8;
@@ -131,9 +132,10 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   polled_.clear();
   polled_.push_back({accepts ? listener_ : -1, POLLIN, 0});
   polled_.push_back({other, POLLIN, 0});
+  polled_.push_back({answer_is_given_->get(), POLLIN, 0});
   for (const std::unique_ptr<ServiceSession>& session : sessions_) {
     polled_.push_back({session->descriptor(), session->events(), 0});
-    if (session->has_request()) longest = std::chrono::nanoseconds::zero();
+    if (session->has_work()) longest = std::chrono::nanoseconds::zero();
   }
   constexpr std::int64_t kPerSecond = 1000000000;
   const std::int64_t left = std::max<std::int64_t>(longest.count(), 0);

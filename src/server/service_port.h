@@ -15,6 +15,8 @@
 #include <ros/serialization.h>
 #include <ros/service_traits.h>
 
+#include "server/event_descriptor.h"
+#include "server/pending_answer.h"
 #include "server/request_stream.h"
 #include "server/service_session.h"
 
@@ -40,20 +42,33 @@ class ServicePort {
   void advertise(
       const std::string& name,
       const std::function<void(typename Service::Request&, typename Service::Response&)>& handler) {
-    namespace traits = ros::service_traits;
-    OfferedService service;
-    service.type = traits::datatype<Service>();
-    service.md5sum = traits::md5sum<Service>();
-    service.request_type = ros::message_traits::datatype<typename Service::Request>();
-    service.response_type = ros::message_traits::datatype<typename Service::Response>();
-    service.call = [handler](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
-      typename Service::Request request;
-      read(bytes, size, request);
-      typename Service::Response response;
-      handler(request, response);
-      append(response, answer);
-    };
-    advertise(name, std::move(service));
+    offer<Service>(name,
+                   [handler](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
+                     typename Service::Request request;
+                     read(bytes, size, request);
+                     typename Service::Response response;
+                     handler(request, response);
+                     append_response(response, answer);
+                     return nullptr;
+                   });
+  }
+
+  /// The same for what takes its time: everybody else is served until the response comes.
+  /// @param handler sees to it that the reply is given, once, in whatever thread
+  template <typename Service>
+  void advertise_pending(
+      const std::string& name,
+      const std::function<void(typename Service::Request&,
+                               const Reply<typename Service::Response>&)>& handler) {
+    offer<Service>(name,
+                   [handler, event = answer_is_given_](const std::uint8_t* bytes, std::size_t size,
+                                                       tcpros::Bytes& /*answer*/) {
+                     typename Service::Request request;
+                     read(bytes, size, request);
+                     const auto pending = std::make_shared<PendingAnswer>(event);
+                     handler(request, Reply<typename Service::Response>(pending));
+                     return pending;
+                   });
   }
 
   /// Waits until a client wants something, `other` is readable or the time is over; then gives each
@@ -77,17 +92,20 @@ class ServicePort {
     if (stream.getLength() > 0) throw std::runtime_error("the request is longer than its type");
   }
 
-  template <typename Response>
-  static void append(const Response& response, tcpros::Bytes& bytes) {
-    const std::uint32_t size = ros::serialization::serializationLength(response);
-    const std::size_t begin = bytes.size();
-    bytes.resize(begin + tcpros::kLengthBytes + size);
-    tcpros::store_length(size, &bytes[begin]);
-    ros::serialization::OStream stream(&bytes[begin] + tcpros::kLengthBytes, size);
-    ros::serialization::serialize(stream, response);
+  /// With the type's names.
+  template <typename Service, typename Call>
+  void offer(const std::string& name, const Call& call) {
+    namespace traits = ros::service_traits;
+    OfferedService service;
+    service.type = traits::datatype<Service>();
+    service.md5sum = traits::md5sum<Service>();
+    service.request_type = ros::message_traits::datatype<typename Service::Request>();
+    service.response_type = ros::message_traits::datatype<typename Service::Response>();
+    service.call = call;
+    add(name, std::move(service));
   }
 
-  void advertise(const std::string& name, OfferedService service);
+  void add(const std::string& name, OfferedService service);
   void wait(int other, std::chrono::nanoseconds longest);
   void accept_clients();
 
@@ -95,7 +113,8 @@ class ServicePort {
   std::string uri_;
   OfferedServices services_;
   std::vector<std::unique_ptr<ServiceSession>> sessions_;
-  std::vector<pollfd> polled_;        // the listener, the other one, and the sessions in order
+  std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
+  std::vector<pollfd> polled_;        // the listener, the other, answers, and the sessions in order
   Clock::time_point accepts_from_{};  // not before: there were no descriptors left
 };
 

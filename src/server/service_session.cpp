@@ -38,7 +38,10 @@ ServiceSession::ServiceSession(int descriptor, const OfferedServices& services)
 
 ServiceSession::~ServiceSession() { close(descriptor_); }
 
-short ServiceSession::events() const { return has_output() ? POLLOUT : POLLIN; }
+short ServiceSession::events() const {
+  if (pending_) return POLLRDHUP;
+  return has_output() ? POLLOUT : POLLIN;
+}
 
 /// Of the header or request at the input's beginning, with its length, once that has come.
 std::size_t ServiceSession::frame_size() const {
@@ -54,11 +57,17 @@ void ServiceSession::check_length() const {
 }
 
 bool ServiceSession::has_request() const {
-  return !has_output() && received_ >= tcpros::kLengthBytes && received_ >= frame_size();
+  return !pending_ && !has_output() && received_ >= tcpros::kLengthBytes &&
+         received_ >= frame_size();
 }
 
 ServiceSession::Outcome ServiceSession::advance(bool is_readable) {
   Outcome outcome = Outcome::waits;
+  if (pending_) {
+    if (!pending_->is_given()) return is_readable ? Outcome::over : Outcome::waits;
+    output_ = pending_->take();
+    pending_.reset();
+  }
   try {
     if (!has_output() && is_readable && !receive()) return Outcome::over;
     check_length();
@@ -69,7 +78,7 @@ ServiceSession::Outcome ServiceSession::advance(bool is_readable) {
       output_.clear();
       if (service_) {
         answer(begin, size - tcpros::kLengthBytes);
-        outcome = Outcome::called;
+        if (!pending_) outcome = Outcome::called;
       } else {
         open(begin, size - tcpros::kLengthBytes);
       }
@@ -80,7 +89,7 @@ ServiceSession::Outcome ServiceSession::advance(bool is_readable) {
     ROS_WARN_STREAM("A client of the services is cut off: " << error.what());
     return Outcome::over;
   }
-  const bool is_over = !send() || (is_over_ && !has_output());
+  const bool is_over = !send() || (is_over_ && !pending_ && !has_output());
   return is_over ? Outcome::over : outcome;
 }
 
@@ -140,7 +149,8 @@ void ServiceSession::answer(const std::uint8_t* request, std::size_t size) {
   is_over_ = !is_persistent_;
   try {
     output_.push_back(1);
-    service_->call(request, size, output_);
+    pending_ = service_->call(request, size, output_);
+    if (pending_) output_.clear();
   } catch (const std::exception& error) {
     const std::string reason = error.what();
     output_.assign(1 + tcpros::kLengthBytes, 0);

@@ -42,6 +42,9 @@ Services::Services(Server& server, ServicePort& port) : server_(server) {
   advertise(walker_sim::Restore(), "restore", &Services::on_restore);
   advertise(walker_sim::SetRealTimeFactor(), "set_real_time_factor",
             &Services::on_set_real_time_factor);
+  port.advertise_pending<walker_sim::Render>(
+      node.resolveName("render"),
+      [this](auto& request, const auto& reply) { on_render(request, reply); });
   advertise(std_srvs::Trigger(), "pause", &Services::on_pause);
   advertise(std_srvs::Trigger(), "unpause", &Services::on_unpause);
 }
@@ -93,6 +96,13 @@ void Services::on_restore(walker_sim::Restore::Request& request,
 void Services::on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,
                                        walker_sim::SetRealTimeFactor::Response& response) {
   answer(response, [&] { server_.set_real_time_factor(request.factor); });
+}
+
+void Services::on_render(walker_sim::Render::Request& request,
+                         const Reply<walker_sim::Render::Response>& reply) {
+  walker_sim::Render::Response refusal;
+  answer(refusal, [&] { server_.render(request, reply); });
+  if (refusal.success == 0) reply(refusal);
 }
 
 void Services::on_pause(std_srvs::Trigger::Request& /*request*/,

@@ -5,6 +5,7 @@
 
 #include "server/service_port.h"
 #include "walker_sim/GetSpec.h"
+#include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Restore.h"
@@ -35,6 +36,8 @@ class Services {
   void on_restore(walker_sim::Restore::Request& request, walker_sim::Restore::Response& response);
   void on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,
                                walker_sim::SetRealTimeFactor::Response& response);
+  void on_render(walker_sim::Render::Request& request,
+                 const Reply<walker_sim::Render::Response>& reply);
   void on_pause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   void on_unpause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 

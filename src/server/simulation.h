@@ -11,6 +11,7 @@
 #include "core/episode_record.h"
 #include "server/shown_environment.h"
 #include "walker_sim/environment.h"
+#include "walker_sim/renderer.h"
 
 namespace walker {
 
@@ -46,6 +47,9 @@ class Simulation : public ShownEnvironment {
   ///         std::runtime_error where it is not wanted any more; then nothing has changed
   void restore(
       const EpisodeRecord& record, const std::function<bool()>& is_wanted = [] { return true; });
+
+  /// Takes down the present state. @throws ResetNeeded when there is none
+  void look(Instant& instant) { walker::look(*present_.environment, state().step, instant); }
 
   const Specification& specification() const override { return specification_; }
   const EpisodeState& state() const override { return present_.state; }

@@ -5,19 +5,15 @@
 
 #include <ros/callback_queue.h>
 
+#include "server/event_descriptor.h"
+
 namespace walker {
 
 /// A queue that a poll can wait on: for who waits inside ros::CallbackQueue hears nothing else.
 class WakingQueue : public ros::CallbackQueue {
  public:
-  /// @throws std::system_error when the system has no descriptor left
-  WakingQueue();
-  WakingQueue(const WakingQueue&) = delete;
-  WakingQueue& operator=(const WakingQueue&) = delete;
-  ~WakingQueue() override;
-
   /// Readable while callbacks may wait to be called.
-  int descriptor() const { return descriptor_; }
+  int descriptor() const { return event_.get(); }
 
   /// From any thread, roscpp's above all.
   void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner) override;
@@ -26,7 +22,7 @@ class WakingQueue : public ros::CallbackQueue {
   void call();
 
  private:
-  int descriptor_;
+  EventDescriptor event_;
 };
 
 }  // namespace walker

@@ -59,9 +59,15 @@ int main(int argc, char** argv) {
   try {
     ros::start();
     const walker::ServerOptions options = walker::read_server_options();
-    walker::Server server(options, [&options] {
-      return std::make_unique<walker::bench::Frozen>(walker::make(options.id, options.environment));
-    });
+    walker::Server server(
+        options,
+        [&options] {
+          return std::make_unique<walker::bench::Frozen>(
+              walker::make(options.id, options.environment));
+        },
+        [&options](const walker::Parameters& camera) {
+          return walker::make_renderer(options.id, options.environment, camera);
+        });
     server.run();
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(error.what());

@@ -29,17 +29,25 @@ struct Template {
   std::vector<ParameterDescription> parameters;
 };
 
+/// Those of an environment, and of its camera.
+std::vector<ParameterDescription> own_parameters(const std::string& id) {
+  std::vector<ParameterDescription> own = parameter_descriptions(id);
+  const auto camera = server_camera_parameters(id);
+  own.insert(own.end(), camera.begin(), camera.end());
+  return own;
+}
+
 /// Those of the server and of BipedalWalker.
 Template whole_template() {
   Template whole{"server", server_parameters()};
-  const auto own = parameter_descriptions("BipedalWalker-v3");
+  const auto own = own_parameters("BipedalWalker-v3");
   whole.parameters.insert(whole.parameters.end(), own.begin(), own.end());
   return whole;
 }
 
 /// Walker2d's own, and the id.
 Template walker2d_template() {
-  Template own{"walker2d", parameter_descriptions("Walker2d-v5")};
+  Template own{"walker2d", own_parameters("Walker2d-v5")};
   ParameterDescription id = server_parameters().front();
   id.default_value = std::string("Walker2d-v5");
   own.parameters.push_back(id);

@@ -18,7 +18,7 @@ from walker_sim.srv import Reset, Step
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 KEYS = {
     "simulation": """environment engine engine_version version mode num_envs paused episode
-        step episode_return steps simulation_errors""",
+        step episode_return steps simulation_errors pictures pictures_skipped""",
     "pace": """real_time_factor real_time_factor_wanted missed_deadlines jitter_p50_us
         jitter_p99_us jitter_p999_us jitter_max_us step_time_mean_us step_time_max_us""",
     "commands": "effort_command refused_commands clamped_commands command_timeouts",

@@ -111,6 +111,7 @@ class LockstepTest(unittest.TestCase):
             "reset_batch": "walker_sim/ResetBatch",
             "step_batch": "walker_sim/StepBatch",
             "get_spec": "walker_sim/GetSpec",
+            "render": "walker_sim/Render",
             "pause": "std_srvs/Trigger",
             "unpause": "std_srvs/Trigger",
         }

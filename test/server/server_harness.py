@@ -28,6 +28,7 @@ from tf2_msgs.msg import TFMessage
 from walker_sim.msg import Contacts, Transition
 from walker_sim.srv import (
     GetSpec,
+    Render,
     Reset,
     ResetBatch,
     Restore,
@@ -44,6 +45,7 @@ SERVICES = {
     "reset_batch": ResetBatch,
     "step_batch": StepBatch,
     "get_spec": GetSpec,
+    "render": Render,
     "snapshot": Snapshot,
     "restore": Restore,
     "set_real_time_factor": SetRealTimeFactor,

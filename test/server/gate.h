@@ -1,0 +1,90 @@
+// How a test holds another thread up, and hears from it.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace walker::test {
+
+/// Others wait here until the test lets them pass.
+class Gate {
+ public:
+  /// Waits in front of the gate.
+  void pass() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++arrivals_;
+    changed_.notify_all();
+    changed_.wait(lock, [this] { return is_open_; });
+  }
+
+  void open() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_open_ = true;
+    changed_.notify_all();
+  }
+
+  void close() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_open_ = false;
+  }
+
+  std::uint64_t arrivals() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return arrivals_;
+  }
+
+  /// Until so many have come, whether they have passed or not.
+  void wait_for_arrivals(std::uint64_t count) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    if (!changed_.wait_for(lock, kLongest, [&] { return arrivals_ >= count; })) {
+      throw std::runtime_error("nobody came to the gate");
+    }
+  }
+
+ private:
+  static constexpr std::chrono::seconds kLongest{30};  // only a failing test waits as long
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t arrivals_ = 0;
+  bool is_open_ = false;
+};
+
+/// Texts from other threads.
+class Mailbox {
+ public:
+  void add(const std::string& text) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    texts_.push_back(text);
+    changed_.notify_all();
+  }
+
+  std::vector<std::string> texts() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return texts_;
+  }
+
+  /// All so far, once this one has come.
+  std::vector<std::string> take_until(const std::string& last) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    constexpr std::chrono::seconds kLongest{30};  // only a failing test waits as long
+    if (!changed_.wait_for(lock, kLongest,
+                           [&] { return !texts_.empty() && texts_.back() == last; })) {
+      throw std::runtime_error("nobody said " + last);
+    }
+    return std::exchange(texts_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::string> texts_;
+};
+
+}  // namespace walker::test

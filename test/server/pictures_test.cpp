@@ -1,0 +1,292 @@
+// A server goes on stepping and serving while pictures are drawn: its renderer waits until the test
+// lets it, so nothing here depends on time.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include "error_message.h"
+#include "server/gate.h"
+#include "server/inbox.h"
+#include "server/server.h"
+#include "walker_sim/client.h"
+#include "walker_sim/registry.h"
+
+namespace walker::test {
+namespace {
+
+constexpr std::uint32_t kWidth = 4;
+constexpr std::uint32_t kHeight = 2;
+constexpr double kFocalLength = 10;
+const std::vector<double> kAction{1, 1, -1, 1};  // the walker stands astride
+
+Gate the_gate;                       // before each picture
+std::atomic<bool> is_broken{false};  // whether each picture fails
+Mailbox drawn;                       // steps of the pictures, in order
+
+/// Draws the step since the reset.
+class FakeRenderer : public Renderer {
+ public:
+  const Camera& camera() const override { return camera_; }
+
+  void render(const Instant& instant, const Channels& channels, Image& image) override {
+    the_gate.pass();
+    if (is_broken) throw std::runtime_error("no OpenGL: install it");
+    drawn.add(std::to_string(instant.step));
+    image.width = kWidth;
+    image.height = kHeight;
+    image.camera_pose.position = {1, 2, 3};
+    image.rgb.clear();
+    image.depth.clear();
+    if (channels.color)
+      image.rgb.assign(3 * kWidth * kHeight, static_cast<std::uint8_t>(instant.step));
+    if (channels.depth) image.depth.assign(kWidth * kHeight, static_cast<float>(instant.step));
+  }
+
+ private:
+  Camera camera_{kWidth, kHeight, kFocalLength, 1, 2};
+};
+
+/// A server in this process, for all tests: there can be only one, for a node ends once.
+class Pictures : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const ServerOptions options = read_server_options();
+    server_ = new walker::Server(
+        options, [options] { return make(options.id, options.environment); },
+        [](const Parameters& /*camera*/) { return std::make_unique<FakeRenderer>(); });
+    loop_ = new std::thread([] { server_->run(); });
+  }
+
+  /// Ends the server while a picture is drawn and another one waits.
+  static void TearDownTestSuite() {
+    the_gate.close();
+    const std::uint64_t arrivals = the_gate.arrivals();
+    auto first = asked_for();
+    the_gate.wait_for_arrivals(arrivals + 1);
+    auto second = asked_for();
+    ros::shutdown();
+    loop_->join();
+    std::thread opener([] { the_gate.open(); });
+    delete server_;
+    EXPECT_THROW(first.get(), ConnectionError);
+    EXPECT_THROW(second.get(), ConnectionError);
+    opener.join();
+    delete loop_;
+  }
+
+  Pictures() {
+    the_gate.open();
+    client_.reset(0, transition_);
+  }
+
+  static ClientOptions options(double timeout = 30) {
+    ClientOptions options;
+    options.server = ros::this_node::getName();
+    options.timeout = timeout;
+    return options;
+  }
+
+  /// A picture that another client has asked for, or will.
+  static std::future<Image> asked_for(double timeout = 30) {
+    return std::async(std::launch::async, [timeout] {
+      Client client(options(timeout));
+      Image image;
+      client.render(0, "", {}, image);
+      return image;
+    });
+  }
+
+  void step(int count) {
+    for (int i = 0; i < count; ++i) {
+      const std::uint32_t before = transition_.step;
+      client_.step(kAction.data(), kAction.size(), transition_);
+      ASSERT_EQ(transition_.step, before + 1);
+    }
+  }
+
+  /// Steps until a picture of each state is asked for, which the gate holds up.
+  void step_until_it_is_watched() {
+    the_gate.close();
+    const std::uint64_t arrivals = the_gate.arrivals();
+    for (int i = 0; i < 1000 && the_gate.arrivals() == arrivals; ++i) {
+      step(1);
+      ros::WallDuration(0.005).sleep();  // a publisher counts its subscribers a moment later
+    }
+    the_gate.wait_for_arrivals(arrivals + 1);
+  }
+
+  static walker::Server* server_;
+  static std::thread* loop_;
+
+  ros::NodeHandle node_;
+  Client client_{options()};
+  Transition transition_;
+};
+
+walker::Server* Pictures::server_ = nullptr;
+std::thread* Pictures::loop_ = nullptr;
+
+TEST_F(Pictures, StepsAreNeitherLostNorHeldUpByTheTopics) {
+  Inbox<sensor_msgs::Image> images(node_, "camera/image_raw");
+  Inbox<sensor_msgs::CameraInfo> infos(node_, "camera/camera_info");
+  Inbox<tf2_msgs::TFMessage> transforms(node_, "/tf");
+  Inbox<walker_sim::Transition> transitions(node_, "transition");
+  step_until_it_is_watched();
+  const std::uint32_t first = transition_.step;
+  step(100);  // while the renderer stands still
+  EXPECT_FALSE(client_.specification().id.empty());
+  EXPECT_FALSE(images.has_any());
+  the_gate.open();
+  const ros::Time newest = ros::Time().fromNSec(transition_.stamp);
+  const auto image = images.at(newest);
+  ASSERT_TRUE(image) << "the newest state's picture";
+  EXPECT_EQ(image->data, std::vector<std::uint8_t>(3 * kWidth * kHeight,
+                                                   static_cast<std::uint8_t>(first + 100)));
+  ASSERT_EQ(images.messages().size(), 2U) << "that under way, and the newest";
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    EXPECT_TRUE(transitions.find([&](const auto& told) { return told.step == first + i + 1; }));
+  }
+  const auto info = infos.at(newest);
+  ASSERT_TRUE(info);
+  EXPECT_EQ(infos.messages().size(), 2U);
+  const auto shows_camera = [&](const tf2_msgs::TFMessage& message) {
+    return message.transforms.front().child_frame_id == image->header.frame_id &&
+           message.transforms.front().header.stamp == newest;
+  };
+  EXPECT_TRUE(transforms.find(shows_camera));
+}
+
+TEST_F(Pictures, TheMessagesTellOfTheCamera) {
+  Inbox<sensor_msgs::Image> images(node_, "camera/image_raw");
+  Inbox<sensor_msgs::CameraInfo> infos(node_, "camera/camera_info");
+  Inbox<tf2_msgs::TFMessage> transforms(node_, "/tf");
+  step_until_it_is_watched();
+  the_gate.open();
+  const auto image = images.find([](const auto&) { return true; });
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->header.frame_id, "camera");
+  EXPECT_EQ(image->encoding, "rgb8");
+  EXPECT_EQ(image->width, kWidth);
+  EXPECT_EQ(image->height, kHeight);
+  EXPECT_EQ(image->step, 3 * kWidth);
+  const auto info = infos.at(image->header.stamp);
+  ASSERT_TRUE(info);
+  EXPECT_EQ(info->header.frame_id, "camera");
+  EXPECT_EQ(info->width, kWidth);
+  EXPECT_EQ(info->height, kHeight);
+  EXPECT_EQ(info->distortion_model, "plumb_bob");
+  EXPECT_EQ(info->D, std::vector<double>(5));
+  const std::array<double, 9> k{10, 0, 1.5, 0, 10, 0.5, 0, 0, 1};
+  const std::array<double, 12> p{10, 0, 1.5, 0, 0, 10, 0.5, 0, 0, 0, 1, 0};
+  EXPECT_TRUE(std::equal(k.begin(), k.end(), info->K.begin()));
+  EXPECT_TRUE(std::equal(p.begin(), p.end(), info->P.begin()));
+  const auto camera = transforms.find([&](const tf2_msgs::TFMessage& message) {
+    return message.transforms.front().child_frame_id == "camera";
+  });
+  ASSERT_TRUE(camera);
+  const geometry_msgs::TransformStamped& transform = camera->transforms.front();
+  EXPECT_EQ(transform.header.frame_id, "odom");
+  EXPECT_EQ(transform.header.stamp, image->header.stamp);
+  EXPECT_EQ(transform.transform.translation.z, 3);
+}
+
+TEST_F(Pictures, ARequestShowsWhatThereWasWhenItCame) {
+  step(3);
+  the_gate.close();
+  const std::uint64_t arrivals = the_gate.arrivals();
+  auto picture = asked_for();
+  the_gate.wait_for_arrivals(arrivals + 1);
+  step(10);
+  the_gate.open();
+  EXPECT_EQ(picture.get().rgb, std::vector<std::uint8_t>(3 * kWidth * kHeight, 3));
+}
+
+TEST_F(Pictures, DepthComesAsNumbers) {
+  step(2);
+  Image image;
+  client_.render(0, "32FC1", {}, image);
+  EXPECT_EQ(image.depth, std::vector<float>(kWidth * kHeight, 2));
+  EXPECT_EQ(image.width, kWidth);
+  EXPECT_EQ(image.height, kHeight);
+}
+
+TEST_F(Pictures, ManyClientsAreServedOneAfterTheOther) {
+  the_gate.close();
+  const std::uint64_t arrivals = the_gate.arrivals();
+  std::vector<std::future<Image>> pictures;
+  for (int i = 0; i < 20; ++i) pictures.push_back(asked_for());
+  the_gate.wait_for_arrivals(arrivals + 1);
+  step(10);
+  the_gate.open();
+  for (auto& picture : pictures) EXPECT_EQ(picture.get().width, kWidth);
+}
+
+TEST_F(Pictures, WhoHasGoneGetsNone) {
+  step(5);
+  the_gate.close();
+  const std::uint64_t arrivals = the_gate.arrivals();
+  auto patient = asked_for();
+  the_gate.wait_for_arrivals(arrivals + 1);
+  step(1);
+  auto impatient = asked_for(0.2);  // behind the other
+  EXPECT_THROW(impatient.get(), ConnectionError);
+  step(2);  // the server sees that it has gone
+  const std::vector<std::string> before = drawn.texts();
+  the_gate.open();
+  EXPECT_EQ(patient.get().rgb.front(), 5);
+  Image image;
+  client_.render(0, "", {}, image);
+  const std::vector<std::string> after = drawn.texts();
+  EXPECT_EQ(std::vector<std::string>(after.begin() + static_cast<std::ptrdiff_t>(before.size()),
+                                     after.end()),
+            (std::vector<std::string>{"5", "8"}));
+}
+
+TEST_F(Pictures, ARefusalHasItsReason) {
+  const auto refusal = [&](std::uint32_t environment, const std::string& encoding,
+                           const Parameters& camera) {
+    Image image;
+    return message_of<RequestRefused>(
+        [&] { client_.render(environment, encoding, camera, image); });
+  };
+  EXPECT_EQ(refusal(1, "", {}), "environment = 1; must be below num_envs = 1");
+  EXPECT_EQ(refusal(0, "bgr8", {}), "encoding = bgr8; must be rgb8 or 32FC1");
+  EXPECT_EQ(refusal(0, "", {{"camera_width", std::int64_t{5000}}}),
+            "parameter width = 5000: must be an integer in [1, 4096]");
+  EXPECT_EQ(refusal(0, "", {{"width", std::int64_t{5}}, {"camera_width", std::int64_t{5}}}),
+            "parameter width: given twice");
+  is_broken = true;
+  EXPECT_EQ(refusal(0, "", {}), "no OpenGL: install it");
+  is_broken = false;
+  step(1);
+}
+
+TEST_F(Pictures, ATopicWithoutPicturesStopsNobody) {
+  Inbox<sensor_msgs::Image> images(node_, "camera/image_raw");
+  is_broken = true;
+  step_until_it_is_watched();
+  the_gate.open();
+  step(100);
+  is_broken = false;
+  step(100);
+  EXPECT_TRUE(images.at(ros::Time().fromNSec(transition_.stamp)));
+}
+
+}  // namespace
+}  // namespace walker::test
