@@ -45,7 +45,7 @@ REFUSED = [
     ({"real_time_factor": float("inf")}, ["real_time_factor", "inf"]),
     ({"real_time_factor": "fast"}, ["real_time_factor", "fast"]),
     ({"command_timeout": -0.1}, ["command_timeout", "-0.1", "0"]),
-    ({"camera_rate": -1.0}, ["camera_rate", "-1", "[0, 1000]"]),
+    ({"camera_rate": -1.0}, ["camera_rate", "-1", "[0.0, 1000.0]"]),
     ({"camera_width": 0}, ["camera_width", "0", "[1, 4096]"]),
     ({"width": 600}, ["width", "unknown", "camera_width"]),
     ({"diagnostic_period": 0.0}, ["diagnostic_period", "0"]),
