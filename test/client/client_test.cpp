@@ -23,13 +23,10 @@
 namespace walker {
 namespace {
 
+using test::kLost;
 using test::Peer;
 using test::ScriptedServer;
 using test::ScriptedWalker;
-
-const std::string kLost =
-    "; whether the call was made is not known, and a server that was started again has lost its "
-    "episode: reset before the next step";
 
 void expect_equal(const Transition& told, const Transition& meant) {
   EXPECT_EQ(told.stamp, meant.stamp);
@@ -184,74 +181,6 @@ TEST(Client, StepsABatch) {
   EXPECT_EQ(told.final_environments, (std::vector<std::uint32_t>{1}));
   EXPECT_EQ(told.final_observations, (std::vector<double>{11}));
   EXPECT_EQ(told.final_info, (std::vector<double>{12}));
-}
-
-/// A response of ~render: sensor_msgs/Image after a success.
-struct Picture {
-  std::string encoding = "rgb8";
-  std::uint32_t width = 2;
-  std::uint32_t height = 1;
-  std::uint32_t row_bytes = 6;
-  std::string data = "\1\2\3\4\5\xff";
-  std::uint8_t is_bigendian = 0;
-
-  std::string answer() const {
-    test::Message message;
-    message.number(std::uint8_t{1}).text("");
-    message.number(std::uint32_t{0}).number(std::uint32_t{3}).number(std::uint32_t{20});
-    message.text("camera").number(height).number(width).text(encoding).number(is_bigendian);
-    return test::answer(message.number(row_bytes).text(data).bytes());
-  }
-};
-
-/// A connection to ~render that answers one request.
-ScriptedServer::Script drawing(const std::string& answer, std::string* request = nullptr) {
-  return [answer, request](Peer& peer) {
-    test::open(peer, kRender);
-    const std::string taken = peer.take_frame();
-    if (request != nullptr) *request = taken;
-    peer.give(answer);
-    peer.sees_end();
-  };
-}
-
-TEST(Client, Renders) {
-  std::string request;
-  ScriptedWalker walker({drawing(Picture().answer(), &request)});
-  Image image;
-  image.depth = {1};
-  walker.client().render(
-      7, "rgb8", {{"width", std::int64_t{2}}, {"camera_name", std::string("track")}}, image);
-  EXPECT_EQ(request, test::Message()
-                         .number(std::uint32_t{7})
-                         .text("rgb8")
-                         .texts({"camera_name", "width"})
-                         .texts({"track", "2"})
-                         .bytes());
-  EXPECT_EQ(image.width, 2U);
-  EXPECT_EQ(image.height, 1U);
-  EXPECT_EQ(image.rgb, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 255}));
-  EXPECT_TRUE(image.depth.empty());
-}
-
-TEST(Client, RendersDepth) {
-  Picture picture;
-  picture.encoding = "32FC1";
-  picture.height = 2;
-  picture.width = 1;
-  picture.row_bytes = 4;
-  picture.data = test::Message().number(0.5F).number(-3.0F).bytes();
-  std::string request;
-  ScriptedWalker walker({drawing(picture.answer(), &request)});
-  Image image;
-  image.rgb = {1};
-  walker.client().render(0, "32FC1", {}, image);
-  EXPECT_EQ(request,
-            test::Message().number(std::uint32_t{0}).text("32FC1").texts({}).texts({}).bytes());
-  EXPECT_EQ(image.width, 1U);
-  EXPECT_EQ(image.height, 2U);
-  EXPECT_EQ(image.depth, (std::vector<float>{0.5F, -3.0F}));
-  EXPECT_TRUE(image.rgb.empty());
 }
 
 TEST(Client, TakesAnswersInPiecesAndLongOnes) {
@@ -445,67 +374,6 @@ TEST(Client, RefusesAnswersThatAreNone) {
   const std::string begin = test::Message().number(std::uint8_t{1}).text("").bytes() +
                             std::string(12, '\0') + test::framed("odom") + std::string(12, '\0');
   EXPECT_EQ(outcome(test::answer(begin + many)), ": the answer ends within a field" + kLost);
-}
-
-TEST(Client, RefusesPicturesThatAreNone) {
-  const auto outcome = [](const Picture& picture, const std::string& encoding = "rgb8") {
-    ScriptedWalker walker({drawing(picture.answer())});
-    Image image;
-    const std::string error =
-        message_of<ConnectionError>([&] { walker.client().render(0, encoding, {}, image); });
-    EXPECT_EQ(image.width, 0U);
-    const std::string whom = "service /walker_sim/render at " + walker.address() + ": ";
-    EXPECT_EQ(error.rfind(whom, 0), 0U) << error;
-    return error.substr(whom.size());
-  };
-  EXPECT_EQ(outcome({}, "32FC1"), "the picture's encoding is rgb8 instead of 32FC1" + kLost);
-  Picture picture;
-  picture.is_bigendian = 1;
-  EXPECT_EQ(outcome(picture), "the picture's encoding is rgb8, big-endian instead of rgb8" + kLost);
-  picture = Picture();
-  picture.encoding = "bgr8";
-  EXPECT_EQ(outcome(picture, ""), "the picture's encoding is bgr8 instead of rgb8" + kLost);
-  picture = Picture();
-  picture.width = 3;
-  EXPECT_EQ(outcome(picture), "the picture's rows have 6 bytes instead of 9" + kLost);
-  picture = Picture();
-  picture.height = 2;
-  EXPECT_EQ(outcome(picture), "6 bytes of data came instead of 12" + kLost);
-  // A product that no 64-bit number holds.
-  picture = Picture();
-  picture.width = std::uint32_t{1} << 31;
-  picture.height = std::uint32_t{1} << 31;
-  picture.row_bytes = 0;
-  EXPECT_EQ(outcome(picture), "the picture's rows have 0 bytes instead of 6442450944" + kLost);
-}
-
-TEST(Client, PassesOnWhyAPictureIsRefused) {
-  const std::string refusal = test::Message().number(std::uint8_t{0}).text("no episode").bytes();
-  ScriptedWalker walker({drawing(test::answer(refusal))});
-  Image image;
-  EXPECT_EQ(message_of<RequestRefused>([&] { walker.client().render(0, "", {}, image); }),
-            "no episode");
-}
-
-TEST(Client, AServerWithoutPicturesStillSteps) {
-  const auto knows_nothing = [](Peer& peer) {
-    peer.take_post();
-    peer.give(test::http_answer(test::xml_answer(-1, "no provider", "")));
-  };
-  ScriptedServer server({test::tell_specification, answering({good_answer(), good_answer()})});
-  const ScriptedServer::Script known = test::master_of(server.address());
-  ScriptedServer master({known, known, knows_nothing});
-  ClientOptions options;
-  options.master_uri = "http://" + master.address();
-  Client client(options);
-  Transition transition;
-  client.step(nullptr, 0, transition);
-  Image image;
-  EXPECT_EQ(message_of<ConnectionError>([&] { client.render(0, "", {}, image); }),
-            "ROS master " + options.master_uri +
-                ": it does not know /walker_sim/render (no provider): is the server running, under "
-                "this name, and in a version that has this service?");
-  client.step(nullptr, 0, transition);  // over the same connection
 }
 
 /// Of this process, at its largest so far [bytes].

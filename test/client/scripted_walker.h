@@ -14,6 +14,11 @@
 
 namespace walker::test {
 
+/// At the end of what the client says of a call that broke.
+inline const std::string kLost =
+    "; whether the call was made is not known, and a server that was started again has lost its "
+    "episode: reset before the next step";
+
 /// What EnvironmentSpec.msg holds, as bytes and as the client should tell it.
 inline ServerSpecification example_specification() {
   ServerSpecification spec;

@@ -15,6 +15,7 @@ import rosgraph_msgs.msg
 import rospy
 import rosservice
 import rostest
+import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
@@ -41,6 +42,8 @@ OTHER_TOPICS = {
     "/spec": EnvironmentSpec,
     "/tf_static": tf2_msgs.msg.TFMessage,
     "/diagnostics": diagnostic_msgs.msg.DiagnosticArray,
+    "/camera/image_raw": sensor_msgs.msg.Image,
+    "/camera/camera_info": sensor_msgs.msg.CameraInfo,
 }
 LATCHED = {
     "/spec": EnvironmentSpec,
