@@ -65,7 +65,7 @@ class ServicePort {
                                                        tcpros::Bytes& /*answer*/) {
                      typename Service::Request request;
                      read(bytes, size, request);
-                     const auto pending = std::make_shared<PendingAnswer>(event);
+                     auto pending = std::make_shared<PendingAnswer>(event);
                      handler(request, Reply<typename Service::Response>(pending));
                      return pending;
                    });
