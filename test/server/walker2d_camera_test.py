@@ -57,7 +57,10 @@ class Walker2dCameraTest(ServerTest):
         self.render = self.server.client("render", Render)
         for client in (self.reset, self.step, self.render):
             self.addCleanup(client.close)
-        self.reset(has_seed=True, seed=1)
+        self.begin()
+
+    def begin(self):
+        return self.reset(has_seed=True, seed=1).success
 
     def advance(self):
         return nanoseconds(self.step(action=[0.3, -0.2, 0.1, -0.3, 0.2, 0.1]).transition)
@@ -69,7 +72,7 @@ class Walker2dCameraTest(ServerTest):
         )
         self.transforms = self.record("/tf", TFMessage)
         wait_for(
-            lambda: self.advance() and self.images.messages() and self.infos.messages(),
+            lambda: self.begin() and self.images.messages() and self.infos.messages(),
             "the first picture",
         )
 
