@@ -37,7 +37,9 @@ void call_with(OffscreenContext& context, const Function& function) {
 /// MuJoCo's off-screen buffer and what it uploads to OpenGL for a model.
 class Studio {
  public:
-  Studio(const mjModel& model, int max_geom) : context_(make_offscreen_context()) {
+  // In a thread of its own: EGL remembers by thread what contexts are to be made.
+  Studio(const mjModel& model, int max_geom)
+      : context_(std::async(std::launch::async, make_offscreen_context).get()) {
     mjv_defaultScene(&scene_);
     mjr_defaultContext(&render_context_);
     mjv_makeScene(&model, &scene_, max_geom);
