@@ -160,6 +160,7 @@ class MujocoRenderer : public Renderer {
     mj_kinematics(model_.get(), data_.get());
     mj_comPos(model_.get(), data_.get());
     mj_camlight(model_.get(), data_.get());
+    mj_tendon(model_.get(), data_.get());
   }
 
   /// OpenGL's depth buffer, undone.

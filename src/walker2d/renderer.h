@@ -10,7 +10,9 @@
 namespace walker::walker2d {
 
 /// MuJoCo's own renderer. OpenGL's depth buffer holds for a depth z the value
-/// (1 - near / z) / (1 - near / far), and 1 where there is nothing, which is the depth `far`.
+/// (1 - near / z) / (1 - near / far), and 1 where there is nothing, which is the depth `far`. A sky
+/// is drawn too, from 0.6 to 1 times `far` away. Where the model asks for several samples a pixel,
+/// a depth is that of one of them, not of the pixel's middle.
 /// @param xml_file as `load_model` takes it
 /// @param camera   complete
 /// @throws std::invalid_argument for a camera that the model does not have
