@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "walker_sim/specification.h"
@@ -39,10 +40,18 @@ struct Flag {
   Color color;
 };
 
+/// Level ground without an end, laid out in square tiles of two colours in turn.
+struct Floor {
+  double z;                     ///< [m]
+  double tile;                  ///< side of a tile, of which one begins at x = 0 [m]
+  std::array<Color, 2> colors;  ///< the lighter first
+};
+
 /// What stands around the walker. Changes only at a reset.
 struct Scene {
   std::vector<ScenePolygon> ground;  ///< pieces of the ground; the first two points are the surface
   std::vector<Color> surface_colors;  ///< of the ground pieces' surfaces
+  std::optional<Floor> floor;
   std::vector<ScenePolygon> obstacles;
   std::vector<ScenePolygon> clouds;
   std::vector<Flag> flags;

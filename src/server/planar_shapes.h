@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "walker_sim/specification.h"
 
@@ -17,6 +18,16 @@ struct Rectangle {
 
 /// The prism's section as a rectangle, if it is one to the engine's single precision.
 std::optional<Rectangle> to_rectangle(const Prism& prism);
+
+/// Corners, counter-clockwise seen from outside [m].
+using Triangle = std::array<Vector3, 3>;
+
+/// The prism's surface, `depth` long along y and half of it on either side of y = 0.
+std::vector<Triangle> surface_of(const Prism& prism, double depth);
+
+/// Unit vector to the side from which the corners run counter-clockwise; zero where they lie on a
+/// line.
+Vector3 normal_of(const Triangle& triangle);
 
 /// The whole inertia of a body of which the engine knows the moment about y alone. The rest is that
 /// of a prism of this depth whose density does not vary: iyy, the moment in the plane, is shared

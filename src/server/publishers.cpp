@@ -1,9 +1,5 @@
 #include "server/publishers.h"
 
-#include <visualization_msgs/MarkerArray.h>
-
-#include "server/markers.h"
-
 namespace walker {
 namespace {
 
@@ -39,10 +35,7 @@ Publishers::Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const Ser
       spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
       tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kRecord)),
       tf_static_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
-      scene_publisher_(
-          node.advertise<visualization_msgs::MarkerArray>("scene_markers", kState, kLatched)),
-      state_markers_publisher_(
-          node.advertise<visualization_msgs::MarkerArray>("state_markers", kState)) {
+      markers_(node, shown, frames_.odometry) {
   if (shown.specification().range_finder.num_rays != 0) {
     scan_publisher_ = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
@@ -57,7 +50,7 @@ void Publishers::publish_constants(ros::Time stamp) {
 
 void Publishers::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
-  if (shown_.state().error.empty()) publish_scene(stamp);  // else there is none to tell of
+  if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is none to tell of
   publish_state(stamp);
 }
 
@@ -76,7 +69,7 @@ void Publishers::publish_state(ros::Time stamp) {
   const bool simulation_failed = !state.error.empty();
   if (!simulation_failed) {
     publish_sensors(stamp);
-    publish_markers(stamp);
+    markers_.publish_state(stamp);
   }
   if (anybody_listens(reward_publisher_)) {
     reward_.data = state.reward;
@@ -107,32 +100,9 @@ void Publishers::publish_sensors(ros::Time stamp) {
   }
 }
 
-void Publishers::publish_markers(ros::Time stamp) {
-  if (!anybody_listens(state_markers_publisher_)) return;
-  const EpisodeState& state = shown_.state();
-  std_msgs::Header header;
-  header.stamp = stamp;
-  header.frame_id = frames_.odometry;
-  const EpisodeStatus status{shown_.specification().id,
-                             state.episode,
-                             state.step,
-                             state.episode_return,
-                             state.seed ? std::to_string(*state.seed) : "",
-                             state.end_reason};
-  state_markers_publisher_.publish(
-      state_markers(shown_.specification(), shown_.sensors(), status, header));
-}
-
 void Publishers::publish_episode(ros::Time stamp) {
   fill(shown_.state(), frames_, stamp, episode_);
   episode_publisher_.publish(episode_);
-}
-
-void Publishers::publish_scene(ros::Time stamp) {
-  std_msgs::Header header;
-  header.stamp = stamp;
-  header.frame_id = frames_.odometry;
-  scene_publisher_.publish(scene_markers(shown_.scene(), header));
 }
 
 }  // namespace walker

@@ -9,6 +9,7 @@
 #include <std_msgs/Float64MultiArray.h>
 
 #include "server/converters.h"
+#include "server/marker_topics.h"
 #include "server/parameter_reader.h"
 #include "server/shown_environment.h"
 #include "walker_sim/EpisodeRecord.h"
@@ -23,7 +24,7 @@ class Publishers {
   /// Latched: the specification and the static transforms.
   void publish_constants(ros::Time stamp);
 
-  /// The state right after a reset, with the episode and the scene (both latched).
+  /// The state right after a reset, with the episode (latched) and the scene.
   void publish_reset(ros::Time stamp);
 
   /// The same after a restore, with the record (latched), by which a bag can repeat the episode.
@@ -37,9 +38,7 @@ class Publishers {
  private:
   void publish_state(ros::Time stamp);
   void publish_sensors(ros::Time stamp);
-  void publish_markers(ros::Time stamp);
   void publish_episode(ros::Time stamp);
-  void publish_scene(ros::Time stamp);
 
   ShownEnvironment& shown_;
   ServerOptions options_;
@@ -58,8 +57,7 @@ class Publishers {
   ros::Publisher spec_publisher_;
   ros::Publisher tf_publisher_;
   ros::Publisher tf_static_publisher_;
-  ros::Publisher scene_publisher_;
-  ros::Publisher state_markers_publisher_;
+  MarkerTopics markers_;
 
   sensor_msgs::JointState joint_states_;
   sensor_msgs::LaserScan scan_;

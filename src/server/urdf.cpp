@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/collada.h"
 #include "server/planar_shapes.h"
 #include "server/poses.h"
 #include "server/stl.h"
@@ -32,11 +33,22 @@ constexpr const char* kExactNotes =
     "     back as the engine's own, double. The motors give their torque at any speed; URDF\n"
     "     demands a velocity limit, and 10000 stands for none.\n";
 
-/// Where a link's prisms stand in y and how far they reach [m].
-struct Place {
-  double y;
-  double depth;
-};
+/// The link with which the joint's branch of the trunk begins. Joints are in action order, which
+/// need not lead from the trunk outwards.
+std::string branch_of(const Specification& specification, const Joint& joint) {
+  const Joint* inner = &joint;
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    if (inner->parent == specification.links.front().name) return inner->child;
+    const auto next =
+        std::find_if(specification.joints.begin(), specification.joints.end(),
+                     [&](const Joint& other) { return other.child == inner->parent; });
+    if (next == specification.joints.end()) {
+      throw std::invalid_argument("joint " + inner->name + ": unknown parent " + inner->parent);
+    }
+    inner = &*next;
+  }
+  throw std::invalid_argument("joint " + joint.name + ": hangs in a circle of joints");
+}
 
 class Writer {
  public:
@@ -51,7 +63,7 @@ class Writer {
          << specification_.id << "` out of the running world; do not edit.\n"
          << (specification_.joints_are_exact ? kExactNotes : kPlanarNotes) << "-->\n<robot name=\""
          << name_ << "\">\n";
-    const std::map<std::string, Place> places = place_links(depths);
+    const std::map<std::string, Place> places = place_links(specification_, depths);
     for (const Link& link : specification_.links) write_link(link, places.at(link.name));
     for (const Joint& joint : specification_.joints) write_joint(joint);
     xml_ << "</robot>\n";
@@ -60,40 +72,6 @@ class Writer {
   }
 
  private:
-  std::map<std::string, Place> place_links(const UrdfDepths& depths) const {
-    const std::string& trunk = specification_.links.front().name;
-    std::map<std::string, Place> places{{trunk, {0, depths.trunk}}};
-    std::vector<std::string> branches;  // by the link with which each begins
-    for (const Joint& joint : specification_.joints) {
-      if (joint.parent == trunk) branches.push_back(joint.child);
-    }
-    const double spacing = depths.trunk + depths.limb + 2 * depths.gap;
-    const double first = static_cast<double>(branches.size() + 1) / 2 * spacing;
-    for (const Joint& joint : specification_.joints) {
-      const auto branch = std::find(branches.begin(), branches.end(), branch_of(joint));
-      const auto number = static_cast<double>(branch - branches.begin() + 1);
-      places[joint.child] = {first - number * spacing, depths.limb};
-    }
-    return places;
-  }
-
-  /// The link with which the joint's branch of the trunk begins. Joints are in action order, which
-  /// need not lead from the trunk outwards.
-  std::string branch_of(const Joint& joint) const {
-    const Joint* inner = &joint;
-    for (std::size_t i = 0; i < specification_.joints.size(); ++i) {
-      if (inner->parent == specification_.links.front().name) return inner->child;
-      const auto next =
-          std::find_if(specification_.joints.begin(), specification_.joints.end(),
-                       [&](const Joint& other) { return other.child == inner->parent; });
-      if (next == specification_.joints.end()) {
-        throw std::invalid_argument("joint " + inner->name + ": unknown parent " + inner->parent);
-      }
-      inner = &*next;
-    }
-    throw std::invalid_argument("joint " + joint.name + ": hangs in a circle of joints");
-  }
-
   // ---------------------------------------------------------------- links
 
   void write_link(const Link& link, const Place& place) {
@@ -116,19 +94,26 @@ class Writer {
            "\" izz=\"" + text(inertia.zz) + "\"/>";
   }
 
-  /// As a box, or as a mesh, which joins the files.
+  /// The meshes join the files.
   void write_prism(const Link& link, std::size_t index, const Place& place) {
     const Prism& prism = link.prisms[index];
+    const std::string number = link.prisms.size() == 1 ? "" : "_" + std::to_string(index + 1);
+    const std::string name = name_ + "_" + link.name + number;
+    const std::string in_place = origin({0, place.y, 0});
+    files_.meshes[name + ".dae"] = make_collada(prism, place.depth, link.color);
+    write_visual(link, in_place, mesh(name + ".dae"));
     if (const std::optional<Rectangle> box = to_rectangle(prism)) {
-      write_shape(link, origin({box->center[0], place.y, box->center[1]}, {0, box->pitch, 0}),
-                  "<box size=\"" + list(Vector3{box->size[0], place.depth, box->size[1]}) + "\"/>");
+      write_collision(
+          origin({box->center[0], place.y, box->center[1]}, {0, box->pitch, 0}),
+          "<box size=\"" + list(Vector3{box->size[0], place.depth, box->size[1]}) + "\"/>");
       return;
     }
-    const std::string number = link.prisms.size() == 1 ? "" : "_" + std::to_string(index + 1);
-    const std::string file = name_ + "_" + link.name + number + ".stl";
-    files_.meshes[file] = make_stl(prism, place.depth);
-    write_shape(link, origin({0, place.y, 0}),
-                "<mesh filename=\"" + mesh_folder_ + "/" + file + "\"/>");
+    files_.meshes[name + ".stl"] = make_stl(prism, place.depth);
+    write_collision(in_place, mesh(name + ".stl"));
+  }
+
+  std::string mesh(const std::string& file) const {
+    return "<mesh filename=\"" + mesh_folder_ + "/" + file + "\"/>";
   }
 
   void write_solid(const Link& link, const Solid& solid) {
@@ -162,13 +147,26 @@ class Writer {
   /// What is seen is what collides.
   void write_shape(const Link& link, const std::string& origin_element,
                    const std::string& geometry) {
-    const std::string placed = "      " + origin_element + "\n      <geometry>\n        " +
-                               geometry + "\n      </geometry>\n";
+    write_visual(link, origin_element, geometry);
+    write_collision(origin_element, geometry);
+  }
+
+  void write_visual(const Link& link, const std::string& origin_element,
+                    const std::string& geometry) {
     xml_ << "    <visual>\n"
-         << placed << "      <material name=\"" << attribute_text(link.name)
-         << "\">\n        <color rgba=\"" << list_text(link.color, Precision::in_single)
-         << "\"/>\n      </material>\n    </visual>\n    <collision>\n"
-         << placed << "    </collision>\n";
+         << placed(origin_element, geometry) << "      <material name=\""
+         << attribute_text(link.name) << "\">\n        <color rgba=\""
+         << list_text(link.color, Precision::in_single)
+         << "\"/>\n      </material>\n    </visual>\n";
+  }
+
+  void write_collision(const std::string& origin_element, const std::string& geometry) {
+    xml_ << "    <collision>\n" << placed(origin_element, geometry) << "    </collision>\n";
+  }
+
+  static std::string placed(const std::string& origin_element, const std::string& geometry) {
+    return "      " + origin_element + "\n      <geometry>\n        " + geometry +
+           "\n      </geometry>\n";
   }
 
   // ---------------------------------------------------------------- joints
@@ -244,6 +242,25 @@ std::string robot_name(const std::string& id) {
     name += std::isalnum(letter) != 0 ? static_cast<char>(std::tolower(letter)) : '_';
   }
   return name;
+}
+
+std::map<std::string, Place> place_links(const Specification& specification,
+                                         const UrdfDepths& depths) {
+  const std::string& trunk = specification.links.front().name;
+  std::map<std::string, Place> places{{trunk, {0, depths.trunk}}};
+  std::vector<std::string> branches;  // by the link with which each begins
+  for (const Joint& joint : specification.joints) {
+    if (joint.parent == trunk) branches.push_back(joint.child);
+  }
+  const double spacing = depths.trunk + depths.limb + 2 * depths.gap;
+  const double first = static_cast<double>(branches.size() + 1) / 2 * spacing;
+  for (const Joint& joint : specification.joints) {
+    const auto branch =
+        std::find(branches.begin(), branches.end(), branch_of(specification, joint));
+    const auto number = static_cast<double>(branch - branches.begin() + 1);
+    places[joint.child] = {first - number * spacing, depths.limb};
+  }
+  return places;
 }
 
 UrdfFiles make_urdf(const Specification& specification, const std::string& name,

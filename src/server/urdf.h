@@ -16,6 +16,18 @@ struct UrdfDepths {
   double gap = 0.02;   ///< between neighbours in y [m]
 };
 
+/// Where a link's prisms stand in y and how far they reach [m].
+struct Place {
+  double y = 0;
+  double depth = 0;
+};
+
+/// The places of a planar world's links by name: branches of the trunk stand beside each other in
+/// y, the first on the far side (+y).
+/// @throws std::invalid_argument for a joint that does not hang on the trunk
+std::map<std::string, Place> place_links(const Specification& specification,
+                                         const UrdfDepths& depths = {});
+
 /// The files of a robot description.
 struct UrdfFiles {
   std::string urdf;                           ///< the XML text
@@ -26,9 +38,10 @@ struct UrdfFiles {
 std::string robot_name(const std::string& id);
 
 /// Describes the specification's links and joints; numbers have the specification's precision.
-/// - A prism over a rectangle becomes a box, any other a mesh; branches of the trunk stand beside
-///   each other in y, the first on the far side (+y). Solids stand where they are; URDF knows no
-///   capsule, so one becomes a cylinder between two spheres.
+/// - A prism is seen as a COLLADA mesh, whose material keeps the faces in the link's colour that a
+///   viewer's light does not reach. It collides as a box where its section is a rectangle, else as
+///   an STL mesh. `place_links` says where it stands in y. Solids stand where they are; URDF knows
+///   no capsule, so one becomes a cylinder between two spheres.
 /// - A child whose frame is not its joint's hangs on a link without mass, `<child>_hinge`, that the
 ///   joint turns, and a fixed joint: so each link's frame is the engine's.
 /// - A joint without limits becomes a continuous one. URDF demands a velocity limit; where there is

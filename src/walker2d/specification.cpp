@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -88,24 +89,13 @@ Specification make_specification(const Options& options, const Layout& layout,
 }
 
 void describe_scene(const mjModel& model, const mjData& data, Scene& scene) {
-  // Far enough for the best walker in the default time, and as deep as it looks well [m].
-  constexpr int kFirstTile = -20;
-  constexpr int kLastTile = 100;
-  constexpr double kDepth = 3;
-  constexpr Color kEarth{0.50, 0.58, 0.54, 1};
-  constexpr Color kLight{0.83, 0.89, 0.84, 1};
-  constexpr Color kDark{0.70, 0.78, 0.72, 1};
+  constexpr double kTile = 0.5;  // [m]
+  constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
   scene = {};
   const int* const plane = std::find(model.geom_type, model.geom_type + model.ngeom, mjGEOM_PLANE);
   if (plane == model.geom_type + model.ngeom) return;
   const double top = at(data.geom_xpos, static_cast<int>(plane - model.geom_type), 3)[2];
-  for (int x = kFirstTile; x < kLastTile; ++x) {
-    const double left = x;
-    const double right = x + 1;
-    scene.ground.push_back(
-        {{{left, top}, {right, top}, {right, top - kDepth}, {left, top - kDepth}}, kEarth});
-    scene.surface_colors.push_back(x % 2 == 0 ? kLight : kDark);
-  }
+  scene.floor = Floor{top, kTile, kColors};
 }
 
 Vector3 to_vector3(const mjtNum* vector) { return {vector[0], vector[1], vector[2]}; }

@@ -12,8 +12,7 @@ namespace walker::walker2d {
 Specification make_specification(const Options& options, const Layout& layout,
                                  const mjModel& model);
 
-/// The ground at the height of the model's first plane, in tiles of one metre; none without a
-/// plane. Needs a reset.
+/// A floor at the height of the model's first plane; none without a plane. Needs a reset.
 void describe_scene(const mjModel& model, const mjData& data, Scene& scene);
 
 Vector3 to_vector3(const mjtNum* vector);

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <sstream>
@@ -94,6 +95,44 @@ Mesh read_stl(const std::string& path) {
   return mesh;
 }
 
+/// The numbers in the first element that begins so.
+std::vector<double> numbers_in(const std::string& file, const std::string& begin) {
+  const std::size_t start = file.find('>', file.find(begin) + begin.size() - 1) + 1;
+  std::istringstream text(file.substr(start, file.find('<', start) - start));
+  return {std::istream_iterator<double>(text), {}};
+}
+
+/// Reads a COLLADA file of ours, and checks its normals.
+Mesh read_collada(const std::string& path) {
+  const std::string file = read_file(path);
+  EXPECT_NE(file.find("<up_axis>Z_UP</up_axis>"), std::string::npos);
+  const std::vector<double> corners = numbers_in(file, "<float_array id=\"corners_values\"");
+  const std::vector<double> normals = numbers_in(file, "<float_array id=\"normals_values\"");
+  const std::vector<double> indices = numbers_in(file, "<p>");
+  EXPECT_EQ(corners.size(), normals.size());
+  EXPECT_EQ(3 * indices.size(), corners.size());
+  Mesh mesh;
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+    std::array<Vector3, 3> triangle{};
+    for (std::size_t k = 0; k < 9; ++k) {
+      triangle[k / 3][k % 3] = corners.at(3 * static_cast<std::size_t>(indices[i + k / 3]) + k % 3);
+    }
+    for (std::size_t edge = 0; edge < 2; ++edge) {
+      double along = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        along += (triangle[edge + 1][k] - triangle[edge][k]) * normals.at(3 * i + k);
+      }
+      EXPECT_NEAR(along, 0, kShapeTolerance) << "a normal that stands askew";
+    }
+    mesh.triangles.push_back(triangle);
+  }
+  return mesh;
+}
+
+Mesh read_mesh(const std::string& path) {
+  return path.substr(path.size() - 4) == ".stl" ? read_stl(path) : read_collada(path);
+}
+
 Corners corners_of(const Mesh& mesh) {
   Corners corners;
   for (const auto& triangle : mesh.triangles) {
@@ -154,7 +193,7 @@ TEST_F(CommittedUrdf, IsWhatTheRunningWorldGives) {
   if (!is_pinned()) GTEST_SKIP() << "the files are those of the pinned engine";
   const UrdfFiles files = make_urdf(specification(), "bipedal_walker");
   EXPECT_EQ(files.urdf, text_);
-  ASSERT_EQ(files.meshes.size(), 1U);
+  ASSERT_EQ(files.meshes.size(), specification().links.size() + 1) << "to be seen, and to collide";
   for (const auto& [name, content] : files.meshes) {
     EXPECT_TRUE(content == read_file(source("assets/" + name))) << name << " differs";
   }
@@ -241,9 +280,26 @@ TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
       EXPECT_EQ(pose.position.x, 0);
       EXPECT_EQ(pose.position.z, 0);
       EXPECT_EQ(pose.rotation.w, 1);
-      const Mesh mesh = read_stl(source(url.substr(package.size())));
+      const Mesh mesh = read_mesh(source(url.substr(package.size())));
       expect_same_corners(link.prisms[0].vertices, corners_of(mesh), link.name);
-      EXPECT_NEAR(volume_of(mesh), area_of(link.prisms[0]) * UrdfDepths().trunk, kShapeTolerance);
+      const double depth = link.name == "hull" ? UrdfDepths().trunk : UrdfDepths().limb;
+      EXPECT_NEAR(volume_of(mesh), area_of(link.prisms[0]) * depth, kShapeTolerance);
+    }
+  }
+}
+
+/// What the viewer's light reaches fully has the link's colour, and no face is black.
+TEST_F(CommittedUrdf, MeshesHaveTheLinksColours) {
+  for (const Link& link : specification().links) {
+    SCOPED_TRACE(link.name);
+    const std::string file = read_file(source("assets/bipedal_walker_" + link.name + ".dae"));
+    const std::vector<double> own = numbers_in(file, "<emission><color");
+    const std::vector<double> lit = numbers_in(file, "<diffuse><color");
+    ASSERT_EQ(own.size(), 4U);
+    ASSERT_EQ(lit.size(), 4U);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(own[k] + lit[k], link.color[k], 1e-6);
+      EXPECT_GT(own[k], link.color[k] / 2);
     }
   }
 }

@@ -1,9 +1,8 @@
-#include "server/markers.h"
+#include "server/scene_markers.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
+#include <vector>
 
 #include "server/marker_shapes.h"
 
@@ -24,18 +23,9 @@ constexpr double kCloudSpacing = 1.5;  // between the depths of clouds that foll
 
 constexpr double kOutlineWidth = 0.04;
 constexpr double kPoleWidth = 0.07;
-constexpr double kRayWidth = 0.025;
-constexpr double kHitDiameter = 0.14;
-constexpr double kTextHeight = 0.24;   // of a capital letter
-constexpr double kTextAltitude = 1.4;  // of the text's middle, above the trunk's origin
 
 constexpr Color kOutlineColor{0.6, 0.6, 0.6, 1};
 constexpr Color kPoleColor{0.2, 0.2, 0.22, 1};
-constexpr Color kRayColor{0.93, 0.1, 0.1, 0.85};
-constexpr Color kMissedRayColor{0.93, 0.1, 0.1, 0.3};
-constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
-
-// ---------------------------------------------------------------- scene
 
 /// Earth below the surface, darker the deeper, on the near and on the far side.
 void add_earth(const Outline& outline, const Color& color, Marker& triangles) {
@@ -156,6 +146,13 @@ void add_flag(const Flag& flag, Marker& triangles, Marker& poles) {
   add_face(pennant, kFlagY, {flag.color, flag.color, shaded(flag.color, kTipShade)}, triangles);
 }
 
+/// The way from one colour to another, `share` of it in [0, 1].
+Color mixed(const Color& from, const Color& to, double share) {
+  Color color{};
+  for (std::size_t i = 0; i < color.size(); ++i) color[i] = from[i] + share * (to[i] - from[i]);
+  return color;
+}
+
 bool stands_somewhere(const Flag& flag) {
   return is_finite({flag.x, flag.z}) && std::isfinite(flag.height);
 }
@@ -165,65 +162,35 @@ void append_if_any(const Marker& marker, MarkerArray& array) {
   if (!marker.points.empty()) array.markers.push_back(marker);
 }
 
-// ---------------------------------------------------------------- state
+}  // namespace
 
-bool is_somewhere(const Vector3& vector) {
-  return std::all_of(vector.begin(), vector.end(), [](double v) { return std::isfinite(v); });
+double floor_center(const Floor& floor, double x) {
+  // An even number of tiles, so that those under the centre are always coloured alike.
+  const double step = 4 * floor.tile;
+  return step * std::round(x / step);
 }
 
-/// Red rays to what they met, faint ones as far as the range finder reaches; a ball at each hit.
-void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
-                 MarkerArray& array) {
-  const Vector3& origin = sensors.link_poses.front().position;
-  // rviz ignores a single line's alpha, so the faint ones need a marker of their own.
-  Marker rays = make_marker(header, "rays", Marker::LINE_LIST);
-  Marker missed_rays = make_marker(header, "missed_rays", Marker::LINE_LIST);
-  Marker hits = make_marker(header, "hits", Marker::SPHERE_LIST);
-  rays.scale.x = missed_rays.scale.x = kRayWidth;
-  hits.scale.x = hits.scale.y = hits.scale.z = kHitDiameter;
-  rays.color = to_color(kRayColor);
-  missed_rays.color = to_color(kMissedRayColor);
-  hits.color = to_color(with_alpha(kRayColor, 1));
-  const geometry_msgs::Point from = to_point({origin[0], origin[2]}, origin[1]);
-  for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
-    if (std::isnan(sensors.ranges[i])) continue;
-    const bool is_hit = std::isfinite(sensors.ranges[i]);
-    const double range = is_hit ? sensors.ranges[i] : finder.maximum_range;
-    const double angle = finder.angle_minimum + static_cast<double>(i) * finder.angle_increment;
-    // The lidar frame's X is the world's x, its Y the world's z.
-    const geometry_msgs::Point to = to_point(
-        {origin[0] + range * std::cos(angle), origin[2] + range * std::sin(angle)}, origin[1]);
-    Marker& lines = is_hit ? rays : missed_rays;
-    lines.points.push_back(from);
-    lines.points.push_back(to);
-    if (is_hit) hits.points.push_back(to);
+Marker floor_marker(const Floor& floor, double center, const std_msgs::Header& header) {
+  // Beyond both sides of the picture, and as deep as it looks well, in tiles.
+  constexpr int kAhead = 20;
+  constexpr int kNear = -7;
+  constexpr int kFar = 13;
+  constexpr double kPaleness = 0.85;  // of the farthest tiles: no flicker where they are narrow
+  const auto& [light, dark] = floor.colors;
+  Marker marker = make_marker(header, "floor", Marker::TRIANGLE_LIST);
+  if (!std::isfinite(floor.z)) return deletion(header, "floor");
+  for (int row = kNear; row < kFar; ++row) {
+    const double paleness = kPaleness * std::max(row, 0) / kFar;
+    const Depth depth{row * floor.tile, (row + 1) * floor.tile};
+    for (int column = -kAhead; column < kAhead; ++column) {
+      const Color& tone = (row + column) % 2 == 0 ? light : dark;
+      const Color color = mixed(tone, light, paleness);
+      const double left = center + column * floor.tile;
+      add_wall({left, floor.z}, {left + floor.tile, floor.z}, depth, color, color, marker);
+    }
   }
-  for (const Marker& marker : {rays, missed_rays, hits}) {
-    array.markers.push_back(marker.points.empty() ? deletion(header, marker.ns.c_str()) : marker);
-  }
-}
-
-std::string text_of(const EpisodeStatus& status) {
-  std::ostringstream text;
-  text << status.id << "\nepisode " << status.episode;
-  if (!status.seed.empty()) text << "  seed " << status.seed;
-  text << "\nstep " << status.step << "  return " << std::fixed << std::setprecision(1)
-       << status.episode_return;
-  if (!status.end_reason.empty()) text << "\n" << status.end_reason;
-  return text.str();
-}
-
-Marker text_marker(const Vector3& trunk, const EpisodeStatus& status,
-                   const std_msgs::Header& header) {
-  Marker marker = make_marker(header, "episode", Marker::TEXT_VIEW_FACING);
-  marker.pose.position = to_point({trunk[0], trunk[2] + kTextAltitude}, trunk[1]);
-  marker.scale.z = kTextHeight;
-  marker.color = to_color(kTextColor);
-  marker.text = text_of(status);
   return marker;
 }
-
-}  // namespace
 
 MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
   MarkerArray array;
@@ -247,19 +214,6 @@ MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
   }
   append_if_any(flags, array);
   append_if_any(poles, array);
-  return array;
-}
-
-MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
-                          const EpisodeStatus& status, const std_msgs::Header& header) {
-  MarkerArray array;
-  if (sensors.link_poses.empty()) return array;
-  const Vector3& trunk = sensors.link_poses.front().position;
-  if (!is_somewhere(trunk)) return array;
-  if (specification.range_finder.num_rays != 0) {
-    append_rays(specification.range_finder, sensors, header, array);
-  }
-  array.markers.push_back(text_marker(trunk, status, header));
   return array;
 }
 

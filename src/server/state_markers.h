@@ -1,0 +1,56 @@
+// The state of an episode as rviz markers.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+
+#include <geometry_msgs/Point.h>
+#include <std_msgs/Header.h>
+#include <visualization_msgs/Marker.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include "walker_sim/sensors.h"
+#include "walker_sim/specification.h"
+
+namespace walker {
+
+/// What the text above the walker tells.
+struct EpisodeStatus {
+  std::string id;
+  std::uint32_t episode = 0;
+  std::uint32_t step = 0;
+  double episode_return = 0;
+  std::string seed;        ///< decimal; empty: the generator continued
+  std::string end_reason;  ///< empty while the episode runs
+};
+
+/// The range finder's rays, the feet's contacts and the episode's text, for every state.
+/// @param header odometry frame and stamp
+visualization_msgs::MarkerArray state_markers(const Specification& specification,
+                                              const Sensors& sensors, const EpisodeStatus& status,
+                                              const std_msgs::Header& header);
+
+/// The way of the trunk through an episode: its newest points, each some way from the one before.
+class Path {
+ public:
+  static constexpr double kSpacing = 0.1;          ///< between points, at least [m]
+  static constexpr std::size_t kMostPoints = 400;  ///< older ones are forgotten
+
+  /// Takes the point if it is the first, or far enough from the newest.
+  /// @param trunk position in the world [m]; one that is not finite is left out
+  /// @return whether the path has changed
+  bool add(const Vector3& trunk);
+
+  void clear() { points_.clear(); }
+  bool empty() const { return points_.empty(); }
+
+  /// A line; where there are not two points yet, one that takes back the line before.
+  /// @param header odometry frame and stamp
+  visualization_msgs::Marker marker(const std_msgs::Header& header) const;
+
+ private:
+  std::deque<geometry_msgs::Point> points_;
+};
+
+}  // namespace walker
