@@ -11,19 +11,20 @@ namespace {
 
 using visualization_msgs::MarkerArray;
 
-constexpr std::uint32_t kNewest = 1;
-// The path and the floor come only now and then: a viewer that is late must not miss them.
-constexpr std::uint32_t kEveryState = 100;
+// What a viewer that is slow for a moment must not miss: a scene, and the parts of the floor that
+// follow it. Of the state, the line of the path comes now and then only.
+constexpr std::uint32_t kSceneQueue = 20;
+constexpr std::uint32_t kStateQueue = 5;
 
 }  // namespace
 
 MarkerTopics::MarkerTopics(ros::NodeHandle& node, ShownEnvironment& shown, std::string frame)
     : shown_(shown), frame_(std::move(frame)) {
   scene_publisher_ = node.advertise<MarkerArray>(
-      "scene_markers", kNewest,
+      "scene_markers", kSceneQueue,
       [this](const ros::SingleSubscriberPublisher& viewer) { show_scene(viewer); });
   state_publisher_ = node.advertise<MarkerArray>(
-      "state_markers", kEveryState,
+      "state_markers", kStateQueue,
       [this](const ros::SingleSubscriberPublisher& viewer) { show_state(viewer); });
 }
 

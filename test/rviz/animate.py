@@ -1,0 +1,96 @@
+"""Makes the animations of README.md: each walker in rviz, a picture every few steps."""
+
+import os
+import sys
+from typing import NamedTuple
+
+from PIL import Image
+from stage import Stage
+from view_geometry import ROOT
+
+WINDOW = (1296, 800)  # rviz's own parts are cut off [pixel]
+WIDTH = 640  # of the animation [pixel]
+MOST_BYTES = 2_000_000
+COLORS = 96
+
+
+class Scene(NamedTuple):
+    """Which steps of which episode are shown.
+
+    Attributes
+    ----------
+    seed : int
+        Of the episode.
+    first, last : int
+        Steps of the first and of the last picture.
+    stride : int
+        Steps from one picture to the next.
+    duration : int
+        Of each picture [ms]; GIF counts in tens.
+    """
+
+    seed: int
+    first: int
+    last: int
+    stride: int
+    duration: int
+
+
+# In real time: 3 steps of 0.02 s in 60 ms; 8 steps of 0.008 s in 60 ms.
+SCENES = {
+    "BipedalWalker-v3": ("bipedal_walker", Scene(0, 0, 300, 3, 60)),
+    "BipedalWalkerHardcore-v3": ("bipedal_walker_hardcore", Scene(363, 150, 450, 3, 60)),
+    "Walker2d-v5": ("walker2d", Scene(0, 40, 760, 8, 60)),
+}
+
+
+def take_pictures(stage, env, scene):
+    """The scene's pictures, each when rviz has drawn it."""
+    with stage.show(env) as show:
+        transition = show.reset(scene.seed)
+        pictures = [show.settled_picture(times=20)]
+        while transition.step < scene.last:
+            transition = show.walk(transition)
+            if transition.terminated or transition.truncated:
+                raise SystemExit(f"{env}, seed {scene.seed}: ended at step {transition.step}")
+            if transition.step % scene.stride == 0:
+                pictures.append(show.settled_picture(before=pictures[-1]))
+                if transition.step <= scene.first:
+                    pictures = pictures[-1:]
+        return pictures
+
+
+def write_animation(pictures, duration, path):
+    """As a GIF with one palette for all, so that nothing flickers."""
+    height = round(WIDTH * pictures[0].height / pictures[0].width)
+    small = [picture.resize((WIDTH, height), Image.Resampling.LANCZOS) for picture in pictures]
+    sheet = Image.new("RGB", (WIDTH, height * 8))
+    for i in range(8):
+        sheet.paste(small[i * (len(small) - 1) // 7], (0, i * height))
+    palette = sheet.quantize(COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    frames = [
+        picture.quantize(palette=palette, dither=Image.Dither.NONE).copy() for picture in small
+    ]
+    frames[0].save(
+        path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=True
+    )
+    size = os.path.getsize(path)
+    seconds = len(frames) * duration / 1000
+    print(f"{path}: {len(frames)} pictures, {seconds:.1f} s, {size / 1e6:.2f} MB")
+    if size > MOST_BYTES:
+        raise SystemExit(f"{path}: {size} bytes; must be at most {MOST_BYTES}")
+
+
+def main():
+    stage = Stage(*WINDOW)
+    try:
+        for env in sys.argv[1:] or SCENES:
+            name, scene = SCENES[env]
+            pictures = take_pictures(stage, env, scene)
+            write_animation(pictures, scene.duration, ROOT / "docs" / f"{name}.gif")
+    finally:
+        stage.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,301 @@
+"""A walker in rviz on a screen that nobody sees: what the test and the animations share.
+
+Everything runs in processes that end with the stage. Nothing of this machine's display, master or
+settings of rviz is used.
+"""
+
+import contextlib
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+import xmlrpc.client
+
+import numpy as np
+import rospy
+from PIL import ImageGrab
+from tf2_msgs.msg import TFMessage
+from walker_sim._core import Policy
+from walker_sim.srv import GetSpec, Reset, Step
+
+PATIENCE = 60.0  # wall seconds; only what fails waits as long
+RVIZ_TOPICS = ("/tf", "/tf_static", "/scene_markers", "/state_markers")
+SHOWN = (*RVIZ_TOPICS, "/joint_states")  # by which robot_state_publisher tells of links
+
+
+def wait_for(condition, what):
+    """Wait for the condition's first true value, and give it back."""
+    deadline = time.monotonic() + PATIENCE
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError(f"waited {PATIENCE} s in vain for {what}")
+        time.sleep(0.02)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+class Screen:
+    """An X server without a monitor."""
+
+    def __init__(self, processes, width, height):
+        read, write = os.pipe()
+        # -displayfd: the server chooses a display that is free, and says which.
+        command = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24"]
+        processes.start([*command, "-nolisten", "tcp"], pass_fds=[write])
+        os.close(write)
+        with os.fdopen(read) as pipe:
+            number = pipe.readline().strip()
+        if not number:
+            raise AssertionError("Xvfb has not started; its package is xvfb")
+        self.display = f":{number}"
+        self._environment = {**os.environ, "DISPLAY": self.display}
+
+    def grab(self, box=None):
+        """Everything on the screen, or the box (left, upper, right, lower) of it."""
+        return ImageGrab.grab(box, xdisplay=self.display)
+
+    def render_window(self):
+        """Where rviz draws, as left, upper, right and lower; None while there is no such window.
+
+        OpenGL draws in windows without a name below those of rviz's toolkit; those of panels that
+        are closed cannot be seen.
+        """
+        _, begin, tree = self._ask_windows("-root", "-tree").partition(' - RViz": (')
+        window = r"^ +(0x[0-9a-f]+) \(has no name\): \(\)  (\d+)x(\d+)\S+  \+(-?\d+)\+(-?\d+)$"
+        for found in re.finditer(window, tree if begin else "", re.MULTILINE):
+            width, height, left, upper = map(int, found.groups()[1:])
+            is_seen = "Map State: IsViewable" in self._ask_windows("-id", found[1])
+            if is_seen and min(width, height) > 1:
+                return left, upper, left + width, upper + height
+        return None
+
+    def _ask_windows(self, *arguments):
+        done = subprocess.run(
+            ["xwininfo", *arguments],
+            env=self._environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,  # a window may have gone meanwhile
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        )
+        return done.stdout
+
+
+class Processes:
+    """Processes that end when the context does, the last first, as by Ctrl-C."""
+
+    def __init__(self):
+        self._running = contextlib.ExitStack()
+
+    def start(self, command, **options):
+        process = subprocess.Popen(
+            ["setpriv", "--pdeathsig", "INT", *command],
+            **{"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, **options},
+            stderr=subprocess.STDOUT,
+        )
+        self._running.callback(self._stop, process)
+        return process
+
+    @staticmethod
+    def _stop(process):
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        try:
+            process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+    def close(self):
+        self._running.close()
+
+
+class Stage:
+    """A screen and a ROS master on which one walker after the other is shown.
+
+    One per process, for rospy knows one master only.
+    """
+
+    def __init__(self, width=1360, height=860):
+        self._folder = tempfile.TemporaryDirectory(prefix="walker_sim_rviz_")
+        self._processes = Processes()
+        try:
+            self._begin(width, height)
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self, width, height):
+        self.screen = Screen(self._processes, width, height)
+        port = free_port()
+        os.environ.update(
+            ROS_MASTER_URI=f"http://localhost:{port}",
+            ROS_HOSTNAME="localhost",
+            ROS_HOME=self._folder.name,
+            HOME=self._folder.name,  # rviz keeps settings there
+            XDG_RUNTIME_DIR=self._folder.name,
+            DISPLAY=self.screen.display,
+            QT_QPA_PLATFORM="xcb",
+            ROSCONSOLE_FORMAT="[${severity}] [${node}]: ${message}",
+        )
+        for name in ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE", "WAYLAND_DISPLAY"):
+            os.environ.pop(name, None)
+        self._processes.start(["roscore", "-p", str(port)])
+        wait_for(self._master_answers, "the master")
+        rospy.init_node("stage", disable_signals=True, disable_rostime=True)
+        self._transforms = {"/tf": {}, "/tf_static": {}}
+        self._changed = threading.Condition()
+        for topic in self._transforms:
+            rospy.Subscriber(topic, TFMessage, self._take_transforms, topic, tcp_nodelay=True)
+
+    @staticmethod
+    def _master_answers():
+        try:
+            return rospy.get_master().getPid()[0] == 1
+        except OSError:
+            return False
+
+    def close(self):
+        """End everything that runs."""
+        self._processes.close()
+        self._folder.cleanup()
+
+    @contextlib.contextmanager
+    def show(self, env):
+        """walker.launch with rviz, in lock-step, for as long as the context."""
+        with self._changed:
+            for of_topic in self._transforms.values():
+                of_topic.clear()
+        processes = Processes()
+        try:
+            yield Show(self, processes, env, pathlib.Path(self._folder.name, "roslaunch.log"))
+        finally:
+            processes.close()
+
+    def _take_transforms(self, message, topic):
+        with self._changed:
+            for transform in message.transforms:
+                self._transforms[topic][transform.child_frame_id] = transform
+            self._changed.notify_all()
+
+    def transforms(self):
+        """The newest transforms by frame: those that move, and those that do not."""
+        with self._changed:
+            return [dict(of_topic) for of_topic in self._transforms.values()]
+
+
+class Show:
+    """A walker in rviz, and the calls that move it."""
+
+    def __init__(self, stage, processes, env, log):
+        self.screen, self._stage, self._processes, self._log = stage.screen, stage, processes, log
+        log.write_bytes(b"")
+        arguments = [f"env:={env}", "mode:=lockstep", "rviz:=true", "status:=false"]
+        self._launch = self.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
+        wait_for(self._alive_and(self._all_are_connected), "rviz to connect")
+        self._gait = Policy("heuristic", env, {}, 0)
+        spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
+        self._action = np.empty(spec.action_size)
+        self._reset = rospy.ServiceProxy("/walker_sim/reset", Reset, persistent=True)
+        self._step = rospy.ServiceProxy("/walker_sim/step", Step, persistent=True)
+
+    def _all_are_connected(self):
+        """Whether what is published from now on reaches rviz, and this process."""
+        publishers, subscribers, _ = rospy.get_master().getSystemState()[2]
+        hearers = {topic: nodes for topic, nodes in subscribers if topic in SHOWN}
+        if any("/rviz" not in hearers.get(topic, ()) for topic in RVIZ_TOPICS):
+            return False
+        for topic, nodes in publishers:
+            for node in nodes:
+                uri = rospy.get_master().lookupNode(node)[2]
+                links = xmlrpc.client.ServerProxy(uri).getBusInfo("/stage")[2]
+                reached = {link[1] for link in links if link[2] == "o" and link[4] == topic}
+                if not reached.issuperset(hearers.get(topic, ())):
+                    return False
+        return True
+
+    def reset(self, seed):
+        """Begin an episode; the transition."""
+        self._gait.reset()
+        return self._checked(self._reset(has_seed=True, seed=seed))
+
+    def walk(self, transition):
+        """Make a step of the environment's own gait; the next transition."""
+        self._gait.act(np.array(transition.observation), self._action)
+        return self._checked(self._step(action=self._action.tolist()))
+
+    @staticmethod
+    def _checked(answer):
+        assert answer.success, answer.status_message
+        return answer.transition
+
+    def transforms_at(self, stamp, frames):
+        """By frame the transforms that lead from odom to these frames at this time."""
+
+        def chains():
+            moving, fixed = self._stage.transforms()
+            found = {}
+            for frame in frames:
+                while frame != "odom":
+                    transform = fixed.get(frame) or moving.get(frame)
+                    is_old = frame not in fixed and transform and transform.header.stamp != stamp
+                    if transform is None or is_old:
+                        return None
+                    found[frame] = transform
+                    frame = transform.header.frame_id
+            return found
+
+        return wait_for(chains, f"the transforms at {stamp.to_sec()} s")
+
+    def picture_box(self):
+        """Where rviz draws, once it does."""
+        return wait_for(self._alive_and(self.screen.render_window), "rviz's window")
+
+    def picture(self):
+        """What rviz shows at present."""
+        return self.screen.grab(self.picture_box())
+
+    def settled_picture(self, before=None, interval=0.03, times=3):
+        """The picture once it differs from `before` and then stays the same a few times."""
+
+        def next_settled():
+            picture = self.picture()
+            if before is not None and picture.tobytes() == before.tobytes():
+                return None
+            for _ in range(times):
+                time.sleep(interval)
+                if self.picture().tobytes() != picture.tobytes():
+                    return None
+            return picture
+
+        return wait_for(self._alive_and(next_settled), "a picture that settles")
+
+    def _alive_and(self, condition):
+        def checked():
+            if self._launch.poll() is not None or "has died" in self.log():
+                raise AssertionError(f"a node has ended:\n{self.log()}")
+            return condition()
+
+        return checked
+
+    def log(self):
+        """What the nodes have said."""
+        return self._log.read_text(errors="replace")
+
+    def start(self, command):
+        """A further process, whose output joins the log."""
+        with open(self._log, "ab") as log:
+            return self._processes.start(command, stdout=log)

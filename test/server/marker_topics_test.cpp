@@ -1,0 +1,226 @@
+// Markers cost nothing while nobody looks, and who comes late sees what there is.
+#include "server/marker_topics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <ros/callback_queue.h>
+
+#include "server/inbox.h"
+
+namespace walker::test {
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+/// A walker of one link on ground and floor, that counts who looks.
+class CountingWalker : public ShownEnvironment {
+ public:
+  CountingWalker() {
+    specification_.id = "Fake-v0";
+    specification_.links.resize(1);
+    sensors_.link_poses.resize(1);
+    scene_.ground.push_back({{{0, 0}, {1, 0}, {1, -1}, {0, -1}}, {0, 1, 0, 1}});
+    scene_.floor = Floor{0, 0.5, {{{1, 1, 1, 1}, {0, 0, 0, 1}}}};
+    state_.episode = 1;
+  }
+
+  const Specification& specification() const override { return specification_; }
+  const EpisodeState& state() const override { return state_; }
+  const Sensors& sensors() override {
+    ++sensed;
+    return sensors_;
+  }
+  const Scene& scene() override {
+    ++scenes;
+    return scene_;
+  }
+
+  double& x() { return sensors_.link_poses[0].position[0]; }
+  EpisodeState& account() { return state_; }
+
+  int sensed = 0;
+  int scenes = 0;
+
+ private:
+  Specification specification_;
+  EpisodeState state_;
+  Sensors sensors_;
+  Scene scene_;
+};
+
+const Marker* find(const MarkerArray& array, const std::string& name) {
+  const auto found = std::find_if(array.markers.begin(), array.markers.end(),
+                                  [&](const Marker& marker) { return marker.ns == name; });
+  return found == array.markers.end() ? nullptr : &*found;
+}
+
+class MarkerTopicsTest : public testing::Test {
+ protected:
+  using Viewer = std::unique_ptr<Inbox<MarkerArray>>;
+
+  MarkerTopicsTest() {
+    node_.setCallbackQueue(&callbacks_);
+    topics_ = std::make_unique<MarkerTopics>(node_, walker_, "odom");
+  }
+
+  /// A new viewer, with what it is shown as it comes.
+  Viewer look(const std::string& topic) {
+    auto viewer = std::make_unique<Inbox<MarkerArray>>(viewers_, topic);
+    wait_until([&] { return viewer->has_any(); });
+    return viewer;
+  }
+
+  /// Answers who connects, as a server between its steps.
+  template <typename Condition>
+  void wait_until(const Condition& condition) {
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    while (!condition()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "waited in vain";
+      callbacks_.callAvailable(ros::WallDuration(0.01));
+    }
+  }
+
+  void begin_episode() {
+    stamp_ += ros::Duration(1);
+    topics_->begin_episode(stamp_);
+    topics_->publish_state(stamp_);
+  }
+
+  void step() {
+    stamp_ += ros::Duration(1);
+    topics_->publish_state(stamp_);
+  }
+
+  static std::vector<MarkerArray> wait_count(Inbox<MarkerArray>& viewer, std::size_t count) {
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    while (viewer.messages().size() < count && std::chrono::steady_clock::now() < give_up) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return viewer.messages();
+  }
+
+  ros::NodeHandle viewers_;
+  ros::CallbackQueue callbacks_;
+  ros::NodeHandle node_;
+  CountingWalker walker_;
+  ros::Time stamp_{100};
+  std::unique_ptr<MarkerTopics> topics_;
+};
+
+TEST_F(MarkerTopicsTest, NothingIsMeasuredOrBuiltWhileNobodyLooks) {
+  for (int episode = 0; episode < 3; ++episode) {
+    begin_episode();
+    for (int i = 0; i < 20; ++i) step();
+  }
+  EXPECT_EQ(walker_.sensed, 0);
+  EXPECT_EQ(walker_.scenes, 0);
+}
+
+TEST_F(MarkerTopicsTest, TheSceneIsBuiltForWhoComesLateAndOncePerEpisode) {
+  begin_episode();
+  const Viewer viewer = look("scene_markers");
+  EXPECT_EQ(walker_.scenes, 1);
+  const MarkerArray scene = viewer->messages().front();
+  EXPECT_EQ(scene.markers.front().action, Marker::DELETEALL);
+  ASSERT_NE(find(scene, "ground"), nullptr);
+  EXPECT_NE(find(scene, "floor"), nullptr);
+  EXPECT_EQ(find(scene, "ground")->header.frame_id, "odom");
+  EXPECT_EQ(find(scene, "ground")->header.stamp, stamp_);
+  for (int i = 0; i < 20; ++i) step();
+  EXPECT_EQ(walker_.scenes, 1);
+  begin_episode();
+  EXPECT_EQ(walker_.scenes, 2);
+  EXPECT_EQ(wait_count(*viewer, 2).size(), 2U) << "more than the scenes of two episodes";
+}
+
+TEST_F(MarkerTopicsTest, TheFloorIsSentWhenTheWalkerHasLeftItsPart) {
+  begin_episode();
+  const Viewer viewer = look("scene_markers");
+  constexpr int kSteps = 90;
+  for (int i = 0; i < kSteps; ++i) {
+    walker_.x() += 0.05;
+    step();
+  }
+  // 4.5 m in parts of 2 m, of which the first ends at 1 m.
+  const std::vector<MarkerArray> sent = wait_count(*viewer, 3);
+  ASSERT_EQ(sent.size(), 3U);
+  for (std::size_t i = 1; i < sent.size(); ++i) {
+    ASSERT_EQ(sent[i].markers.size(), 1U);
+    EXPECT_EQ(sent[i].markers[0].ns, "floor");
+  }
+  EXPECT_EQ(walker_.scenes, 1);
+}
+
+TEST_F(MarkerTopicsTest, WhoComesLateSeesTheStateAtOnce) {
+  begin_episode();
+  step();
+  const Viewer viewer = look("state_markers");
+  const MarkerArray state = viewer->messages().front();
+  ASSERT_NE(find(state, "episode"), nullptr);
+  EXPECT_EQ(find(state, "episode")->header.stamp, stamp_);
+}
+
+TEST_F(MarkerTopicsTest, NothingIsShownBeforeTheFirstEpisodeNorOfABrokenSimulation) {
+  walker_.account().episode = 0;
+  Inbox<MarkerArray> scenes(viewers_, "scene_markers");
+  Inbox<MarkerArray> states(viewers_, "state_markers");
+  for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
+  walker_.account().episode = 1;
+  walker_.account().error = "NaN";
+  Inbox<MarkerArray> others(viewers_, "state_markers");
+  for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
+  EXPECT_EQ(walker_.sensed + walker_.scenes, 0);
+  EXPECT_FALSE(scenes.has_any() || states.has_any() || others.has_any());
+}
+
+TEST_F(MarkerTopicsTest, ThePathComesWhenItGrowsAndStartsAnewWithAnEpisode) {
+  begin_episode();
+  const Viewer viewer = look("state_markers");
+  const std::size_t before = viewer->messages().size();
+  for (std::size_t i = 1; i <= 10; ++i) {
+    walker_.x() += 0.6 * Path::kSpacing;
+    step();
+    wait_count(*viewer, before + i);  // the publisher keeps only the newest few
+  }
+  walker_.x() = 0;
+  begin_episode();
+  const std::vector<MarkerArray> sent = wait_count(*viewer, before + 11);
+  ASSERT_EQ(sent.size(), before + 11);
+  std::vector<std::size_t> lengths;  // of the lines that were sent
+  for (std::size_t i = before; i < sent.size(); ++i) {
+    const Marker* path = find(sent[i], "path");
+    if (path != nullptr && path->action == Marker::ADD) lengths.push_back(path->points.size());
+  }
+  EXPECT_EQ(lengths, (std::vector<std::size_t>{2, 3, 4, 5})) << "every second step grows it";
+  EXPECT_EQ(find(sent.back(), "path")->action, Marker::DELETE) << "of the episode before";
+}
+
+TEST_F(MarkerTopicsTest, ThePathIsForgottenWhenNobodyLooks) {
+  begin_episode();
+  Viewer viewer = look("state_markers");
+  for (int i = 0; i < 10; ++i) {
+    walker_.x() += Path::kSpacing + 1e-9;
+    step();
+  }
+  viewer.reset();
+  int sensed = -1;
+  wait_until([&] {  // the publisher notices a moment later
+    sensed = walker_.sensed;
+    step();
+    return walker_.sensed == sensed;
+  });
+  walker_.x() += 100;
+  viewer = look("state_markers");
+  EXPECT_EQ(find(viewer->messages().front(), "path")->action, Marker::DELETE);
+}
+
+}  // namespace
+}  // namespace walker::test
