@@ -1,10 +1,13 @@
 # shellcheck shell=bash
 # The distribution's packages, by system: what every command needs, what ./scripts/test needs on top
-# for its lints and examples, and what watching the walker in rviz needs. Read by setup.sh.
+# for its lints, examples and the test of rviz, and what watching the walker in rviz needs. Read by
+# setup.sh.
 # shellcheck disable=SC2034  # used by setup.sh
 
 common_packages=(build-essential ca-certificates cmake git libbox2d-dev libcairo2-dev libegl-dev
   libegl-mesa0 libgtest-dev libosmesa6-dev ninja-build pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
+# A screen without a monitor, and where the windows on it are.
+screen_packages=(x11-utils xvfb)
 lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
 
 message_packages=(diagnostic geometry nav sensor std visualization)

@@ -360,8 +360,8 @@ class TenWalkersTest(unittest.TestCase):
 
 # By robot: the frame that the camera follows, and all topics.
 VIEWS = {
-    "bipedal_walker": ("hull", ["scene_markers", "state_markers", "scan"]),
-    "walker2d": ("base_link", ["scene_markers", "state_markers"]),
+    "bipedal_walker": ("hull", ["scene_markers", "state_markers", "scan", "camera/image_raw"]),
+    "walker2d": ("base_link", ["scene_markers", "state_markers", "camera/image_raw"]),
 }
 
 
@@ -385,8 +385,10 @@ class ViewTest(unittest.TestCase):
     def test_topics_are_relative(self):
         for configuration, _, expected in self.each():
             displays = configuration["Visualization Manager"]["Displays"]
-            topics = [d.get("Topic", d.get("Marker Topic")) for d in displays]
-            self.assertEqual([t for t in topics if t is not None], expected)
+            keys = ("Topic", "Marker Topic", "Image Topic")
+            self.assertEqual([d[key] for d in displays for key in keys if key in d], expected)
+            camera = next(d for d in displays if d["Class"] == "rviz/Image")
+            self.assertIs(camera["Enabled"], False, "pictures cost time")
 
 
 if __name__ == "__main__":

@@ -8,10 +8,9 @@ from PIL import Image
 from stage import Stage
 from view_geometry import ROOT
 
-WINDOW = (1296, 800)  # rviz's own parts are cut off [pixel]
 WIDTH = 640  # of the animation [pixel]
 MOST_BYTES = 2_000_000
-COLORS = 96
+COLORS = 128
 
 
 class Scene(NamedTuple):
@@ -61,13 +60,16 @@ def take_pictures(stage, env, scene):
 
 
 def write_animation(pictures, duration, path):
-    """As a GIF with one palette for all, so that nothing flickers."""
+    """As a GIF with one palette for all, so that nothing flickers.
+
+    An octree keeps the colours of what is small, of walker and contacts, beside the ground's.
+    """
     height = round(WIDTH * pictures[0].height / pictures[0].width)
     small = [picture.resize((WIDTH, height), Image.Resampling.LANCZOS) for picture in pictures]
     sheet = Image.new("RGB", (WIDTH, height * 8))
     for i in range(8):
         sheet.paste(small[i * (len(small) - 1) // 7], (0, i * height))
-    palette = sheet.quantize(COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    palette = sheet.quantize(COLORS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     frames = [
         picture.quantize(palette=palette, dither=Image.Dither.NONE).copy() for picture in small
     ]
@@ -82,7 +84,7 @@ def write_animation(pictures, duration, path):
 
 
 def main():
-    stage = Stage(*WINDOW)
+    stage = Stage()
     try:
         for env in sys.argv[1:] or SCENES:
             name, scene = SCENES[env]

@@ -49,7 +49,11 @@ LATCHED = {
     "/spec": EnvironmentSpec,
     "/episode": Episode,
     "/tf_static": tf2_msgs.msg.TFMessage,
+}
+# Made for each who subscribes, and not latched.
+MARKERS = {
     "/scene_markers": visualization_msgs.msg.MarkerArray,
+    "/state_markers": visualization_msgs.msg.MarkerArray,
 }
 BAD_ACTIONS = {
     "no value": [],
@@ -126,7 +130,7 @@ class LockstepTest(unittest.TestCase):
         publishers, subscribers, _ = master.getSystemState()
         types = dict(master.getTopicTypes())
         published = {topic for topic, nodes in publishers if SERVER in nodes}
-        expected = {**STATE_TOPICS, **OTHER_TOPICS, **LATCHED}
+        expected = {**STATE_TOPICS, **OTHER_TOPICS, **LATCHED, **MARKERS}
         for topic, message in expected.items():
             self.assertIn(topic, published)
             self.assertEqual(types[topic], message._type)

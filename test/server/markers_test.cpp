@@ -274,7 +274,8 @@ TEST(ContactMarkers, AreAtTheLowestPointOfEachFootThatTouchesTheGround) {
                                    [&](const Link& other) { return other.name == name; });
     const Pose& pose = world.sensors.link_poses[static_cast<std::size_t>(link - links.begin())];
     EXPECT_NEAR(contacts.points[0].z, lowest_corner(*link, pose), 1e-9);
-    EXPECT_NEAR(contacts.points[0].y, places.at(name).y, 1e-12) << "not beside the leg that is drawn";
+    EXPECT_NEAR(contacts.points[0].y, places.at(name).y, 1e-12)
+        << "not beside the leg that is drawn";
   }
   world.sensors.contacts = {1, 1};
   EXPECT_EQ(find(world.state(), "contacts")->points.size(), 2U);
