@@ -8,11 +8,24 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
+const char* type_name(char format) {
+  switch (format) {
+    case 'd':
+      return "float64";
+    case 'f':
+      return "float32";
+    case 'B':
+      return "uint8";
+    default:
+      return "bool";
+  }
+}
+
 std::string type_names(const char* formats) {
   std::string names;
   for (const char* format = formats; *format != '\0'; ++format) {
     if (!names.empty()) names += " or ";
-    names += *format == 'd' ? "float64" : *format == 'f' ? "float32" : "bool";
+    names += type_name(*format);
   }
   return names;
 }
@@ -57,13 +70,19 @@ void Output::take(const double* values) {
   for (std::size_t i = 0; i < size; ++i) singles[i] = static_cast<float>(values[i]);
 }
 
-FlagOutput::FlagOutput(py::handle object, const char* name, std::size_t size)
-    : FlagOutput(object, name) {
+template <typename Value, char kFormat>
+ExactOutput<Value, kFormat>::ExactOutput(py::handle object, const char* name, std::size_t size)
+    : ExactOutput(object, name) {
   check_size(array_, name, size);
 }
 
-void FlagOutput::take(const std::uint8_t* values) {
-  std::copy_n(values, array_.size(), static_cast<std::uint8_t*>(array_.data()));
+template <typename Value, char kFormat>
+void ExactOutput<Value, kFormat>::take(const Value* values) {
+  std::copy_n(values, array_.size(), static_cast<Value*>(array_.data()));
 }
+
+template class ExactOutput<std::uint8_t, '?'>;
+template class ExactOutput<std::uint8_t, 'B'>;
+template class ExactOutput<float, 'f'>;
 
 }  // namespace walker::python

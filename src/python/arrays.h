@@ -58,18 +58,26 @@ class Output {
   Array array_;
 };
 
-/// Takes flags, one byte each.
-class FlagOutput {
+/// Takes values of one type as they are.
+template <typename Value, char kFormat>
+class ExactOutput {
  public:
   /// @throws as Output
-  FlagOutput(pybind11::handle object, const char* name, std::size_t size);
-  FlagOutput(pybind11::handle object, const char* name) : array_(object, name, "?", true) {}
+  ExactOutput(pybind11::handle object, const char* name, std::size_t size);
+  ExactOutput(pybind11::handle object, const char* name) : array_(object, name, kFormats, true) {}
 
   std::size_t size() const { return array_.size(); }
-  void take(const std::uint8_t* values);
+  /// @param values `size()` ones
+  void take(const Value* values);
 
  private:
+  static constexpr char kFormats[] = {kFormat, '\0'};
+
   Array array_;
 };
+
+using FlagOutput = ExactOutput<std::uint8_t, '?'>;  ///< one byte each
+using ColorOutput = ExactOutput<std::uint8_t, 'B'>;
+using DepthOutput = ExactOutput<float, 'f'>;
 
 }  // namespace walker::python

@@ -92,6 +92,7 @@ void RecordedEnvironment::begin(const GeneratorState& generator_state) {
   episode_.has_begun = true;
   episode_.generator_state = generator_state;
   episode_.actions.clear();
+  episode_.num_steps = 0;
   episode_.is_too_long = false;
 }
 
@@ -99,6 +100,7 @@ void RecordedEnvironment::advance(const double* action, std::size_t size, Result
   result.observation = observation_.data();
   result.info = info_.data();
   environment_->step(action, size, result);
+  ++episode_.num_steps;
   if (episode_.actions.size() >= kMostRecordedSteps * size) {
     episode_.is_too_long = true;
     episode_.actions = {};
@@ -106,6 +108,13 @@ void RecordedEnvironment::advance(const double* action, std::size_t size, Result
   if (!episode_.is_too_long) {
     episode_.actions.insert(episode_.actions.end(), action, action + size);
   }
+}
+
+Instant RecordedEnvironment::look() {
+  Instant instant;
+  const Unlocked unlocked(mutex_);
+  walker::look(*environment_, episode_.num_steps, instant);
+  return instant;
 }
 
 py::tuple RecordedEnvironment::state() const {
@@ -172,6 +181,7 @@ void bind_environment(py::module& module) {
            py::arg("info"))
       .def("step", &RecordedEnvironment::step, py::arg("action"), py::arg("observation"),
            py::arg("info"))
+      .def("look", &RecordedEnvironment::look)
       .def(py::pickle(
           [](const RecordedEnvironment& environment) { return environment.state(); },
           [](const py::tuple& state) { return RecordedEnvironment::from_state(state); }));

@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "walker_sim/environment.h"
 #include "walker_sim/parameters.h"
+#include "walker_sim/renderer.h"
 
 namespace walker::python {
 
@@ -32,6 +34,10 @@ class RecordedEnvironment {
   pybind11::tuple step(pybind11::handle action, pybind11::handle observation,
                        pybind11::handle info);
 
+  /// What a picture is drawn from.
+  /// @throws ResetNeeded where there is no state to be seen
+  Instant look();
+
   /// For pickle and copy: how to come to the present state.
   /// @throws ValueError where the episode depends on those before it, or is too long
   pybind11::tuple state() const;
@@ -45,6 +51,7 @@ class RecordedEnvironment {
     bool has_begun = false;
     GeneratorState generator_state{};  ///< before the reset
     std::vector<double> actions;       ///< since the reset
+    std::uint32_t num_steps = 0;       ///< since the reset
     bool is_too_long = false;          ///< the actions have been given up
   };
 

@@ -12,6 +12,7 @@
 #include "python/environment.h"
 #include "python/policy.h"
 #include "python/pool.h"
+#include "python/renderer.h"
 #include "walker_sim/client.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/registry.h"
@@ -47,9 +48,9 @@ std::vector<std::string> ids() {
 }
 
 /// By the names of ParameterDescription's fields.
-py::list parameters_of(const std::string& id) {
+py::list to_list(const std::vector<ParameterDescription>& descriptions) {
   py::list list;
-  for (const ParameterDescription& description : parameter_descriptions(id)) {
+  for (const ParameterDescription& description : descriptions) {
     py::dict entry;
     entry["name"] = description.name;
     entry["default"] = to_dict(Parameters{{"value", description.default_value}})["value"];
@@ -60,6 +61,12 @@ py::list parameters_of(const std::string& id) {
   return list;
 }
 
+py::list parameters_of(const std::string& id) { return to_list(parameter_descriptions(id)); }
+
+py::list camera_parameters_of(const std::string& id) {
+  return to_list(camera_parameter_descriptions(id));
+}
+
 }  // namespace
 
 // cppcheck-suppress syntaxError  // which knows no macro of pybind11
@@ -68,6 +75,8 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = version();
   module.def("ids", &ids);
   module.def("parameters_of", &parameters_of, py::arg("id"));
+  module.def("camera_parameters_of", &camera_parameters_of, py::arg("id"));
+  bind_renderer(module);
   bind_environment(module);
   bind_pool(module);
   bind_client(module);

@@ -15,6 +15,7 @@
 #include "python/unlocked.h"
 #include "walker_sim/pool.h"
 #include "walker_sim/registry.h"
+#include "walker_sim/renderer.h"
 
 namespace walker::python {
 namespace py = pybind11;
@@ -38,6 +39,7 @@ struct Rows {
         terminated(count),
         truncated(count),
         info(count * specification.info_names.size()),
+        steps(count),
         final_observations(observations.size()),
         final_info(info.size()) {}
 
@@ -48,6 +50,7 @@ struct Rows {
     batch.terminated = terminated.data();
     batch.truncated = truncated.data();
     batch.info = info.data();
+    batch.steps = steps.data();
     batch.final_observations = final_observations.data();
     batch.final_info = final_info.data();
     return batch;
@@ -58,6 +61,7 @@ struct Rows {
   std::vector<std::uint8_t> terminated;
   std::vector<std::uint8_t> truncated;
   std::vector<double> info;
+  std::vector<std::uint32_t> steps;
   std::vector<double> final_observations;
   std::vector<double> final_info;
 };
@@ -158,12 +162,22 @@ class VectorWalkers {
     pool_.recv(arrived_.batch(), arrived_environments_.data());
     outputs.take(arrived_);
     remember(arrived_.observations, last_.observations);
+    remember(arrived_.steps, last_.steps);
     return arrived_environments_;
   }
 
   /// As `final_rows`, of the last `recv`.
   void final_rows_received(py::handle observations, py::handle info) {
     copy_final(arrived_, observations, info);
+  }
+
+  /// As Environment.look, of one of them.
+  Instant look(std::size_t index) {
+    Instant instant;
+    const Unlocked unlocked(mutex_);
+    Environment& environment = pool_.environment(index);
+    walker::look(environment, last_.steps[index], instant);
+    return instant;
   }
 
   std::string error(std::size_t index) {
@@ -207,7 +221,8 @@ class VectorWalkers {
   }
 
   /// Rows in the order of arrival to where they belong.
-  void remember(const std::vector<double>& from, std::vector<double>& to) const {
+  template <typename Value>
+  void remember(const std::vector<Value>& from, std::vector<Value>& to) const {
     const std::size_t width = from.size() / arrived_environments_.size();
     for (std::size_t row = 0; row < arrived_environments_.size(); ++row) {
       std::copy_n(from.data() + row * width, width, to.data() + arrived_environments_[row] * width);
@@ -275,6 +290,7 @@ void bind_pool(py::module& module) {
       .def("send_resets", &VectorWalkers::send_resets, py::arg("environments"))
       .def("recv", &VectorWalkers::recv, observations, rewards, terminated, truncated, info)
       .def("final_rows_received", &VectorWalkers::final_rows_received, observations, info)
+      .def("look", &VectorWalkers::look, py::arg("index"))
       .def("error", &VectorWalkers::error, py::arg("index"))
       .def("generator_state", &VectorWalkers::generator_state, py::arg("index"))
       .def("set_generator_states", &VectorWalkers::set_generator_states, py::arg("environments"),

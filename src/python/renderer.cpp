@@ -1,0 +1,71 @@
+#include "python/renderer.h"
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "python/arrays.h"
+#include "python/conversions.h"
+#include "python/unlocked.h"
+#include "walker_sim/registry.h"
+#include "walker_sim/renderer.h"
+
+namespace walker::python {
+namespace py = pybind11;
+namespace {
+
+/// A renderer that threads may share: one at a time is let in, the others wait without the
+/// interpreter's lock. No environment waits for it.
+class SharedRenderer {
+ public:
+  SharedRenderer(const std::string& id, const py::dict& parameters,
+                 const py::dict& camera_parameters)
+      : renderer_(make_renderer(id, to_parameters(parameters), to_parameters(camera_parameters))) {}
+
+  /// By the names of Camera's fields.
+  py::dict camera() const {
+    const Camera& camera = renderer_->camera();
+    py::dict dict;
+    dict["width"] = camera.width;
+    dict["height"] = camera.height;
+    dict["focal_length"] = camera.focal_length;
+    dict["near"] = camera.near;
+    dict["far"] = camera.far;
+    return dict;
+  }
+
+  /// @param rgb   height x width x 3, uint8; None: not wanted
+  /// @param depth height x width, float32 [m]; None: not wanted
+  void render(const Instant& instant, const py::object& rgb, const py::object& depth) {
+    const Camera& camera = renderer_->camera();
+    const std::size_t num_pixels = static_cast<std::size_t>(camera.width) * camera.height;
+    std::optional<ColorOutput> colors;
+    std::optional<DepthOutput> depths;
+    if (!rgb.is_none()) colors.emplace(rgb, "rgb", 3 * num_pixels);
+    if (!depth.is_none()) depths.emplace(depth, "depth", num_pixels);
+    const Unlocked unlocked(mutex_);
+    renderer_->render(instant, {colors.has_value(), depths.has_value()}, image_);
+    if (colors) colors->take(image_.rgb.data());
+    if (depths) depths->take(image_.depth.data());
+  }
+
+ private:
+  std::unique_ptr<Renderer> renderer_;
+  std::mutex mutex_;
+  Image image_;
+};
+
+}  // namespace
+
+void bind_renderer(py::module& module) {
+  py::class_<Instant>(module, "Instant");
+  py::class_<SharedRenderer>(module, "Renderer")
+      .def(py::init<const std::string&, const py::dict&, const py::dict&>(), py::arg("id"),
+           py::arg("parameters"), py::arg("camera_parameters"))
+      .def_property_readonly("camera", &SharedRenderer::camera)
+      .def("render", &SharedRenderer::render, py::arg("instant"), py::arg("rgb"), py::arg("depth"));
+}
+
+}  // namespace walker::python
