@@ -22,6 +22,7 @@
 #include "walker_sim/environment.h"
 #include "walker_sim/pool.h"
 #include "walker_sim/registry.h"
+#include "walker_sim/renderer.h"
 
 namespace walker::python {
 namespace py = pybind11;
@@ -141,6 +142,30 @@ class RemoteWalkers {
     });
   }
 
+  /// A picture of one environment, as Renderer.render. A failure says nothing of the episode.
+  void render(std::uint32_t environment, const py::dict& camera_parameters, const py::object& rgb,
+              const py::object& depth) {
+    const Parameters camera = to_parameters(camera_parameters);
+    std::optional<ColorOutput> colors;
+    std::optional<DepthOutput> depths;
+    if (!rgb.is_none()) colors.emplace(rgb, "rgb");
+    if (!depth.is_none()) depths.emplace(depth, "depth");
+    try {
+      const Unlocked unlocked(mutex_);
+      check_look(environment);
+      if (colors) {
+        client_->render(environment, "rgb8", camera, image_);
+        take(image_.rgb, "rgb", *colors);
+      }
+      if (depths) {
+        client_->render(environment, "32FC1", camera, image_);
+        take(image_.depth, "depth", *depths);
+      }
+    } catch (const Interrupted&) {
+      throw py::error_already_set();
+    }
+  }
+
   /// As Pool.final_rows.
   void final_rows(py::handle observations, py::handle info) {
     Output observations_output(observations, "observations");
@@ -177,8 +202,20 @@ class RemoteWalkers {
     }
   }
 
+  /// What is there may be somebody else's episode, so one of this client's own is asked for.
+  void check_look(std::uint32_t environment) const {
+    if (environment >= progress_.size()) {
+      throw py::index_error("environment " + std::to_string(environment) + ": must be in [0, " +
+                            std::to_string(progress_.size() - 1) + "]");
+    }
+    if (is_lost_) throw ResetNeeded(std::string("render: ") + kLost);
+    if (transition_.episode == 0 && !progress_[environment].has_begun) {
+      throw ResetNeeded("render: there is no episode yet; reset first");
+    }
+  }
+
   void check_step(const Input& action) const {
-    if (is_lost_) throw ResetNeeded(kLost);
+    if (is_lost_) throw ResetNeeded(std::string("step: ") + kLost);
     if (transition_.episode == 0) {
       throw ResetNeeded("step: there is no episode yet; reset first");
     }
@@ -191,7 +228,7 @@ class RemoteWalkers {
   }
 
   void check_steps(const Input& actions) const {
-    if (is_lost_) throw ResetNeeded(kLost);
+    if (is_lost_) throw ResetNeeded(std::string("step: ") + kLost);
     const std::size_t size = specification_.action_size();
     if (actions.size() != progress_.size() * size) {
       throw InvalidAction("actions have " + std::to_string(actions.size()) + " values; must have " +
@@ -235,7 +272,7 @@ class RemoteWalkers {
     return all;
   }
 
-  static constexpr const char* kLost = "step: the server or its episode was lost; reset first";
+  static constexpr const char* kLost = "the server or its episode was lost; reset first";
 
   Specification specification_;
   std::optional<Client> client_;
@@ -246,6 +283,7 @@ class RemoteWalkers {
   std::vector<Progress> progress_;  // of ~reset_batch and ~step_batch, one per environment
   BatchReset reset_;
   BatchTransition batch_;
+  Image image_;
 };
 
 }  // namespace
@@ -267,7 +305,9 @@ void bind_client(py::module& module) {
            observations, info)
       .def("step_batch", &RemoteWalkers::step_batch, py::arg("actions"), observations,
            py::arg("rewards"), py::arg("terminated"), py::arg("truncated"), info)
-      .def("final_rows", &RemoteWalkers::final_rows, observations, info);
+      .def("final_rows", &RemoteWalkers::final_rows, observations, info)
+      .def("render", &RemoteWalkers::render, py::arg("environment"), py::arg("camera_parameters"),
+           py::arg("rgb"), py::arg("depth"));
 }
 
 }  // namespace walker::python
