@@ -10,7 +10,14 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from walker_sim.errors import InvalidAction
-from walker_sim.rendering import check_render_mode, metadata_of
+from walker_sim.rendering import (
+    ALL_MODES,
+    Picture,
+    Pictures,
+    metadata_of,
+    split_keywords,
+    warn_of_no_mode,
+)
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.time_limit import limit_of_make
 from walker_sim.transport import TRANSPORTS, Walker, by_name
@@ -85,9 +92,12 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         ``TimeLimit``; over ROS the server's limit must be the same (-1 and 0: none; None: that of
         `gymnasium.make`, or the id's own).
     render_mode
-        None: there is no rendering yet.
+        ``human``, ``rgb_array``, of Walker2d also ``depth_array`` and ``rgbd_tuple``; None: no
+        pictures, at no cost. See `render`.
     parameters
-        The environment's own, e.g. ``hardcore``, ``reuse_world``, ``forward_reward_weight``.
+        The environment's own, e.g. ``hardcore``, ``reuse_world``, ``forward_reward_weight``; and
+        its camera's, ``width`` and ``height`` [pixels], of Walker2d also ``camera_id`` or
+        ``camera_name``, ``max_geom`` and, of v5, ``default_camera_config``.
 
     Raises
     ------
@@ -97,7 +107,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Over ROS.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  # Gymnasium's own form
+    metadata: dict[str, Any] = {"render_modes": [*ALL_MODES]}  # noqa: RUF012  # Gymnasium's form
 
     def __init__(
         self,
@@ -111,13 +121,14 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        check_render_mode(render_mode)
-        self.render_mode = None
+        parameters, camera = split_keywords(env_id, parameters)
+        self.render_mode = render_mode
         self._transport = transport
         self._walker = make_walker(
             env_id, transport, server, master_uri, timeout, max_episode_steps, parameters
         )
         specification = self._walker.specification
+        self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
         self._is_closed = False
         self.observation_space = observation_space_of(specification)
         self.action_space = action_space_of(specification)
@@ -178,6 +189,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         observation, info = self._arrays()
         self._walker.reset(seed, super().np_random, observation, info)
         self._is_closed = False
+        if self.render_mode == "human":
+            self._pictures.begin(self._walker.render)
         return observation, by_name(self._info_names, info.tolist())
 
     def step(self, action: NDArray[Any]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
@@ -210,19 +223,54 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         infos = by_name(self._info_names, info.tolist())
         if error:
             infos["error"] = error
+        elif self.render_mode == "human":
+            self._pictures.follow(self._walker.render)
         return observation, reward, terminated, truncated, infos
 
-    def render(self) -> None:
-        """There is no rendering yet."""
-        raise NotImplementedError("render: there is no rendering yet")
+    def render(self) -> Picture | None:
+        """Draws what the walker shows now. No later step depends on it.
+
+        Returns
+        -------
+        rgb_array
+            uint8, shape (height, width, 3), rows from top to bottom.
+        depth_array
+            float32, shape (height, width): OpenGL's depth buffer, from 0 (near) to 1 (far).
+        rgbd_tuple
+            Both.
+        human, None
+            None. The window is drawn at each reset and step anyway, in real time: pictures are
+            left out where drawing is slower, steps never. With None a warning says so.
+
+        Raises
+        ------
+        walker_sim.ResetNeeded
+            Before the first reset, and where the simulation had to end the episode.
+        gymnasium.error.ClosedEnvironmentError
+            After `close`, until the next reset.
+        gymnasium.error.DependencyNotInstalled, RuntimeError
+            For a window without pygame or a display, a picture without the libraries that draw
+            it; saying what to install.
+        """
+        if self._is_closed:
+            raise ClosedEnvironmentError("render: the environment has been closed; reset first")
+        if self.render_mode is None:
+            warn_of_no_mode(self.spec.id if self.spec else self._walker.specification["id"])
+            return None
+        if self.render_mode == "human":
+            self._pictures.show(self._walker.render)
+            return None
+        return self._pictures.take(self._walker.render)
 
     def close(self) -> None:
-        """Ends the episode and lets go of the connection, if there is one; again does nothing.
+        """Ends the episode and lets go of connection and window, where there are any; again does
+        nothing.
 
         The next reset opens the environment again: Gymnasium's walkers live on as well, and
         checkers of environments count on it.
         """
         self._walker.close()
+        self._pictures.close()
         self._is_closed = True
 
     def _arrays(self) -> tuple[NDArray[Any], NDArray[np.float64]]:

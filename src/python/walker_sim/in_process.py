@@ -9,6 +9,7 @@ from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
 from walker_sim import _core
+from walker_sim.rendering import Pictures
 from walker_sim.transport import Batch, Rows, Specification
 
 GeneratorState = Tuple[int, int, int, int, int, int]
@@ -69,6 +70,15 @@ class InProcessWalker:
     ) -> tuple[float, bool, bool, str]:
         return self._environment.step(action, observation, info)
 
+    def render(
+        self,
+        pictures: Pictures,
+        rgb: NDArray[np.uint8] | None,
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        """The environment is only looked at; while it is drawn, others may step it."""
+        pictures.renderer.render(self._environment.look(), rgb, depth)
+
     def close(self) -> None:
         """There is nothing to let go of before the object goes."""
 
@@ -115,6 +125,15 @@ class InProcessWalkers:
 
     def error(self, environment: int) -> str:
         return self._pool.error(environment)
+
+    def render(
+        self,
+        environment: int,
+        pictures: Pictures,
+        rgb: NDArray[np.uint8] | None,
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        pictures.renderer.render(self._pool.look(environment), rgb, depth)
 
     def send(self, actions: NDArray[np.float64], environments: list[int]) -> None:
         """Begins to step some; actions of shape (count, action size)."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.errors import ServerMismatch
+from walker_sim.rendering import Pictures
 from walker_sim.transport import Batch, Rows, Specification
 
 
@@ -136,6 +137,15 @@ class RemoteWalker:
     ) -> tuple[float, bool, bool, str]:
         return self._connection.client.step(action, observation, info)
 
+    def render(
+        self,
+        pictures: Pictures,
+        rgb: NDArray[np.uint8] | None,
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        """The server draws."""
+        self._connection.client.render(0, pictures.camera_parameters, rgb, depth)
+
     def close(self) -> None:
         self._connection.close()
 
@@ -184,6 +194,15 @@ class RemoteWalkers:
     def error(self, environment: int) -> str:
         """The answer of a batch's step does not say."""
         return ""
+
+    def render(
+        self,
+        environment: int,
+        pictures: Pictures,
+        rgb: NDArray[np.uint8] | None,
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        self._connection.client.render(environment, pictures.camera_parameters, rgb, depth)
 
     def close(self) -> None:
         self._connection.close()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List
+import functools
+from typing import Any, Callable, Dict, List
 
 import gymnasium
 import numpy as np
@@ -11,7 +12,7 @@ from stable_baselines3.common import vec_env
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.registration import NAMESPACE, without_namespace
-from walker_sim.rendering import check_render_mode, metadata_of
+from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.transport import by_name, make_walkers, to_actions
 
@@ -43,9 +44,9 @@ class VecEnv(vec_env.VecEnv):
     max_episode_steps
         On which step an episode is truncated. None: the id's own limit; -1 or 0: never.
     render_mode
-        None: there is no rendering yet.
+        ``rgb_array``, ``human`` (the first walker in a window) or None.
     parameters
-        The environment's own, e.g. ``hardcore``, ``forward_reward_weight``.
+        The environment's own and its camera's, as `walker_sim.WalkerEnv`.
 
     Attributes
     ----------
@@ -74,8 +75,8 @@ class VecEnv(vec_env.VecEnv):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        check_render_mode(render_mode)
         env_id = without_namespace(env_id)
+        parameters, camera = split_keywords(env_id, parameters)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = max(max_episode_steps, 0)
         self._walkers = make_walkers(
@@ -83,6 +84,9 @@ class VecEnv(vec_env.VecEnv):
             *(num_threads, 0, "same_step", parameters),
         )
         specification = self._walkers.specification
+        self._pictures = Pictures(
+            *(env_id, parameters, render_mode, camera, specification["dt"]), ("human", "rgb_array")
+        )
         self.spec = gymnasium.registry.get(f"{NAMESPACE}/{env_id}")
         self._info_names: list[str] = specification["info_names"]
         self._parameter_names = frozenset(specification["parameters"])
@@ -95,13 +99,15 @@ class VecEnv(vec_env.VecEnv):
         shared = {
             "action_space": action_space,
             "observation_space": observation_space,
-            "render_mode": None,
+            "render_mode": render_mode,
             "metadata": metadata_of(specification),
             "spec": self.spec,
             "dt": specification["dt"],
         }
         self._attributes: Infos = [dict(shared) for _ in range(num_envs)]
         super().__init__(num_envs, observation_space, action_space)
+        # Where VecVideoRecorder looks for it.
+        self.metadata["render_fps"] = shared["metadata"]["render_fps"]
 
     def reset(self) -> NDArray[Any]:
         """Begins an episode of each walker, with the seeds that `seed` gave since the last reset.
@@ -116,6 +122,7 @@ class VecEnv(vec_env.VecEnv):
         self.reset_infos = self._to_dicts(info)
         self._reset_seeds()
         self._reset_options()
+        self._show_first(self._pictures.begin)
         return observations
 
     def step_async(self, actions: NDArray[Any]) -> None:
@@ -153,13 +160,31 @@ class VecEnv(vec_env.VecEnv):
         is_cut_off = batch.truncated & ~batch.terminated
         for info, flag in zip(infos, is_cut_off.tolist()):
             info["TimeLimit.truncated"] = flag
+        self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards.astype(np.float32), dones, infos
 
+    def get_images(self) -> list[NDArray[np.uint8] | None]:
+        """Pictures of all walkers, shape (height, width, 3) each; None without rgb_array."""
+        self._check_open()
+        if self.render_mode != "rgb_array":
+            return [None] * self.num_envs
+        return [self._pictures.colors(self._drawer(i)) for i in range(self.num_envs)]
+
+    def render(self, mode: str | None = None) -> NDArray[np.uint8] | None:
+        """The walkers' pictures side by side, or those in a window, as Stable-Baselines3 has it."""
+        if self.render_mode != "human" or mode not in (None, "human"):
+            picture: NDArray[np.uint8] | None = super().render(mode)
+            return picture
+        self._check_open()
+        self._show_first(self._pictures.show)
+        return None
+
     def close(self) -> None:
-        """Lets go of the threads, or of the connection."""
+        """Lets go of the threads, or of the connection; closes the window, if there is one."""
         if not self._is_closed:
             self._is_closed = True
             self._walkers.close()
+            self._pictures.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """What walkers have of their own: spaces, metadata, spec, dt, and what `set_attr` gave."""
@@ -218,6 +243,13 @@ class VecEnv(vec_env.VecEnv):
         if np.isnan(info).any():
             return [by_name(self._info_names, row) for row in info.tolist()]
         return [dict(zip(self._info_names, row)) for row in info.tolist()]
+
+    def _drawer(self, index: int) -> Draw:
+        return functools.partial(self._walkers.render, index)
+
+    def _show_first(self, show: Callable[[Draw], None]) -> None:
+        if self.render_mode == "human":
+            show(self._drawer(0))
 
     def _check_open(self) -> None:
         if self._is_closed:

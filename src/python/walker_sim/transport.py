@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, NamedTuple, Protocol, Sequence
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Protocol, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.errors import InvalidAction
+
+if TYPE_CHECKING:
+    from walker_sim.rendering import Pictures
 
 TRANSPORTS = ("inprocess", "ros")
 
@@ -36,6 +39,15 @@ class Walker(Protocol):
         info: NDArray[np.float64],
     ) -> tuple[float, bool, bool, str]:
         """Returns reward, terminated, truncated and the engine's error or an empty text."""
+
+    def render(
+        self,
+        pictures: Pictures,
+        rgb: NDArray[np.uint8] | None,
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        """Draws what it shows now: `rgb`, shape (height, width, 3), and `depth`, shape (height,
+        width) [m], are filled where they are wanted."""
 
     def close(self) -> None:
         """Lets go of what it holds."""
@@ -95,6 +107,15 @@ class Walkers(Protocol):
 
     def error(self, environment: int) -> str:
         """Why the engine had to end the episode in the last step, or an empty text."""
+
+    def render(
+        self,
+        environment: int,
+        pictures: Pictures,
+        rgb: NDArray[np.uint8] | None,
+        depth: NDArray[np.float32] | None,
+    ) -> None:
+        """As `Walker.render`, of one of them."""
 
     def close(self) -> None:
         """Lets go of what it holds."""

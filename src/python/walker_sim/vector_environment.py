@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, Callable, Sequence
 
 import numpy as np
@@ -11,7 +12,14 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.in_process import InProcessWalkers
-from walker_sim.rendering import check_render_mode, metadata_of
+from walker_sim.rendering import (
+    Draw,
+    Picture,
+    Pictures,
+    metadata_of,
+    split_keywords,
+    warn_of_no_mode,
+)
 from walker_sim.spaces import action_space_of, observation_space_of
 from walker_sim.transport import make_walkers, to_actions
 from walker_sim.vector_arguments import (
@@ -55,9 +63,9 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     max_episode_steps
         On which step an episode is truncated; None: the id's own limit; -1 or 0: never.
     render_mode
-        None: there is no rendering yet.
+        As `WalkerEnv`. ``human`` shows the first walker.
     parameters
-        The environment's own, e.g. ``hardcore``, ``reuse_world``, ``forward_reward_weight``.
+        The environment's own and its camera's, as `WalkerEnv`.
 
     Raises
     ------
@@ -84,8 +92,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         **parameters: Any,
     ) -> None:
         self.closed = True  # until there is something to close
-        check_render_mode(render_mode)
-        self.render_mode = None
+        parameters, camera = split_keywords(env_id, parameters)
+        self.render_mode = render_mode
         self.autoreset_mode = to_mode(autoreset_mode)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
@@ -96,8 +104,9 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             to_count("batch_size", batch_size, 0),
             *(self.autoreset_mode.name.lower(), parameters),
         )
-        self.closed = False
         specification = self._walkers.specification
+        self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
+        self.closed = False
         self.single_observation_space = observation_space_of(specification)
         self.single_action_space = action_space_of(specification)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -169,11 +178,14 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         seeds = to_seeds(seed, self.num_envs)
         if options is None or "reset_mask" not in options:
             observations, info = self._walkers.reset([], seeds)
+            self._show_first(self._pictures.begin)
             return observations, to_infos(self._info_names, info)
         mask = checked_mask(options["reset_mask"], self.num_envs)
         chosen = np.flatnonzero(mask).tolist()
         some_seeds = [seeds[i] for i in chosen] if seeds else []
         observations, info = self._walkers.reset(chosen, some_seeds)
+        if mask[0]:
+            self._show_first(self._pictures.begin)
         return observations, to_infos(self._info_names, info, mask)
 
     def step(
@@ -207,6 +219,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         ended = batch.terminated | batch.truncated
         if np.count_nonzero(ended):
             self._add_ends(infos, ended, walkers.final_rows, walkers.error)
+        self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
 
     def async_reset(self, *, seed: Seeds = None) -> None:
@@ -265,7 +278,30 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             self._add_ends(
                 infos, ended, pool.final_rows_received, lambda row: pool.error(environments[row])
             )
+        if 0 in environments:
+            self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
+
+    def render(self) -> tuple[Picture, ...] | None:
+        """Draws what the walkers show now, one after the other.
+
+        Returns
+        -------
+        A picture of each as `WalkerEnv.render` gives it; None with ``human`` and without a mode.
+
+        Raises
+        ------
+        walker_sim.ResetNeeded, gymnasium.error.DependencyNotInstalled, RuntimeError
+            As `WalkerEnv.render`.
+        """
+        self._need_open("render")
+        if self.render_mode is None:
+            warn_of_no_mode(self.spec.id if self.spec else self._walkers.specification["id"])
+            return None
+        if self.render_mode == "human":
+            self._show_first(self._pictures.show)
+            return None
+        return tuple(self._pictures.take(self._drawer(i)) for i in range(self.num_envs))
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """What each walker has as a single environment: ``np_random``, ``np_random_seed``, its
@@ -298,8 +334,17 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self.np_random = values
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Ends the threads, or lets go of the connection."""
+        """Ends the threads, or lets go of the connection; closes the window, if there is one."""
         self._walkers.close()
+        self._pictures.close()
+
+    def _drawer(self, index: int) -> Draw:
+        return functools.partial(self._walkers.render, index)
+
+    def _show_first(self, show: Callable[[Draw], None]) -> None:
+        """In the window, if there is one, unless the engine has failed and there is nothing."""
+        if self.render_mode == "human" and not self._walkers.error(0):
+            show(self._drawer(0))
 
     def _need_open(self, call: str) -> None:
         if self.closed:

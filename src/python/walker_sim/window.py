@@ -1,0 +1,192 @@
+"""A window on the screen, by pygame, for walkers that are watched as they walk."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import time
+from typing import Any, Callable, Sequence
+
+import gymnasium
+import numpy as np
+from gymnasium.error import DependencyNotInstalled
+from numpy.typing import NDArray
+
+SHORTEST_GAP = 0.015  # between pictures [s of wall time]; screens show some 60 a second
+LONGEST_GAP = 0.1  # the same, where drawing takes longer than there is time for
+FORGIVEN = 0.25  # as late as this, the walker no longer tries to catch up [s of wall time]
+
+
+def load_pygame() -> Any:
+    """The module, or one that is compatible with it.
+
+    Raises
+    ------
+    gymnasium.error.DependencyNotInstalled
+    """
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+    # SDL would take SIGTERM for a window's cross.
+    os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")
+    try:
+        return importlib.import_module("pygame")
+    except ImportError as error:
+        raise DependencyNotInstalled(
+            f'a window needs pygame: pip install "walker_sim[window]" ({error})'
+        ) from error
+
+
+class Pace:
+    """Keeps simulation time beside wall time. Steps are never left out, pictures are.
+
+    Parameters
+    ----------
+    dt
+        Simulation time of a step [s].
+    now
+        The clock [s].
+    """
+
+    def __init__(self, dt: float, now: Callable[[], float] = time.monotonic) -> None:
+        self._dt, self._now = dt, now
+        self.speed = 1.0  # simulation time per wall time
+        self.begin()
+
+    def begin(self) -> None:
+        """What is shown now is on time, whatever was before."""
+        self._shown_at = self._target = self._now()
+
+    def is_picture_due(self) -> bool:
+        """To be asked once after each step: whether that has to be shown."""
+        now = self._now()
+        self._target = max(self._target + self._dt / self.speed, now - FORGIVEN)
+        gap = now - self._shown_at
+        is_due = gap >= LONGEST_GAP or (gap >= SHORTEST_GAP and now <= self._target)
+        if is_due:
+            self._shown_at = now
+        return is_due
+
+    def time_left(self) -> float:
+        """Until the next step should be made [s of wall time]."""
+        return max(0.0, self._target - self._now())
+
+
+class Window:
+    """Shows pictures in a window, which opens with the first. There is one in a process: whoever
+    shows a picture while another's window is open takes that over.
+
+    A copy, and what comes out of a pickle, is a window that has not been opened.
+
+    Parameters
+    ----------
+    title
+        Of the window.
+    dt
+        Simulation time of a step [s].
+    """
+
+    def __init__(self, title: str, dt: float) -> None:
+        self._title = title
+        self._pace = Pace(dt)
+        self._surface: Any = None
+        self.is_closed = False  # by its user
+
+    def begin(self) -> None:
+        """An episode begins."""
+        self._pace.begin()
+
+    def is_picture_due(self) -> bool:
+        """As `Pace.is_picture_due`; takes note of the user, too."""
+        self._attend()
+        return not self.is_closed and self._pace.is_picture_due()
+
+    def wait(self) -> None:
+        """Until the next step is to be made. Without the window nobody waits."""
+        if not self.is_closed:
+            time.sleep(self._pace.time_left())
+
+    def show(self, rgb: NDArray[np.uint8]) -> None:
+        """Shows a picture, shape (height, width, 3).
+
+        Raises
+        ------
+        gymnasium.error.DependencyNotInstalled
+            Without pygame.
+        RuntimeError
+            Without a display.
+        """
+        pygame = load_pygame()
+        size = (rgb.shape[1], rgb.shape[0])
+        if self._surface is None or pygame.display.get_surface() is not self._surface:
+            self._surface = open_window(self._title, size)
+        self._surface.blit(to_surface(rgb), (0, 0))
+        pygame.display.flip()
+        self._attend()
+
+    def close(self) -> None:
+        """The next picture opens it again."""
+        if self._surface is not None:
+            close_window(self._surface)
+        self._surface, self.is_closed = None, False
+
+    def _attend(self) -> None:
+        """Closes the window where its user wants that, by its cross or by Escape."""
+        if self._surface is None or self.is_closed:
+            return
+        pygame = load_pygame()
+        if pygame.display.get_surface() is not self._surface:
+            return  # another's window
+        for event in pygame.event.get():
+            if event.type == pygame.QUIT or is_key(event, (pygame.K_ESCAPE,)):
+                close_window(self._surface)
+                self.is_closed = True
+                gymnasium.logger.warn(
+                    f"{self._title}: the window was closed, and the walker goes on without. "
+                    "close() and a reset open another"
+                )
+                return
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_surface": None, "is_closed": False}
+
+
+def open_window(title: str, size: tuple[int, int]) -> Any:
+    """The surface of pygame's window, width and height [pixels].
+
+    Raises
+    ------
+    RuntimeError
+        Without a display.
+    """
+    pygame = load_pygame()
+    without = "no window can be opened: there is no display"
+    try:
+        pygame.display.init()
+        # Where there is no display SDL draws where nobody sees it, and says so only here.
+        if pygame.display.get_driver() == "offscreen" and "SDL_VIDEODRIVER" not in os.environ:
+            raise RuntimeError(
+                f"{without} (DISPLAY and WAYLAND_DISPLAY name one); render_mode="
+                '"rgb_array" needs none'
+            )
+        surface = pygame.display.set_mode(size)
+    except pygame.error as error:
+        raise RuntimeError(f"{without} ({error})") from error
+    pygame.display.set_caption(title)
+    return surface
+
+
+def close_window(surface: Any) -> None:
+    """Closes pygame's window, if it is that of this surface."""
+    pygame = load_pygame()
+    if pygame.display.get_surface() is surface:
+        pygame.display.quit()
+
+
+def to_surface(rgb: NDArray[np.uint8]) -> Any:
+    """A picture of shape (height, width, 3) for pygame."""
+    size = (rgb.shape[1], rgb.shape[0])
+    return load_pygame().image.frombuffer(np.ascontiguousarray(rgb), size, "RGB")
+
+
+def is_key(event: Any, keys: Sequence[int]) -> bool:
+    """Whether the event is that one of these keys goes down."""
+    return event.type == load_pygame().KEYDOWN and event.key in keys
