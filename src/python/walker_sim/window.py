@@ -163,10 +163,7 @@ def open_window(title: str, size: tuple[int, int]) -> Any:
         pygame.display.init()
         # Where there is no display SDL draws where nobody sees it, and says so only here.
         if pygame.display.get_driver() == "offscreen" and "SDL_VIDEODRIVER" not in os.environ:
-            raise RuntimeError(
-                f"{without} (DISPLAY and WAYLAND_DISPLAY name one); render_mode="
-                '"rgb_array" needs none'
-            )
+            raise RuntimeError(f"{without}; DISPLAY or WAYLAND_DISPLAY names one")
         surface = pygame.display.set_mode(size)
     except pygame.error as error:
         raise RuntimeError(f"{without} ({error})") from error

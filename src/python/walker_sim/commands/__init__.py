@@ -1,4 +1,4 @@
-"""The command line: ``python3 -m walker_sim evaluate|record|bench``."""
+"""The command line: ``python3 -m walker_sim evaluate|play|record|bench``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from walker_sim.errors import ConnectionError, RequestRefused, ServerMismatch
 
 COMMANDS = {
     "evaluate": "plays a policy over many seeds; statistics, plot, CSV",
+    "play": "shows a walker in a window, with the keyboard for pause and speed",
     "record": "writes episodes to a file, and checks that they repeat to the bit",
     "bench": "measures steps per second, beside Gymnasium's own",
 }
@@ -24,6 +25,7 @@ commands:
 
 examples:
   python3 -m walker_sim evaluate BipedalWalker-v3 --policy heuristic --plot returns.png
+  python3 -m walker_sim play Walker2d-v5
   python3 -m walker_sim record Walker2d-v5 --episodes 10 --output gait.npz
   python3 -m walker_sim bench BipedalWalker-v3
 

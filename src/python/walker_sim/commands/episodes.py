@@ -84,6 +84,20 @@ def play(
         yield from player.step()
 
 
+def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
+    """How an episode ended with this step: arrived, fell, terminated, time limit or failed; empty
+    where it goes on."""
+    terminated, reward = bool(batch.terminated[environment]), batch.rewards[environment]
+    if not terminated:
+        return "time limit" if batch.truncated[environment] else ""
+    # Over ROS the error itself is not told, but what the core puts in place of the numbers.
+    if walkers.error(environment) or (reward == 0 and np.isnan(batch.info[environment]).all()):
+        return "failed"
+    if not walkers.specification["id"].startswith("BipedalWalker"):
+        return "terminated"
+    return "fell" if reward == FALL_REWARD else "arrived"
+
+
 class _Player:
     def __init__(
         self,
@@ -96,7 +110,6 @@ class _Player:
         self._walkers, self._policy_of, self._keeps_steps = walkers, policy_of, keeps_steps
         self._waiting = iter(enumerate(seeds))
         specification = walkers.specification
-        self._falls = specification["id"].startswith("BipedalWalker")
         self._info_names: list[str] = specification["info_names"]
         self._actions = np.zeros((walkers.num_envs, len(specification["action_low"])))
 
@@ -144,26 +157,15 @@ class _Player:
         steps.infos.append(batch.info[environment].copy())
 
     def _conclude(self, running: _Running, batch: Batch, environment: int) -> Episode:
-        error = self._walkers.error(environment)
-        terminated, reward = bool(batch.terminated[environment]), batch.rewards[environment]
-        # Over ROS the error itself is not told, but what the core puts in place of the numbers.
-        if error or (terminated and reward == 0 and np.isnan(batch.info[environment]).all()):
-            end = "failed"
-        elif not terminated:
-            end = "time limit"
-        elif not self._falls:
-            end = "terminated"
-        else:
-            end = "fell" if reward == FALL_REWARD else "arrived"
         return Episode(
             order=running.order,
             seed=running.seed,
             episode_return=running.episode_return,
             length=running.length,
-            terminated=terminated,
+            terminated=bool(batch.terminated[environment]),
             truncated=bool(batch.truncated[environment]),
-            end=end,
+            end=end_of(self._walkers, batch, environment),
             info=by_name(self._info_names, batch.info[environment].tolist()),
-            error=error,
+            error=self._walkers.error(environment),
             steps=running.steps,
         )

@@ -197,8 +197,9 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
 
 
 def read_parameters(env_id: str, texts: dict[str, str]) -> dict[str, Any]:
-    """Values of parameters, by what the environment's defaults are."""
-    defaults = {known["name"]: known["default"] for known in _core.parameters_of(env_id)}
+    """Values of parameters, by what the defaults of the environment and its camera are."""
+    known = (*_core.parameters_of(env_id), *_core.camera_parameters_of(env_id))
+    defaults = {one["name"]: one["default"] for one in known}
     return {name: read_value(text, defaults.get(name)) for name, text in texts.items()}
 
 

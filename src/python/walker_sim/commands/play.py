@@ -1,0 +1,314 @@
+"""``play``: a walker in a window."""
+
+from __future__ import annotations
+
+import functools
+import time
+from typing import Any, Callable, Sequence
+
+import numpy as np
+from gymnasium.error import DependencyNotInstalled
+from numpy.typing import NDArray
+
+from walker_sim.commands import options as common
+from walker_sim.commands.episodes import Policy, end_of
+from walker_sim.commands.policies import POLICY_HELP, Policies, make_policies
+from walker_sim.rendering import Pictures, split_keywords
+from walker_sim.transport import Walkers
+from walker_sim.window import Pace, close_window, load_pygame, open_window, to_surface
+
+EPISODES = 100
+END_SHOWN = 1.5  # how long an episode's last picture stays [s of wall time]
+SLOWEST, FASTEST = 1 / 64, 64.0  # simulation time per wall time
+NAP = 0.01  # between looks at the keyboard [s of wall time]
+
+KEYS = """\
+Space            pause, and go on
+Right, .         one step
+R                the same episode again
+N                the next episode
++, F             twice as fast
+-, S             half as fast
+H                these lines
+Q, Esc           quit"""
+
+DESCRIPTION = """\
+Shows a walker in a window, one episode for each seed and then from the first again, in real time.
+Below the picture stand the episode, its seed, step and return, the speed, and how it ended. Needs
+pygame: pip install "walker_sim[window]".
+"""
+
+EPILOG = f"""\
+keys:
+  {KEYS.replace(chr(10), chr(10) + "  ")}
+
+{common.WALKER_HELP}The picture's own are width=960 and height=640 and, of Walker2d,
+camera_name=track or camera_id=0.
+
+{POLICY_HELP}
+examples:
+  python3 -m walker_sim play
+  python3 -m walker_sim play Walker2d-v5 --speed 0.25
+  python3 -m walker_sim play BipedalWalkerHardcore-v3 --policy model.zip --seeds 1000:1010
+"""
+
+
+class Session:
+    """Episodes of one walker, one after the other, for ever.
+
+    Attributes
+    ----------
+    episode
+        Counts from 1.
+    seed, step, episode_return
+        Of the present one.
+    end
+        How it ended, as `end_of` says; empty while it goes on.
+    """
+
+    def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
+        self._walkers, self._policies, self._seeds = walkers, policies, seeds
+        self._actions = np.zeros((1, len(walkers.specification["action_low"])))
+        self.episode = 0
+        self.begin_next()
+
+    def begin_next(self) -> None:
+        """Begins the episode of the next seed."""
+        self.seed = self._seeds[self.episode % len(self._seeds)]
+        self.episode += 1
+        self.begin()
+
+    def begin(self) -> None:
+        """Begins the episode of the present seed, be it again."""
+        self._policy: Policy = self._policies(self.seed)
+        self._observation: NDArray[Any] = self._walkers.reset([0], [self.seed])[0][0]
+        self.step_count, self.episode_return, self.end = 0, 0.0, ""
+
+    def step(self) -> None:
+        """Takes one step of an episode that goes on."""
+        self._actions[0] = self._policy(self._observation)
+        batch = self._walkers.step(self._actions)
+        self._observation = batch.observations[0]
+        self.step_count += 1
+        self.episode_return += float(batch.rewards[0])
+        self.end = end_of(self._walkers, batch, 0)
+
+
+class Screen:
+    """A window with a picture, a line of text below it, and help above it."""
+
+    LINE = 26  # height of a line [pixels]
+    TEXT, GROUND = (235, 235, 235), (40, 40, 40)  # colours
+
+    def __init__(self, title: str, width: int, height: int) -> None:
+        self._size = (width, height)
+        self._surface = open_window(title, (width, height + self.LINE))
+        pygame = load_pygame()
+        pygame.font.init()
+        self._font = pygame.font.Font(None, 20)
+        pygame.key.set_repeat(400, 50)  # [ms]
+
+    def show(self, rgb: NDArray[np.uint8], line: str, help_lines: Sequence[str]) -> None:
+        """Shows a picture, shape (height, width, 3), with its texts."""
+        pygame = load_pygame()
+        self._surface.fill(self.GROUND)
+        self._surface.blit(to_surface(rgb), (0, 0))
+        self._write(line, 8, self._size[1] + 6)
+        if help_lines:
+            shade = pygame.Surface((self._size[0], len(help_lines) * self.LINE + 12))
+            shade.fill(self.GROUND)
+            shade.set_alpha(200)
+            self._surface.blit(shade, (0, 0))
+        for row, text in enumerate(help_lines):
+            key, _, meaning = text.partition("  ")
+            self._write(key, 16, row * self.LINE + 12)
+            self._write(meaning.strip(), 130, row * self.LINE + 12)
+        pygame.display.flip()
+
+    def events(self) -> list[Any]:
+        """What the user has done since the last call."""
+        return list(load_pygame().event.get())
+
+    def close(self) -> None:
+        """Closes the window."""
+        close_window(self._surface)
+
+    def _write(self, text: str, x: int, y: int) -> None:
+        self._surface.blit(self._font.render(text, True, self.TEXT), (x, y))
+
+
+class Viewer:
+    """Brings together the session, the screen, the keyboard and the time."""
+
+    def __init__(
+        self,
+        session: Session,
+        draw: Callable[[], NDArray[np.uint8]],
+        screen: Screen,
+        pace: Pace,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.session, self.pace = session, pace
+        self.is_over, self.is_paused, self.has_help = False, False, False
+        self._draw, self._screen, self._now = draw, screen, now
+        self._ended_at = 0.0
+        self._keys = self._actions_by_key()
+        self._show()
+
+    def run(self) -> None:
+        """Until the user quits."""
+        while not self.is_over:
+            self.attend()
+            self.advance()
+            time.sleep(min(NAP, self.pace.time_left()) if self._is_running() else NAP)
+
+    def attend(self) -> None:
+        """Does what the keyboard says."""
+        pygame = load_pygame()
+        for event in self._screen.events():
+            if event.type == pygame.QUIT:
+                self.is_over = True
+            elif event.type == pygame.KEYDOWN and event.key in self._keys:
+                self._keys[event.key]()
+                self._show()
+            elif event.type == pygame.VIDEOEXPOSE:
+                self._show()
+
+    def advance(self) -> None:
+        """Steps if it is time to, and begins the next episode a while after an end."""
+        if self._is_running():
+            if self.pace.time_left() == 0:
+                self._step()
+        elif not self.is_paused and self._now() >= self._ended_at + END_SHOWN:
+            self._next()
+            self._show()
+
+    def status(self) -> str:
+        """The line below the picture."""
+        session = self.session
+        state = [session.end] * bool(session.end) + ["paused"] * self.is_paused
+        words = (
+            f"episode {session.episode}",
+            f"seed {session.seed}",
+            f"step {session.step_count}",
+            f"return {session.episode_return:.1f}",
+            f"speed {self.pace.speed:g}x",
+            ", ".join(state) or "H: help",
+        )
+        return "    ".join(words)
+
+    def _actions_by_key(self) -> dict[int, Callable[[], None]]:
+        pygame = load_pygame()
+        faster, slower = (functools.partial(self._change_speed, by) for by in (2.0, 0.5))
+        return {
+            pygame.K_SPACE: self._pause,
+            pygame.K_RIGHT: self._single_step,
+            pygame.K_PERIOD: self._single_step,
+            pygame.K_r: self._again,
+            pygame.K_n: self._next,
+            **dict.fromkeys((pygame.K_PLUS, pygame.K_EQUALS, pygame.K_KP_PLUS, pygame.K_f), faster),
+            **dict.fromkeys((pygame.K_MINUS, pygame.K_KP_MINUS, pygame.K_s), slower),
+            pygame.K_h: self._toggle_help,
+            pygame.K_q: self._quit,
+            pygame.K_ESCAPE: self._quit,
+        }
+
+    def _is_running(self) -> bool:
+        return not self.is_paused and not self.session.end
+
+    def _step(self) -> None:
+        self.session.step()
+        is_due = self.pace.is_picture_due()
+        if self.session.end:
+            self._ended_at = self._now()
+            print(
+                f"episode {self.session.episode}, seed {self.session.seed}: "
+                f"return {self.session.episode_return:.1f}, {self.session.step_count} steps, "
+                f"{self.session.end}"
+            )
+        if is_due or self.session.end:
+            self._show()
+
+    def _show(self) -> None:
+        if self.session.end != "failed":  # then there is nothing to be seen
+            self._picture = self._draw()
+        self._screen.show(self._picture, self.status(), KEYS.split("\n") * self.has_help)
+
+    def _pause(self) -> None:
+        self.is_paused = not self.is_paused
+        self.pace.begin()
+
+    def _single_step(self) -> None:
+        self.is_paused = True
+        if not self.session.end:
+            self._step()
+
+    def _again(self) -> None:
+        self.session.begin()
+        self.pace.begin()
+
+    def _next(self) -> None:
+        self.session.begin_next()
+        self.pace.begin()
+
+    def _change_speed(self, by: float) -> None:
+        self.pace.speed = min(max(self.pace.speed * by, SLOWEST), FASTEST)
+        self.pace.begin()
+
+    def _toggle_help(self) -> None:
+        self.has_help = not self.has_help
+
+    def _quit(self) -> None:
+        self.is_over = True
+
+
+def _parser() -> common.Parser:
+    parser = common.Parser(
+        prog="python3 -m walker_sim play", description=DESCRIPTION, epilog=EPILOG
+    )
+    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
+    parser.add_argument(
+        "--speed",
+        type=common.positive,
+        default=1.0,
+        metavar="FACTOR",
+        help="simulation time per wall time at the start (default: 1)",
+    )
+    common.add_seeds(parser, EPISODES)
+    common.add_walker_options(parser)
+    return parser
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Plays until the user quits. Returns the exit status."""
+    options = _parser().parse_intermixed_args(arguments)
+    if not SLOWEST <= options.speed <= FASTEST:
+        raise common.InputError(
+            f"--speed {options.speed:g}: must be from {SLOWEST:g} to {FASTEST:g}"
+        )
+    words = options.walker
+    if all("=" in word for word in words):
+        words = ["BipedalWalker-v3", *words]
+    env_id, parameters = common.walker_of(words)
+    parameters, camera = split_keywords(env_id, parameters)
+    walkers = common.make_walkers(options, env_id, parameters, None, 1)
+    try:
+        policies = make_policies(options.policy, env_id, parameters, walkers.specification)
+        session = Session(walkers, policies, common.chosen_seeds(options))
+        pace = Pace(walkers.specification["dt"])
+        pace.speed = options.speed
+        try:
+            pictures = Pictures(env_id, parameters, "human", camera, walkers.specification["dt"])
+            size = pictures.camera_parameters["width"], pictures.camera_parameters["height"]
+            screen = Screen(f"walker_sim {env_id}", *size)
+            draw = functools.partial(pictures.colors, functools.partial(walkers.render, 0))
+            viewer = Viewer(session, draw, screen, pace)
+        except (DependencyNotInstalled, ValueError, TypeError, RuntimeError) as error:
+            raise common.InputError(str(error)) from error
+        try:
+            viewer.run()
+        finally:
+            screen.close()
+    finally:
+        walkers.close()
+    return 0
