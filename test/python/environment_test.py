@@ -25,11 +25,9 @@ def wrapper_types(environment):
 
 
 def warnings_of_check(environment):
-    # Gymnasium's own draw themselves when rendering is checked; ours have no mode to be checked.
-    has_modes = environment.metadata["render_modes"] != []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        check_env(environment, skip_render_check=has_modes)
+        check_env(environment, skip_render_check=True)  # environment_render_test checks it
     return [str(warning.message).replace("walker_sim/", "") for warning in caught]
 
 
@@ -48,7 +46,7 @@ def test_specification(environment_id):
     for name in ("reward_threshold", "max_episode_steps", "nondeterministic", "order_enforce"):
         assert getattr(ours.spec, name) == getattr(theirs.spec, name), name
     assert wrapper_types(ours) == wrapper_types(theirs)
-    assert ours.metadata == {"render_modes": [], "render_fps": theirs.metadata["render_fps"]}
+    assert ours.metadata == theirs.metadata
     assert ours.unwrapped.dt == pytest.approx(1 / theirs.metadata["render_fps"], rel=1e-12)
 
 
@@ -339,15 +337,6 @@ def test_hardcore_is_the_hardcore_id():
         outcomes.append(follow(environment, actions))
     assert outcomes[0] == outcomes[1]
     assert outcomes[0] != outcomes[2]
-
-
-def test_there_is_no_rendering_yet():
-    # A TypeError too, which Stable-Baselines3 takes for an environment without.
-    for kind in (ValueError, TypeError):
-        with pytest.raises(kind, match="render_mode = 'rgb_array': there is no rendering yet"):
-            WalkerEnv("BipedalWalker-v3", render_mode="rgb_array")
-    with pytest.raises(NotImplementedError, match="there is no rendering yet"):
-        WalkerEnv("BipedalWalker-v3").render()
 
 
 def lengths_until(limit, environment):

@@ -18,7 +18,7 @@ from gymnasium_reference import equal_bits
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_checker import check_env
 from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize, VecVideoRecorder
 from walker_sim.sb3 import VecEnv
 
 NUM_ENVS = 5
@@ -183,6 +183,49 @@ def test_attributes():
         environments.set_attr("hardcore", True)
 
 
+def test_pictures_of_dummy_vec_env(tmp_path):
+    ours = make_ours("BipedalWalker-v3", 2, render_mode="rgb_array")
+    make = lambda: gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="rgb_array")  # noqa: E731
+    reference = DummyVecEnv([make] * 2)
+    assert ours.render_mode == reference.render_mode == "rgb_array"
+    assert ours.metadata["render_modes"] == reference.metadata["render_modes"]
+    for environments in (ours, reference):
+        environments.seed(SEED)
+        environments.reset()
+        environments.step(np.zeros((2, 4)))
+    assert_equal(list(ours.get_images()), list(reference.get_images()))
+    assert_equal(ours.render(), reference.render())
+    assert_equal(VecMonitor(ours).render("rgb_array"), reference.render("rgb_array"))
+    with pytest.warns(UserWarning, match="no `render_mode` was passed"):
+        assert VecEnv("BipedalWalker-v3").render() is None
+
+
+def test_a_video(tmp_path, monkeypatch):
+    """Without moviepy, which writes files of pictures that are checked here."""
+    monkeypatch.setitem(sys.modules, "moviepy", types.ModuleType("moviepy"))
+    environments = make_ours("BipedalWalker-v3", 2, render_mode="rgb_array")
+    recorder = VecVideoRecorder(environments, str(tmp_path), lambda step: step == 0, 100)
+    assert recorder.frames_per_sec == 50
+    recorder.reset()
+    for _ in range(3):
+        recorder.step(np.zeros((2, 4)))
+    assert [frame.shape for frame in recorder.recorded_frames] == [(400, 1200, 3)] * 4
+    recorder.recording = False
+
+
+def test_a_window(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    import pygame
+
+    environments = make_ours("BipedalWalker-v3", 2, render_mode="human", width=60, height=40)
+    environments.reset()
+    environments.step(np.zeros((2, 4)))
+    assert environments.render() is None
+    assert pygame.display.get_surface().get_size() == (60, 40)
+    environments.close()
+    assert pygame.display.get_surface() is None
+
+
 def test_id_with_and_without_namespace():
     ours = [VecEnv(env_id, 2) for env_id in ("Walker2d-v5", "walker_sim/Walker2d-v5")]
     for environments in ours:
@@ -193,8 +236,8 @@ def test_id_with_and_without_namespace():
 def test_bad_use():
     with pytest.raises(ValueError, match="Hopper-v4"):
         VecEnv("Hopper-v4")
-    with pytest.raises(ValueError, match="render_mode = 'human': there is no rendering yet"):
-        VecEnv("BipedalWalker-v3", render_mode="human")
+    with pytest.raises(ValueError, match="render_mode = 'depth_array': must be None or one of hu"):
+        VecEnv("Walker2d-v5", render_mode="depth_array")
     with pytest.raises(ValueError, match="transport = 'smoke': must be one of inprocess, ros"):
         VecEnv("BipedalWalker-v3", transport="smoke")
     environments = VecEnv("BipedalWalker-v3", 2)

@@ -106,7 +106,12 @@ def test_the_limit(given, limit):
         ({"autoreset_mode": "never"}, ValueError, "autoreset_mode = 'never': must be next_step, s"),
         ({"autoreset_mode": 3}, ValueError, "autoreset_mode = 3: must be next_step, same_step or"),
         ({"max_episode_steps": -2}, ValueError, "max_episode_steps"),
-        ({"render_mode": "human"}, ValueError, "render_mode = 'human': there is no rendering yet"),
+        (
+            {"render_mode": "smoke"},
+            ValueError,
+            "render_mode = 'smoke': must be None or one of human",
+        ),
+        ({"render_mode": "rgb_array", "width": 0}, ValueError, "width = 0: must be"),
         ({"transport": "udp"}, ValueError, "transport = 'udp': must be one of inprocess, ros"),
         ({"hardcor": True}, ValueError, "hardcor"),
         ({"transport": "ros", "num_threads": 2}, ValueError, "num_threads = 2: over ROS"),

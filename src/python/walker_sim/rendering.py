@@ -159,9 +159,10 @@ class Pictures:
         """Shows the instant after a step in the window, when its time has come."""
         if self._window is None:
             return
-        if self._window.is_picture_due():
-            self.show(draw)
+        is_due = self._window.is_picture_due()
         self._window.wait()
+        if is_due:
+            self.show(draw)
 
     def show(self, draw: Draw) -> None:
         """Shows an instant in the window, unless the user has closed that."""

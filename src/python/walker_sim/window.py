@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import time
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, ClassVar
 
 import gymnasium
 import numpy as np
@@ -56,17 +56,18 @@ class Pace:
         self._shown_at = self._target = self._now()
 
     def is_picture_due(self) -> bool:
-        """To be asked once after each step: whether that has to be shown."""
+        """To be asked once after each step: whether that has to be shown, after `time_left`."""
         now = self._now()
         self._target = max(self._target + self._dt / self.speed, now - FORGIVEN)
-        gap = now - self._shown_at
+        shown_at = max(now, self._target)
+        gap = shown_at - self._shown_at
         is_due = gap >= LONGEST_GAP or (gap >= SHORTEST_GAP and now <= self._target)
         if is_due:
-            self._shown_at = now
+            self._shown_at = shown_at
         return is_due
 
     def time_left(self) -> float:
-        """Until the next step should be made [s of wall time]."""
+        """Until what the last step made is due, and the next step may follow [s of wall time]."""
         return max(0.0, self._target - self._now())
 
 
@@ -84,10 +85,11 @@ class Window:
         Simulation time of a step [s].
     """
 
+    _owner: ClassVar[Window | None] = None  # of the process's window
+
     def __init__(self, title: str, dt: float) -> None:
         self._title = title
         self._pace = Pace(dt)
-        self._surface: Any = None
         self.is_closed = False  # by its user
 
     def begin(self) -> None:
@@ -115,29 +117,32 @@ class Window:
             Without a display.
         """
         pygame = load_pygame()
-        size = (rgb.shape[1], rgb.shape[0])
-        if self._surface is None or pygame.display.get_surface() is not self._surface:
-            self._surface = open_window(self._title, size)
-        self._surface.blit(to_surface(rgb), (0, 0))
+        if not self._is_open():
+            open_window(self._title, (rgb.shape[1], rgb.shape[0]))
+            Window._owner = self
+        pygame.display.get_surface().blit(to_surface(rgb), (0, 0))
         pygame.display.flip()
         self._attend()
 
     def close(self) -> None:
         """The next picture opens it again."""
-        if self._surface is not None:
-            close_window(self._surface)
-        self._surface, self.is_closed = None, False
+        if self._is_open():
+            load_pygame().display.quit()
+        self.is_closed = False
+
+    def _is_open(self) -> bool:
+        """Others may have taken the window over, or closed it."""
+        return Window._owner is self and load_pygame().display.get_surface() is not None
 
     def _attend(self) -> None:
         """Closes the window where its user wants that, by its cross or by Escape."""
-        if self._surface is None or self.is_closed:
+        if not self._is_open():
             return
         pygame = load_pygame()
-        if pygame.display.get_surface() is not self._surface:
-            return  # another's window
         for event in pygame.event.get():
-            if event.type == pygame.QUIT or is_key(event, (pygame.K_ESCAPE,)):
-                close_window(self._surface)
+            is_escape = event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE
+            if event.type == pygame.QUIT or is_escape:
+                pygame.display.quit()
                 self.is_closed = True
                 gymnasium.logger.warn(
                     f"{self._title}: the window was closed, and the walker goes on without. "
@@ -146,7 +151,7 @@ class Window:
                 return
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_surface": None, "is_closed": False}
+        return {**self.__dict__, "is_closed": False}
 
 
 def open_window(title: str, size: tuple[int, int]) -> Any:
@@ -171,19 +176,7 @@ def open_window(title: str, size: tuple[int, int]) -> Any:
     return surface
 
 
-def close_window(surface: Any) -> None:
-    """Closes pygame's window, if it is that of this surface."""
-    pygame = load_pygame()
-    if pygame.display.get_surface() is surface:
-        pygame.display.quit()
-
-
 def to_surface(rgb: NDArray[np.uint8]) -> Any:
     """A picture of shape (height, width, 3) for pygame."""
     size = (rgb.shape[1], rgb.shape[0])
     return load_pygame().image.frombuffer(np.ascontiguousarray(rgb), size, "RGB")
-
-
-def is_key(event: Any, keys: Sequence[int]) -> bool:
-    """Whether the event is that one of these keys goes down."""
-    return event.type == load_pygame().KEYDOWN and event.key in keys

@@ -15,7 +15,7 @@ from walker_sim.commands.episodes import Policy, end_of
 from walker_sim.commands.policies import POLICY_HELP, Policies, make_policies
 from walker_sim.rendering import Pictures, split_keywords
 from walker_sim.transport import Walkers
-from walker_sim.window import Pace, close_window, load_pygame, open_window, to_surface
+from walker_sim.window import Pace, load_pygame, open_window, to_surface
 
 EPISODES = 100
 END_SHOWN = 1.5  # how long an episode's last picture stays [s of wall time]
@@ -131,7 +131,7 @@ class Screen:
 
     def close(self) -> None:
         """Closes the window."""
-        close_window(self._surface)
+        load_pygame().display.quit()
 
     def _write(self, text: str, x: int, y: int) -> None:
         self._surface.blit(self._font.render(text, True, self.TEXT), (x, y))

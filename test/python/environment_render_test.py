@@ -1,0 +1,313 @@
+"""``render`` of one walker, beside Gymnasium's own."""
+
+import copy
+import pickle
+import subprocess
+import sys
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import AddRenderObservation, HumanRendering, RenderCollection
+from walker_sim import WalkerEnv, _core
+from walker_sim.rendering import ALL_MODES, camera_parameters_of, to_depth_buffer
+from walkers import IDS, follow, make_ours, make_theirs, random_actions
+
+ROBOTS = [env_id for env_id in IDS if env_id.startswith("Walker2d")]
+PAIRS = pytest.mark.parametrize("env_id", IDS)
+
+
+@pytest.fixture(autouse=True)
+def dummy_display(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    # Gymnasium's Walker2d draws where there is no display.
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    monkeypatch.setenv("EGL_PLATFORM", "surfaceless")
+
+
+def modes_of(env_id):
+    return ALL_MODES if env_id in ROBOTS else ALL_MODES[:2]
+
+
+def after_some_steps(env_id, render_mode="rgb_array", make=make_ours, **keywords):
+    environment = make(env_id, render_mode=render_mode, **keywords)
+    environment.reset(seed=4)
+    for action in random_actions(env_id, 8):
+        environment.step(action)
+    return environment
+
+
+def parts(picture):
+    """Of rgbd_tuple both, else the one."""
+    return picture if isinstance(picture, tuple) else (picture,)
+
+
+@pytest.mark.parametrize(
+    ("env_id", "mode"), [(env_id, mode) for env_id in IDS for mode in modes_of(env_id)[1:]]
+)
+def test_shapes_and_types_are_gymnasiums(env_id, mode):
+    ours = after_some_steps(env_id, mode).render()
+    theirs = after_some_steps(env_id, mode, make_theirs).render()
+    assert type(ours) is type(theirs)
+    for our, their in zip(parts(ours), parts(theirs)):
+        assert our.shape == their.shape
+        assert our.dtype == their.dtype
+    assert parts(ours)[-1].flags.owndata  # the caller's to keep
+
+
+@PAIRS
+def test_pictures_are_alike(env_id):
+    from skimage.metrics import structural_similarity
+
+    ours, theirs = after_some_steps(env_id), after_some_steps(env_id, make=make_theirs)
+    for _ in range(3):
+        similarity = structural_similarity(ours.render(), theirs.render(), channel_axis=2)
+        assert similarity >= 0.95
+        for action in random_actions(env_id, 5):
+            ours.step(action)
+            theirs.step(action)
+
+
+@pytest.mark.parametrize("env_id", ROBOTS)
+def test_depth_buffers_are_alike(env_id):
+    ours, theirs = (
+        after_some_steps(env_id, "depth_array", make).render() for make in (make_ours, make_theirs)
+    )
+    # Edges may lie a pixel apart.
+    assert np.mean(np.abs(ours - theirs) < 1e-4) > 0.99
+    assert ours.min() >= 0
+    assert ours.max() <= 1
+
+
+@pytest.mark.parametrize("env_id", ROBOTS)
+def test_a_tuple_has_both_pictures(env_id):
+    rgb, depth = after_some_steps(env_id, "rgbd_tuple").render()
+    assert np.array_equal(rgb, after_some_steps(env_id, "rgb_array").render())
+    assert np.array_equal(depth, after_some_steps(env_id, "depth_array").render())
+
+
+def test_depth_buffer():
+    near, far = 0.5, 20.0
+    depth = np.array([near, 1.0, 5.0, far], np.float32)
+    buffer = to_depth_buffer(depth, near, far)
+    assert buffer.dtype == np.float32
+    # The inverse of what the perspective projection does.
+    metres = near * far / (far - buffer.astype(float) * (far - near))
+    assert metres == pytest.approx(depth, rel=1e-6)
+    assert buffer[[0, -1]].tolist() == [0, 1]
+
+
+@PAIRS
+def test_pictures_change_no_trajectory(env_id):
+    actions = random_actions(env_id, 60)
+    plain, watched = make_ours(env_id), make_ours(env_id, render_mode="rgb_array")
+    shown = make_ours(env_id, render_mode="human", width=32, height=32)
+    for environment in (plain, watched, shown):
+        environment.reset(seed=4)
+    for action in actions:
+        expected = follow(plain, [action])
+        watched.render()
+        assert follow(watched, [action]) == expected
+        assert follow(shown, [action]) == expected
+    shown.close()
+
+
+@PAIRS
+def test_one_instant_gives_one_picture(env_id):
+    environment = after_some_steps(env_id)
+    picture = environment.render()
+    assert np.array_equal(environment.render(), picture)
+    environment.step(environment.action_space.sample())
+    assert not np.array_equal(environment.render(), picture)
+
+
+@PAIRS
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_copies_draw_the_same(env_id, copied):
+    environment = after_some_steps(env_id)
+    before = copied(environment)
+    picture = environment.render()
+    for other in (before, copied(environment)):
+        assert np.array_equal(other.render(), picture)
+
+
+def test_nothing_is_loaded_that_is_not_asked_for():
+    program = """
+import gymnasium, sys, walker_sim
+for env_id in walker_sim.ids():
+    plain = gymnasium.make(env_id)
+    plain.reset()
+    plain.step(plain.action_space.sample())
+    assert plain.unwrapped._pictures._renderer is None
+watched = gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="rgb_array")
+watched.reset()
+libraries = ("libcairo", "libEGL", "libGL", "libOSMesa", "libSDL")
+loaded = lambda: {name for name in libraries if name in open("/proc/self/maps").read()}
+assert loaded() == set(), loaded()
+watched.render()
+assert loaded() == {"libcairo"}, loaded()
+assert "pygame" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-W", "ignore", "-c", program], check=True)
+
+
+@PAIRS
+def test_checker_of_environments(env_id):
+    environment = make_ours(env_id)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        check_env(environment.unwrapped)
+    assert [str(one.message) for one in caught if "render" in str(one.message)] == []
+
+
+@PAIRS
+def test_without_a_mode(env_id):
+    environment = make_ours(env_id)
+    environment.reset()
+    hint = f'render_mode is None.*gymnasium.make."walker_sim/{env_id}", render_mode="rgb_array"'
+    with pytest.warns(UserWarning, match=hint):
+        assert environment.render() is None
+
+
+@pytest.mark.filterwarnings("ignore:.*that is not in the possible render_modes")
+@PAIRS
+def test_unknown_mode(env_id):
+    allowed = f"render_mode = 'smoke': must be None or one of {', '.join(modes_of(env_id))}$"
+    for make in (make_ours, WalkerEnv):
+        with pytest.raises(ValueError, match=allowed):
+            make(env_id, render_mode="smoke")
+    if env_id not in ROBOTS:
+        with pytest.raises(ValueError, match="render_mode = 'depth_array': must be"):
+            make_ours(env_id, render_mode="depth_array")
+
+
+def test_when_there_is_nothing_to_be_seen():
+    environment = WalkerEnv("BipedalWalker-v3", render_mode="rgb_array")
+    with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet; reset first"):
+        environment.render()
+    environment.reset()
+    environment.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="render: the environment"):
+        environment.render()
+    environment.reset()
+    assert environment.render().any()
+
+
+def test_the_last_instant_of_an_episode():
+    environment = make_ours("BipedalWalker-v3", render_mode="rgb_array")
+    environment.reset(seed=1)
+    before = environment.render()
+    while not environment.step(np.ones(4))[2]:
+        pass
+    assert not np.array_equal(environment.render(), before)
+
+
+@PAIRS
+def test_size(env_id):
+    environment = after_some_steps(env_id, width=120, height=90)
+    assert environment.render().shape == (90, 120, 3)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"width": 0}, "width = 0: must be"),
+        ({"width": "wide"}, "width"),
+        ({"height": 1 << 20}, "height = 1048576: must be"),
+        ({"camera_id": 0}, "camera_id = 0: unknown"),
+    ],
+)
+def test_bad_keywords_of_the_flat_camera(keywords, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        make_ours("BipedalWalker-v3", render_mode="rgb_array", **keywords)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"camera_id": 0, "camera_name": "track"}, "only one of them can be given"),
+        ({"camera_id": 7}, "camera_id = 7"),
+        ({"camera_name": "moon"}, "moon"),
+        ({"default_camera_config": {"zoom": 2}}, "unknown attribute zoom = 2; must be one of dist"),
+        ({"default_camera_config": {"distance": -1.0}}, "distance = -1"),
+        ({"default_camera_config": {"lookat": [0, 0]}}, "lookat"),
+        ({"max_geom": 0}, "max_geom = 0"),
+    ],
+)
+def test_bad_keywords_of_the_spatial_camera(keywords, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        make_ours("Walker2d-v5", render_mode="rgb_array", **keywords)
+
+
+def test_v4_has_no_configuration_of_its_camera():
+    with pytest.raises((ValueError, TypeError), match="default_camera_config"):
+        make_ours("Walker2d-v4", render_mode="rgb_array", default_camera_config={"distance": 2.0})
+
+
+CHOICES = [
+    {"camera_id": 0},
+    {"camera_name": "track"},
+    {"camera_id": -1},
+    {"width": 300, "height": 200},
+    {
+        "default_camera_config": {
+            "trackbodyid": 2,
+            "distance": 6.0,
+            "lookat": np.array([0.5, 0.0, 1.0]),
+            "elevation": -10.0,
+            "azimuth": 60.0,
+        }
+    },
+]
+
+
+@pytest.mark.parametrize("keywords", CHOICES, ids=str)
+def test_cameras_are_gymnasiums(keywords):
+    from skimage.metrics import structural_similarity
+
+    pictures = [
+        after_some_steps("Walker2d-v5", make=make, **keywords).render()
+        for make in (make_ours, make_theirs)
+    ]
+    assert structural_similarity(*pictures, channel_axis=2) >= 0.95
+
+
+def test_the_camera_stays_where_a_window_follows():
+    """As Gymnasium's free camera and, in its windows, what people want."""
+    known = {one["name"] for one in _core.camera_parameters_of("Walker2d-v5")}
+    assert "camera_name" in known
+    names = [
+        camera_parameters_of("Walker2d-v5", mode, keywords)["camera_name"]
+        for mode in ("rgb_array", "human")
+        for keywords in (
+            {},
+            {"camera_name": "track"},
+            {"camera_id": -1},
+            {"default_camera_config": {"distance": 3.0}},
+        )
+    ]
+    assert names == ["", "track", "", "", "track", "track", "", ""]
+
+
+def test_gymnasiums_wrappers():
+    environment = make_ours("BipedalWalker-v3", render_mode="rgb_array")
+    environment = RenderCollection(environment)
+    environment.reset(seed=1)
+    environment.step(np.zeros(4, np.float32))
+    assert [frame.shape for frame in environment.render()] == [(400, 600, 3)] * 2
+
+    environment = AddRenderObservation(make_ours("BipedalWalker-v3", render_mode="rgb_array"))
+    observation, _ = environment.reset(seed=1)
+    assert environment.observation_space.contains(observation)
+
+    environment = make_ours("BipedalWalker-v3", render_mode="rgb_array_list")
+    environment.reset(seed=1)
+    assert len(environment.render()) == 1
+
+    environment = HumanRendering(make_ours("BipedalWalker-v3", render_mode="rgb_array"))
+    environment.reset(seed=1)
+    environment.step(np.zeros(4, np.float32))
+    environment.close()

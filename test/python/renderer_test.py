@@ -1,0 +1,203 @@
+"""The binding of renderers: what it refuses, and that drawing holds up nobody."""
+
+import pathlib
+import threading
+
+import numpy as np
+import pytest
+import walker_sim
+from walker_sim import _core
+from walkers import IDS, random_actions
+
+SEEDED = (1, 2, 3, 5, 0, 0)  # a generator's state
+
+
+def begun(env_id, **parameters):
+    """An environment after its reset."""
+    environment = _core.Environment(env_id, parameters)
+    environment.reset(SEEDED, *arrays(environment))
+    return environment
+
+
+def arrays(environment):
+    """What takes its observation and info."""
+    specification = environment.specification
+    size, num_infos = len(specification["observation_low"]), len(specification["info_names"])
+    return np.empty(size), np.empty(num_infos)
+
+
+def drawn(renderer, instant):
+    camera = renderer.camera
+    rgb = np.empty((camera["height"], camera["width"], 3), np.uint8)
+    renderer.render(instant, rgb, None)
+    return rgb
+
+
+def sizes_of(env_id):
+    return {known["name"]: known["default"] for known in _core.camera_parameters_of(env_id)}
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_camera_is_known_before_the_first_picture(env_id):
+    camera = _core.Renderer(env_id, {}, {"width": 64}).camera
+    assert camera["width"] == 64
+    assert camera["height"] == sizes_of(env_id)["height"]
+    assert (camera["near"] > 0) == env_id.startswith("Walker2d")
+    assert camera["near"] <= camera["far"]
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_a_picture_depends_on_its_instant_alone(env_id):
+    environment = begun(env_id)
+    renderer = _core.Renderer(env_id, {}, {})
+    instants = [environment.look()]
+    for action in random_actions(env_id, 3).astype(float):
+        environment.step(action, *arrays(environment))
+        instants.append(environment.look())
+    pictures = [drawn(renderer, instant) for instant in instants]
+    assert not np.array_equal(pictures[0], pictures[3])
+    other = _core.Renderer(env_id, {}, {})
+    for instant, picture in reversed([*zip(instants, pictures)]):
+        assert np.array_equal(drawn(other, instant), picture)
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_a_pool_is_looked_at_as_a_single_environment(env_id):
+    actions = random_actions(env_id, 5).astype(float)
+    environment = begun(env_id)
+    pool = _core.Pool(env_id, {}, 2, 1, "next_step", 0)
+    size, num_infos = (len(array) for array in arrays(environment))
+    pool.set_generator_states([1], [SEEDED])
+    pool.reset([], np.empty((2, size)), np.empty((2, num_infos)))
+    batch = (np.empty((2, size)), np.empty(2), np.empty(2, bool), np.empty(2, bool))
+    for action in actions:
+        environment.step(action, *arrays(environment))
+        pool.step(np.stack([action, action]), *batch, np.empty((2, num_infos)))
+    renderer = _core.Renderer(env_id, {}, {})
+    picture = drawn(renderer, environment.look())  # the lidar's ray tells the step
+    assert np.array_equal(drawn(renderer, pool.look(1)), picture)
+    assert not np.array_equal(drawn(renderer, pool.look(0)), picture)
+
+
+def test_walkers_that_were_sent_are_looked_at_when_they_have_arrived():
+    env_id = "BipedalWalker-v3"
+    action = np.zeros((1, 4))
+    pool = _core.Pool(env_id, {}, 2, 1, "next_step", 1)
+    pool.set_generator_states([0, 1], [SEEDED, SEEDED])
+    pool.reset([], np.empty((2, 24)), np.empty((2, 0)))
+    pool.send(action, [1])
+    with pytest.raises(RuntimeError, match="environment 1"):
+        pool.look(1)
+    row = (np.empty((1, 24)), np.empty(1), np.empty(1, bool), np.empty(1, bool), np.empty((1, 0)))
+    assert pool.recv(*row) == [1]
+    environment = begun(env_id)
+    environment.step(action[0], *arrays(environment))
+    renderer = _core.Renderer(env_id, {}, {})
+    assert np.array_equal(drawn(renderer, pool.look(1)), drawn(renderer, environment.look()))
+
+
+def test_bad_use():
+    env_id = "BipedalWalker-v3"
+    with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet"):
+        _core.Environment(env_id, {}).look()
+    with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet"):
+        _core.Pool(env_id, {}, 1, 1, "next_step", 0).look(0)
+    with pytest.raises(ValueError, match="environment 7"):
+        _core.Pool(env_id, {}, 1, 1, "next_step", 0).look(7)
+    with pytest.raises(ValueError, match="width = 0: must be"):
+        _core.Renderer(env_id, {}, {"width": 0})
+    with pytest.raises(ValueError, match="zoom"):
+        _core.Renderer(env_id, {}, {"zoom": 2})
+    renderer = _core.Renderer(env_id, {}, {})
+    instant = begun(env_id).look()
+    with pytest.raises(ValueError, match="rgb has 12 values; must have 720000"):
+        renderer.render(instant, np.empty((2, 2, 3), np.uint8), None)
+    with pytest.raises(TypeError, match="rgb: must be a C-contiguous array of uint8"):
+        renderer.render(instant, np.empty((400, 600, 3)), None)
+    with pytest.raises(ValueError, match="depth"):
+        renderer.render(instant, None, np.empty((400, 600), np.float32))
+
+
+def test_after_a_failure_of_the_engine_there_is_nothing_to_be_seen(tmp_path):
+    text = (pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml").read_text()
+    model = tmp_path / "strong.xml"
+    model.write_text(text.replace('gear="100"', 'gear="1e14"'))
+    environment = begun("Walker2d-v5", xml_file=model)
+    environment.look()
+    environment.step(np.ones(6), *arrays(environment))
+    with pytest.raises(walker_sim.ResetNeeded, match="the simulation failed; reset first"):
+        environment.look()
+
+
+def walk(environment, actions):
+    """Observations until the episode ends, or the actions do."""
+    observations = []
+    for action in actions:
+        observation, info = arrays(environment)
+        _, terminated, _, _ = environment.step(action, observation, info)
+        observations.append(observation.tobytes())
+        if terminated:
+            break
+    return observations
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_pictures_in_other_threads_leave_a_walk_as_it_is(env_id):
+    actions = random_actions(env_id, 200).astype(float)
+    alone = walk(begun(env_id), actions)
+    environment = begun(env_id)
+    renderer = _core.Renderer(env_id, {}, {"width": 64, "height": 48})
+    has_ended, counts, failures = threading.Event(), [0, 0], []
+
+    def draw(index):
+        try:
+            while not has_ended.is_set():
+                drawn(renderer, environment.look())
+                counts[index] += 1
+        except Exception as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=draw, args=[index]) for index in (0, 1)]
+    for thread in threads:
+        thread.start()
+    watched = [walk(environment, actions)]
+    while min(counts) < 3 and not failures:
+        environment.reset(SEEDED, *arrays(environment))
+        watched.append(walk(environment, actions))
+    has_ended.set()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+    assert all(walked == alone for walked in watched)
+
+
+def test_others_run_while_a_picture_is_drawn():
+    """Were the interpreter's lock held meanwhile, no step would be made before the picture is
+    there."""
+    environment = begun("BipedalWalker-v3")
+    renderer = _core.Renderer("BipedalWalker-v3", {}, {"width": 4096, "height": 4096})
+    picture = np.empty((4096, 4096, 3), np.uint8)
+    is_drawing, is_drawn = threading.Event(), threading.Event()
+
+    def draw():
+        instant = environment.look()
+        is_drawing.set()
+        renderer.render(instant, picture, None)
+        is_drawn.set()
+
+    def steps_meanwhile():
+        environment.reset(SEEDED, *arrays(environment))
+        is_drawing.clear()
+        is_drawn.clear()
+        thread = threading.Thread(target=draw)
+        thread.start()
+        is_drawing.wait()
+        count = 0
+        while count < 20 and not is_drawn.is_set():
+            environment.step(np.zeros(4), *arrays(environment))
+            count += 1
+        thread.join()
+        return count
+
+    # On a busy machine this thread may sleep through one picture or the other.
+    assert any(steps_meanwhile() == 20 for _ in range(20))

@@ -1,0 +1,162 @@
+"""``render`` of many walkers, beside Gymnasium's vector environment of single ones."""
+
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from gymnasium.wrappers import vector
+from walkers import IDS, random_actions
+
+NUM_ENVS = 3
+WALKER = "BipedalWalker-v3"
+
+
+@pytest.fixture(autouse=True)
+def dummy_display(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+
+
+def make(env_id, mode="rgb_array", **keywords):
+    return gymnasium.make_vec(
+        f"walker_sim/{env_id}", NUM_ENVS, vectorization_mode=None, render_mode=mode, **keywords
+    )
+
+
+def make_sync(env_id, mode="rgb_array"):
+    return gymnasium.make_vec(
+        f"walker_sim/{env_id}", NUM_ENVS, vectorization_mode="sync", render_mode=mode
+    )
+
+
+def bring(environments, num_steps=30):
+    environments.reset(seed=5)
+    for actions in batches(environments, num_steps):
+        environments.step(actions)
+    return environments
+
+
+def batches(environments, count):
+    env_id = environments.spec.id.split("/")[1]
+    actions = random_actions(env_id, count * NUM_ENVS)
+    return actions.reshape(count, NUM_ENVS, -1)
+
+
+def flat(pictures):
+    """Those of rgbd_tuple one by one."""
+    return [part for one in pictures for part in (one if isinstance(one, tuple) else (one,))]
+
+
+@pytest.mark.parametrize(
+    ("env_id", "mode"),
+    [
+        *((env_id, "rgb_array") for env_id in IDS),
+        ("Walker2d-v5", "depth_array"),
+        ("Walker2d-v5", "rgbd_tuple"),
+    ],
+)
+def test_pictures_are_those_of_single_walkers(env_id, mode):
+    ours, theirs = bring(make(env_id, mode)), bring(make_sync(env_id, mode))
+    pictures, expected = ours.render(), theirs.render()
+    assert type(pictures) is type(expected) is tuple
+    assert ours.render_mode == theirs.render_mode == mode
+    pairs = [*zip(flat(pictures), flat(expected))]
+    assert len(pairs) == NUM_ENVS * (2 if mode == "rgbd_tuple" else 1)
+    for our, their in pairs:
+        assert our.dtype == their.dtype
+        assert np.array_equal(our, their)
+
+
+def test_after_an_autoreset_the_new_episode_is_shown():
+    """The lidar's ray tells the step."""
+    ours, theirs = (make_any(WALKER) for make_any in (make, make_sync))
+    num_ends = 0
+    for environments in (ours, theirs):
+        environments.reset(seed=5)
+    for actions in batches(ours, 150):
+        ended = ours.step(actions)[2]
+        theirs.step(actions)
+        num_ends += ended.sum()
+        if ended.any():
+            for _ in range(2):
+                ours.step(actions)
+                theirs.step(actions)
+                assert np.array_equal(ours.render(), theirs.render())
+    assert num_ends > 0
+
+
+def test_pictures_change_no_trajectory():
+    plain, watched = make(WALKER, None), make(WALKER)
+    for environments in (plain, watched):
+        environments.reset(seed=5)
+    for actions in batches(plain, 100):
+        watched.render()
+        expected, results = plain.step(actions), watched.step(actions)
+        for one, other in zip(expected[:4], results[:4]):
+            assert one.tobytes() == other.tobytes()
+
+
+def test_walkers_that_are_under_way_are_not_looked_at():
+    environments = make(WALKER, batch_size=1)
+    environments.reset(seed=5)
+    environments.send(np.zeros((1, 4)), [1])
+    with pytest.raises(RuntimeError, match="environment 1"):
+        environments.render()
+    environments.recv()
+    assert len(environments.render()) == NUM_ENVS
+
+
+def test_a_window_shows_the_first():
+    import pygame
+
+    environments = bring(make(WALKER, "human"), 4)
+    drawn = bring(make(WALKER), 4)
+    assert environments.render() is None
+    shown = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
+    assert np.array_equal(shown, drawn.render()[0])
+    environments.close()
+    assert pygame.display.get_surface() is None
+
+
+def test_a_window_before_the_first_walkers_first_reset():
+    environments = make(WALKER, "human", autoreset_mode="disabled")
+    environments.reset(options={"reset_mask": np.array([False, True, True])})
+    environments.reset(options={"reset_mask": np.array([True, False, False])})
+    environments.close()
+
+
+def test_a_window_while_some_are_under_way():
+    environments = make(WALKER, "human", batch_size=1)
+    environments.async_reset(seed=5)
+    arrived = [environments.recv()[-1]["env_id"][0] for _ in range(NUM_ENVS)]
+    assert sorted(arrived) == [0, 1, 2]
+    environments.close()
+
+
+def test_recorded_videos_frames(tmp_path, monkeypatch):
+    """moviepy only writes the file."""
+    monkeypatch.setitem(__import__("sys").modules, "moviepy", __import__("types"))
+    environments = vector.RecordVideo(make(WALKER), str(tmp_path), video_length=100)
+    assert environments.frames_per_sec == 50
+    environments.reset(seed=5)
+    for _ in range(3):
+        environments.step(np.zeros((NUM_ENVS, 4), np.float32))
+    frames = environments.recorded_frames
+    assert len(frames) == 4
+    assert frames[0].size == NUM_ENVS * 400 * 600 * 3
+    environments.recording = False
+
+
+def test_bad_use():
+    environments = make(WALKER)
+    with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet"):
+        environments.render()
+    environments.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="render: this environment"):
+        environments.render()
+    environments = make(WALKER, None)
+    environments.reset()
+    hint = re.escape(f'gymnasium.make("walker_sim/{WALKER}", render_mode="rgb_array")')
+    with pytest.warns(UserWarning, match=hint):
+        assert environments.render() is None

@@ -1,0 +1,215 @@
+"""The window and its pace, on SDL's dummy display."""
+
+import copy
+import os
+import pickle
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+from walker_sim import WalkerEnv
+from walker_sim.window import FORGIVEN, LONGEST_GAP, SHORTEST_GAP, Pace, Window
+from walkers import follow, random_actions
+
+DT = 1 / 50
+
+
+class Clock:
+    """Goes when it is told to."""
+
+    def __init__(self):
+        self.time = 100.0
+
+    def __call__(self):
+        return self.time
+
+
+@pytest.fixture(autouse=True)
+def pygame(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    import pygame as module
+
+    yield module
+    module.display.quit()
+
+
+def play(pace, clock, num_steps, step_time=0.0, picture_time=0.0):
+    """Steps that take their time; returns how many pictures were shown."""
+    num_pictures = 0
+    for _ in range(num_steps):
+        clock.time += step_time
+        is_due = pace.is_picture_due()
+        clock.time += pace.time_left()
+        if is_due:
+            clock.time += picture_time
+            num_pictures += 1
+    return num_pictures
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.25])
+def test_steps_keep_to_real_time_and_each_is_shown(speed):
+    clock = Clock()
+    pace = Pace(DT, clock)
+    pace.speed = speed
+    assert play(pace, clock, 100, step_time=0.001, picture_time=0.002) == 100
+    assert clock.time == pytest.approx(100 + 100 * DT / speed + 0.002)
+
+
+def test_no_more_pictures_than_a_screen_shows():
+    clock = Clock()
+    pace = Pace(0.001, clock)
+    num_pictures = play(pace, clock, 1000)
+    assert clock.time == pytest.approx(101)
+    assert num_pictures == pytest.approx(1 / SHORTEST_GAP, abs=3)
+
+
+def test_slow_pictures_are_left_out_and_time_is_kept():
+    clock = Clock()
+    pace = Pace(0.008, clock)
+    num_pictures = play(pace, clock, 1000, step_time=0.0001, picture_time=0.04)
+    assert clock.time == pytest.approx(108, abs=0.05)
+    assert 8 / 0.05 < num_pictures < 8 / 0.04
+
+
+def test_slow_steps_are_shown_all_the_same():
+    clock = Clock()
+    pace = Pace(DT, clock)
+    num_pictures = play(pace, clock, 100, step_time=0.04)
+    assert num_pictures == pytest.approx(100 * 0.04 / LONGEST_GAP, abs=10)
+
+
+def test_what_was_late_is_not_made_up_for():
+    clock = Clock()
+    pace = Pace(DT, clock)
+    play(pace, clock, 1)
+    clock.time += 60  # the user has looked at something else
+    begun = clock.time
+    play(pace, clock, 100)
+    assert clock.time == pytest.approx(begun + 100 * DT - FORGIVEN, abs=DT)
+
+
+def picture(value):
+    return np.full((40, 60, 3), value, np.uint8)
+
+
+def shown(pygame):
+    """Shape (height, width, 3)."""
+    return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
+
+
+def test_a_window_opens_shows_and_closes(pygame):
+    window = Window("a walker", DT)
+    assert pygame.display.get_surface() is None
+    for value in (50, 200):
+        window.show(picture(value))
+        assert np.array_equal(shown(pygame), picture(value))
+    assert pygame.display.get_caption()[0] == "a walker"
+    window.close()
+    assert pygame.display.get_surface() is None
+    window.close()
+
+
+def test_two_windows_take_turns(pygame):
+    first, second = Window("first", DT), Window("second", DT)
+    first.show(picture(1))
+    second.show(np.full((20, 30, 3), 2, np.uint8))
+    first.show(picture(3))
+    assert np.array_equal(shown(pygame), picture(3))
+    second.close()
+    first.show(picture(4))
+    assert np.array_equal(shown(pygame), picture(4))
+
+
+def make_human(env_id="BipedalWalker-v3", **keywords):
+    return gymnasium.make(f"walker_sim/{env_id}", render_mode="human", **keywords)
+
+
+def test_an_environment_shows_what_it_would_draw(pygame):
+    environment, drawn = (
+        make_human(),
+        gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="rgb_array"),
+    )
+    for one in (environment, drawn):
+        one.reset(seed=3)
+    assert np.array_equal(shown(pygame), drawn.render())
+    action = random_actions("BipedalWalker-v3", 1)[0]
+    for one in (environment, drawn):
+        one.step(action)
+    assert np.array_equal(shown(pygame), drawn.render())
+    assert environment.render() is None
+    environment.close()
+    assert pygame.display.get_surface() is None
+
+
+@pytest.mark.parametrize("name", ["QUIT", "K_ESCAPE"])
+def test_a_user_closes_the_window_and_the_walker_goes_on(pygame, name):
+    environment = make_human()
+    environment.reset(seed=3)
+    event = pygame.event.Event(pygame.QUIT)
+    if name == "K_ESCAPE":
+        event = pygame.event.Event(pygame.KEYDOWN, key=pygame.K_ESCAPE)
+    pygame.event.post(event)
+    actions = random_actions("BipedalWalker-v3", 30)
+    with pytest.warns(UserWarning, match="the window was closed, and the walker goes on"):
+        outcomes = follow(environment, actions)
+    assert pygame.display.get_surface() is None
+    unseen = gymnasium.make("walker_sim/BipedalWalker-v3")
+    unseen.reset(seed=3)
+    assert outcomes == follow(unseen, actions)
+    environment.close()
+    environment.reset()
+    assert pygame.display.get_surface() is not None
+    environment.close()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_a_copy_has_a_window_of_its_own(pygame, copied):
+    environment = WalkerEnv("BipedalWalker-v3", render_mode="human")
+    environment.reset(seed=3)
+    before = shown(pygame)
+    other = copied(environment)
+    other.close()
+    assert np.array_equal(shown(pygame), before)
+    other.reset(seed=4)
+    assert not np.array_equal(shown(pygame), before)
+    environment.render()
+    assert np.array_equal(shown(pygame), before)
+    other.close()
+    assert np.array_equal(shown(pygame), before)
+    environment.close()
+    assert pygame.display.get_surface() is None
+
+
+def outcome_of(program, **variables):
+    """Standard error of a program that has to fail."""
+    clean = {name: os.environ[name] for name in os.environ if name != "SDL_VIDEODRIVER"}
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        clean.pop(name, None)
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**clean, **variables},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    return done.stderr
+
+
+MAKE = """
+import gymnasium, walker_sim
+gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="human").reset()
+"""
+
+
+def test_without_a_display():
+    assert "no window can be opened: there is no display" in outcome_of(MAKE)
+
+
+def test_without_pygame():
+    error = outcome_of("import sys; sys.modules['pygame'] = None" + MAKE)
+    assert (
+        'DependencyNotInstalled: a window needs pygame: pip install "walker_sim[window]"' in error
+    )
