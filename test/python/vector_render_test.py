@@ -1,6 +1,8 @@
 """``render`` of many walkers, beside Gymnasium's vector environment of single ones."""
 
 import re
+import sys
+import types
 
 import gymnasium
 import numpy as np
@@ -136,8 +138,10 @@ def test_a_window_while_some_are_under_way():
 
 def test_recorded_videos_frames(tmp_path, monkeypatch):
     """moviepy only writes the file."""
-    monkeypatch.setitem(__import__("sys").modules, "moviepy", __import__("types"))
-    environments = vector.RecordVideo(make(WALKER), str(tmp_path), video_length=100)
+    monkeypatch.setitem(sys.modules, "moviepy", types.ModuleType("moviepy"))
+    environments = vector.RecordVideo(
+        make(WALKER), str(tmp_path), episode_trigger=lambda episode: True
+    )
     assert environments.frames_per_sec == 50
     environments.reset(seed=5)
     for _ in range(3):

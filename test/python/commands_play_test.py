@@ -1,0 +1,238 @@
+"""``play`` without a screen: its keys, its episodes, and what stops it."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from walker_sim import commands
+from walker_sim.commands import play
+from walker_sim.commands.policies import make_policies
+from walker_sim.in_process import InProcessWalkers
+from walker_sim.rendering import Pictures
+from walker_sim.window import Pace
+
+WALKER = "BipedalWalker-v3"
+SEEDS = [3, 8]
+DT = 1 / 50
+
+
+class Clock:
+    """Goes when it is told to."""
+
+    time = 100.0
+
+    def __call__(self):
+        return self.time
+
+
+@pytest.fixture(autouse=True)
+def pygame(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    import pygame as module
+
+    yield module
+    module.display.quit()
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def viewer(clock):
+    return make_viewer(clock)
+
+
+def make_viewer(clock, policy="zero", **parameters):
+    walkers = InProcessWalkers(WALKER, parameters, 1, 1, "next_step")
+    policies = make_policies(policy, WALKER, {}, walkers.specification)
+    pictures = Pictures(WALKER, parameters, "human", {}, DT)
+
+    def draw():
+        return pictures.colors(lambda *given: walkers.render(0, *given))
+
+    screen = play.Screen("a walker", 600, 400)
+    return play.Viewer(play.Session(walkers, policies, SEEDS), draw, screen, Pace(DT, clock), clock)
+
+
+def press(pygame, viewer, *names):
+    for name in names:
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=getattr(pygame, f"K_{name}")))
+    viewer.attend()
+
+
+def pass_time(viewer, clock, seconds):
+    end = clock.time + seconds
+    while clock.time < end - 1e-9:
+        viewer.advance()
+        clock.time += DT / 64
+
+
+def shown(pygame):
+    return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
+
+
+def test_time_goes_by(viewer, clock):
+    pass_time(viewer, clock, 10 * DT)
+    assert viewer.session.step_count == 10
+    assert viewer.status().split("    ")[:3] == ["episode 1", "seed 3", "step 10"]
+
+
+def test_pause_and_single_steps(pygame, viewer, clock):
+    press(pygame, viewer, "SPACE")
+    pass_time(viewer, clock, 1)
+    assert viewer.session.step_count == 0
+    assert viewer.status().endswith("paused")
+    press(pygame, viewer, "RIGHT", "PERIOD")
+    pass_time(viewer, clock, 1)
+    assert viewer.session.step_count == 2
+    press(pygame, viewer, "SPACE")
+    pass_time(viewer, clock, 5 * DT)
+    assert viewer.session.step_count == 7
+    press(pygame, viewer, "PERIOD")  # pauses too
+    pass_time(viewer, clock, 1)
+    assert viewer.session.step_count == 8
+
+
+@pytest.mark.parametrize(
+    ("keys", "speed"),
+    [
+        (["PLUS"], 2),
+        (["EQUALS", "KP_PLUS", "f"], 8),
+        (["MINUS"], 0.5),
+        (["KP_MINUS", "s", "MINUS"], 0.125),
+        (["f"] * 20, 64),
+        (["s"] * 20, 1 / 64),
+    ],
+)
+def test_speed(pygame, viewer, clock, keys, speed):
+    press(pygame, viewer, *keys)
+    assert f"speed {speed:g}x" in viewer.status()
+    pass_time(viewer, clock, 16 * DT / speed)
+    assert viewer.session.step_count == pytest.approx(16, abs=1)
+
+
+def test_again_and_next(pygame, viewer, clock):
+    first = shown(pygame)
+    pass_time(viewer, clock, 10 * DT)
+    press(pygame, viewer, "r")
+    assert (viewer.session.episode, viewer.session.seed, viewer.session.step_count) == (1, 3, 0)
+    assert np.array_equal(shown(pygame), first)
+    for seed, episode in ((8, 2), (3, 3)):
+        press(pygame, viewer, "n")
+        assert (viewer.session.episode, viewer.session.seed) == (episode, seed)
+
+
+def test_help(pygame, viewer):
+    before = shown(pygame)
+    press(pygame, viewer, "h")
+    assert not np.array_equal(shown(pygame), before)
+    press(pygame, viewer, "h")
+    assert np.array_equal(shown(pygame), before)
+
+
+@pytest.mark.parametrize("name", ["q", "ESCAPE", "QUIT"])
+def test_quitting(pygame, viewer, name):
+    if name == "QUIT":
+        pygame.event.post(pygame.event.Event(pygame.QUIT))
+    else:
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=getattr(pygame, f"K_{name}")))
+    viewer.run()
+    assert viewer.is_over
+
+
+def test_an_end_is_shown_for_a_while(capsys, clock):
+    viewer = make_viewer(clock, max_episode_steps=5)
+    pass_time(viewer, clock, 6 * DT)
+    assert viewer.status().endswith("time limit")
+    pass_time(viewer, clock, play.END_SHOWN - 4 * DT)
+    assert viewer.session.episode == 1
+    pass_time(viewer, clock, 4 * DT)
+    assert viewer.session.episode == 2
+    line = capsys.readouterr().out
+    assert line.startswith("episode 1, seed 3: return ")
+    assert line.endswith(", 5 steps, time limit\n")
+
+
+def test_a_fall(pygame, clock, capsys):
+    viewer = make_viewer(clock)
+    while not viewer.session.end:
+        press(pygame, viewer, "PERIOD")
+    assert viewer.session.end == "fell"
+    length = viewer.session.step_count
+    press(pygame, viewer, "PERIOD")  # there is nothing to step
+    assert viewer.session.step_count == length
+    assert viewer.status().endswith("fell, paused")
+    pass_time(viewer, clock, 2 * play.END_SHOWN)
+    assert viewer.session.episode == 1
+    press(pygame, viewer, "r")
+    assert viewer.session.end == ""
+
+
+def start(*arguments, **variables):
+    environment = {**os.environ, **variables}
+    environment = {name: value for name, value in environment.items() if value}
+    return subprocess.Popen(
+        [sys.executable, "-u", "-W", "error", "-m", "walker_sim", "play", *arguments],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def test_the_command_plays_until_it_is_interrupted():
+    process = start(
+        *("max_episode_steps=3", "--policy", "random", "--seeds", "7", "--speed", "64"),
+        *("width=200", "height=100"),
+    )
+    assert process.stdout.readline().startswith("episode 1, seed 7: return ")
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate()
+    assert (process.returncode, errors) == (130, "interrupted\n")
+
+
+def test_a_signal_to_end_ends_it():
+    process = start("max_episode_steps=3", "--speed", "64")
+    process.stdout.readline()
+    process.send_signal(signal.SIGTERM)
+    process.communicate()
+    assert process.returncode == -signal.SIGTERM
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["Hopper-v4"], "Hopper-v4: must be one of"),
+        (["--speed", "0"], "0: must be a number above 0"),
+        (["--speed", "100"], "--speed 100: must be from 0.015625 to 64"),
+        (["--policy", "smoke"], "--policy smoke: must be heuristic"),
+        (["width=0"], "width = 0: must be"),
+        (["zoom=2"], "zoom"),
+    ],
+)
+def test_bad_input(capsys, arguments, message):
+    try:
+        status = commands.main(["play", *arguments])
+    except SystemExit as end:
+        status = end.code
+    assert status == 2
+    assert message in capsys.readouterr().err
+
+
+def test_without_a_display():
+    process = start(SDL_VIDEODRIVER="", DISPLAY="", WAYLAND_DISPLAY="")
+    assert (
+        "walker_sim play: no window can be opened: there is no display" in process.communicate()[1]
+    )
+    assert process.returncode == 2
+
+
+def test_without_pygame(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    assert commands.main(["play"]) == 2
+    assert 'needs pygame: pip install "walker_sim[window]"' in capsys.readouterr().err
