@@ -209,7 +209,7 @@ def test_a_video(tmp_path, monkeypatch):
     recorder.reset()
     for _ in range(3):
         recorder.step(np.zeros((2, 4)))
-    assert [frame.shape for frame in recorder.recorded_frames] == [(400, 1200, 3)] * 4
+    assert [frame.shape for frame in recorder.recorded_frames] == [(800, 600, 3)] * 4
     recorder.recording = False
 
 

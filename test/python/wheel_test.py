@@ -109,6 +109,24 @@ def test_an_episode_in_process(episode):
     environment.close()
 
 
+@pytest.mark.parametrize(
+    ("env_id", "shape"),
+    [
+        ("BipedalWalker-v3", (400, 600, 3)),
+        ("Walker2d-v5", (480, 480, 3)),
+    ],
+)
+def test_a_picture(env_id, shape):
+    environment = gymnasium.make(f"walker_sim/{env_id}", render_mode="rgb_array")
+    environment.reset(seed=1)
+    picture = environment.render()
+    assert (picture.shape, picture.dtype) == (shape, np.uint8)
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 5
+    environment.step(np.ones(environment.action_space.shape, np.float32))
+    assert not np.array_equal(environment.render(), picture)
+    environment.close()
+
+
 def test_vectorised():
     episode = EPISODES[0]
     if GYMNASIUM < (1, 1):
