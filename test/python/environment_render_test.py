@@ -103,8 +103,10 @@ def test_depth_buffer():
 @PAIRS
 def test_pictures_change_no_trajectory(env_id):
     actions = random_actions(env_id, 60)
-    plain, watched = make_ours(env_id), make_ours(env_id, render_mode="rgb_array")
-    shown = make_ours(env_id, render_mode="human", width=32, height=32)
+    plain = make_ours(env_id)
+    watched, shown = (
+        make_ours(env_id, render_mode=mode, width=64, height=48) for mode in ("rgb_array", "human")
+    )
     for environment in (plain, watched, shown):
         environment.reset(seed=4)
     for action in actions:

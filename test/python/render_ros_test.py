@@ -84,6 +84,7 @@ def test_a_window(serve, monkeypatch):
         environment = WalkerEnv("BipedalWalker-v3", render_mode="human", **where)
         environment.reset(seed=4)
         environment.step(np.zeros(4))
+        environment.render()  # also where the step's picture came too late
         shown.append(pygame.surfarray.array3d(pygame.display.get_surface()))
         environment.close()
     assert np.array_equal(*shown)
