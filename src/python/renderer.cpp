@@ -60,7 +60,7 @@ class SharedRenderer {
 }  // namespace
 
 void bind_renderer(py::module& module) {
-  py::class_<Instant>(module, "Instant");
+  py::class_<Instant>(module, "Instant").def_readonly("step", &Instant::step);
   py::class_<SharedRenderer>(module, "Renderer")
       .def(py::init<const std::string&, const py::dict&, const py::dict&>(), py::arg("id"),
            py::arg("parameters"), py::arg("camera_parameters"))

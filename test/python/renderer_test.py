@@ -1,6 +1,7 @@
 """The binding of renderers: what it refuses, and that drawing holds up nobody."""
 
 import pathlib
+import pickle
 import threading
 
 import numpy as np
@@ -54,6 +55,8 @@ def test_a_picture_depends_on_its_instant_alone(env_id):
     for action in random_actions(env_id, 3).astype(float):
         environment.step(action, *arrays(environment))
         instants.append(environment.look())
+    assert [instant.step for instant in instants] == [0, 1, 2, 3]
+    assert pickle.loads(pickle.dumps(environment)).look().step == 3
     pictures = [drawn(renderer, instant) for instant in instants]
     assert not np.array_equal(pictures[0], pictures[3])
     other = _core.Renderer(env_id, {}, {})

@@ -11,7 +11,9 @@ def info_columns(
     info: NDArray[Any], num_columns: int, values: NDArray[Any], masks: NDArray[Any]
 ) -> list[bool]: ...
 
-class Instant: ...
+class Instant:
+    @property
+    def step(self) -> int: ...
 
 class Renderer:
     def __init__(
