@@ -5,7 +5,8 @@
 # shellcheck disable=SC2034  # used by setup.sh
 
 common_packages=(build-essential ca-certificates cmake git libbox2d-dev libcairo2-dev libegl-dev
-  libegl-mesa0 libgtest-dev libosmesa6-dev ninja-build pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
+  libegl-mesa0 libgl1-mesa-dri libgtest-dev libosmesa6-dev ninja-build pybind11-dev python3-dev
+  python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
 # A screen without a monitor, and where the windows on it are.
 screen_packages=(x11-utils xvfb)
 lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
@@ -24,7 +25,7 @@ packages_of_debian_12() {
   for x in "${message_packages[@]}"; do
     base_packages+=("lib$x-msgs-dev" "ros-$x-msgs" "python3-$x-msgs")
   done
-  view_packages=(rviz libgl1-mesa-dri libegl-mesa0)
+  view_packages=(rviz)
   example_packages=(python3-torch)
 }
 
@@ -37,6 +38,6 @@ packages_of_ubuntu_20_04() {
     base_packages+=("ros-noetic-$x")
   done
   for x in "${message_packages[@]}"; do base_packages+=("ros-noetic-$x-msgs"); done
-  view_packages=(ros-noetic-rviz libgl1-mesa-dri)
+  view_packages=(ros-noetic-rviz)
   example_packages=() # it has no PyTorch
 }
