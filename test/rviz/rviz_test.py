@@ -28,12 +28,18 @@ PATCH = 3  # pixels around a point that are looked at
 
 
 def share_of_color(picture, pixel, color):
-    """How much of the patch around the pixel has the colour, light or a little shaded."""
+    """How much of the patch around the pixel has the colour, light or a little shaded.
+
+    The range finder's red rays may cross it: they count for nothing.
+    """
     column, row = np.round(pixel).astype(int)
     patch = picture[row - PATCH : row + PATCH + 1, column - PATCH : column + PATCH + 1]
     if patch.shape[:2] != (2 * PATCH + 1, 2 * PATCH + 1):
         return 0.0  # beyond the picture
     values = patch.reshape(-1, 3).astype(float)
+    values = values[values[:, 0] - values[:, 1:].max(axis=1) < 60]
+    if len(values) < PATCH * PATCH:
+        return 0.0  # nothing but rays
     brightness = values @ color / (color @ color)
     distances = abs(values - brightness[:, None] * color).max(axis=1)
     return float(((distances < 12) & (brightness > 0.6) & (brightness < 1.1)).mean())
