@@ -23,7 +23,8 @@ class OffscreenContext {
 
 /// A context of EGL (hardware or software), or of OSMesa (software) where there is no EGL. The
 /// environment variable MUJOCO_GL, which MuJoCo's and Gymnasium's renderers read too, asks for
-/// `egl` or `osmesa` alone; any other value leaves the choice here.
+/// `egl` or `osmesa` alone; any other value leaves the choice here. The first picture's choice
+/// stays the process's.
 /// @throws std::runtime_error saying what was tried and what to install
 std::unique_ptr<OffscreenContext> make_offscreen_context();
 

@@ -1,6 +1,7 @@
 #include "walker2d/osmesa_context.h"
 
 #include <GL/osmesa.h>
+#include <dlfcn.h>
 
 #include <array>
 #include <stdexcept>
@@ -30,6 +31,11 @@ const Functions& functions() {
 class OsmesaContext : public OffscreenContext {
  public:
   OsmesaContext() {
+    if (dlsym(RTLD_DEFAULT, "eglGetProcAddress") != nullptr) {
+      throw std::runtime_error(
+          "another part of this process has loaded EGL for all to see, where "
+          "MuJoCo looks for OpenGL first");
+    }
     constexpr int kDepthBits = 24;
     constexpr int kStencilBits = 8;
     context_ = functions().create(OSMESA_RGBA, kDepthBits, kStencilBits, 0, nullptr);

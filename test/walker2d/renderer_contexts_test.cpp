@@ -7,6 +7,7 @@
 #include <EGL/eglext.h>
 
 #include <array>
+#include <cstdlib>
 #include <future>
 #include <stdexcept>
 #include <string>
@@ -166,6 +167,16 @@ TEST(RendererContexts, AnErrorLeavesNoneCurrent) {
               std::string::npos);
     EXPECT_TRUE(context.is_current());
     expect_equal(draw(*renderer, instants[0]), alone);
+  }
+}
+
+/// MuJoCo looks for OpenGL's functions once: those of another library would not fit a context.
+TEST(RendererContexts, TheFirstChoiceStays) {
+  const std::vector<Instant> instants = some_instants();
+  const Image alone = draw_all(instants)[0];
+  for (const char* const library : {"osmesa", "egl", "glfw"}) {
+    setenv("MUJOCO_GL", library, 1);
+    expect_equal(draw_all(instants)[0], alone);
   }
 }
 

@@ -111,3 +111,9 @@ def test_without_opengl_the_error_says_what_to_install(broken_libraries, library
     )
     assert ("libEGL.so.1" in message) == (library != "osmesa")
     assert ("libOSMesa.so.8" in message) == (library != "egl")
+
+
+def test_osmesa_beside_an_egl_that_all_see_is_refused():
+    """MuJoCo would draw with EGL's functions in OSMesa's context."""
+    with pytest.raises(Refused, match="another part of this process has loaded EGL"):
+        picture_by("osmesa", {"LD_PRELOAD": "libEGL.so.1"})
