@@ -13,7 +13,7 @@ from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
 SHORTEST_GAP = 0.015  # between pictures [s of wall time]; screens show some 60 a second
-LONGEST_GAP = 0.1  # the same, where drawing takes longer than there is time for
+LONGEST_GAP = 0.1  # after a picture, where there is time for none [s of wall time]
 FORGIVEN = 0.25  # as late as this, the walker no longer tries to catch up [s of wall time]
 
 
@@ -53,18 +53,21 @@ class Pace:
 
     def begin(self) -> None:
         """What is shown now is on time, whatever was before."""
-        self._shown_at = self._target = self._now()
+        self._target = self._shown_at = self._drawn_at = self._now()
+        self._was_due = True  # its picture is drawn until the first step
 
     def is_picture_due(self) -> bool:
         """To be asked once after each step: whether that has to be shown, after `time_left`."""
         now = self._now()
         self._target = max(self._target + self._dt / self.speed, now - FORGIVEN)
+        if self._was_due:
+            self._drawn_at = now
         shown_at = max(now, self._target)
-        gap = shown_at - self._shown_at
-        is_due = gap >= LONGEST_GAP or (gap >= SHORTEST_GAP and now <= self._target)
-        if is_due:
+        is_on_time = now <= self._target and shown_at - self._shown_at >= SHORTEST_GAP
+        self._was_due = is_on_time or now - self._drawn_at >= LONGEST_GAP
+        if self._was_due:
             self._shown_at = shown_at
-        return is_due
+        return self._was_due
 
     def time_left(self) -> float:
         """Until what the last step made is due, and the next step may follow [s of wall time]."""
