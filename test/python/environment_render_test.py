@@ -11,7 +11,12 @@ import numpy as np
 import pytest
 import walker_sim
 from gymnasium.utils.env_checker import check_env
-from gymnasium.wrappers import AddRenderObservation, HumanRendering, RenderCollection
+from gymnasium.wrappers import (
+    AddRenderObservation,
+    HumanRendering,
+    RecordVideo,
+    RenderCollection,
+)
 from walker_sim import WalkerEnv, _core
 from walker_sim.rendering import ALL_MODES, camera_parameters_of, to_depth_buffer
 from walkers import IDS, follow, make_ours, make_theirs, random_actions
@@ -313,3 +318,20 @@ def test_gymnasiums_wrappers():
     environment.reset(seed=1)
     environment.step(np.zeros(4, np.float32))
     environment.close()
+
+
+def test_record_video(tmp_path):
+    import imageio
+
+    environment = make_ours("BipedalWalker-v3", render_mode="rgb_array")
+    environment = RecordVideo(environment, str(tmp_path), disable_logger=True)
+    environment.reset(seed=4)
+    for action in random_actions("BipedalWalker-v3", 8):
+        environment.step(action)
+    last = environment.render()
+    environment.close()
+    (path,) = tmp_path.glob("*.mp4")
+    frames = [np.asarray(frame) for frame in imageio.get_reader(path)]
+    assert len(frames) == 9
+    assert frames[-1].shape == last.shape
+    assert np.abs(frames[-1].astype(int) - last).mean() < 3  # what the compression leaves
