@@ -19,27 +19,7 @@ SEEDS = [3, 8]
 DT = 1 / 50
 
 
-class Clock:
-    """Goes when it is told to."""
-
-    time = 100.0
-
-    def __call__(self):
-        return self.time
-
-
-@pytest.fixture(autouse=True)
-def pygame(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    import pygame as module
-
-    yield module
-    module.display.quit()
-
-
-@pytest.fixture
-def clock():
-    return Clock()
+pytestmark = pytest.mark.usefixtures("pygame")
 
 
 @pytest.fixture

@@ -26,6 +26,30 @@ def master(tmp_path_factory):
         yield running
 
 
+class Clock:
+    """Goes when it is told to."""
+
+    time = 100.0
+
+    def __call__(self):
+        return self.time
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def pygame(monkeypatch):
+    """The module, with windows that nobody sees."""
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    import pygame as module
+
+    yield module
+    module.display.quit()
+
+
 NUMBERS = itertools.count()
 
 

@@ -16,23 +16,7 @@ from walkers import follow, random_actions
 DT = 1 / 50
 
 
-class Clock:
-    """Goes when it is told to."""
-
-    def __init__(self):
-        self.time = 100.0
-
-    def __call__(self):
-        return self.time
-
-
-@pytest.fixture(autouse=True)
-def pygame(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    import pygame as module
-
-    yield module
-    module.display.quit()
+pytestmark = pytest.mark.usefixtures("pygame")
 
 
 def play(pace, clock, num_steps, step_time=0.0, picture_time=0.0):
@@ -49,16 +33,14 @@ def play(pace, clock, num_steps, step_time=0.0, picture_time=0.0):
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.25])
-def test_steps_keep_to_real_time_and_each_is_shown(speed):
-    clock = Clock()
+def test_steps_keep_to_real_time_and_each_is_shown(speed, clock):
     pace = Pace(DT, clock)
     pace.speed = speed
     assert play(pace, clock, 100, step_time=0.001, picture_time=0.002) == 100
     assert clock.time == pytest.approx(100 + 100 * DT / speed + 0.002)
 
 
-def test_no_more_pictures_than_a_screen_shows():
-    clock = Clock()
+def test_no_more_pictures_than_a_screen_shows(clock):
     pace = Pace(0.001, clock)
     num_pictures = play(pace, clock, 1000)
     assert clock.time == pytest.approx(101)
@@ -66,23 +48,20 @@ def test_no_more_pictures_than_a_screen_shows():
 
 
 @pytest.mark.parametrize("picture_time", [0.04, 0.14])
-def test_slow_pictures_are_left_out_and_time_is_kept(picture_time):
-    clock = Clock()
+def test_slow_pictures_are_left_out_and_time_is_kept(picture_time, clock):
     pace = Pace(0.008, clock)
     num_pictures = play(pace, clock, 1000, step_time=0.0001, picture_time=picture_time)
     assert clock.time == pytest.approx(108, abs=1.1 * picture_time)
     assert 0.8 * 8 / picture_time < num_pictures < 8 / picture_time
 
 
-def test_slow_steps_are_shown_all_the_same():
-    clock = Clock()
+def test_slow_steps_are_shown_all_the_same(clock):
     pace = Pace(DT, clock)
     num_pictures = play(pace, clock, 100, step_time=0.04)
     assert 0.5 * 4 / LONGEST_GAP < num_pictures <= 4 / LONGEST_GAP
 
 
-def test_what_was_late_is_not_made_up_for():
-    clock = Clock()
+def test_what_was_late_is_not_made_up_for(clock):
     pace = Pace(DT, clock)
     play(pace, clock, 1)
     clock.time += 60  # the user has looked at something else
