@@ -58,6 +58,12 @@ inline Image read_picture(const std::string& name) {
   return image;
 }
 
+inline Image draw(Renderer& renderer, const Instant& instant) {
+  Image image;
+  renderer.render(instant, {}, image);
+  return image;
+}
+
 /// Value of one color at a place in a picture [0, 255].
 inline double color_at(const Image& image, std::size_t x, std::size_t y, std::size_t color) {
   return image.rgb.at((y * image.width + x) * kColors + color);

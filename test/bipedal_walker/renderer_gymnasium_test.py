@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bipedal_walker_reference import IDS, draw_episode
-from skimage.metrics import structural_similarity
+from picture_comparison import compare
 
 # Kind of the actions, seed, steps: walks through all kinds of terrain, falls to either side, the
 # flag, the far end.
@@ -42,18 +42,7 @@ def pairs(rollout, environment_id):
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_pictures_are_gymnasiums(rollout, environment_id, capsys):
-    similarities, others = [], []
-    for ours, theirs in pairs(rollout, environment_id):
-        similarities.append(structural_similarity(ours, theirs, channel_axis=2))
-        # Much of a picture is sky, so that a walker in another place would hardly tell.
-        difference = np.abs(ours.astype(int) - theirs).max(axis=2)
-        others.append(np.count_nonzero(difference > 64))
-    with capsys.disabled():
-        print(
-            f"\n{environment_id}: structural similarity of {len(similarities)} pictures"
-            f" {min(similarities):.4f} at least, {np.mean(similarities):.4f} on average;"
-            f" {max(others)} pixels of 240000 differ at most"
-        )
+    similarities, others = compare(pairs(rollout, environment_id), environment_id, capsys)
     assert len(similarities) == 20
     assert min(similarities) > 0.998
     assert max(others) < 80

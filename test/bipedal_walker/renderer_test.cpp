@@ -34,12 +34,6 @@ Instant instant_of(const std::string& id, const std::string& kind, std::uint64_t
   return instant;
 }
 
-Image draw(Renderer& renderer, const Instant& instant) {
-  Image image;
-  renderer.render(instant, {}, image);
-  return image;
-}
-
 Image draw(const Instant& instant, const Parameters& camera = {}) {
   return draw(*make_renderer("BipedalWalker-v3", {}, camera), instant);
 }

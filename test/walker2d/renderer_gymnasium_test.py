@@ -8,8 +8,8 @@ import os
 
 import numpy as np
 import pytest
+from picture_comparison import compare
 from rollout_tool import Refused, Rollout
-from skimage.metrics import structural_similarity
 from walker2d_reference import IDS, draw_episode
 
 SIZE = 480
@@ -38,19 +38,11 @@ def pairs(rollout, environment_id, **camera):
 @pytest.mark.parametrize("camera_name", ["", "track"])
 @pytest.mark.parametrize("environment_id", IDS)
 def test_pictures_are_gymnasiums(rollout, environment_id, camera_name, capsys):
-    similarities, others = [], []
-    for ours, theirs in pairs(rollout, environment_id, camera_name=camera_name):
-        similarities.append(structural_similarity(ours, theirs, channel_axis=2))
-        # Much of a picture is floor, so that a walker in another place would hardly tell.
-        difference = np.abs(ours.astype(int) - theirs).max(axis=2)
-        others.append(np.count_nonzero(difference > 64))
-    with capsys.disabled():
-        print(
-            f"\n{environment_id}, camera {camera_name!r}: structural similarity of"
-            f" {len(similarities)} pictures {min(similarities):.4f} at least,"
-            f" {np.mean(similarities):.4f} on average;"
-            f" {max(others)} pixels of {SIZE * SIZE} differ at most"
-        )
+    similarities, others = compare(
+        pairs(rollout, environment_id, camera_name=camera_name),
+        f"{environment_id}, camera {camera_name!r}",
+        capsys,
+    )
     assert len(similarities) == 20
     assert min(similarities) > 0.97
     assert max(others) < 500

@@ -37,12 +37,6 @@ Instant instant_of(const std::string& id, const std::string& kind, std::uint64_t
   return instant;
 }
 
-Image draw(Renderer& renderer, const Instant& instant) {
-  Image image;
-  renderer.render(instant, {}, image);
-  return image;
-}
-
 void expect_gymnasiums(const std::string& id, const std::string& kind, std::uint64_t seed,
                        std::uint32_t steps) {
   const std::string name =
