@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import pathlib
+
+# Gymnasium draws where there is no screen; its own choice may end the process there.
+os.environ.setdefault("MUJOCO_GL", "egl")
 
 import gymnasium
 import numpy as np
