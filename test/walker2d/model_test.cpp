@@ -25,7 +25,7 @@ const std::map<std::string, std::string>& different_fields() {
   static const char* const pairs = "pairs say which geoms can touch, so that no others are tried";
   static const char* const sizes = "the buffers have the sizes that those pairs can need";
   static const char* const names = "where names are stored; the names themselves are compared";
-  static const char* const looks = "textures, materials and a light's -0 concern pictures only";
+  static const char* const looks = "a texture and a material that no geom has, and a light's -0";
   static const std::map<std::string, std::string> fields = {
       {"npair", pairs},          {"opt.collision", pairs}, {"pair_dim", pairs},
       {"pair_geom1", pairs},     {"pair_geom2", pairs},    {"pair_signature", pairs},
@@ -39,8 +39,7 @@ const std::map<std::string, std::string>& different_fields() {
       {"tex_adr", looks},        {"tex_rgb", looks},       {"mat_texid", looks},
       {"mat_texuniform", looks}, {"mat_texrepeat", looks}, {"mat_emission", looks},
       {"mat_specular", looks},   {"mat_shininess", looks}, {"mat_reflectance", looks},
-      {"mat_rgba", looks},       {"geom_matid", looks},    {"light_dir", looks},
-      {"light_dir0", looks}};
+      {"mat_rgba", looks},       {"light_dir", looks},     {"light_dir0", looks}};
   return fields;
 }
 
