@@ -85,10 +85,7 @@ class Pictures : public testing::Test {
 
   /// Ends the server while a picture is drawn and another one waits.
   static void TearDownTestSuite() {
-    the_gate.close();
-    const std::uint64_t arrivals = the_gate.arrivals();
-    auto first = asked_for();
-    the_gate.wait_for_arrivals(arrivals + 1);
+    auto first = stopped_at_the_gate();
     auto second = asked_for();
     ros::shutdown();
     loop_->join();
@@ -120,6 +117,15 @@ class Pictures : public testing::Test {
       client.render(0, "", {}, image);
       return image;
     });
+  }
+
+  /// The same, being drawn until the gate opens.
+  static std::future<Image> stopped_at_the_gate() {
+    the_gate.close();
+    const std::uint64_t arrivals = the_gate.arrivals();
+    auto picture = asked_for();
+    the_gate.wait_for_arrivals(arrivals + 1);
+    return picture;
   }
 
   void step(int count) {
@@ -218,10 +224,7 @@ TEST_F(Pictures, TheMessagesTellOfTheCamera) {
 
 TEST_F(Pictures, ARequestShowsWhatThereWasWhenItCame) {
   step(3);
-  the_gate.close();
-  const std::uint64_t arrivals = the_gate.arrivals();
-  auto picture = asked_for();
-  the_gate.wait_for_arrivals(arrivals + 1);
+  auto picture = stopped_at_the_gate();
   step(10);
   the_gate.open();
   EXPECT_EQ(picture.get().rgb, std::vector<std::uint8_t>(3 * kPixels, 3));
@@ -249,10 +252,7 @@ TEST_F(Pictures, ManyClientsAreServedOneAfterTheOther) {
 
 TEST_F(Pictures, WhoHasGoneGetsNone) {
   step(5);
-  the_gate.close();
-  const std::uint64_t arrivals = the_gate.arrivals();
-  auto patient = asked_for();
-  the_gate.wait_for_arrivals(arrivals + 1);
+  auto patient = stopped_at_the_gate();
   step(1);
   const auto descriptors = open_descriptors();
   auto impatient = asked_for(0.2);  // behind the other
