@@ -54,6 +54,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
     list(APPEND box2d_sources ${box2d_ours}/${name}.cpp)
   endforeach()
   add_library(box2d_pinned STATIC ${box2d_sources})
+  set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
   set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
     ${box2d_ours}/broad_phase.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
@@ -136,8 +137,13 @@ endif()
 # What is built runs with a copy of its own: without the folder, the loader would quietly take the
 # distribution's library, which has the same name.
 if(mujoco_dir)
-  configure_file(${mujoco_library} mujoco/libmujoco.so.2.2.2 COPYONLY)
-  set(mujoco_library ${CMAKE_CURRENT_BINARY_DIR}/mujoco/libmujoco.so.2.2.2)
+  if(WALKER_SIM_ROS)
+    set(mujoco_copy ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_LIB_DESTINATION}/libmujoco.so.2.2.2)
+  else()
+    set(mujoco_copy ${CMAKE_CURRENT_BINARY_DIR}/mujoco/libmujoco.so.2.2.2)
+  endif()
+  configure_file(${mujoco_library} ${mujoco_copy} COPYONLY)
+  set(mujoco_library ${mujoco_copy})
   file(GLOB mujoco_licences ${mujoco_dir}/*LICENSE* ${mujoco_dir}/THIRD_PARTY*)
 endif()
 add_library(mujoco_shared SHARED IMPORTED)

@@ -1,15 +1,15 @@
 # shellcheck shell=bash
-# The distribution's packages, by system: what every command needs, what ./scripts/test needs on top
-# for its lints, examples and the test of rviz, and what watching the walker in rviz needs. Read by
-# setup.sh.
+# The distribution's packages, by system: what building and running needs; what ./scripts/test needs on
+# top, its lints and the rest of --all; and what watching the walker in rviz needs. Read by setup.sh.
 # shellcheck disable=SC2034  # used by setup.sh
 
-common_packages=(build-essential ca-certificates cmake git libbox2d-dev libcairo2-dev libegl-dev
-  libegl-mesa0 libgl1-mesa-dri libgtest-dev libosmesa6-dev ninja-build pybind11-dev python3-dev
-  python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
+common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev libosmesa6-dev ninja-build
+  pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
 # A screen without a monitor, and where the windows on it are.
 screen_packages=(x11-utils xvfb)
+common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev)
 lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
+system_engine_packages=(libbox2d-dev)
 
 message_packages=(diagnostic geometry nav sensor std visualization)
 
@@ -18,13 +18,15 @@ packages_of_debian_12() {
   base_packages=("${common_packages[@]}"
     catkin ros-cmake-modules ros-message-generation ros-message-runtime ros-core rosbash
     libroscpp-dev libroslib-dev librospack-dev rospack-tools python3-rospy python3-roslaunch
-    librostest-dev python3-rostest python3-nose libdiagnostic-updater-dev libmessage-filters-dev
-    libimage-transport-dev libmujoco-dev libtf2-ros-dev python3-tf2-ros liburdf-dev librosbag-storage-dev python3-rosbag
-    ros-robot-state-publisher libstd-srvs-dev ros-std-srvs python3-std-srvs
-    libros-rosgraph-msgs-dev ros-rosgraph-msgs python3-rosgraph-msgs)
+    libdiagnostic-updater-dev libmessage-filters-dev libimage-transport-dev librosbag-storage-dev
+    python3-rosbag ros-robot-state-publisher libstd-srvs-dev ros-std-srvs python3-std-srvs
+    libros-rosgraph-msgs-dev ros-rosgraph-msgs python3-rosgraph-msgs libtf2-msgs-dev python3-tf2-msgs)
   for x in "${message_packages[@]}"; do
     base_packages+=("lib$x-msgs-dev" "ros-$x-msgs" "python3-$x-msgs")
   done
+  test_packages=("${common_test_packages[@]}" librostest-dev python3-rostest python3-nose libtf2-ros-dev
+    python3-tf2-ros liburdf-dev)
+  system_engine_packages+=(libmujoco-dev)
   view_packages=(rviz)
   example_packages=(python3-torch)
 }
@@ -32,12 +34,13 @@ packages_of_debian_12() {
 # Untested: nobody has run this on Ubuntu 20.04 yet.
 packages_of_ubuntu_20_04() {
   local x
-  base_packages=("${common_packages[@]}" python3-nose ros-noetic-catkin ros-noetic-ros-core)
+  base_packages=("${common_packages[@]}" ros-noetic-catkin ros-noetic-ros-core)
   for x in diagnostic-updater image-transport message-filters message-generation message-runtime \
-    robot-state-publisher rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy rostest std-srvs tf2-ros urdf; do
+    robot-state-publisher rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy std-srvs tf2-msgs; do
     base_packages+=("ros-noetic-$x")
   done
   for x in "${message_packages[@]}"; do base_packages+=("ros-noetic-$x-msgs"); done
+  test_packages=("${common_test_packages[@]}" python3-nose ros-noetic-rostest ros-noetic-tf2-ros ros-noetic-urdf)
   view_packages=(ros-noetic-rviz)
   example_packages=() # it has no PyTorch
 }

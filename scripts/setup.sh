@@ -1,7 +1,9 @@
 # shellcheck shell=bash
-# The set-up that run, env and test share: system, packages, virtual environment, engines, build.
+# The set-up that run, env and test share: system, packages, engines, virtual environment, build.
 # Source it, then call set_up. Every step looks first whether it is done; an interrupted one is done
 # again by the next command. What the tools say goes to build/log/, what this says to stderr.
+#
+# The build is in build/ros, its devel space in devel/, for rosrun does not look into a package's build/.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 build=$root/build
@@ -13,21 +15,22 @@ ros_setup=/dev/null # what the distribution's ROS itself needs sourced
 # shellcheck source=scripts/packages.sh
 source "$root/scripts/packages.sh"
 
-# The ROS build of the chosen engines. BOX2D_SOURCE_DIR and MUJOCO_DIR, if set, name copies of the
-# pinned ones.
-case $engines in
-  pinned) ros_build=$build/pinned ;;
-  *) ros_build=$build/ros_$engines ;;
-esac
-# shellcheck disable=SC2034  # used by the commands
-devel=$ros_build/devel
+# The ROS build. BOX2D_SOURCE_DIR and MUJOCO_DIR, if set, name copies of the pinned engines.
+ros_build=$build/ros
+devel=$root/devel
 common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3)
-ros_options=("${common_options[@]}" "-DWALKER_SIM_ENGINES=$engines"
+ros_options=("${common_options[@]}" "-DWALKER_SIM_ENGINES=$engines" "-DCATKIN_DEVEL_PREFIX=$devel"
   "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}")
 # What a command wants on top, set by it before set_up.
 extra_packages=()
 extra_options=()
+wants_venv=yes
 build_targets=(all)
+# Languages in which nobody here talks to the messages, and a cache of compilations where there is one.
+export ROS_LANG_DISABLE=geneus:genlisp:gennodejs
+if command -v ccache >/dev/null; then
+  export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_SLOPPINESS=pch_defines,time_macros
+fi
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -111,13 +114,13 @@ set_up_packages() {
   local wanted=("${base_packages[@]}" "${extra_packages[@]}") missing
   mapfile -t missing < <(missing_packages "${wanted[@]}")
   if [ ${#missing[@]} -eq 0 ]; then
-    say "[1/5] packages: all ${#wanted[@]} are installed"
+    say "[1/4] packages: all ${#wanted[@]} are installed"
     return
   fi
   if [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null; then
     die "not root and no sudo, so these packages cannot be installed: ${missing[*]}"
   fi
-  say "[1/5] packages: installing ${#missing[@]} of ${#wanted[@]} and what they need"
+  say "[1/4] packages: installing ${#missing[@]} of ${#wanted[@]} and what they need"
   quiet packages install_packages "${missing[@]}" 8>&- 9>&- # no daemon shall inherit a lock
 }
 
@@ -148,16 +151,16 @@ set_up_venv() {
 # set_up_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand.
 set_up_engine() {
   if [ -n "${!2:-}" ]; then
-    say "[3/5] engines: $1 from $2 = ${!2}"
+    say "[2/4] engines: $1 from $2 = ${!2}"
   else
-    say "[3/5] engines: the pinned $1"
+    say "[2/4] engines: the pinned $1"
     "$root/scripts/fetch_engines" "$1" >/dev/null
   fi
 }
 
 set_up_engines() {
   if [ "$engines" = system ]; then
-    say "[3/5] engines: the distribution's, on request; BipedalWalker's bits are not Gymnasium's"
+    say "[2/4] engines: the distribution's, on request; BipedalWalker's bits are not Gymnasium's"
   else
     set_up_engine box2d BOX2D_SOURCE_DIR && set_up_engine mujoco MUJOCO_DIR
   fi
@@ -180,7 +183,7 @@ configure() {
   [ $ready = no ] || return 0
   rm -f "$stamp"
   # Without this folder catkin would cache an environment in which Python finds no messages.
-  mkdir -p "$dir/devel/lib/python3/dist-packages"
+  mkdir -p "$devel/lib/python3/dist-packages"
   quiet "configure_${dir##*/}" within "$ros_setup" cmake -G Ninja -S "$root" -B "$dir" "$@" || return
   printf '%s\n' "source $root" "$@" >"$stamp.new" && mv "$stamp.new" "$stamp"
 }
@@ -193,10 +196,9 @@ build_in() {
 }
 
 set_up_build() {
-  local options=("${ros_options[@]}" "${extra_options[@]}")
-  say "[4/5] configure: build/${ros_build##*/} with the $engines engines"
-  configure "$ros_build" "${options[@]}" || return
-  say "[5/5] build"
+  say "[3/4] configure: build/ros with the $engines engines"
+  configure "$ros_build" "${ros_options[@]}" "${extra_options[@]}" || return
+  say "[4/4] build"
   build_in "$ros_build" "${build_targets[@]}"
 }
 
@@ -210,13 +212,18 @@ locked() (
   "$@"
 ) 9>"$build/lock"
 
-set_up_tools() {
-  set_up_packages &&
-    set_up_venv "[2/5] virtual environment" "$venv" "$root/scripts/requirements.txt" &&
-    set_up_engines
+# The virtual environment while the compiler works, for that one waits for the network.
+set_up_all() {
+  local status=0 venv_job=''
+  set_up_packages || return
+  if [ $wants_venv = yes ]; then
+    set_up_venv "virtual environment" "$venv" "$root/scripts/requirements.txt" &
+    venv_job=$!
+  fi
+  set_up_engines && set_up_build || status=$?
+  if [ -n "$venv_job" ]; then wait "$venv_job" || status=$?; fi
+  return $status
 }
-
-set_up_all() { set_up_tools && set_up_build; }
 
 # Everything; its failure is the caller's end or not, as the caller says.
 set_up() {
@@ -232,6 +239,6 @@ activate() {
   unset PYTHONHOME
   # shellcheck source=/dev/null
   source "$devel/setup.bash"
-  export PATH=$venv/bin:$PATH VIRTUAL_ENV=$venv
+  if [ $wants_venv = yes ]; then export PATH=$venv/bin:$PATH VIRTUAL_ENV=$venv; fi
   if [ -z "${ROS_HOSTNAME:-}${ROS_IP:-}" ]; then export ROS_HOSTNAME=localhost; fi
 }

@@ -16,7 +16,7 @@ function(walker_sim_add_shortcut name)
       list(APPEND sources src/bipedal_walker/box2d_any/${file}.cpp)
     endif()
   endforeach()
-  add_executable(walker_sim_shortcut_${name} ${sources})
+  add_executable(walker_sim_shortcut_${name} EXCLUDE_FROM_ALL ${sources})
   target_include_directories(walker_sim_shortcut_${name} PRIVATE include src test)
   target_compile_options(walker_sim_shortcut_${name} PRIVATE ${box2d_options})
   target_compile_definitions(walker_sim_shortcut_${name} PRIVATE
@@ -29,7 +29,12 @@ function(walker_sim_add_shortcut name)
   add_dependencies(bipedal_walker_shortcuts_test walker_sim_shortcut_${name})
 endfunction()
 
-walker_sim_add_core_test(bipedal_walker/shortcuts_test)
+add_executable(bipedal_walker_shortcuts_test EXCLUDE_FROM_ALL
+  test/unit_test_main.cpp test/bipedal_walker/shortcuts_test.cpp)
+target_include_directories(bipedal_walker_shortcuts_test PRIVATE test)
+target_link_libraries(bipedal_walker_shortcuts_test PRIVATE walker_sim_core_objects walker_sim_flags
+  GTest::GTest Threads::Threads ${CMAKE_DL_LIBS})
+walker_sim_register_gtest(bipedal_walker_shortcuts_test bipedal_walker_shortcuts_test long)
 walker_sim_add_shortcut(none)
 walker_sim_add_shortcut(blocks b2BlockAllocator)
 walker_sim_add_shortcut(broad_phase broad_phase)

@@ -2,7 +2,7 @@
 # So the core and Box2D are compiled anew, from the same sources with the same options; MuJoCo's
 # library stays as it is.
 function(walker_sim_add_race_copy target)
-  add_library(${target}_race OBJECT $<TARGET_PROPERTY:${target},SOURCES>)
+  add_library(${target}_race OBJECT EXCLUDE_FROM_ALL $<TARGET_PROPERTY:${target},SOURCES>)
   # SYSTEM silences warnings in the engines' headers; the original says what is to be said of ours.
   target_include_directories(${target}_race
     SYSTEM PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
@@ -15,21 +15,11 @@ endfunction()
 walker_sim_add_race_copy(box2d_pinned)
 walker_sim_add_race_copy(walker_sim_core_objects)
 
-function(walker_sim_add_race_test name)
-  if(CATKIN_ENABLE_TESTING)
-    catkin_add_gtest(${name} ${ARGN})
-    target_link_libraries(${name} ${GTEST_MAIN_LIBRARIES})
-  else()
-    add_executable(${name} ${ARGN})
-    target_link_libraries(${name} GTest::GTest GTest::Main)
-    add_test(NAME ${name} COMMAND ${name} --gtest_output=xml:${test_results}/${name}.xml)
-  endif()
-  target_include_directories(${name} PRIVATE include src test)
-  target_compile_options(${name} PRIVATE -fsanitize=thread -g)
-  target_link_options(${name} PRIVATE -fsanitize=thread)
-  target_link_libraries(${name} box2d_pinned_race walker_sim_core_objects_race
-    walker_sim_mujoco walker_sim_flags Threads::Threads ${CMAKE_DL_LIBS})
-endfunction()
-
-walker_sim_add_race_test(core_pool_race_test
-  test/core/crew_test.cpp test/core/pool_race_test.cpp)
+add_executable(core_pool_race_test EXCLUDE_FROM_ALL
+  test/unit_test_main.cpp test/core/crew_test.cpp test/core/pool_race_test.cpp)
+target_include_directories(core_pool_race_test PRIVATE include src test)
+target_compile_options(core_pool_race_test PRIVATE -fsanitize=thread -g)
+target_link_options(core_pool_race_test PRIVATE -fsanitize=thread)
+target_link_libraries(core_pool_race_test PRIVATE box2d_pinned_race walker_sim_core_objects_race
+  walker_sim_mujoco walker_sim_flags GTest::GTest Threads::Threads ${CMAKE_DL_LIBS})
+walker_sim_register_gtest(core_pool_race_test core_pool_race_test long)

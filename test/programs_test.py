@@ -1,0 +1,58 @@
+"""What is built is found by ROS's tools, each name once, and loads libraries from where they belong."""
+
+import os
+import pathlib
+import subprocess
+
+import pytest
+from elf import search_paths, strange_paths
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
+PROGRAMS = DEVEL / "lib" / "walker_sim"
+NODES = sorted(path.stem for path in (ROOT / "src" / "nodes").glob("*.cpp"))
+NAMES = [*NODES, "view.py"]
+
+
+def told(*command):
+    return subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=False
+    ).stdout.splitlines()
+
+
+def test_there_are_nodes():
+    assert {"describe", "replay", "server"} <= set(NODES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_rosrun_finds_it_once(name):
+    # With several, rosrun would ask which.
+    assert told("rosrun", "--prefix", "echo", "walker_sim", name) == [str(PROGRAMS / name)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_roslaunch_finds_it_once(name):
+    code = f"import roslib.packages as r; print(*r.find_node('walker_sim', '{name}'), sep='\\n')"
+    assert told("/usr/bin/python3", "-c", code) == [str(PROGRAMS / name)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_catkin_finds_it_once(name):
+    assert told("catkin_find", "walker_sim", name) == [str(PROGRAMS / name)]
+
+
+def test_rospack_finds_the_package_once():
+    assert told("rospack", "find", "walker_sim") == [str(ROOT)]
+    packages = [line.split() for line in told("rospack", "list")]
+    assert [path for name, path in packages if name == "walker_sim"] == [str(ROOT)]
+
+
+def test_a_program_runs_by_rosrun():
+    lines = told("rosrun", "walker_sim", "describe", "Walker2d-v5")
+    assert any('<robot name="walker2d">' in line for line in lines)
+
+
+def test_nothing_loads_libraries_from_the_current_directory():
+    files = [path for path in DEVEL.rglob("*") if path.is_file()]
+    assert search_paths(PROGRAMS / "server") == ["$ORIGIN/.."]
+    assert not strange_paths(files)

@@ -1,0 +1,86 @@
+# Suites in Python, test/NAME.py, in the devel space where there is one. They compare with the NumPy and
+# Gymnasium of that Python. Included by tests.cmake.
+set(short_suites
+  bipedal_walker/episodes_gymnasium_test
+  bipedal_walker/terrain_gymnasium_test
+  core/exported_symbols_test
+  core/pool_gymnasium_test
+  core/random_numpy_test
+  programs_test
+  python/bits_bipedal_walker_test
+  python/bits_ros_test
+  python/bits_walker2d_test
+  python/environment_test
+  python/package_test
+  python/refusals_ros_test
+  python/vector_environment_test
+  readme_test
+  walker2d/episodes_gymnasium_test
+  walker2d/models_gymnasium_test)
+# They measure time, so each has the machine for itself.
+set(timed_suites bench/bench_test)
+# The pinned Box2D only: its bits, and its hidden symbols.
+set(pinned_suites
+  bipedal_walker/coexistence_test
+  bipedal_walker/episodes_gymnasium_test
+  bipedal_walker/renderer_gymnasium_test
+  core/pool_gymnasium_test
+  python/bits_bipedal_walker_test
+  python/commands_evaluate_test
+  python/commands_record_test)
+# They start masters and servers, or look at what was built for ROS.
+set(ros_suites bench/bench_test programs_test readme_test rviz/rviz_test)
+# stages.cmake runs them, in virtual environments of their own.
+set(other_suites python/sb3_test python/wheel_test)
+
+add_library(walker_sim_c_interface MODULE EXCLUDE_FROM_ALL test/c_interface.cpp)
+target_include_directories(walker_sim_c_interface PRIVATE test)
+target_link_libraries(walker_sim_c_interface PRIVATE walker_sim_core walker_sim_flags)
+set_target_properties(walker_sim_c_interface PROPERTIES INSTALL_RPATH "$ORIGIN")
+
+string(CONCAT suite_environment
+  "PYTHONDONTWRITEBYTECODE=1;WALKER_SIM_ENGINES=${WALKER_SIM_ENGINES}"
+  ";WALKER_SIM_ROLLOUT=$<TARGET_FILE:walker_sim_rollout>"
+  ";WALKER_SIM_POOL_ROLLOUT=$<TARGET_FILE:walker_sim_pool_rollout>"
+  ";WALKER_SIM_CORE_LIBRARY=$<TARGET_FILE:walker_sim_core>"
+  ";WALKER_SIM_C_INTERFACE=$<TARGET_FILE:walker_sim_c_interface>"
+  ";WALKER_SIM_PROGRAMS=$<TARGET_FILE_DIR:walker_sim_benchmark>")
+
+function(walker_sim_add_suite path)
+  string(REPLACE "/" "_" name ${path})
+  add_test(NAME ${name} COMMAND ${CATKIN_ENV} ${WALKER_SIM_TEST_PYTHON} -m pytest -q
+    -p no:cacheprovider --junit-xml=${test_results}/${name}.xml
+    ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "${suite_environment}")
+  set(label long)
+  if(path IN_LIST short_suites)
+    set(label short)
+  endif()
+  set(tools walker_sim_python walker_sim_c_interface walker_sim_core ${core_tools})
+  if(path STREQUAL "bench/bench_test")
+    list(APPEND tools benchmarks)
+  endif()
+  walker_sim_label(${name} ${label} ${tools})
+  if(path IN_LIST timed_suites)
+    set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
+  endif()
+  if(NOT WALKER_SIM_ROS)
+    get_filename_component(folder ${python_package} DIRECTORY)
+    set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT
+      "PYTHONPATH=${CMAKE_CURRENT_SOURCE_DIR}/src/python:${folder}")
+  endif()
+endfunction()
+
+file(GLOB_RECURSE suites CONFIGURE_DEPENDS
+  RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/test test/*_test.py)
+list(FILTER suites EXCLUDE REGEX "^(launch|examples)/")
+foreach(suite ${suites})
+  string(REGEX REPLACE "\\.py$" "" path ${suite})
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test OR path IN_LIST other_suites
+    OR (NOT WALKER_SIM_ROS AND (path IN_LIST ros_suites OR path MATCHES "_ros_test$"))
+    OR (NOT WALKER_SIM_ENGINES STREQUAL "pinned" AND path IN_LIST pinned_suites)
+    OR (NOT WALKER_SIM_PYTHON AND path MATCHES "^python/"))
+    continue()
+  endif()
+  walker_sim_add_suite(${path})
+endforeach()

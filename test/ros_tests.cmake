@@ -1,0 +1,84 @@
+# The server's units, and the ROS face through a real master: test/NAME.test runs test/NAME.py or the
+# gtest test/NAME.cpp. Included by tests.cmake.
+
+# ---------------------------------------------------------------- units
+walker_sim_add_unit_tests(server
+  LIBRARIES walker_sim_replay walker_sim_agents walker_sim_server ${urdf_LIBRARIES}
+  ALSO test/client/service_types_test.cpp)
+target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
+catkin_add_nosetests(test/launch/launch_test.py DEPENDENCIES walker_sim_nodes)
+walker_sim_label(_ctest_${PROJECT_NAME}_nosetests_test.launch.launch_test.py short walker_sim_nodes)
+
+# ---------------------------------------------------------------- rostests
+# One for each mode of use, in C++ and Python, is short.
+set(short_rostests
+  agents/robot_test
+  client/episodes_test
+  server/batch_bits_test
+  server/effort_command_test
+  server/free_test
+  server/gazebo_test
+  server/lockstep_test
+  server/namespaces_test
+  server/publish_order_test
+  server/records_test
+  server/walker2d_topics_test)
+# They measure time, so each has the machine for itself.
+set(timed_rostests
+  server/pace_test
+  server/ten_walkers_test)
+
+# Against the devel space, and once more against the install space that stages.cmake makes.
+function(walker_sim_add_rostest path)
+  string(REPLACE "/" "_" name ${path})
+  set(test _ctest_${PROJECT_NAME}_rostest_test_${name}.test)
+  add_rostest(test/${path}.test DEPENDENCIES walker_sim_nodes)
+  set(label long)
+  if(path IN_LIST short_rostests)
+    set(label short)
+  endif()
+  set(program ros_tests)
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
+    # The devel space finds it through a link, for in the source tree another build's copies might
+    # come first.
+    set(program "")
+    get_filename_component(script ${path}.py NAME)
+    file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
+    file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py
+      ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}/${script} SYMBOLIC)
+  else()
+    file(STRINGS test/${path}.cpp own_main REGEX "^int main")
+    if(own_main)
+      set(program ${name})
+      walker_sim_add_ros_program(${name} test/${path}.cpp)
+    else()
+      target_sources(ros_tests PRIVATE test/${path}.cpp)
+    endif()
+  endif()
+  walker_sim_label(${test} ${label} walker_sim_nodes ${program})
+  add_test(NAME install_${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh installed rostest
+    ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test
+    ${test_results}/install/${name}/walker_sim/rostest-${name}.xml)
+  walker_sim_label(install_${name} long ${program})
+  set_tests_properties(install_${name} PROPERTIES FIXTURES_REQUIRED install_space)
+  if(path IN_LIST timed_rostests)
+    set_tests_properties(${test} install_${name} PROPERTIES RUN_SERIAL TRUE)
+  endif()
+endfunction()
+
+function(walker_sim_add_ros_program name)
+  add_executable(${name} EXCLUDE_FROM_ALL ${ARGN})
+  target_include_directories(${name} PRIVATE test)
+  target_include_directories(${name} SYSTEM PRIVATE ${tf2_INCLUDE_DIRS})
+  target_link_libraries(${name} PRIVATE walker_sim_agents walker_sim_server walker_sim_flags
+    GTest::GTest ${tf2_LIBRARIES})
+  walker_sim_compile_as_server(${name})
+endfunction()
+
+# Those without a main of their own are one program.
+walker_sim_add_ros_program(ros_tests test/ros_test_main.cpp)
+file(GLOB_RECURSE paths CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/test test/*.test)
+foreach(path ${paths})
+  string(REGEX REPLACE "\\.test$" "" path ${path})
+  walker_sim_add_rostest(${path})
+endforeach()

@@ -1,0 +1,106 @@
+#!/usr/bin/env bash
+# What stages.cmake runs, one command each:
+#   workspace                             an ordinary workspace, built and installed by catkin_make
+#   installed rostest|pytest FILE XML     FILE where nothing but its install space is in sight
+#   wheel PYTHON                          pip's wheel
+#   wheel_suite PYTHON oldest|newest XML  the wheel's suite in a clean virtual environment
+#   example_venv LEARNER                  the virtual environment of an example
+#   example LEARNER FILE XML              a suite in it
+# What they make is in hidden folders of build/, for roslaunch walks through a package's visible ones.
+set -euo pipefail
+# shellcheck source=scripts/setup.sh
+source "$(dirname "${BASH_SOURCE[0]}")/../scripts/setup.sh"
+
+workspace=$build/.workspace
+
+# Of a copy, for a link into the tree would be a circle. The tests' programs go beside the installed ones,
+# where rostest looks for them; they find the installed library by the same way.
+make_workspace() {
+  local package=$workspace/src/walker_sim file
+  rm -rf "$workspace/install" "$package" && mkdir -p "$package" && cd "$root" &&
+    tar -c --exclude=./build --exclude=./devel --exclude=./.git . | tar -x -C "$package"
+  cd "$workspace"
+  within "$ros_setup" catkin_make -j"$jobs" -l"$((jobs * 2))" install "${ros_options[@]}" \
+    -DCATKIN_DEVEL_PREFIX="$workspace/devel" -DWALKER_SIM_WERROR=ON
+  if find build -path '*/walker_sim/test/*.o' | grep .; then
+    die "catkin_make has compiled tests: nobody has asked for them"
+  fi
+  rm -rf "$package/src" # nothing installed may need it
+  for file in "$devel/lib/walker_sim/"*; do
+    [ -e "install/lib/walker_sim/${file##*/}" ] || cp -P "$file" install/lib/walker_sim/
+  done
+}
+
+# Not with rostest's --text, which would report no failure.
+run_installed() {
+  local kind=$1 file=$2 results=$3 command
+  mkdir -p "${results%/*}"
+  if [ "$kind" = rostest ]; then # whose file is BASE/PACKAGE/rostest-NAME.xml
+    command=(rostest --pkgdir="$root" --package=walker_sim --results-filename="${results##*/rostest-}"
+      --results-base-dir="$(dirname "${results%/*}")" "$file")
+  else
+    command=("$venv/bin/python" -m pytest -q -p no:cacheprovider --noconftest --junit-xml="$results" "$file")
+  fi
+  # shellcheck disable=SC2016  # for the inner shell
+  exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 ROS_HOSTNAME=localhost \
+    ROS_HOME="${results%.xml}_ros_home" PYTHONDONTWRITEBYTECODE=1 bash -c 'source "$0" && exec "$@"' \
+    "$workspace/install/setup.bash" "${command[@]}"
+}
+
+version_of() { "$1" -I -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
+
+# build/.wheel/VERSION/*.whl, as a user makes it; not again where no file of ours has changed since.
+build_wheel() {
+  local folder
+  folder=$build/.wheel/$(version_of "$1")
+  if [ -e "$folder/ready" ] && [ -z "$(find "$root" \( -path "$build" -o -path "$devel" -o -path "$root/.git" \) \
+    -prune -o -type f ! -name '*.pyc' -newer "$folder/ready" -print -quit)" ]; then
+    return
+  fi
+  mkdir -p "$folder" && rm -f "$folder/ready" "$folder"/*.whl && touch "$folder/ready.new"
+  within /dev/null env -u PIP_REQUIRE_VIRTUALENV "$1" -m pip wheel --disable-pip-version-check --no-deps \
+    --wheel-dir "$folder" "$root"
+  mv "$folder/ready.new" "$folder/ready"
+}
+
+# Where no ROS and no other package is in sight. test/python/wheel_oldest.txt and wheel_newest.txt say
+# what is beside the wheel.
+run_wheel_suite() {
+  local python=$1 packages=$2 results=$3 version environment pip
+  version=$(version_of "$python")
+  environment=$build/.wheel/${version}_$packages
+  set_up_venv "wheel $version $packages" "$environment" "$root/test/python/wheel_$packages.txt" "$python"
+  pip=("$environment/bin/python" -m pip --disable-pip-version-check)
+  within /dev/null "${pip[@]}" install --no-index --no-deps --force-reinstall "$build/.wheel/$version"/*.whl
+  within /dev/null "${pip[@]}" check
+  mkdir -p "${results%/*}"
+  exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1 \
+    ROS_HOME="$build/.wheel/ros_home" WALKER_SIM_DEVEL="$devel" "$environment/bin/python" -m pytest -q \
+    -p no:cacheprovider --noconftest --junit-xml="$results" "$root/test/python/wheel_test.py"
+}
+
+# With the distribution's PyTorch, for pip's brings gigabytes for GPUs; pip does not see it, so the
+# requirements are complete and pip has to look for no more.
+set_up_example() {
+  PIP_NO_DEPS=1 set_up_venv "examples $1" "$build/.examples/$1" \
+    "$root/test/examples/requirements_$1.txt"
+}
+
+run_example() {
+  local learner=$1 suite=$2 results=$3
+  mkdir -p "${results%/*}"
+  within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
+    ROS_HOME="$build/.examples/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" \
+    "$build/.examples/$learner/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
+}
+
+check_system
+case $1 in
+  workspace) make_workspace ;;
+  installed) run_installed "${@:2}" ;;
+  wheel) build_wheel "$2" ;;
+  wheel_suite) run_wheel_suite "${@:2}" ;;
+  example_venv) set_up_example "$2" ;;
+  example) run_example "${@:2}" ;;
+  *) die "$1: unknown command" ;;
+esac

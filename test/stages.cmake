@@ -1,0 +1,71 @@
+# Tests of what is made of the tree beside its build, and lints. stage.sh does the work; what it sets up
+# is a fixture of the tests that need it. Included by tests.cmake in the ROS build that has a Python to
+# test with.
+set(stage ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh)
+
+# A check has no results file; its status counts.
+function(walker_sim_add_check name label)
+  add_test(NAME ${name} COMMAND ${ARGN})
+  set_tests_properties(${name} PROPERTIES LABELS "${label};check" TIMEOUT 1500)
+endfunction()
+
+# ---------------------------------------------------------------- lints
+set(lint ${CMAKE_CURRENT_SOURCE_DIR}/scripts/lint)
+foreach(name clang_format catkin ruff mypy shellcheck rooms cppcheck)
+  walker_sim_add_check(lint_${name} short ${lint} ${name})
+endforeach()
+walker_sim_add_check(lint_clang_tidy_changed short ${lint} clang_tidy)
+set(tidy_parts 8)
+foreach(part RANGE 1 ${tidy_parts})
+  walker_sim_add_check(lint_clang_tidy_${part} long
+    ${CMAKE_COMMAND} -E env TIDY_JOBS=1 ${lint} clang_tidy ${part}/${tidy_parts})
+endforeach()
+
+# ---------------------------------------------------------------- the install space
+walker_sim_add_check(install_workspace long ${stage} workspace)
+set_tests_properties(install_workspace PROPERTIES FIXTURES_SETUP install_space)
+set(results ${test_results}/install/package_ros_test.xml)
+add_test(NAME install_package_ros_test COMMAND ${stage} installed pytest
+  ${CMAKE_CURRENT_SOURCE_DIR}/test/python/package_ros_test.py ${results})
+set_tests_properties(install_package_ros_test PROPERTIES
+  LABELS long FIXTURES_REQUIRED install_space)
+
+# ---------------------------------------------------------------- pip's wheel
+# For each Python that is here, with the oldest and the newest packages.
+foreach(version RANGE 10 13)
+  file(GLOB pythons $ENV{HOME}/.pyenv/versions/3.${version}.*/bin/python3)
+  find_program(python_3_${version} NAMES python3.${version} ${pythons})
+  if(NOT python_3_${version})
+    continue()
+  endif()
+  walker_sim_add_check(wheel_3.${version} long ${stage} wheel ${python_3_${version}})
+  set_tests_properties(wheel_3.${version} PROPERTIES FIXTURES_SETUP wheel_3.${version})
+  foreach(packages oldest newest)
+    set(results ${test_results}/wheel/3.${version}_${packages}.xml)
+    add_test(NAME wheel_3.${version}_${packages}
+      COMMAND ${stage} wheel_suite ${python_3_${version}} ${packages} ${results})
+    set_tests_properties(wheel_3.${version}_${packages} PROPERTIES
+      LABELS long TIMEOUT 900 FIXTURES_REQUIRED wheel_3.${version})
+  endforeach()
+endforeach()
+
+# ---------------------------------------------------------------- examples
+# Each file of examples/ as a user runs it, and the suites that need the same large packages.
+function(walker_sim_add_example name learner suite)
+  set(results ${test_results}/examples/${name}.xml)
+  add_test(NAME examples_${name} COMMAND ${stage} example ${learner}
+    ${CMAKE_CURRENT_SOURCE_DIR}/test/${suite} ${results})
+  set_tests_properties(examples_${name} PROPERTIES
+    LABELS long TIMEOUT 900 FIXTURES_REQUIRED examples_${learner})
+endfunction()
+
+if(EXISTS /usr/lib/python3/dist-packages/torch OR NOT EXISTS /opt/ros/noetic)
+  foreach(learner gymnasium sb3)
+    walker_sim_add_check(examples_set_up_${learner} long ${stage} example_venv ${learner})
+    set_tests_properties(examples_set_up_${learner} PROPERTIES FIXTURES_SETUP examples_${learner})
+  endforeach()
+  walker_sim_add_example(sb3 sb3 python/sb3_test.py)
+  walker_sim_add_example(sb3_ppo sb3 examples/sb3_ppo_test.py)
+  walker_sim_add_example(cleanrl_ppo gymnasium examples/cleanrl_ppo_test.py)
+  walker_sim_add_example(ray_rollouts gymnasium examples/ray_rollouts_test.py)
+endif()
