@@ -20,7 +20,7 @@ packages_of_debian_12() {
     libroscpp-dev libroslib-dev librospack-dev rospack-tools python3-rospy python3-roslaunch
     librostest-dev python3-rostest python3-nose libdiagnostic-updater-dev libmessage-filters-dev
     libimage-transport-dev libmujoco-dev libtf2-ros-dev python3-tf2-ros liburdf-dev librosbag-storage-dev python3-rosbag
-    ros-robot-state-publisher libstd-srvs-dev ros-std-srvs python3-std-srvs
+    libstd-srvs-dev ros-std-srvs python3-std-srvs
     libros-rosgraph-msgs-dev ros-rosgraph-msgs python3-rosgraph-msgs)
   for x in "${message_packages[@]}"; do
     base_packages+=("lib$x-msgs-dev" "ros-$x-msgs" "python3-$x-msgs")
@@ -34,7 +34,7 @@ packages_of_ubuntu_20_04() {
   local x
   base_packages=("${common_packages[@]}" python3-nose ros-noetic-catkin ros-noetic-ros-core)
   for x in diagnostic-updater image-transport message-filters message-generation message-runtime \
-    robot-state-publisher rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy rostest std-srvs tf2-ros urdf; do
+    rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy rostest std-srvs tf2-ros urdf; do
     base_packages+=("ros-noetic-$x")
   done
   for x in "${message_packages[@]}"; do base_packages+=("ros-noetic-$x-msgs"); done
