@@ -252,13 +252,13 @@ void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
   message.header.frame_id = frames.camera;
   message.width = camera.width;
   message.height = camera.height;
+  constexpr std::size_t kPlumbBobCoefficients = 5;
+  message.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
+  message.D.assign(kPlumbBobCoefficients, 0);
   if (camera.focal_length == 0) return;
   const double f = camera.focal_length;
   const double x = (camera.width - 1.0) / 2;
   const double y = (camera.height - 1.0) / 2;
-  constexpr std::size_t kPlumbBobCoefficients = 5;
-  message.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
-  message.D.assign(kPlumbBobCoefficients, 0);
   message.K = {f, 0, x, 0, f, y, 0, 0, 1};
   message.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   message.P = {f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0};

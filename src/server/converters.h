@@ -73,8 +73,9 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
 /// change places.
 void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message);
 
-/// A pinhole; all zero, uncalibrated as the message has it, for a parallel projection. Pixels'
-/// centres have whole coordinates, as image_geometry takes them.
+/// A pinhole without distortion. K, R and P are zero, uncalibrated as the message has it, for a
+/// parallel projection; there is no distortion either, and tools that keep pictures want that told.
+/// Pixels' centres have whole coordinates, as image_geometry takes them.
 void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
           sensor_msgs::CameraInfo& message);
 
