@@ -19,7 +19,7 @@ packages_of_debian_12() {
     catkin ros-cmake-modules ros-message-generation ros-message-runtime ros-core rosbash
     libroscpp-dev libroslib-dev librospack-dev rospack-tools python3-rospy python3-roslaunch
     libdiagnostic-updater-dev libmessage-filters-dev libimage-transport-dev librosbag-storage-dev
-    python3-rosbag ros-robot-state-publisher libstd-srvs-dev ros-std-srvs python3-std-srvs
+    python3-rosbag libstd-srvs-dev ros-std-srvs python3-std-srvs
     libros-rosgraph-msgs-dev ros-rosgraph-msgs python3-rosgraph-msgs libtf2-msgs-dev python3-tf2-msgs)
   for x in "${message_packages[@]}"; do
     base_packages+=("lib$x-msgs-dev" "ros-$x-msgs" "python3-$x-msgs")
@@ -36,7 +36,7 @@ packages_of_ubuntu_20_04() {
   local x
   base_packages=("${common_packages[@]}" ros-noetic-catkin ros-noetic-ros-core)
   for x in diagnostic-updater image-transport message-filters message-generation message-runtime \
-    robot-state-publisher rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy std-srvs tf2-msgs; do
+    rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy std-srvs tf2-msgs; do
     base_packages+=("ros-noetic-$x")
   done
   for x in "${message_packages[@]}"; do base_packages+=("ros-noetic-$x-msgs"); done

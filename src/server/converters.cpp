@@ -11,6 +11,7 @@
 #include <sensor_msgs/image_encodings.h>
 
 #include "server/poses.h"
+#include "server/urdf.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -41,23 +42,29 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
   return message;
 }
 
+/// Whether a joint's child is fixed on what the joint turns, instead of being it.
+bool is_mounted(const Frames& frames, std::size_t joint) {
+  return frames.turned[joint] != frames.links[joint + 1];
+}
+
 /// Gravity-aligned at the trunk's origin: X forward, Y up, whatever the trunk's attitude.
 Pose lidar_pose(const Pose& trunk) {
   const double half = std::sqrt(0.5);
   return {trunk.position, {half, 0, 0, half}};  // rolled by +pi/2
 }
 
-/// Each joint's child in its parent, from the bodies' own poses.
-void append_limbs(const Specification& specification, const Sensors& sensors, const Frames& frames,
-                  ros::Time stamp, tf2_msgs::TFMessage& message) {
+/// Each joint from the bodies' own poses: what it turns, in its parent.
+void append_joints(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                   ros::Time stamp, tf2_msgs::TFMessage& message) {
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
-    const auto parent =
-        std::find_if(specification.links.begin(), specification.links.end(),
-                     [&](const Link& link) { return link.name == specification.joints[i].parent; });
+    const Joint& joint = specification.joints[i];
+    const auto parent = std::find_if(specification.links.begin(), specification.links.end(),
+                                     [&](const Link& link) { return link.name == joint.parent; });
     const auto index = static_cast<std::size_t>(parent - specification.links.begin());
-    message.transforms.push_back(
-        transform(frames.links[index], frames.links[i + 1],
-                  relative(sensors.link_poses[index], sensors.link_poses[i + 1]), stamp));
+    Pose turned = sensors.link_poses[i + 1];
+    if (is_mounted(frames, i)) turned = compose(turned, relative(joint.child_frame, Pose{}));
+    message.transforms.push_back(transform(frames.links[index], frames.turned[i],
+                                           relative(sensors.link_poses[index], turned), stamp));
   }
 }
 
@@ -76,6 +83,9 @@ Frames::Frames(const Specification& specification, const std::string& tf_prefix)
       throw std::invalid_argument("link " + link.name + ": another frame has this name");
     }
     links.push_back(prefixed(tf_prefix, link.name));
+  }
+  for (const std::string& name : turned_links(specification)) {
+    turned.push_back(prefixed(tf_prefix, name));
   }
 }
 
@@ -210,7 +220,7 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
   const Pose& trunk = sensors.link_poses.front();
   message.transforms.clear();
   message.transforms.push_back(transform(frames.odometry, frames.trunk, trunk, stamp));
-  if (!specification.joints_are_exact) append_limbs(specification, sensors, frames, stamp, message);
+  append_joints(specification, sensors, frames, stamp, message);
   if (specification.range_finder.num_rays != 0) {
     message.transforms.push_back(
         transform(frames.trunk, frames.lidar, relative(trunk, lidar_pose(trunk)), stamp));
@@ -242,13 +252,13 @@ void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
   message.header.frame_id = frames.camera;
   message.width = camera.width;
   message.height = camera.height;
+  constexpr std::size_t kPlumbBobCoefficients = 5;
+  message.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
+  message.D.assign(kPlumbBobCoefficients, 0);
   if (camera.focal_length == 0) return;
   const double f = camera.focal_length;
   const double x = (camera.width - 1.0) / 2;
   const double y = (camera.height - 1.0) / 2;
-  constexpr std::size_t kPlumbBobCoefficients = 5;
-  message.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
-  message.D.assign(kPlumbBobCoefficients, 0);
   message.K = {f, 0, x, 0, f, y, 0, 0, 1};
   message.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   message.P = {f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0};
@@ -258,10 +268,16 @@ void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::T
   message.transforms.assign(1, transform(frames.odometry, frames.camera, camera, stamp));
 }
 
-tf2_msgs::TFMessage static_transforms(const Frames& frames, ros::Time stamp) {
+tf2_msgs::TFMessage static_transforms(const Specification& specification, const Frames& frames,
+                                      ros::Time stamp) {
   tf2_msgs::TFMessage message;
   if (frames.base_link != frames.trunk) {
     message.transforms.push_back(transform(frames.trunk, frames.base_link, Pose{}, stamp));
+  }
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    if (!is_mounted(frames, i)) continue;
+    message.transforms.push_back(transform(frames.turned[i], frames.links[i + 1],
+                                           specification.joints[i].child_frame, stamp));
   }
   return message;
 }

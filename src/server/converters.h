@@ -23,7 +23,8 @@
 
 namespace walker {
 
-/// Names of the frames under the tf_prefix; no leading slash.
+/// Names of the frames under the tf_prefix; no leading slash. Links are called as in the robot
+/// description.
 struct Frames {
   /// @throws std::invalid_argument for a link with the name of another frame
   Frames(const Specification& specification, const std::string& tf_prefix);
@@ -32,8 +33,9 @@ struct Frames {
   std::string trunk;
   std::string base_link;  ///< REP 105's name for the trunk
   std::string lidar;
-  std::string camera;              ///< optical frame: x to the right, y down, z forward
-  std::vector<std::string> links;  ///< in specification order
+  std::string camera;               ///< optical frame: x to the right, y down, z forward
+  std::vector<std::string> links;   ///< in specification order
+  std::vector<std::string> turned;  ///< by each joint: its child, or what that is fixed on
 };
 
 // Each converter fills a message whose vectors keep their capacity from call to call. Headers are
@@ -62,9 +64,8 @@ void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp, sensor_
 void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
           nav_msgs::Odometry& message);
 
-/// odom -> trunk, and the gravity-aligned lidar where there is one. From the trunk on
-/// robot_state_publisher tells the links from the joint states; where the engine's joints give, it
-/// would be wrong, and every link is told here, from the bodies' poses.
+/// odom -> trunk, what every joint turns, from the bodies' own poses, and the gravity-aligned lidar
+/// where there is one: together, so that no listener ever has half of a state.
 void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
           ros::Time stamp, tf2_msgs::TFMessage& message);
 
@@ -72,15 +73,18 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
 /// change places.
 void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message);
 
-/// A pinhole; all zero, uncalibrated as the message has it, for a parallel projection. Pixels'
-/// centres have whole coordinates, as image_geometry takes them.
+/// A pinhole without distortion. K, R and P are zero, uncalibrated as the message has it, for a
+/// parallel projection; there is no distortion either, and tools that keep pictures want that told.
+/// Pixels' centres have whole coordinates, as image_geometry takes them.
 void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
           sensor_msgs::CameraInfo& message);
 
 /// odom -> camera.
 void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message);
 
-/// What never moves: the trunk under REP 105's name.
-tf2_msgs::TFMessage static_transforms(const Frames& frames, ros::Time stamp);
+/// What never moves: the trunk under REP 105's name, and links that are fixed on what a joint
+/// turns.
+tf2_msgs::TFMessage static_transforms(const Specification& specification, const Frames& frames,
+                                      ros::Time stamp);
 
 }  // namespace walker

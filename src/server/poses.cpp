@@ -24,6 +24,11 @@ Vector3 subtract(const Vector3& a, const Vector3& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
+Pose compose(const Pose& base, const Pose& pose) {
+  return {add(base.position, rotate(base.orientation, pose.position)),
+          multiply(base.orientation, pose.orientation)};
+}
+
 Pose relative(const Pose& base, const Pose& pose) {
   const Quaternion inverse = conjugate(base.orientation);
   return {rotate(inverse, subtract(pose.position, base.position)),

@@ -14,6 +14,9 @@ Vector3 rotate(const Quaternion& q, const Vector3& v);
 Vector3 add(const Vector3& a, const Vector3& b);
 Vector3 subtract(const Vector3& a, const Vector3& b);
 
+/// `pose`, given in `base`, in the frame that `base` is given in.
+Pose compose(const Pose& base, const Pose& pose);
+
 /// `pose` seen from `base`, both given in the same frame.
 Pose relative(const Pose& base, const Pose& pose);
 

@@ -45,7 +45,7 @@ void Publishers::publish_constants(ros::Time stamp) {
   walker_sim::EnvironmentSpec spec;
   fill(shown_.specification(), options_, spec);
   spec_publisher_.publish(spec);
-  tf_static_publisher_.publish(static_transforms(frames_, stamp));
+  tf_static_publisher_.publish(static_transforms(shown_.specification(), frames_, stamp));
 }
 
 void Publishers::publish_reset(ros::Time stamp) {

@@ -65,7 +65,10 @@ class Writer {
          << name_ << "\">\n";
     const std::map<std::string, Place> places = place_links(specification_, depths);
     for (const Link& link : specification_.links) write_link(link, places.at(link.name));
-    for (const Joint& joint : specification_.joints) write_joint(joint);
+    const std::vector<std::string> turned = turned_links(specification_);
+    for (std::size_t i = 0; i < turned.size(); ++i) {
+      write_joint(specification_.joints[i], turned[i]);
+    }
     xml_ << "</robot>\n";
     files_.urdf = xml_.str();
     return std::move(files_);
@@ -171,10 +174,9 @@ class Writer {
 
   // ---------------------------------------------------------------- joints
 
-  void write_joint(const Joint& joint) {
+  /// @param turned the link that it turns
+  void write_joint(const Joint& joint, const std::string& turned) {
     const bool is_limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
-    const bool is_direct = is_identity(joint.child_frame);
-    const std::string turned = is_direct ? joint.child : free_name(joint.child + "_hinge");
     begin_joint(joint.name, is_limited ? "revolute" : "continuous", joint.parent, turned);
     xml_ << "    " << origin(joint.origin) << "\n    <axis xyz=\"" << list(joint.axis)
          << "\"/>\n    <limit ";
@@ -183,20 +185,12 @@ class Writer {
     }
     xml_ << "effort=\"" << text(joint.maximum_effort) << "\" velocity=\""
          << text(std::min(joint.maximum_velocity, kAnyVelocity)) << "\"/>\n  </joint>\n";
-    if (is_direct) return;
+    if (turned == joint.child) return;
     xml_ << "  <link name=\"" << attribute_text(turned) << "\"/>\n";
     begin_joint(turned + "_mount", "fixed", turned, joint.child);
     xml_ << "    "
          << origin(joint.child_frame.position, roll_pitch_yaw(joint.child_frame.orientation))
          << "\n  </joint>\n";
-  }
-
-  /// The name, or a longer one where a link has it already.
-  std::string free_name(std::string name) const {
-    const auto is_taken = [&](const Link& link) { return link.name == name; };
-    const auto& links = specification_.links;
-    while (std::any_of(links.begin(), links.end(), is_taken)) name += "_hinge";
-    return name;
   }
 
   void begin_joint(const std::string& name, const char* type, const std::string& parent,
@@ -261,6 +255,24 @@ std::map<std::string, Place> place_links(const Specification& specification,
     places[joint.child] = {first - number * spacing, depths.limb};
   }
   return places;
+}
+
+std::vector<std::string> turned_links(const Specification& specification) {
+  std::vector<std::string> names;
+  const auto is_taken = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end() ||
+           std::any_of(specification.links.begin(), specification.links.end(),
+                       [&](const Link& link) { return link.name == name; });
+  };
+  for (const Joint& joint : specification.joints) {
+    std::string name = joint.child;
+    if (!is_identity(joint.child_frame)) {
+      do name += "_hinge";
+      while (is_taken(name));
+    }
+    names.push_back(name);
+  }
+  return names;
 }
 
 UrdfFiles make_urdf(const Specification& specification, const std::string& name,

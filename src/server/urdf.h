@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "walker_sim/specification.h"
 
@@ -37,13 +38,17 @@ struct UrdfFiles {
 /// BipedalWalkerHardcore-v3 -> bipedal_walker_hardcore: an id without its version, in snake case.
 std::string robot_name(const std::string& id);
 
+/// What each joint turns, by name: its child, or, where the child's frame is not the joint's, the
+/// link without mass on which the child is fixed, `<child>_hinge`; longer where that name is taken.
+std::vector<std::string> turned_links(const Specification& specification);
+
 /// Describes the specification's links and joints; numbers have the specification's precision.
 /// - A prism is seen as a COLLADA mesh, whose material keeps the faces in the link's colour that a
 ///   viewer's light does not reach. It collides as a box where its section is a rectangle, else as
 ///   an STL mesh. `place_links` says where it stands in y. Solids stand where they are; URDF knows
 ///   no capsule, so one becomes a cylinder between two spheres.
-/// - A child whose frame is not its joint's hangs on a link without mass, `<child>_hinge`, that the
-///   joint turns, and a fixed joint: so each link's frame is the engine's.
+/// - A child whose frame is not its joint's hangs on a link without mass (see `turned_links`) by a
+///   fixed joint: so each link's frame is the engine's.
 /// - A joint without limits becomes a continuous one. URDF demands a velocity limit; where there is
 ///   none it is 10000 rad/s.
 /// @param name        of the robot, and the beginning of the mesh files' names

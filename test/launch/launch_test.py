@@ -183,18 +183,10 @@ class LaunchTest(unittest.TestCase):
                 self.assertEqual(os.path.basename(path), robot + ".rviz")
                 self.assertTrue(os.path.isfile(path), path)
 
-    def test_robot_state_publisher_tells_of_exact_joints_as_often_as_they_move(self):
-        self.assertNotIn("/robot_state_publisher", Launch().types())
-        launch = Launch("env:=Walker2d-v5", "output:=log", "respawn:=true")
-        node = launch.nodes["/robot_state_publisher"]
-        self.assertEqual((node.package, node.type), ("robot_state_publisher",) * 2)
-        self.assertEqual((node.output, node.respawn, node.required), ("log", True, False))
-        self.assertFalse(Launch("env:=Walker2d-v5").nodes["/robot_state_publisher"].respawn)
-        # It throttles by stamps; 0.0001 s is the shortest time step that anybody would take.
-        frequency = launch.parameters["/robot_state_publisher/publish_frequency"]
-        self.assertIsInstance(frequency, float)
-        self.assertGreaterEqual(frequency, 1e4)
-        self.assertIn("/robot_state_publisher/", launch.config.clear_params)
+    def test_nobody_but_the_server_tells_where_links_are(self):
+        for env in ROBOTS:
+            nodes = set(Launch("env:=" + env, "agent:=heuristic", display=":9").nodes)
+            self.assertEqual(nodes, {"/walker_sim", "/agent", "/rviz"}, env)
 
     def test_xml_file_reaches_the_server_only_when_given(self):
         self.assertNotIn("/walker_sim/xml_file", Launch("env:=Walker2d-v5").parameters)
@@ -266,9 +258,7 @@ class LaunchTest(unittest.TestCase):
             launch = Launch(*arguments, "env:=" + env, display=":9")
             for name in launch.nodes:
                 self.assertTrue(name.startswith("/second/"), name)
-            for name in launch.nodes:
-                if name.endswith(("walker_sim", "robot_state_publisher")):
-                    self.assertEqual(launch.parameters[name + "/tf_prefix"], "second")
+            self.assertEqual(launch.parameters["/second/walker_sim/tf_prefix"], "second")
             self.assertIs(launch.parameters["/second/walker_sim/publish_clock"], False)
             self.assertIn("/second/robot_description", launch.parameters)
             self.assertEqual(launch.nodes["/second/rviz"].type, "view.py")
@@ -276,19 +266,16 @@ class LaunchTest(unittest.TestCase):
             self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
 
     def test_slashes_around_a_prefix_do_not_count(self):
-        # robot_state_publisher would keep the second one.
         for prefix in ("robot", "/robot/", "7"):
             launch = Launch("env:=Walker2d-v5", "tf_prefix:=" + prefix)
-            for node in ("/walker_sim", "/robot_state_publisher"):
-                self.assertEqual(launch.parameters[node + "/tf_prefix"], prefix.strip("/"))
+            self.assertEqual(launch.parameters["/walker_sim/tf_prefix"], prefix.strip("/"))
         self.assertNotIn("/walker_sim/tf_prefix", Launch("tf_prefix:=/").parameters)
 
     def test_a_prefix_does_not_outlive_its_launch(self):
         launch = Launch("env:=Walker2d-v5", "tf_prefix:=robot")
         prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
-        self.assertEqual(len(prefixes), 2)
-        for name in prefixes:  # the next launch of these nodes clears it
-            self.assertIn(name[: -len("tf_prefix")], launch.config.clear_params)
+        self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
+        self.assertIn("/walker_sim/", launch.config.clear_params)  # by the next launch
 
     def test_rviz_where_there_is_a_display_else_lines(self):
         self.assertNotIn("/rviz", Launch().types())

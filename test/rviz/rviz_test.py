@@ -19,8 +19,6 @@ ALLOWED = [
     # rviz looks for plugins of a package that distributions do not bring.
     r"\[rospack\] Error: no such package media_export",
     r"\[librospack\]: error while executing command",
-    # robot_state_publisher's own remark; the trunk's inertia is Walker2d's.
-    r"\[/robot_state_publisher\]: The root link \S+ has an inertia",
 ]
 # The colours of a display's name by its status, as rviz's list draws them.
 STATUS_OK, STATUS_WARN, STATUS_ERROR = (40, 120, 197), (192, 128, 0), (192, 32, 32)

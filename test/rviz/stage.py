@@ -25,7 +25,6 @@ from walker_sim.srv import GetSpec, Reset, Step
 
 PATIENCE = 60.0  # wall seconds; only what fails waits as long
 RVIZ_TOPICS = ("/tf", "/tf_static", "/scene_markers", "/state_markers")
-SHOWN = (*RVIZ_TOPICS, "/joint_states")  # by which robot_state_publisher tells of links
 
 
 def wait_for(condition, what):
@@ -215,7 +214,7 @@ class Show:
     def _all_are_connected(self):
         """Whether what is published from now on reaches rviz, and this process."""
         publishers, subscribers, _ = rospy.get_master().getSystemState()[2]
-        hearers = {topic: nodes for topic, nodes in subscribers if topic in SHOWN}
+        hearers = {topic: nodes for topic, nodes in subscribers if topic in RVIZ_TOPICS}
         if any("/rviz" not in hearers.get(topic, ()) for topic in RVIZ_TOPICS):
             return False
         for topic, nodes in publishers:

@@ -17,8 +17,13 @@ from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import Reset, Step
 
 BIPEDAL_WALKER = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
-# The frames that each server publishes, the trunk first. Walker2d's limbs are not its server's.
-FRAMES = {"/one": BIPEDAL_WALKER, "/two": BIPEDAL_WALKER, "/three": ["torso"]}
+WALKER2D = ["torso", "thigh", "leg_hinge", "foot_hinge"]
+WALKER2D += ["thigh_left", "leg_left_hinge", "foot_left_hinge"]
+# The frames that each server publishes of a state, the trunk first, and those that never move.
+FRAMES = {"/one": BIPEDAL_WALKER, "/two": BIPEDAL_WALKER, "/three": WALKER2D}
+FIXED = {"/one": ["base_link"], "/two": ["base_link"]}
+FIXED["/three"] = ["base_link", "leg", "foot", "leg_left", "foot_left"]
+PREFIXES = {"/one": "left/", "/two": "right/", "/three": "middle/"}  # /two's parameter is /right/
 
 
 class NamespacesTest(unittest.TestCase):
@@ -122,9 +127,8 @@ class NamespacesTest(unittest.TestCase):
         markers.close()
 
     def test_frames_carry_the_prefix_and_no_leading_slash(self):
-        self.frames_of("/one", "left/")
-        self.frames_of("/two", "right/")  # its parameter is /right/, as some write it
-        self.frames_of("/three", "middle/")
+        for space, prefix in PREFIXES.items():
+            self.frames_of(space, prefix)
 
     def test_frames_of_all_are_distinct(self):
         for space in FRAMES:
@@ -136,11 +140,14 @@ class NamespacesTest(unittest.TestCase):
                 known = parents.setdefault(transform.child_frame_id, transform.header.frame_id)
                 self.assertEqual(known, transform.header.frame_id)
         static = Recorder("/tf_static", tf2_msgs.msg.TFMessage, connections=len(FRAMES))
-        time.sleep(0.2)
-        for message in static.messages():
-            for transform in message.transforms:
-                self.assertNotIn(transform.child_frame_id, parents)
-                self.assertIn(transform.header.frame_id.split("/")[0], ("left", "right", "middle"))
+        static.wait_count(len(FRAMES))
+        fixed = [t for message in static.messages() for t in message.transforms]
+        expected = [PREFIXES[space] + link for space in FRAMES for link in FIXED[space]]
+        self.assertEqual(sorted(t.child_frame_id for t in fixed), sorted(expected))
+        for transform in fixed:
+            self.assertNotIn(transform.child_frame_id, parents)
+            prefix = transform.child_frame_id.split("/")[0]
+            self.assertEqual(transform.header.frame_id.split("/")[0], prefix)
         static.close()
 
     def test_latched_topics_are_told_apart(self):

@@ -36,8 +36,8 @@ struct State {
   sensor_msgs::Imu imu;
   nav_msgs::Odometry odometry;
   walker_sim::Contacts contacts;
-  tf2_msgs::TFMessage transforms;  // with those of robot_state_publisher where it runs
-  Sensors truth;                   // of the twin in this process
+  tf2_msgs::TFMessage transforms;
+  Sensors truth;  // of the twin in this process
 };
 
 struct Server {
@@ -94,27 +94,10 @@ class Player {
     return message.transforms.front().header.frame_id == frame(server_, "odom");
   }
 
-  /// Is robot_state_publisher's, of this server's joints.
-  bool tells_of_joints(const tf2_msgs::TFMessage& message) {
-    return message.transforms.size() == specification().joints.size() &&
-           std::all_of(message.transforms.begin(), message.transforms.end(),
-                       [this](const geometry_msgs::TransformStamped& transform) {
-                         const std::string& parent = transform.header.frame_id;
-                         return std::any_of(
-                             specification().links.begin(), specification().links.end(),
-                             [&](const Link& link) { return frame(server_, link.name) == parent; });
-                       });
-  }
-
   bool hears_all() {
-    const auto hears = [this](const auto& condition) {
-      const std::vector<tf2_msgs::TFMessage> all = transforms_.messages();
-      return std::any_of(all.begin(), all.end(), condition);
-    };
-    const bool hears_transforms =
-        hears([this](const auto& message) { return tells_of_trunk(message); }) &&
-        (!specification().joints_are_exact ||
-         hears([this](const auto& message) { return tells_of_joints(message); }));
+    const std::vector<tf2_msgs::TFMessage> all = transforms_.messages();
+    const bool hears_transforms = std::any_of(
+        all.begin(), all.end(), [this](const auto& message) { return tells_of_trunk(message); });
     return hears_transforms && joints_.has_any() && (!scans_ || scans_->has_any()) &&
            imus_.has_any() && odometries_.has_any() && contacts_.has_any() &&
            observations_.has_any() && rewards_.has_any();
@@ -137,15 +120,6 @@ class Player {
       return stamp_of(message) == stamp && tells_of_trunk(message);
     }),
          state.transforms);
-    if (specification().joints_are_exact) {
-      tf2_msgs::TFMessage joints;
-      take(transforms_.find([&](const tf2_msgs::TFMessage& message) {
-        return stamp_of(message) == stamp && tells_of_joints(message);
-      }),
-           joints);
-      auto& all = state.transforms.transforms;
-      all.insert(all.end(), joints.transforms.begin(), joints.transforms.end());
-    }
     // These two have no stamp.
     std_msgs::Float64MultiArray observation;
     take(observations_.find([&](const std_msgs::Float64MultiArray& message) {

@@ -75,12 +75,18 @@ TEST_F(Rotations, AQuarterTurnOfPitchHasNoYaw) {
   EXPECT_EQ(roll_pitch_yaw({-0.5, -0.5, -0.5, 0.5})[2], 0);
 }
 
-TEST_F(Rotations, RelativeIsTheWayFromTheBase) {
+TEST_F(Rotations, ComposeGoesOnFromTheBaseAndRelativeIsTheWayFromIt) {
   for (int i = 0; i < 100; ++i) {
     const Pose base{{1, 2, 3}, draw()};
     const Pose step{{-0.5, 0.25, 4}, draw()};
-    const Pose pose{add(base.position, rotate(base.orientation, step.position)),
-                    multiply(base.orientation, step.orientation)};
+    const Pose pose = compose(base, step);
+    const urdf::Vector3 turned =
+        to_urdf(base.orientation) *
+        urdf::Vector3(step.position[0], step.position[1], step.position[2]);
+    EXPECT_NEAR(pose.position[0], base.position[0] + turned.x, kTolerance);
+    EXPECT_NEAR(pose.position[1], base.position[1] + turned.y, kTolerance);
+    EXPECT_NEAR(pose.position[2], base.position[2] + turned.z, kTolerance);
+    expect_same_rotation(pose.orientation, to_urdf(base.orientation) * to_urdf(step.orientation));
     const Pose found = relative(base, pose);
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_NEAR(found.position[k], step.position[k], kTolerance);

@@ -191,7 +191,7 @@ TEST_F(MadeUpUrdf, TakesNamesThatXmlWouldReadAsItsOwn) {
   EXPECT_TRUE(model.getLink("a<b & \"c\""));
 }
 
-TEST_F(MadeUpUrdf, InventsNoNameThatALinkHas) {
+TEST_F(MadeUpUrdf, InventsNoNameThatALinkOrAnotherHingeHas) {
   const auto turned = std::find_if(specification_.joints.begin(), specification_.joints.end(),
                                    [](const Joint& joint) {
                                      return joint.child_frame.position != Vector3{0, 0, 0};
@@ -213,6 +213,10 @@ TEST_F(MadeUpUrdf, InventsNoNameThatALinkHas) {
   ASSERT_TRUE(model.getLink(taken) && model.getLink(taken + "_hinge"));
   EXPECT_TRUE(model.getLink(taken)->inertial);
   EXPECT_FALSE(model.getLink(taken + "_hinge")->inertial);
+  // The link with that name would call its own hinge as the first link's is called.
+  other->child_frame = turned->child_frame;
+  ASSERT_TRUE(model.initString(make_urdf(specification_, "x").urdf));
+  EXPECT_EQ(model.links_.size(), specification_.links.size() + 2);
 }
 
 // ---------------------------------------------------------------- Walker2d

@@ -22,7 +22,6 @@ from walker_sim.srv import GetSpec, Reset, Step
 
 WALKERS = [f"/walker_{number}" for number in range(1, 11)]
 OWNER, *FOLLOWERS = WALKERS
-FRAME_PUBLISHERS = 14  # ten servers, and a robot_state_publisher for each of four Walker2d
 LONGEST = 20_000_000  # dt of BipedalWalker, the longest of all [ns]
 SECOND = 10**9
 SEVERAL = 60  # messages; half a second of simulation time at least
@@ -105,9 +104,9 @@ class TenWalkersTest(ServerTest):
     def assert_frames_are_everybody_s_own(self):
         publishers = {}
         for topic in ("/tf", "/tf_static"):
-            recorder = self.record(topic, TFMessage, FRAME_PUBLISHERS)
+            recorder = self.record(topic, TFMessage, len(WALKERS))
             wait_for(
-                lambda r=recorder: len(callers(r.messages())) == FRAME_PUBLISHERS,
+                lambda r=recorder: len(callers(r.messages())) == len(WALKERS),
                 f"everybody's frames on {topic}",
             )
             for message in recorder.messages():

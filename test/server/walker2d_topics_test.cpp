@@ -1,6 +1,7 @@
 // What the topics tell of Walker2d's states, against the same state in process and against geometry
-// worked out here: frames, signs, units. The links' TF is robot_state_publisher's.
+// worked out here: frames, signs, units. The links' TF is also held against the robot description.
 #include <gtest/gtest.h>
+#include <urdf/model.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +13,7 @@
 
 #include <ros/ros.h>
 
+#include "server/description_transforms.h"
 #include "server/player.h"
 #include "server/tf_geometry.h"
 
@@ -25,6 +27,9 @@ constexpr std::array<const char*, 7> kLinks{"torso",      "thigh",    "leg",    
                                             "thigh_left", "leg_left", "foot_left"};
 constexpr std::array<const char*, 6> kParents{"torso", "thigh",      "leg",
                                               "torso", "thigh_left", "leg_left"};
+// What the joints turn, where that is not the link itself.
+constexpr std::array<const char*, 4> kHinges{"leg_hinge", "foot_hinge", "leg_left_hinge",
+                                             "foot_left_hinge"};
 const std::vector<std::string> kJoints{"thigh_joint",      "leg_joint",      "foot_joint",
                                        "thigh_left_joint", "leg_left_joint", "foot_left_joint"};
 
@@ -60,13 +65,12 @@ Recording make_recording(const Case& recorded) {
   recording.states = player.take_states();
   ros::NodeHandle node;
   Inbox<tf2_msgs::TFMessage> fixed(node, "/tf_static");
-  const std::string mount = frame(recorded.server, "foot_hinge");
-  const auto mounts = fixed.find([&](const tf2_msgs::TFMessage& message) {
-    return std::any_of(message.transforms.begin(), message.transforms.end(),
-                       [&](const auto& transform) { return transform.header.frame_id == mount; });
+  const std::string base_link = frame(recorded.server, "base_link");
+  const auto constants = fixed.find([&](const tf2_msgs::TFMessage& message) {
+    return !transforms_to(base_link, message).empty();
   });
-  EXPECT_TRUE(mounts) << "robot_state_publisher tells nothing of " << mount;
-  recording.fixed = mounts.value_or(tf2_msgs::TFMessage());
+  EXPECT_TRUE(constants) << "/tf_static tells nothing of " << base_link;
+  recording.fixed = constants.value_or(tf2_msgs::TFMessage());
   return recording;
 }
 
@@ -86,6 +90,7 @@ class Walker2dTopics : public testing::TestWithParam<Case> {
   }
 
   const std::vector<State>& states() const { return recording_->states; }
+  const tf2_msgs::TFMessage& constants() const { return recording_->fixed; }
   static std::string frame(const std::string& name) { return test::frame(GetParam().server, name); }
 
   tf2::Transform look_up(const State& state, const std::string& parent,
@@ -127,15 +132,42 @@ TEST_P(Walker2dTopics, TfTurnsTheTorsoAboutYAndItsJointsAboutMinusY) {
   EXPECT_GT(steepest, 0.3) << "else this test could not tell the signs apart";
 }
 
-TEST_P(Walker2dTopics, OnlyTheTrunkIsTheServersOwn) {
+TEST_P(Walker2dTopics, OneMessageTellsOfAllLinksByTheRobotDescription) {
+  urdf::Model description;
+  ASSERT_TRUE(description.initParam("/robot_description"));  // as both are built
   for (const State& state : states()) {
     const auto& all = state.transforms.transforms;
     ASSERT_EQ(all.size(), 1 + kJoints.size());
     EXPECT_EQ(all.front().header.frame_id, frame("odom"));
     EXPECT_EQ(all.front().child_frame_id, frame("torso"));
     for (const auto& transform : all) {
-      EXPECT_EQ(transform.header.stamp, state.transition.header.stamp);
+      EXPECT_EQ(transform.header.stamp, state.joints.header.stamp);
     }
+    std::map<std::string, double> angles;
+    for (std::size_t i = 0; i < kJoints.size(); ++i) {
+      angles[state.joints.name[i]] = state.joints.position[i];
+    }
+    expect_the_kinematics_of(description, frame(""), angles, state.transforms, constants(),
+                             kTolerance);
+    if (HasFailure()) return;
+  }
+}
+
+TEST_P(Walker2dTopics, OnlyMountsAndTheTrunksOtherNameAreFixed) {
+  ASSERT_EQ(constants().transforms.size(), 1 + kHinges.size());
+  for (const char* hinge : kHinges) {
+    const std::string name = hinge;
+    const auto found = transforms_to(frame(name.substr(0, name.rfind('_'))), constants());
+    ASSERT_EQ(found.size(), 1U) << name;
+    EXPECT_EQ(found[0].header.frame_id, frame(name));
+  }
+  const auto base_link = transforms_to(frame("base_link"), constants());
+  ASSERT_EQ(base_link.size(), 1U);
+  EXPECT_EQ(base_link[0].header.frame_id, frame("torso"));
+}
+
+TEST_P(Walker2dTopics, FramesAreThoseOfTheInterface) {
+  for (const State& state : states()) {
     EXPECT_EQ(state.transition.header.frame_id, frame("odom"));
     EXPECT_EQ(state.odometry.header.frame_id, frame("odom"));
     EXPECT_EQ(state.odometry.child_frame_id, frame("torso"));
