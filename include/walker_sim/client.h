@@ -37,8 +37,9 @@ struct ClientOptions {
   std::string server = "/walker_sim";  ///< the server's resolved node name
   std::string master_uri;              ///< empty: ROS_MASTER_URI, or http://localhost:11311
   double timeout = 10;  ///< of each call, and of each connection before it: wall time, above 0 [s]
-  /// Asked in the calling thread when a signal has interrupted its wait: true ends the call with
-  /// Interrupted. Must not throw. Without it a call goes on after a signal.
+  /// Whether a signal has come that ends the call with Interrupted. Asked in the calling thread
+  /// when a signal has interrupted its wait and, as a signal may come beside a wait, ten times a
+  /// second in a call that lasts. Must not throw. Without it a call goes on after a signal.
   std::function<bool()> is_interrupted;
 };
 
