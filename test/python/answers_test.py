@@ -1,0 +1,506 @@
+"""A server and a master that say what they should not: an error each, and never the memory of this
+process."""
+
+import contextlib
+import os
+import resource
+import signal
+import socket
+import struct
+import threading
+import xmlrpc.server
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim  # registers the ids
+from walker_sim import _core
+from walker_sim.environment import WalkerEnv
+
+ENV = "Walker2d-v5"  # whose info has names
+NUM_ENVS = 2
+LARGEST = 2**32 - 1
+LONG = 60.0  # [s]; only what is broken waits as long
+LOST = "the server or its episode was lost; reset first"
+
+
+# ---------------------------------------------------------------- what goes over the wire
+
+
+def text(value):
+    data = value if isinstance(value, bytes) else value.encode()
+    return struct.pack("<I", len(data)) + data
+
+
+def texts(values):
+    return struct.pack("<I", len(values)) + b"".join(map(text, values))
+
+
+def array(kind, values):
+    return struct.pack(f"<I{len(values)}{kind}", len(values), *values)
+
+
+def outcome(success=True, words=""):
+    return struct.pack("<?", success) + text(words)
+
+
+def specification(**changes):
+    """EnvironmentSpec.msg, by the names of its fields."""
+    local = _core.Environment(ENV, {}).specification
+    fields = {
+        **local,
+        "num_envs": NUM_ENVS,
+        "observation_size": len(local["observation_low"]),
+        "action_size": len(local["action_low"]),
+        "mode": "lockstep",
+        "autoreset_mode": "same_step",
+        **changes,
+    }
+    parts = [
+        struct.pack("<I", 1),
+        text(fields["id"]),
+        struct.pack("<I", fields["num_envs"]),
+        texts(list(fields["parameters"])),
+        texts(list(fields["parameters"].values())),
+        struct.pack("<I", fields["observation_size"]),
+        text(fields["observation_dtype"]),
+        array("d", fields["observation_low"]),
+        array("d", fields["observation_high"]),
+        struct.pack("<I", fields["action_size"]),
+        array("d", fields["action_low"]),
+        array("d", fields["action_high"]),
+        struct.pack("<dId", fields["dt"], fields["max_episode_steps"], fields["reward_threshold"]),
+        texts(fields["joint_names"]),
+        texts(fields["info_names"]),
+    ]
+    names = ("mode", "autoreset_mode", "engine", "engine_version", "engine_path", "version")
+    return b"".join(parts + [text(fields[name]) for name in names])
+
+
+WIDTH = len(_core.Environment(ENV, {}).specification["observation_low"])
+INFO = len(_core.Environment(ENV, {}).specification["info_names"])
+
+
+def transition(step=1, **changes):
+    """Of ~reset and ~step."""
+    fields = {"observation": [0.5] * WIDTH, "info": [0.0] * INFO, "error": "", **changes}
+    return b"".join(
+        [
+            outcome(),
+            struct.pack("<III", 1, 2, 3),
+            text("odom"),
+            struct.pack("<III", fields.get("environment", 0), 1, step),
+            array("d", [0.0] * 6 if step > 0 else []),
+            array("d", fields["observation"]),
+            struct.pack("<dd??", 1.0, 1.0, bool(fields["error"]), False),
+            array("d", fields["info"]),
+            text(fields["error"]),
+        ]
+    )
+
+
+def batch_reset(**changes):
+    fields = {
+        "observations": [0.5] * (NUM_ENVS * WIDTH),
+        "info": [0.0] * (NUM_ENVS * INFO),
+        **changes,
+    }
+    return outcome() + array("d", fields["observations"]) + array("d", fields["info"])
+
+
+BATCH = {  # the second environment has ended
+    "observations": ("d", [0.5] * (NUM_ENVS * WIDTH)),
+    "rewards": ("d", [1.0, 2.0]),
+    "terminated": ("B", [0, 1]),
+    "truncated": ("B", [0, 0]),
+    "episodes": ("I", [1, 2]),
+    "steps": ("I", [3, 4]),
+    "info": ("d", [0.0] * (NUM_ENVS * INFO)),
+    "final_environments": ("I", [1]),
+    "final_observations": ("d", [0.25] * WIDTH),
+    "final_info": ("d", [0.0] * INFO),
+}
+
+
+def batch_step(**changes):
+    return outcome() + b"".join(
+        array(kind, changes.get(name, values)) for name, (kind, values) in BATCH.items()
+    )
+
+
+def picture(width=3, height=2, encoding="rgb8", data=bytes(range(18))):
+    """Of ~render."""
+    parts = [
+        outcome(),
+        struct.pack("<III", 1, 2, 3),
+        text("camera"),
+        struct.pack("<II", height, width),
+        text(encoding),
+        struct.pack("<?I", False, 3 * width % 2**32),
+        text(data),
+    ]
+    return b"".join(parts)
+
+
+RIGHT = {
+    "get_spec": specification(),
+    "reset": transition(step=0),
+    "step": transition(),
+    "reset_batch": batch_reset(),
+    "step_batch": batch_step(),
+    "render": picture(),
+}
+
+
+# ---------------------------------------------------------------- who sends it
+
+
+def take(connection, size):
+    data = b""
+    while len(data) < size:
+        part = connection.recv(size - len(data))
+        if not part:
+            raise ConnectionResetError
+        data += part
+    return data
+
+
+def take_frame(connection):
+    return take(connection, *struct.unpack("<I", take(connection, 4)))
+
+
+class FakeServer:
+    """A server with a master of its own; `answers`, by service, may be changed between calls."""
+
+    def __init__(self):
+        self.answers = dict(RIGHT)
+        self._socket = socket.create_server(("127.0.0.1", 0))
+        self._master = xmlrpc.server.SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
+        uri = f"rosrpc://127.0.0.1:{self._socket.getsockname()[1]}"
+        self._master.register_function(lambda *_: [1, "", uri], "lookupService")
+        self.master_uri = f"http://127.0.0.1:{self._master.server_address[1]}"
+        threading.Thread(target=self._accept, daemon=True).start()
+        threading.Thread(
+            target=self._master.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True
+        ).start()
+
+    def _accept(self):
+        with contextlib.suppress(OSError):
+            while True:
+                connection, _ = self._socket.accept()
+                threading.Thread(target=self._serve, args=(connection,), daemon=True).start()
+
+    def _serve(self, connection):
+        with connection, contextlib.suppress(OSError):
+            header = take_frame(connection)
+            service = next(name for name in RIGHT if f"/{name}\0".encode() in header_fields(header))
+            connection.sendall(text(text("callerid=/walker_sim")))
+            while True:
+                take_frame(connection)
+                connection.sendall(b"\1" + text(self.answers[service]))
+
+    def close(self):
+        self._socket.close()
+        self._master.shutdown()
+        self._master.server_close()
+
+
+def header_fields(header):
+    """Each ends with a zero byte."""
+    fields = b""
+    while header:
+        (size,) = struct.unpack("<I", header[:4])
+        fields += header[4 : 4 + size] + b"\0"
+        header = header[4 + size :]
+    return fields
+
+
+@pytest.fixture
+def server():
+    fake = FakeServer()
+    yield fake
+    fake.close()
+
+
+def make_batch(server, autoreset_mode="same_step", **options):
+    server.answers["get_spec"] = specification(autoreset_mode=autoreset_mode)
+    return gymnasium.make_vec(
+        f"walker_sim/{ENV}",
+        NUM_ENVS,
+        transport="ros",
+        master_uri=server.master_uri,
+        autoreset_mode=autoreset_mode,
+        timeout=LONG,
+        **options,
+    )
+
+
+def make_single(server, **options):
+    server.answers["get_spec"] = specification(num_envs=1)
+    return WalkerEnv(ENV, transport="ros", master_uri=server.master_uri, timeout=LONG, **options)
+
+
+def zeros(environment):
+    return np.zeros(environment.action_space.shape, np.float32)
+
+
+def assert_goes_on(environment):
+    """After an answer that was refused: the episode is lost, and a reset connects anew."""
+    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
+        environment.step(zeros(environment))
+    assert_works(environment)
+
+
+def assert_works(environment):
+    environment.reset(seed=1)
+    environment.step(zeros(environment))
+
+
+# ---------------------------------------------------------------- lengths and indices
+
+
+def resized(values):
+    """Empty, one short, one long."""
+    for size in sorted({0, len(values) - 1, len(values) + 1}):
+        yield (values + values[-1:])[:size]
+
+
+SIZES = [
+    (name, values)
+    for name, (_, right) in BATCH.items()
+    if name != "final_environments"
+    for values in resized(right)
+]
+INDICES = [[2], [LARGEST], [1, 1], [1, 0], [0, 1, 2], [1] * 1000]
+
+
+@pytest.mark.parametrize("mode", ["same_step", "disabled"])
+@pytest.mark.parametrize(
+    ("field", "values"), SIZES, ids=[f"{name}-{len(values)}" for name, values in SIZES]
+)
+def test_a_batchs_step_with_a_field_of_another_size(server, field, values, mode):
+    environment = make_batch(server, mode)
+    assert_works(environment)
+    environment.reset(seed=1)
+    server.answers["step_batch"] = batch_step(**{field: values})
+    words = f"its answer's {field} has {len(values)} elements; must have {len(BATCH[field][1])};"
+    with pytest.raises(walker_sim.ConnectionError, match=words):
+        environment.step(zeros(environment))
+    server.answers["step_batch"] = RIGHT["step_batch"]
+    assert_goes_on(environment)
+
+
+@pytest.mark.parametrize(
+    "environments", INDICES, ids=[str(indices[:3]).replace(" ", "") for indices in INDICES]
+)
+def test_a_batchs_step_that_ends_other_environments(server, environments):
+    environment = make_batch(server)
+    environment.reset(seed=1)
+    server.answers["step_batch"] = batch_step(
+        final_environments=environments,
+        final_observations=[0.25] * (WIDTH * len(environments)),
+        final_info=[0.0] * (INFO * len(environments)),
+    )
+    with pytest.raises(
+        walker_sim.ConnectionError,
+        match=r"its answer's final_environments\[\d+\] is \d+; must be (below num_envs = 2"
+        r"|above the one before, 1);",
+    ):
+        environment.step(zeros(environment))
+    server.answers["step_batch"] = RIGHT["step_batch"]
+    assert_goes_on(environment)
+
+
+def test_flags_that_are_neither_0_nor_1(server):
+    environment = make_batch(server)
+    environment.reset(seed=1)
+    for field in ("terminated", "truncated"):
+        server.answers["step_batch"] = batch_step(**{field: [0, 2]})
+        with pytest.raises(
+            walker_sim.ConnectionError, match=rf"{field}\[1\] is 2; must be 0 or 1;"
+        ):
+            environment.step(zeros(environment))
+        server.answers["step_batch"] = RIGHT["step_batch"]
+        assert_goes_on(environment)
+
+
+@pytest.mark.parametrize("field", ["observations", "info"])
+def test_a_batchs_reset_with_a_field_of_another_size(server, field):
+    environment = make_batch(server)
+    right = {"observations": [0.5] * (NUM_ENVS * WIDTH), "info": [0.0] * (NUM_ENVS * INFO)}
+    for values in resized(right[field]):
+        server.answers["reset_batch"] = batch_reset(**{field: values})
+        with pytest.raises(
+            walker_sim.ConnectionError, match=f"its answer's {field} has {len(values)} elements;"
+        ):
+            environment.reset(seed=1)
+        server.answers["reset_batch"] = RIGHT["reset_batch"]
+        assert_goes_on(environment)
+
+
+@pytest.mark.parametrize("service", ["reset", "step"])
+@pytest.mark.parametrize("field", ["observation", "info"])
+def test_a_single_walker_with_a_field_of_another_size(server, service, field):
+    environment = make_single(server)
+    call = {
+        "reset": lambda: environment.reset(seed=1),
+        "step": lambda: environment.step(zeros(environment)),
+    }[service]
+    step = 0 if service == "reset" else 1
+    for values in resized({"observation": [0.5] * WIDTH, "info": [0.0] * INFO}[field]):
+        environment.reset(seed=1)
+        server.answers[service] = transition(step, **{field: values})
+        with pytest.raises(
+            walker_sim.ConnectionError, match=f"its answer's {field} has {len(values)} elements;"
+        ):
+            call()
+        server.answers[service] = RIGHT[service]
+        assert_goes_on(environment)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"num_envs": 0}, r"num_envs is 0; must be in \[1, 100000\]"),
+        ({"num_envs": LARGEST}, rf"num_envs is {LARGEST}; must be in \[1, 100000\]"),
+        ({"observation_size": LARGEST}, f"observation_low has {WIDTH} .* have {LARGEST}"),
+        ({"observation_low": []}, f"observation_low has 0 elements; must have {WIDTH}"),
+        ({"action_high": [1.0] * 7}, "action_high has 7 elements; must have 6"),
+        ({"joint_names": []}, "joint_names has 0 elements; must have 6"),
+    ],
+    ids=["no-envs", "many-envs", "size", "low", "high", "joints"],
+)
+def test_a_specification_that_cannot_be(server, changes, words):
+    server.answers["get_spec"] = specification(**changes)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # [KiB]
+    with pytest.raises(walker_sim.ConnectionError, match=f"/get_spec at .*: its answer's {words};"):
+        gymnasium.make_vec(
+            f"walker_sim/{ENV}", NUM_ENVS, transport="ros", master_uri=server.master_uri
+        )
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1 << 18
+    make_batch(server).reset(seed=1)
+
+
+@pytest.mark.parametrize("width", [0, 3, 10 * WIDTH])
+def test_a_server_that_contradicts_its_id(server, width):
+    """It keeps its own word, and has rows of another size than that environment's."""
+    rows = [0.5] * width
+    server.answers["get_spec"] = specification(
+        observation_size=width, observation_low=rows, observation_high=rows
+    )
+    client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    server.answers["reset_batch"] = batch_reset(observations=rows * NUM_ENVS)
+    server.answers["step_batch"] = batch_step(observations=rows * NUM_ENVS, final_observations=rows)
+    observations, info = np.zeros((NUM_ENVS, WIDTH)), np.zeros((NUM_ENVS, INFO))
+    flags = np.zeros((2, NUM_ENVS), bool)
+    words = f"{{}} values of observations where {NUM_ENVS * WIDTH} were expected"
+    with pytest.raises(walker_sim.ConnectionError, match=words.format(NUM_ENVS * width)):
+        client.reset_batch([], [], observations, info)
+    assert client.is_lost
+    wide = np.zeros((NUM_ENVS, width))
+    other = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    other.reset_batch([], [], wide, info)
+    other.step_batch(np.zeros((NUM_ENVS, 6)), wide, np.zeros(NUM_ENVS), *flags, info)
+    with pytest.raises(walker_sim.ConnectionError, match=words.format(NUM_ENVS * width)):
+        other.final_rows(observations, info)
+
+
+def test_an_environment_that_is_not_there(server):
+    """A server that takes everything does not make this client write beside its own notes."""
+    server.answers["get_spec"] = specification()
+    client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    server.answers["reset_batch"] = batch_reset(observations=[0.5] * WIDTH, info=[0.0] * INFO)
+    for environment in (NUM_ENVS, LARGEST):
+        with pytest.raises(
+            IndexError, match=rf"environment {environment}: must be in \[0, {NUM_ENVS - 1}\]"
+        ):
+            client.reset_batch([environment], [], np.zeros((1, WIDTH)), np.zeros((1, INFO)))
+    assert not client.is_lost
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"data": b""}, "0 bytes of data came instead of 18"),
+        ({"data": bytes(17)}, "17 bytes of data came instead of 18"),
+        ({"data": bytes(19)}, "19 bytes of data came instead of 18"),
+        ({"encoding": "32FC1"}, "the picture's encoding is 32FC1 instead of rgb8"),
+        ({"width": 2, "height": 3}, "the picture's width is 2 instead of 3"),
+        ({"width": 2**31, "height": 2**31}, f"the picture's width is {2**31} instead of 3"),
+    ],
+    ids=["none", "short", "long", "encoding", "upright", "large"],
+)
+def test_a_picture_that_is_none(server, changes, words):
+    environment = make_single(server, render_mode="rgb_array", width=3, height=2)
+    environment.reset(seed=1)
+    server.answers["render"] = picture()
+    assert environment.render().shape == (2, 3, 3)
+    server.answers["render"] = picture(**changes)
+    with pytest.raises(walker_sim.ConnectionError, match=f"/render at .*: {words};"):
+        environment.render()
+    server.answers["render"] = picture()
+    assert environment.render().tobytes() == bytes(range(18))  # and the episode goes on
+    environment.step(zeros(environment))
+
+
+# ---------------------------------------------------------------- texts
+
+
+def test_texts_that_are_not_utf_8(server):
+    server.answers["get_spec"] = specification(num_envs=1, engine_path=b"/\xff", version=b"\xc3(")
+    client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    assert client.server_specification["engine_path"] == "/\ufffd"
+    assert client.server_specification["version"] == "\ufffd("
+    environment = make_single(server)
+    environment.reset(seed=1)
+    server.answers["step"] = transition(error=b"it broke: \xff")
+    *_, terminated, _, info = environment.step(zeros(environment))
+    assert terminated
+    assert info["error"] == "it broke: \ufffd"
+    environment.reset(seed=1)
+    server.answers["step"] = outcome(False, b"no\xfe") + transition()[5:]
+    with pytest.raises(walker_sim.RequestRefused, match=r"^no\ufffd$"):
+        environment.step(zeros(environment))
+
+
+# ---------------------------------------------------------------- a master that never ends
+
+
+@pytest.fixture
+def dripping_master():
+    """Says a header field without an end, a byte at a time: its URI."""
+    has_ended = threading.Event()
+
+    def drip(listener):
+        with contextlib.suppress(OSError):
+            connection, _ = listener.accept()
+            with connection:
+                connection.sendall(b"HTTP/1.1 200 OK\r\nfield: ")
+                while not has_ended.wait(0.002):
+                    connection.sendall(b"x")
+
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        thread = threading.Thread(target=drip, args=(listener,))
+        thread.start()
+        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        has_ended.set()
+        listener.shutdown(socket.SHUT_RDWR)
+        thread.join()
+
+
+def connect(uri, timeout):
+    return _core.Client(ENV, {}, "/walker_sim", uri, timeout)
+
+
+def test_a_master_that_never_ends_is_given_up(dripping_master):
+    with pytest.raises(walker_sim.ConnectionError, match="timed out; is it running"):
+        connect(dripping_master, 0.1)
+
+
+def test_ctrl_c_ends_a_call_to_a_master_that_never_ends(dripping_master):
+    """One signal is enough, whenever it comes."""
+    sender = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+    sender.start()
+    with pytest.raises(KeyboardInterrupt):
+        connect(dripping_master, LONG)
+    sender.join()
