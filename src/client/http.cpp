@@ -32,7 +32,9 @@ class Reader {
       const std::string name = lowered(field.substr(0, colon));
       const std::string value = trimmed(field.substr(colon + 1));
       if (name == "content-length") {
-        if (!length.empty() && length != value) fail("two lengths, " + length + " and " + value);
+        if (!length.empty() && length != value) {
+          fail(length.insert(0, "two lengths, ").append(" and ").append(value));
+        }
         length = value;
       }
       if (name == "transfer-encoding") {
