@@ -17,7 +17,8 @@
 
 namespace walker {
 
-/// The master or the server cannot be reached, or the connection broke. The next call tries again.
+/// The master or the server cannot be reached, the connection broke, or what came is not what it
+/// must be; the next call tries again, over new connections.
 struct WALKER_SIM_EXPORT ConnectionError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -37,8 +38,9 @@ struct ClientOptions {
   std::string server = "/walker_sim";  ///< the server's resolved node name
   std::string master_uri;              ///< empty: ROS_MASTER_URI, or http://localhost:11311
   double timeout = 10;  ///< of each call, and of each connection before it: wall time, above 0 [s]
-  /// Asked in the calling thread when a signal has interrupted its wait: true ends the call with
-  /// Interrupted. Must not throw. Without it a call goes on after a signal.
+  /// Whether a signal has come that ends the call with Interrupted. Asked in the calling thread
+  /// when a signal has interrupted its wait and, as a signal may come beside a wait, ten times a
+  /// second in a call that lasts. Must not throw. Without it a call goes on after a signal.
   std::function<bool()> is_interrupted;
 };
 
@@ -112,7 +114,8 @@ struct ServerSpecification {
 /// connection breaks (the server died, or was started again), the call throws ConnectionError, and
 /// the next one looks the server up anew. A call is never sent twice: after a ConnectionError
 /// nobody knows whether the server has made it. What is kept between calls is memory only, so that
-/// a step allocates nothing.
+/// a step allocates nothing, and the sizes that the server has last told with its specification: an
+/// answer of other sizes, or with an index beyond them, is a ConnectionError.
 class WALKER_SIM_EXPORT Client {
  public:
   /// Connects, and asks for the specification.
@@ -123,12 +126,13 @@ class WALKER_SIM_EXPORT Client {
   Client& operator=(const Client&) = delete;
   ~Client();
 
-  /// ~get_spec: as of now, also after the server was started again.
+  /// ~get_spec: as of now, also after the server was started again. To be asked for where that may
+  /// have been with other parameters.
   /// @throws ConnectionError, Interrupted
   ServerSpecification specification();
 
-  // Each of these throws ConnectionError, Interrupted or RequestRefused; after the latter the
-  // result is as it was. The results' vectors keep their memory from call to call.
+  // Each of these throws ConnectionError, Interrupted or RequestRefused; then the result is as it
+  // was. The results' vectors keep their memory from call to call.
 
   /// ~reset. @param seed none: the generator continues
   void reset(std::optional<std::uint64_t> seed, Transition& transition);

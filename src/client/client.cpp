@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <string_view>
 
 #include "client/master.h"
 #include "client/messages.h"
@@ -48,7 +49,7 @@ class Client::Implementation {
 
   /// Makes one call.
   /// @param write puts the request's fields into a Writer
-  /// @param read  takes the response's fields off a Reader
+  /// @param read  takes the response's fields off a Reader, to its end
   /// @throws ConnectionError, Interrupted, RequestRefused
   template <typename Write, typename Read>
   void call(ServiceIndex index, const Write& write, const Read& read) {
@@ -69,7 +70,6 @@ class Client::Implementation {
       }
       Reader reader(answer.body, answer.size);
       read(reader);
-      reader.finish();
     } catch (const RequestRefused&) {
       throw;
     } catch (const std::runtime_error& error) {
@@ -83,6 +83,8 @@ class Client::Implementation {
       throw;
     }
   }
+
+  AnswerSizes sizes;  ///< by the last specification
 
  private:
   Patience patience() const {
@@ -133,23 +135,18 @@ namespace {
 /// The beginning of a response: whether the server did what it was asked to.
 /// @throws RequestRefused with the server's words
 void read_outcome(Reader& reader) {
-  bool success = false;
-  reader.flag(success);
-  if (success) {
-    reader.skip_text();
-    return;
-  }
-  std::string why;
-  reader.text(why);
-  throw RequestRefused(why);
+  const bool success = reader.flag();
+  const std::string_view why = reader.text();
+  if (!success) throw RequestRefused(std::string(why));
 }
 
 /// Reads an outcome, then a result.
-template <typename Result>
-auto into(Result& result) {
-  return [&result](Reader& reader) {
+/// @param by what it is measured by
+template <typename Result, typename... By>
+auto into(Result& result, const By&... by) {
+  return [&](Reader& reader) {
     read_outcome(reader);
-    read(reader, result);
+    read(reader, by..., result);
   };
 }
 
@@ -166,6 +163,7 @@ ServerSpecification Client::specification() {
   ServerSpecification specification;
   implementation_->call(
       kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, specification); });
+  implementation_->sizes = AnswerSizes(specification);
   return specification;
 }
 
@@ -176,17 +174,20 @@ void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
         writer.number(std::uint8_t{seed.has_value()});
         writer.number(seed.value_or(0));
       },
-      into(transition));
+      into(transition, implementation_->sizes));
 }
 
 void Client::step(const double* action, std::size_t size, Transition& transition) {
   implementation_->call(
-      kStep, [&](Writer& writer) { writer.array(action, size); }, into(transition));
+      kStep, [&](Writer& writer) { writer.array(action, size); },
+      into(transition, implementation_->sizes));
 }
 
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,
                          const std::vector<std::optional<std::uint64_t>>& seeds,
                          BatchReset& reset) {
+  const AnswerSizes& sizes = implementation_->sizes;
+  const std::size_t rows = environments.empty() ? sizes.num_envs : environments.size();
   implementation_->call(
       kResetBatch,
       [&](Writer& writer) {
@@ -196,12 +197,13 @@ void Client::reset_batch(const std::vector<std::uint32_t>& environments,
         writer.number(static_cast<std::uint32_t>(seeds.size()));
         for (const auto& seed : seeds) writer.number(seed.value_or(0));
       },
-      into(reset));
+      into(reset, sizes, rows));
 }
 
 void Client::step_batch(const double* actions, std::size_t size, BatchTransition& transition) {
   implementation_->call(
-      kStepBatch, [&](Writer& writer) { writer.array(actions, size); }, into(transition));
+      kStepBatch, [&](Writer& writer) { writer.array(actions, size); },
+      into(transition, implementation_->sizes));
 }
 
 void Client::render(std::uint32_t environment, const std::string& encoding,
@@ -220,10 +222,7 @@ void Client::render(std::uint32_t environment, const std::string& encoding,
         writer.texts(names);
         writer.texts(values);
       },
-      [&](Reader& reader) {
-        read_outcome(reader);
-        read(reader, encoding, image);
-      });
+      into(image, encoding, camera));
 }
 
 }  // namespace walker

@@ -10,7 +10,10 @@
 namespace walker {
 namespace {
 
-constexpr std::size_t kMostBodyBytes = 1 << 20;  // a master's answer has a few hundred
+// A master's answer has a few hundred bytes, and five fields.
+constexpr std::size_t kMostBodyBytes = 1 << 20;
+constexpr std::size_t kMostHeadBytes = 1 << 16;
+constexpr std::size_t kMostFields = 100;
 
 /// Reads an answer from its socket.
 class Reader {
@@ -21,13 +24,23 @@ class Reader {
     check_status(line());
     std::string length;
     bool is_chunked = false;
+    std::size_t count = 0;
     for (std::string field = line(); !field.empty(); field = line()) {
+      if (++count > kMostFields) fail("more than 100 header fields");
       const std::size_t colon = field.find(':');
       if (colon == std::string::npos) fail("a header field without a colon: " + field);
-      std::string name = lowered(field.substr(0, colon));
+      const std::string name = lowered(field.substr(0, colon));
       const std::string value = trimmed(field.substr(colon + 1));
-      if (name == "content-length") length = value;
-      if (name == "transfer-encoding") is_chunked = lowered(value) == "chunked";
+      if (name == "content-length") {
+        if (!length.empty() && length != value) {
+          fail(length.insert(0, "two lengths, ").append(" and ").append(value));
+        }
+        length = value;
+      }
+      if (name == "transfer-encoding") {
+        if (lowered(value) != "chunked") fail("the transfer encoding " + value);
+        is_chunked = true;
+      }
     }
     if (is_chunked) return chunks();
     return length.empty() ? rest() : take(to_size(length, kDecimal));
@@ -82,6 +95,7 @@ class Reader {
     }
   }
 
+  /// Of the header, or before and after a chunk.
   std::string line() {
     constexpr std::size_t kMostLineBytes = 8192;
     std::size_t end = 0;
@@ -89,6 +103,8 @@ class Reader {
       if (input_.size() > kMostLineBytes) fail("a line of more than 8 KiB");
       if (!receive()) fail("it ends in its header");
     }
+    line_bytes_ += end + 1;
+    if (line_bytes_ > kMostHeadBytes) fail("lines of more than 64 KiB around its body");
     std::string line = input_.substr(0, end);
     input_.erase(0, end + 1);
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -125,6 +141,7 @@ class Reader {
   Socket& socket_;
   const Patience& patience_;
   std::string input_;
+  std::size_t line_bytes_ = 0;  // in all lines so far
 };
 
 }  // namespace

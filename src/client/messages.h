@@ -8,10 +8,12 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/tcpros.h"
 #include "walker_sim/client.h"
+#include "walker_sim/parameters.h"
 
 namespace walker {
 
@@ -52,56 +54,60 @@ class Writer {
   tcpros::Bytes& bytes_;
 };
 
+/// An array of numbers that still lies in the answer's bytes.
+template <typename Number>
+class Numbers {
+ public:
+  Numbers(const std::uint8_t* bytes, std::size_t size) : bytes_(bytes), size_(size) {}
+
+  std::size_t size() const { return size_; }
+
+  Number operator[](std::size_t index) const {
+    Number number;
+    std::memcpy(&number, bytes_ + index * sizeof(Number), sizeof(Number));
+    return number;
+  }
+
+  void copy_to(std::vector<Number>& values) const {
+    values.resize(size_);
+    if (size_ > 0) std::memcpy(values.data(), bytes_, size_ * sizeof(Number));
+  }
+
+ private:
+  const std::uint8_t* bytes_;
+  std::size_t size_;
+};
+
 /// Takes fields off a response. Every method throws std::runtime_error where it is too short.
 class Reader {
  public:
   Reader(const std::uint8_t* bytes, std::size_t size) : next_(bytes), end_(bytes + size) {}
 
   template <typename Number>
-  void number(Number& value) {
-    std::memcpy(&value, take(1, sizeof(Number)), sizeof(Number));
+  Number number() {
+    return Numbers<Number>(take(1, sizeof(Number)), 1)[0];
   }
 
-  void flag(bool& value) { value = *take(1, 1) != 0; }
+  bool flag() { return *take(1, 1) != 0; }
 
-  void text(std::string& value) {
-    const std::size_t size = length();
-    const std::uint8_t* const begin = take(size, 1);
-    value.assign(begin, begin + size);
-  }
-
-  void skip_text() {
-    const std::size_t size = length();
-    take(size, 1);
+  /// Of the answer's bytes.
+  std::string_view text() {
+    const std::size_t size = number<std::uint32_t>();
+    return {reinterpret_cast<const char*>(take(size, 1)), size};
   }
 
   template <typename Number>
-  void array(std::vector<Number>& values) {
-    const std::size_t size = length();
-    const std::uint8_t* const begin = take(size, sizeof(Number));
-    values.resize(size);
-    if (size > 0) std::memcpy(values.data(), begin, size * sizeof(Number));
+  Numbers<Number> array() {
+    const std::size_t size = number<std::uint32_t>();
+    return {take(size, sizeof(Number)), size};
   }
 
-  void array(std::vector<std::string>& values) {
-    const std::size_t size = length();
+  std::vector<std::string> texts() {
+    const std::size_t size = number<std::uint32_t>();
     require(size, tcpros::kLengthBytes);  // before memory for it is asked for
-    values.resize(size);
-    for (std::string& value : values) text(value);
-  }
-
-  /// Numbers whose bytes are a uint8[].
-  /// @param bytes that it must have, a multiple of the number's
-  template <typename Number>
-  void packed(std::size_t bytes, std::vector<Number>& values) {
-    const std::size_t size = length();
-    if (size != bytes) {
-      throw std::runtime_error(std::to_string(size) + " bytes of data came instead of " +
-                               std::to_string(bytes));
-    }
-    const std::uint8_t* const begin = take(size, 1);
-    values.resize(size / sizeof(Number));
-    if (size > 0) std::memcpy(values.data(), begin, size);
+    std::vector<std::string> values(size);
+    for (std::string& value : values) value = text();
+    return values;
   }
 
   /// @throws std::runtime_error where something is left
@@ -110,12 +116,6 @@ class Reader {
   }
 
  private:
-  std::size_t length() {
-    std::uint32_t size = 0;
-    number(size);
-    return size;
-  }
-
   void require(std::size_t count, std::size_t bytes_each) const {
     if (count <= static_cast<std::size_t>(end_ - next_) / bytes_each) return;
     throw std::runtime_error("the answer ends within a field");
@@ -132,13 +132,31 @@ class Reader {
   const std::uint8_t* end_;
 };
 
-void read(Reader& reader, Transition& transition);
-void read(Reader& reader, BatchReset& reset);
-void read(Reader& reader, BatchTransition& transition);
+/// What a server's answers are measured by.
+struct AnswerSizes {
+  AnswerSizes() = default;
+  explicit AnswerSizes(const ServerSpecification& specification);
+
+  std::size_t num_envs = 0;
+  std::size_t observation = 0;
+  std::size_t action = 0;
+  std::size_t info = 0;
+};
+
+// Each of these reads the rest of an answer. Whatever it says is checked first: all lengths and
+// indices, so that who uses a result needs no check of its own. They throw std::runtime_error that
+// names the field, its value and what is allowed; then the result is as it was.
+
 void read(Reader& reader, ServerSpecification& specification);
+void read(Reader& reader, const AnswerSizes& sizes, Transition& transition);
+void read(Reader& reader, const AnswerSizes& sizes, BatchTransition& transition);
+
+/// @param rows environments that were to be reset
+void read(Reader& reader, const AnswerSizes& sizes, std::size_t rows, BatchReset& reset);
 
 /// sensor_msgs/Image.
 /// @param encoding that was asked for: 32FC1, or else rgb8
-void read(Reader& reader, const std::string& encoding, Image& image);
+/// @param camera   that was asked for; may have a width and a height
+void read(Reader& reader, const std::string& encoding, const Parameters& camera, Image& image);
 
 }  // namespace walker

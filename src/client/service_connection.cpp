@@ -11,7 +11,9 @@ constexpr std::size_t kFirstCapacity = 4096;
 
 ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
                                      const ServiceType& type, const Patience& patience)
-    : socket_(endpoint.host, endpoint.port, patience), input_(kFirstCapacity) {
+    : socket_(endpoint.host, endpoint.port, patience),
+      most_answer_bytes_(type.most_answer_bytes),
+      input_(kFirstCapacity) {
   tcpros::Bytes header;
   tcpros::append_header({{"callerid", kCallerId},
                          {"service", name},
@@ -51,9 +53,9 @@ Answer ServiceConnection::call(const tcpros::Bytes& request, const Patience& pat
   receive_at_least(kHeadBytes, patience);
   const std::size_t size = tcpros::load_length(&input_[1]);
   if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
-  if (size > tcpros::kMostMessageBytes) {
+  if (size > most_answer_bytes_) {
     throw std::runtime_error("it announces an answer of " + std::to_string(size) +
-                             " bytes; at most " + std::to_string(tcpros::kMostMessageBytes) +
+                             " bytes; at most " + std::to_string(most_answer_bytes_) +
                              " are taken");
   }
   receive_at_least(kHeadBytes + size, patience);

@@ -37,6 +37,7 @@ class ServiceConnection {
   tcpros::Fields receive_header(const Patience& patience);
 
   Socket socket_;
+  std::size_t most_answer_bytes_;
   tcpros::Bytes input_;       // keeps its memory
   std::size_t received_ = 0;  // bytes at its beginning
 };

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 
+#include "client/tcpros.h"
+
 namespace walker {
 
 /// As which node the client introduces itself; it registers nowhere.
@@ -13,12 +15,17 @@ struct ServiceType {
   const char* name;  ///< below the server's
   const char* type;
   const char* md5sum;  ///< of the definition, as ROS forms it: an own test compares
+  std::size_t most_answer_bytes = tcpros::kMostMessageBytes;
 };
 
 enum ServiceIndex : std::size_t { kGetSpec, kReset, kStep, kResetBatch, kStepBatch, kRender };
 
+// A specification is taken before anything is known that it could be checked by; an observation of
+// 500000 values has a place in it.
+constexpr std::size_t kMostSpecificationBytes = 1 << 24;
+
 constexpr std::array<ServiceType, 6> kServiceTypes{{
-    {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4"},
+    {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4", kMostSpecificationBytes},
     {"reset", "walker_sim/Reset", "31d1b710b7a99285fa80989beaac03dc"},
     {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
     {"reset_batch", "walker_sim/ResetBatch", "ac046b0b55f17ec74c72fa560dee2d30"},

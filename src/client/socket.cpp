@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <limits>
 #include <memory>
 #include <system_error>
 
@@ -20,33 +19,28 @@
 namespace walker {
 namespace {
 
+// Shorter than from one look to the next, so that a quick answer finds it short enough.
+constexpr std::chrono::milliseconds kLongestReceive = kLookPeriod / 2;
+
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
 /// Waits until the socket is ready. @throws SocketError at the deadline, Interrupted
 void wait_for(int descriptor, short events, const Patience& patience) {
   while (true) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(patience.until -
-                                                                   std::chrono::steady_clock::now())
-                          .count();
-    constexpr std::int64_t kLongest = std::numeric_limits<int>::max();
+    const auto longest = std::chrono::ceil<std::chrono::milliseconds>(patience.check());
     pollfd entry{descriptor, events, 0};
-    const int ready =
-        poll(&entry, 1, static_cast<int>(std::clamp<std::int64_t>(left, 0, kLongest)));
+    const int ready = poll(&entry, 1, static_cast<int>(longest.count()));
     if (ready > 0) return;
     if (ready < 0) {
       if (errno != EINTR) fail(errno);
       patience.take_signal();
     }
-    if (ready == 0 && left <= 0) throw SocketError("timed out");
   }
 }
 
 /// Lets the socket itself wait in a receive, which spares each answer a poll.
-void wait_in_receive(int descriptor, Deadline::duration longest) {
-  const auto microseconds = std::chrono::duration_cast<std::chrono::microseconds>(longest).count();
-  if (microseconds <= 0) throw SocketError("timed out");  // zero would stand for endless patience
-  constexpr std::int64_t kPerSecond = 1000000;
-  const timeval timeout{microseconds / kPerSecond, microseconds % kPerSecond};
+void wait_in_receive(int descriptor) {
+  const timeval timeout{0, std::chrono::microseconds(kLongestReceive).count()};
   if (setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout)) != 0 ||
       fcntl(descriptor, F_SETFL, 0) != 0) {
     fail(errno);
@@ -55,8 +49,7 @@ void wait_in_receive(int descriptor, Deadline::duration longest) {
 
 /// @return the connected socket
 /// @throws SocketError, Interrupted
-int connect_to(const addrinfo& address, const Patience& patience,
-               Deadline::duration longest_receive) {
+int connect_to(const addrinfo& address, const Patience& patience) {
   const int descriptor = socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (descriptor < 0) fail(errno);
   try {
@@ -70,7 +63,7 @@ int connect_to(const addrinfo& address, const Patience& patience,
     }
     const int yes = 1;
     if (setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes)) != 0) fail(errno);
-    wait_in_receive(descriptor, longest_receive);
+    wait_in_receive(descriptor);
   } catch (...) {
     close(descriptor);
     throw;
@@ -80,12 +73,21 @@ int connect_to(const addrinfo& address, const Patience& patience,
 
 }  // namespace
 
-void Patience::take_signal() const {
-  if (is_interrupted && is_interrupted()) throw Interrupted();
+Deadline::duration Patience::check() const {
+  const Deadline now = std::chrono::steady_clock::now();
+  if (now >= until_) throw SocketError("timed out");
+  if (now >= next_look_) {
+    next_look_ = now + kLookPeriod;
+    take_signal();
+  }
+  return std::min(until_, next_look_) - now;
 }
 
-Socket::Socket(const std::string& host, std::uint16_t port, const Patience& patience)
-    : longest_receive_(patience.until - std::chrono::steady_clock::now()) {
+void Patience::take_signal() const {
+  if (is_interrupted_ && is_interrupted_()) throw Interrupted();
+}
+
+Socket::Socket(const std::string& host, std::uint16_t port, const Patience& patience) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -95,7 +97,7 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Patience& pati
   std::string error;
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
     try {
-      descriptor_ = connect_to(*address, patience, longest_receive_);
+      descriptor_ = connect_to(*address, patience);
       return;
     } catch (const SocketError& unreachable) {
       error = unreachable.what();
@@ -109,6 +111,7 @@ Socket::~Socket() { close(descriptor_); }
 void Socket::send_all(const void* data, std::size_t size, const Patience& patience) {
   const auto* next = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
+    patience.check();
     const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent >= 0) {
       next += sent;
@@ -123,9 +126,8 @@ void Socket::send_all(const void* data, std::size_t size, const Patience& patien
 
 std::size_t Socket::receive(void* data, std::size_t capacity, const Patience& patience) {
   while (true) {
-    // Where much of the time has passed already, the socket's own patience would be too long.
-    const Deadline::duration left = patience.until - std::chrono::steady_clock::now();
-    if (left < longest_receive_ * 99 / 100) wait_for(descriptor_, POLLIN, patience);
+    // Where the deadline, or the next look, is near, the socket's own patience would be too long.
+    if (patience.check() < kLongestReceive) wait_for(descriptor_, POLLIN, patience);
     const ssize_t received = recv(descriptor_, data, capacity, 0);
     if (received >= 0) return static_cast<std::size_t>(received);
     if (errno == EINTR) {

@@ -13,14 +13,30 @@ namespace walker {
 /// When to give up, by the clock that nobody sets.
 using Deadline = std::chrono::steady_clock::time_point;
 
-/// How long a wait may last.
-struct Patience {
-  Deadline until;
-  /// As ClientOptions has it; of the caller's.
-  const std::function<bool()>& is_interrupted;
+/// Between two looks for a signal in a call that waits, or whose bytes come without end.
+constexpr std::chrono::milliseconds kLookPeriod{100};
+
+/// How long a call may last. Who waits, or takes what comes without a wait, asks before each piece.
+class Patience {
+ public:
+  /// @param is_interrupted as ClientOptions has it; of the caller's
+  Patience(Deadline until, const std::function<bool()>& is_interrupted)
+      : until_(until), is_interrupted_(is_interrupted) {}
+
+  Deadline until() const { return until_; }
+
+  /// Looks for a signal as well, every kLookPeriod.
+  /// @return how long a wait may last before the next check; above zero
+  /// @throws SocketError at the deadline, Interrupted
+  Deadline::duration check() const;
 
   /// To be called when a signal has interrupted a wait. @throws Interrupted
   void take_signal() const;
+
+ private:
+  Deadline until_;
+  const std::function<bool()>& is_interrupted_;
+  mutable Deadline next_look_ = std::chrono::steady_clock::now() + kLookPeriod;
 };
 
 /// Why nothing can be sent or received; who knows the peer adds whom it was about.
@@ -34,7 +50,6 @@ class Socket {
  public:
   /// Tries each address that the host's name has. Looking up the name may outlast the deadline, for
   /// the system's resolver knows none.
-  /// @param patience of the connection; later deadlines are about as far ahead when they are set
   /// @throws SocketError, Interrupted, as all that waits here
   Socket(const std::string& host, std::uint16_t port, const Patience& patience);
   Socket(const Socket&) = delete;
@@ -48,7 +63,6 @@ class Socket {
   std::size_t receive(void* data, std::size_t capacity, const Patience& patience);
 
  private:
-  Deadline::duration longest_receive_;  // after which the system itself gives up
   int descriptor_;
 };
 

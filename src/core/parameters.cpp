@@ -71,6 +71,7 @@ ParameterValue convert(const ParameterDescription& description, const ParameterV
     if (std::nearbyint(number) == number && std::abs(number) <= kExact) {
       return static_cast<std::int64_t>(number);
     }
+    refuse(description, value, "an integer in " + range_text(description));
   }
   refuse(description, value, type_name(model));
 }

@@ -44,7 +44,8 @@ ClientOptions make_options(std::string server, std::string master_uri, double ti
   return options;
 }
 
-/// Copies where the answer is as large as the caller's array; who has connected knows the size.
+/// Copies where the answer, which is as large as the server's specification says, is so for the
+/// caller's array too; who has connected knows the size.
 /// @throws ConnectionError
 template <typename Values, typename Destination>
 void take(const Values& values, const char* what, Destination& destination) {
@@ -104,7 +105,8 @@ class RemoteWalkers {
       outcome = {transition_.reward, transition_.terminated, transition_.truncated,
                  transition_.error};
     });
-    return py::cast(outcome);
+    const auto& [reward, terminated, truncated, error] = outcome;
+    return py::make_tuple(reward, terminated, truncated, to_str(error));
   }
 
   /// Rows in the order of `environments`; empty: of all.
@@ -114,6 +116,7 @@ class RemoteWalkers {
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
     call([&] {
+      for (const std::uint32_t environment : environments) check_index(environment);
       client_->reset_batch(environments, numbers, reset_);
       take(reset_.observations, "observations", observations_output);
       take(reset_.info, "info", info_output);
@@ -171,9 +174,9 @@ class RemoteWalkers {
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
     call([&] {
-      take(scattered(batch_.final_observations, specification_.observation_size()), "observations",
+      take(scattered(batch_.final_observations, server_.observation_size), "observations",
            observations_output);
-      take(scattered(batch_.final_info, specification_.info_names.size()), "info", info_output);
+      take(scattered(batch_.final_info, server_.info_names.size()), "info", info_output);
     });
   }
 
@@ -202,12 +205,15 @@ class RemoteWalkers {
     }
   }
 
+  void check_index(std::uint32_t environment) const {
+    if (environment < progress_.size()) return;
+    throw py::index_error("environment " + std::to_string(environment) + ": must be in [0, " +
+                          std::to_string(progress_.size() - 1) + "]");
+  }
+
   /// What is there may be somebody else's episode, so one of this client's own is asked for.
   void check_look(std::uint32_t environment) const {
-    if (environment >= progress_.size()) {
-      throw py::index_error("environment " + std::to_string(environment) + ": must be in [0, " +
-                            std::to_string(progress_.size() - 1) + "]");
-    }
+    check_index(environment);
     if (is_lost_) throw ResetNeeded(std::string("render: ") + kLost);
     if (transition_.episode == 0 && !progress_[environment].has_begun) {
       throw ResetNeeded("render: there is no episode yet; reset first");
@@ -264,10 +270,13 @@ class RemoteWalkers {
   }
 
   /// Rows of the environments that have just ended, among rows of zeros for all.
+  /// @param width as the server's specification has it, by which the client has checked the rows
   std::vector<double> scattered(const std::vector<double>& rows, std::size_t width) const {
     std::vector<double> all(progress_.size() * width);
-    for (std::size_t row = 0; row < batch_.final_environments.size(); ++row) {
-      std::copy_n(&rows[row * width], width, &all[batch_.final_environments[row] * width]);
+    const double* row = rows.data();
+    for (const std::uint32_t environment : batch_.final_environments) {
+      std::copy_n(row, width, all.data() + environment * width);
+      row += width;
     }
     return all;
   }

@@ -2,7 +2,6 @@
 
 #include <pybind11/stl.h>
 
-#include <algorithm>
 #include <string>
 #include <type_traits>
 #include <variant>
@@ -61,7 +60,7 @@ py::list to_list(const std::vector<double>& values) {
 
 py::list to_list(const std::vector<std::string>& values) {
   py::list list;
-  for (const std::string& value : values) list.append(value);
+  for (const std::string& value : values) list.append(to_str(value));
   return list;
 }
 
@@ -69,8 +68,8 @@ py::list to_list(const std::vector<std::string>& values) {
 template <typename Any>
 py::dict to_common_dict(const Any& specification) {
   py::dict dict;
-  dict["id"] = specification.id;
-  dict["observation_dtype"] = specification.observation_dtype;
+  dict["id"] = to_str(specification.id);
+  dict["observation_dtype"] = to_str(specification.observation_dtype);
   dict["observation_low"] = to_list(specification.observation_low);
   dict["observation_high"] = to_list(specification.observation_high);
   dict["action_low"] = to_list(specification.action_low);
@@ -79,13 +78,20 @@ py::dict to_common_dict(const Any& specification) {
   dict["max_episode_steps"] = specification.max_episode_steps;
   dict["reward_threshold"] = specification.reward_threshold;
   dict["info_names"] = to_list(specification.info_names);
-  dict["engine"] = specification.engine;
-  dict["engine_version"] = specification.engine_version;
-  dict["engine_path"] = specification.engine_path;
+  dict["engine"] = to_str(specification.engine);
+  dict["engine_version"] = to_str(specification.engine_version);
+  dict["engine_path"] = to_str(specification.engine_path);
   return dict;
 }
 
 }  // namespace
+
+py::str to_str(const std::string& text) {
+  PyObject* const decoded =
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace");
+  if (decoded == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::str>(decoded);
+}
 
 Parameters to_parameters(const py::dict& given) {
   Parameters parameters;
@@ -129,17 +135,16 @@ py::dict to_dict(const Specification& specification) {
 py::dict to_dict(const ServerSpecification& specification) {
   py::dict dict = to_common_dict(specification);
   py::dict parameters;
-  const std::size_t count =
-      std::min(specification.parameter_names.size(), specification.parameter_values.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    parameters[specification.parameter_names[i].c_str()] = specification.parameter_values[i];
+  for (std::size_t i = 0; i < specification.parameter_names.size(); ++i) {
+    parameters[to_str(specification.parameter_names[i])] =
+        to_str(specification.parameter_values[i]);
   }
   dict["parameters"] = parameters;
   dict["joint_names"] = to_list(specification.joint_names);
   dict["num_envs"] = specification.num_envs;
-  dict["mode"] = specification.mode;
-  dict["autoreset_mode"] = specification.autoreset_mode;
-  dict["version"] = specification.version;
+  dict["mode"] = to_str(specification.mode);
+  dict["autoreset_mode"] = to_str(specification.autoreset_mode);
+  dict["version"] = to_str(specification.version);
   return dict;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "walker_sim/client.h"
@@ -13,6 +14,9 @@
 #include "walker_sim/specification.h"
 
 namespace walker::python {
+
+/// A text that another process may have written: what is not UTF-8 becomes U+FFFD.
+pybind11::str to_str(const std::string& text);
 
 /// Keyword arguments: bool, int, float, str, paths, sequences of numbers, and NumPy's own of these.
 /// @throws TypeError naming a parameter of another type

@@ -23,7 +23,8 @@ namespace {
 
 /// Raises the exception of this name in walker_sim.errors, where each has Gymnasium's as its base.
 void raise(const char* name, const std::exception& error) {
-  PyErr_SetString(py::module::import("walker_sim.errors").attr(name).ptr(), error.what());
+  PyErr_SetObject(py::module::import("walker_sim.errors").attr(name).ptr(),
+                  to_str(error.what()).ptr());
 }
 
 // pybind11 wants it by value. NOLINTNEXTLINE(performance-unnecessary-value-param)

@@ -6,6 +6,7 @@
 #include <ros/param.h>
 #include <ros/this_node.h>
 
+#include "core/limits.h"
 #include "server/private_parameters.h"
 #include "walker_sim/registry.h"
 
@@ -15,7 +16,6 @@ namespace {
 constexpr double kLongestTimeout = 3600;
 constexpr double kFastestFactor = 1000;
 constexpr double kHighestRate = 1000;
-constexpr double kMostEnvironments = 100000;
 constexpr double kMostThreads = 1024;
 
 Mode parse_mode(const std::string& text) {

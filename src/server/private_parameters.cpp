@@ -1,5 +1,6 @@
 #include "server/private_parameters.h"
 
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -44,6 +45,13 @@ ParameterValue to_value(const std::string& name, XmlRpc::XmlRpcValue& value) {
   }
 }
 
+/// An integer without a point, for a list of them holds doubles.
+std::string list_element_text(double number) {
+  constexpr double kLimit = 9223372036854775808.0;  // 2^63, the first beyond a 64-bit integer
+  const bool is_integer = number >= -kLimit && number < kLimit && std::nearbyint(number) == number;
+  return is_integer ? std::to_string(static_cast<std::int64_t>(number)) : to_string(number);
+}
+
 }  // namespace
 
 Parameters private_parameters() {
@@ -67,13 +75,13 @@ void take_as_text(const std::string& name, Parameters& parameters) {
   if (found == parameters.end()) return;
   if (const auto* integer = std::get_if<std::int64_t>(&found->second)) {
     found->second = std::to_string(*integer);
+  } else if (const auto* number = std::get_if<double>(&found->second)) {
+    found->second = to_string(*number);
   } else if (const auto* list = std::get_if<std::vector<double>>(&found->second)) {
     std::string text;
-    for (const double number : *list) {
+    for (const double element : *list) {
       if (!text.empty()) text += " ";
-      const auto whole = static_cast<std::int64_t>(number);
-      const bool is_whole = static_cast<double>(whole) == number;
-      text += is_whole ? std::to_string(whole) : to_string(number);
+      text += list_element_text(element);
     }
     found->second = text;
   }

@@ -13,8 +13,8 @@ namespace walker {
 /// @throws std::invalid_argument naming a parameter whose type has no place here
 Parameters private_parameters();
 
-/// Turns an integer, or a list of them, into decimal text with blanks between: roslaunch and YAML
-/// guess a number where a text of digits is meant.
+/// Turns a number, or a list of them, into text with blanks between, integers into decimal digits:
+/// roslaunch and YAML guess a number where a text of digits is meant.
 void take_as_text(const std::string& name, Parameters& parameters);
 
 /// @param name of the parameter, for the message

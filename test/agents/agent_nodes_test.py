@@ -43,7 +43,11 @@ class AgentNodesTest(ServerTest):
             )
             self.assert_refused(node_type, ["sedes", "seeds"], sedes="1")
             self.assert_refused(node_type, ["seeds", "-3"], seeds="1 -3")
+            self.assert_refused(node_type, ["seeds", "1.0e+300", "18446744073709"], seeds=[1e300])
             self.assert_refused(node_type, ["episodes", "-1"], episodes=-1)
+            self.assert_refused(
+                node_type, ["episodes = 1.0e+300", "[0, 4294967295]"], episodes=1e300
+            )
             self.assert_refused(node_type, ["stamp_tolerance", "-0.1"], stamp_tolerance=-0.1)
 
     def test_of_many_walkers_it_says_that_it_drives_one(self):

@@ -43,15 +43,8 @@ void expect_equal(const Transition& told, const Transition& meant) {
   EXPECT_EQ(told.error, meant.error);
 }
 
-/// A connection to ~step that answers each request with the next of these texts.
 ScriptedServer::Script answering(const std::vector<std::string>& answers) {
-  return [answers](Peer& peer) {
-    test::open(peer, kStep);
-    for (const std::string& answer : answers) {
-      peer.take_frame();
-      peer.give(answer);
-    }
-  };
+  return test::answering(kStep, answers);
 }
 
 std::string good_answer() { return test::answer(test::to_bytes(test::example_transition())); }
@@ -135,23 +128,18 @@ TEST(Client, ResetsABatch) {
   ScriptedWalker walker({[&](Peer& peer) {
     test::open(peer, kResetBatch);
     request = peer.take_frame();
-    peer.give(test::answer(test::Message()
-                               .number(std::uint8_t{1})
-                               .text("")
-                               .array<double>({1, 2, 3})
-                               .array<double>({4})
-                               .bytes()));
+    peer.give(test::answer(test::to_bytes(BatchReset{{1, 2, 3, 4, 5, 6}, {7, 8}})));
     peer.sees_end();
   }});
   BatchReset reset;
-  walker.client().reset_batch({4, 2}, {std::uint64_t{5}, std::nullopt}, reset);
+  walker.client().reset_batch({1, 0}, {std::uint64_t{5}, std::nullopt}, reset);
   EXPECT_EQ(request, test::Message()
-                         .array<std::uint32_t>({4, 2})
+                         .array<std::uint32_t>({1, 0})
                          .array<std::uint8_t>({1, 0})
                          .array<std::uint64_t>({5, 0})
                          .bytes());
-  EXPECT_EQ(reset.observations, (std::vector<double>{1, 2, 3}));
-  EXPECT_EQ(reset.info, (std::vector<double>{4}));
+  EXPECT_EQ(reset.observations, (std::vector<double>{1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(reset.info, (std::vector<double>{7, 8}));
 }
 
 TEST(Client, StepsABatch) {
@@ -159,43 +147,48 @@ TEST(Client, StepsABatch) {
   ScriptedWalker walker({[&](Peer& peer) {
     test::open(peer, kStepBatch);
     request = peer.take_frame();
-    test::Message message;
-    message.number(std::uint8_t{1}).text("").array<double>({1, 2}).array<double>({3, 4});
-    message.array<std::uint8_t>({0, 1}).array<std::uint8_t>({1, 0});
-    message.array<std::uint32_t>({5, 6}).array<std::uint32_t>({7, 8}).array<double>({9, 10});
-    message.array<std::uint32_t>({1}).array<double>({11}).array<double>({12});
-    peer.give(test::answer(message.bytes()));
+    peer.give(test::answer(test::to_bytes(test::example_batch())));
     peer.sees_end();
   }});
   BatchTransition told;
   const std::vector<double> actions{0.5, -0.5};
   walker.client().step_batch(actions.data(), actions.size(), told);
   EXPECT_EQ(request, test::Message().array(actions).bytes());
-  EXPECT_EQ(told.observations, (std::vector<double>{1, 2}));
-  EXPECT_EQ(told.rewards, (std::vector<double>{3, 4}));
+  EXPECT_EQ(told.observations, (std::vector<double>{1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(told.rewards, (std::vector<double>{-1, -2}));
   EXPECT_EQ(told.terminated, (std::vector<std::uint8_t>{0, 1}));
   EXPECT_EQ(told.truncated, (std::vector<std::uint8_t>{1, 0}));
   EXPECT_EQ(told.episodes, (std::vector<std::uint32_t>{5, 6}));
   EXPECT_EQ(told.steps, (std::vector<std::uint32_t>{7, 8}));
   EXPECT_EQ(told.info, (std::vector<double>{9, 10}));
   EXPECT_EQ(told.final_environments, (std::vector<std::uint32_t>{1}));
-  EXPECT_EQ(told.final_observations, (std::vector<double>{11}));
-  EXPECT_EQ(told.final_info, (std::vector<double>{12}));
+  EXPECT_EQ(told.final_observations, (std::vector<double>{11, 12, 13}));
+  EXPECT_EQ(told.final_info, (std::vector<double>{14}));
 }
 
 TEST(Client, TakesAnswersInPiecesAndLongOnes) {
+  constexpr std::uint32_t kSize = 500000;
+  ServerSpecification specification = test::example_specification();
+  specification.observation_size = kSize;
+  specification.observation_low.assign(kSize, -1);
+  specification.observation_high.assign(kSize, 1);
   Transition meant = test::example_transition();
-  meant.observation.assign(1000000, 0.5);
+  meant.observation.assign(kSize, 0.5);
+  Transition in_pieces = meant;
+  in_pieces.observation.front() = -0.5;
   ScriptedWalker walker({[&](Peer& peer) {
-    test::open(peer, kStep);
-    peer.take_frame();
-    for (const char c : good_answer()) peer.give(std::string(1, c));
-    peer.take_frame();
-    peer.give(test::answer(test::to_bytes(meant)));
-    peer.sees_end();
-  }});
+                          const std::string first = test::answer(test::to_bytes(in_pieces));
+                          test::open(peer, kStep);
+                          peer.take_frame();
+                          for (std::size_t i = 0; i < 200; ++i) peer.give(first.substr(i, 1));
+                          peer.give(first.substr(200));
+                          peer.take_frame();
+                          peer.give(test::answer(test::to_bytes(meant)));
+                          peer.sees_end();
+                        }},
+                        30, {}, specification);
   walker.step();
-  expect_equal(walker.transition, test::example_transition());
+  expect_equal(walker.transition, in_pieces);
   walker.step();
   expect_equal(walker.transition, meant);
 }
@@ -269,17 +262,20 @@ TEST(Client, GoesOnAfterASignal) {
 TEST(Client, IsInterruptedByASignalThatMeansIt) {
   const Signals signals;
   const std::thread::id caller = std::this_thread::get_id();
-  const auto always = [&] {
+  bool is_meant = false;
+  const auto is_interrupted = [&] {
     EXPECT_EQ(std::this_thread::get_id(), caller);
-    return true;
+    return is_meant;
   };
   const auto silent = [&](Peer& peer) {
     test::open(peer, kStep);
     peer.take_frame();
     signals.raise_until_end(peer);
   };
-  ScriptedWalker walker({silent, answering({good_answer()})}, 30, always);
+  ScriptedWalker walker({silent, answering({good_answer()})}, 30, is_interrupted);
+  is_meant = true;
   EXPECT_THROW(walker.step(), Interrupted);
+  is_meant = false;
   walker.step();  // over another connection
   expect_equal(walker.transition, test::example_transition());
 }
@@ -355,6 +351,18 @@ TEST(Client, GivesUpAtTheTimeout) {
        {ScriptedServer::Script(silent), ScriptedServer::Script(dripping)}) {
     EXPECT_EQ(broken_step(script, kTimeout), ": timed out" + kLost);
   }
+  // Nor do they in the header that is to come before.
+  const auto dripping_header = [](Peer& peer) {
+    test::take_header(peer);
+    peer.give(test::Message().number(std::uint32_t{60000}).bytes());
+    while (!peer.has_ended()) {
+      peer.give("x");
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
+  EXPECT_EQ(broken_step(dripping_header, kTimeout),
+            ", as the ROS master has it: timed out; has the server died, or can its host not be "
+            "reached under this name (its ROS_HOSTNAME or ROS_IP)?");
 }
 
 TEST(Client, RefusesAnswersThatAreNone) {

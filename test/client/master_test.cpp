@@ -152,6 +152,43 @@ TEST(LookUp, RefusesWhatIsNotHttp) {
             "not an HTTP answer: a line of more than 8 KiB");
 }
 
+/// As long as the client listens, or until it hangs.
+ScriptedServer::Script repeating(const std::string& begin, const std::string& text) {
+  return [begin, text](Peer& peer) {
+    peer.take_post();
+    peer.give(begin);
+    std::string many;
+    while (many.size() < (1 << 16)) many += text;
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    while (std::chrono::steady_clock::now() < until && !peer.has_ended()) peer.give(many);
+  };
+}
+
+TEST(LookUp, TakesAHeaderOfSomeLengthOnly) {
+  const std::string head = "HTTP/1.1 200 OK\r\n";
+  EXPECT_EQ(outcome(repeating(head, "a: b\r\n")),
+            "not an HTTP answer: more than 100 header fields");
+  EXPECT_EQ(outcome(repeating(head, "a: " + std::string(4000, 'b') + "\r\n")),
+            "not an HTTP answer: lines of more than 64 KiB around its body");
+  EXPECT_EQ(outcome(repeating(head + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n")),
+            "not an HTTP answer: lines of more than 64 KiB around its body");
+  std::string fields;
+  for (int i = 0; i < 99; ++i) fields += "a: b\r\n";
+  EXPECT_EQ(outcome(saying(head + fields + test::http_answer(kFound).substr(head.size()))),
+            "not an HTTP answer: more than 100 header fields");
+  EXPECT_EQ(outcome(saying(head + fields.substr(12) + "Content-Length: " +
+                           std::to_string(kFound.size()) + "\r\n\r\n" + kFound)),
+            "walker:4242");
+}
+
+TEST(LookUp, RefusesALengthThatIsInDoubt) {
+  const std::string head = "HTTP/1.1 200 OK\r\n";
+  EXPECT_EQ(outcome(saying(head + "Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde")),
+            "not an HTTP answer: two lengths, 4 and 5");
+  EXPECT_EQ(outcome(saying(head + "Transfer-Encoding: gzip, chunked\r\n\r\n")),
+            "not an HTTP answer: the transfer encoding gzip, chunked");
+}
+
 TEST(LookUp, GivesUpAtTheDeadline) {
   const auto silent = [](Peer& peer) { peer.sees_end(); };
   EXPECT_EQ(outcome(
@@ -161,18 +198,24 @@ TEST(LookUp, GivesUpAtTheDeadline) {
                 },
                 0.05),
             "timed out; is it running, and is this its ROS_MASTER_URI?");
-  // One byte now and then does not put the deadline off.
-  EXPECT_EQ(outcome(
-                [&](Peer& peer) {
-                  peer.take_post();
-                  const Deadline until = in_seconds(kPatience).until;
-                  while (std::chrono::steady_clock::now() < until && !peer.has_ended()) {
-                    peer.give("HTTP ");
-                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                  }
-                },
-                0.05),
-            "timed out; is it running, and is this its ROS_MASTER_URI?");
+  // One byte now and then does not put the deadline off: in the header, its fields, the body.
+  for (const char* begin :
+       {"HTTP", "HTTP/1.1 200 OK\r\na: ", "HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n",
+        "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nFFF\r\n",
+        "HTTP/1.1 200 OK\r\n\r\n"}) {
+    EXPECT_EQ(outcome(
+                  [&](Peer& peer) {
+                    peer.take_post();
+                    peer.give(begin);
+                    const Deadline until = in_seconds(kPatience).until();
+                    while (std::chrono::steady_clock::now() < until && !peer.has_ended()) {
+                      peer.give("x");
+                      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                    }
+                  },
+                  0.05),
+              "timed out; is it running, and is this its ROS_MASTER_URI?");
+  }
 }
 
 TEST(LookUp, SaysThatThereIsNoMaster) {

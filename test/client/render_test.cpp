@@ -87,11 +87,12 @@ TEST(Render, TakesDepth) {
 }
 
 TEST(Render, RefusesPicturesThatAreNone) {
-  const auto outcome = [](const Picture& picture, const std::string& encoding = "rgb8") {
+  const auto outcome = [](const Picture& picture, const std::string& encoding = "rgb8",
+                          const Parameters& camera = {}) {
     ScriptedWalker walker({drawing(picture.answer())});
     Image image;
     const std::string error =
-        message_of<ConnectionError>([&] { walker.client().render(0, encoding, {}, image); });
+        message_of<ConnectionError>([&] { walker.client().render(0, encoding, camera, image); });
     EXPECT_EQ(image.width, 0U);
     const std::string whom = "service /walker_sim/render at " + walker.address() + ": ";
     EXPECT_EQ(error.rfind(whom, 0), 0U) << error;
@@ -110,6 +111,18 @@ TEST(Render, RefusesPicturesThatAreNone) {
   picture = Picture();
   picture.height = 2;
   EXPECT_EQ(outcome(picture), "6 bytes of data came instead of 12" + kLost);
+  picture = Picture();
+  for (const std::string& data : {std::string(), picture.data.substr(1), picture.data + "\7"}) {
+    Picture other = picture;
+    other.data = data;
+    EXPECT_EQ(outcome(other),
+              std::to_string(data.size()) + " bytes of data came instead of 6" + kLost);
+  }
+  // As many pixels as were asked for, in another arrangement.
+  const Parameters upright{{"width", std::int64_t{1}}, {"height", std::int64_t{2}}};
+  EXPECT_EQ(outcome(picture, "rgb8", upright), "the picture's width is 2 instead of 1" + kLost);
+  EXPECT_EQ(outcome(picture, "rgb8", {{"height", std::int64_t{2}}}),
+            "the picture's height is 1 instead of 2" + kLost);
   // A product that no 64-bit number holds.
   picture = Picture();
   picture.width = std::uint32_t{1} << 31;

@@ -38,7 +38,7 @@ inline ServerSpecification example_specification() {
   spec.max_episode_steps = 1600;
   spec.reward_threshold = 300;
   spec.joint_names = {"hip"};
-  spec.info_names = {};
+  spec.info_names = {"x_position"};
   spec.mode = "lockstep";
   spec.autoreset_mode = "disabled";
   spec.engine = "none";
@@ -72,9 +72,41 @@ inline Transition example_transition() {
   transition.reward = -0.125;
   transition.episode_return = 12.5;
   transition.terminated = true;
-  transition.info = {};
+  transition.info = {0.75};
   transition.error = "why";
   return transition;
+}
+
+/// Two environments, of which the second has ended.
+inline BatchTransition example_batch() {
+  BatchTransition batch;
+  batch.observations = {1, 2, 3, 4, 5, 6};
+  batch.rewards = {-1, -2};
+  batch.terminated = {0, 1};
+  batch.truncated = {1, 0};
+  batch.episodes = {5, 6};
+  batch.steps = {7, 8};
+  batch.info = {9, 10};
+  batch.final_environments = {1};
+  batch.final_observations = {11, 12, 13};
+  batch.final_info = {14};
+  return batch;
+}
+
+/// After a success, as ~step_batch answers.
+inline std::string to_bytes(const BatchTransition& batch) {
+  Message message;
+  message.number(std::uint8_t{1}).text("").array(batch.observations).array(batch.rewards);
+  message.array(batch.terminated).array(batch.truncated).array(batch.episodes);
+  message.array(batch.steps).array(batch.info).array(batch.final_environments);
+  return message.array(batch.final_observations).array(batch.final_info).bytes();
+}
+
+/// After a success, as ~reset_batch answers.
+inline std::string to_bytes(const BatchReset& reset) {
+  Message message;
+  message.number(std::uint8_t{1}).text("");
+  return message.array(reset.observations).array(reset.info).bytes();
 }
 
 /// With the fields `success` and `status_message` before it, as ~reset and ~step answer.
@@ -105,20 +137,33 @@ inline void open(Peer& peer, ServiceIndex service) {
   peer.give(header({{"md5sum", kServiceTypes[service].md5sum}, {"callerid", "/walker_sim"}}));
 }
 
-/// What the client asks when it is made.
-inline void tell_specification(Peer& peer) {
-  open(peer, kGetSpec);
-  peer.take_frame();
-  peer.give(answer(to_bytes(example_specification())));
+/// A connection that answers each request with the next of these texts.
+inline ScriptedServer::Script answering(ServiceIndex service,
+                                        const std::vector<std::string>& answers) {
+  return [service, answers](Peer& peer) {
+    open(peer, service);
+    for (const std::string& answer : answers) {
+      peer.take_frame();
+      peer.give(answer);
+    }
+  };
 }
+
+/// What the client asks when it is made.
+inline ScriptedServer::Script telling(const ServerSpecification& specification) {
+  return answering(kGetSpec, {answer(to_bytes(specification))});
+}
+
+inline void tell_specification(Peer& peer) { telling(example_specification())(peer); }
 
 /// A client of a server that first tells its specification and then plays `scripts`, one for each
 /// further connection. The master sends everybody there.
 class ScriptedWalker {
  public:
   explicit ScriptedWalker(std::vector<ScriptedServer::Script> scripts, double timeout = 30,
-                          std::function<bool()> is_interrupted = {})
-      : server_(with_specification(std::move(scripts))),
+                          std::function<bool()> is_interrupted = {},
+                          const ServerSpecification& specification = example_specification())
+      : server_(after(telling(specification), std::move(scripts))),
         master_(std::vector<ScriptedServer::Script>(kMostLookUps, master_of(server_.address()))) {
     ClientOptions options;
     options.master_uri = "http://" + master_.address();
@@ -137,9 +182,9 @@ class ScriptedWalker {
  private:
   static constexpr std::size_t kMostLookUps = 10;
 
-  static std::vector<ScriptedServer::Script> with_specification(
-      std::vector<ScriptedServer::Script> scripts) {
-    scripts.insert(scripts.begin(), tell_specification);
+  static std::vector<ScriptedServer::Script> after(const ScriptedServer::Script& first,
+                                                   std::vector<ScriptedServer::Script> scripts) {
+    scripts.insert(scripts.begin(), first);
     return scripts;
   }
 

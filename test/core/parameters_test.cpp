@@ -60,10 +60,13 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
             "parameter count = 0: must be an integer in [1, 10]");
   EXPECT_EQ(refusal("count", std::int64_t{11}),
             "parameter count = 11: must be an integer in [1, 10]");
-  EXPECT_EQ(refusal("count", 2.5), "parameter count = 2.5: must be an integer");
+  EXPECT_EQ(refusal("count", 2.5), "parameter count = 2.5: must be an integer in [1, 10]");
   EXPECT_EQ(refusal("count", true), "parameter count = true: must be an integer");
-  EXPECT_EQ(refusal("count", 1e300), "parameter count = 1.0e+300: must be an integer");
-  EXPECT_EQ(refusal("count", kNan), "parameter count = .nan: must be an integer");
+  EXPECT_EQ(refusal("count", 1e300), "parameter count = 1.0e+300: must be an integer in [1, 10]");
+  EXPECT_EQ(refusal("count", -1e300), "parameter count = -1.0e+300: must be an integer in [1, 10]");
+  EXPECT_EQ(refusal("count", kInfinity), "parameter count = .inf: must be an integer in [1, 10]");
+  EXPECT_EQ(refusal("count", -1.0), "parameter count = -1: must be an integer in [1, 10]");
+  EXPECT_EQ(refusal("count", kNan), "parameter count = .nan: must be an integer in [1, 10]");
   EXPECT_EQ(refusal("weight", 2.5), "parameter weight = 2.5: must be a number in [0.0, 2.0]");
   EXPECT_EQ(refusal("weight", -kInfinity),
             "parameter weight = -.inf: must be a number in [0.0, 2.0]");

@@ -83,7 +83,7 @@ TEST(Registry, TheLimitIsACountOfSteps) {
   EXPECT_EQ(refusal(id, {{"max_episode_steps", std::int64_t{4294967296}}}),
             "parameter max_episode_steps = 4294967296" + allowed);
   EXPECT_EQ(refusal(id, {{"max_episode_steps", 1.5}}),
-            "parameter max_episode_steps = 1.5: must be an integer");
+            "parameter max_episode_steps = 1.5" + allowed);
   EXPECT_EQ(refusal(id, {{"max_episode_steps", true}}),
             "parameter max_episode_steps = true: must be an integer");
   const auto longest = make(id, {{"max_episode_steps", std::int64_t{4294967295}}});

@@ -150,9 +150,8 @@ TEST(Walker2dParameters, V4HasNoModelFileAndNoFrameSkip) {
     const std::string message = refusal("Walker2d-v4", name, std::int64_t{4});
     EXPECT_NE(message.find(name), std::string::npos) << message;
     EXPECT_NE(message.find("unknown"), std::string::npos) << message;
-    for (const auto& [known, value] : make("Walker2d-v4")->specification().parameters) {
-      EXPECT_NE(known, name);
-    }
+    const auto walker = make("Walker2d-v4");
+    for (const auto& [known, value] : walker->specification().parameters) EXPECT_NE(known, name);
   }
 }
 

@@ -1,0 +1,235 @@
+// Answers whose lengths and indices are not what the server's specification says: each field in
+// turn.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/scripted_server.h"
+#include "client/scripted_walker.h"
+#include "error_message.h"
+#include "walker_sim/client.h"
+
+namespace walker {
+namespace {
+
+using test::kLost;
+using test::ScriptedServer;
+using test::ScriptedWalker;
+
+constexpr std::uint32_t kLargest = std::numeric_limits<std::uint32_t>::max();
+
+/// A message that is wrong in one field, and what is said of it.
+template <typename Message>
+struct Wrong {
+  Message message;
+  std::string words;
+};
+
+/// Makes such messages of one that is right.
+template <typename Message>
+class Table {
+ public:
+  explicit Table(Message right) : right_(std::move(right)) {}
+
+  template <typename Change>
+  void add(const Change& change, const std::string& words) {
+    Message message = right_;
+    change(message);
+    entries_.push_back({message, "its answer's " + words});
+  }
+
+  /// Empty, one short, one long.
+  template <typename Field>
+  void add_sizes(const std::string& name, Field Message::*field) {
+    const std::size_t size = (right_.*field).size();
+    for (const std::size_t other : std::set<std::size_t>{0, size - 1, size + 1}) {
+      add([&](Message& message) { (message.*field).resize(other); },
+          name + " has " + std::to_string(other) + " elements; must have " + std::to_string(size));
+    }
+  }
+
+  const std::vector<Wrong<Message>>& entries() const { return entries_; }
+
+ private:
+  Message right_;
+  std::vector<Wrong<Message>> entries_;
+};
+
+/// Makes a call that is answered rightly and then wrongly over one connection, and rightly again
+/// over the next one.
+/// @param call  asks into the result
+/// @param bytes of the result, to compare by
+/// @return the ConnectionError, from the word about the service on
+template <typename Result>
+std::string refusal(ServiceIndex service, const std::string& right, const std::string& wrong,
+                    const std::function<void(Client&, Result&)>& call) {
+  const std::string good = test::answer(right);
+  ScriptedWalker walker(
+      {test::answering(service, {good, test::answer(wrong)}), test::answering(service, {good})});
+  Result result;
+  call(walker.client(), result);
+  const std::string error = message_of<ConnectionError>([&] { call(walker.client(), result); });
+  EXPECT_EQ(test::to_bytes(result), right) << "as it was";
+  call(walker.client(), result);
+  EXPECT_EQ(test::to_bytes(result), right);
+  const std::string whom = std::string("service /walker_sim/") + kServiceTypes[service].name +
+                           " at " + walker.address() + ": ";
+  EXPECT_EQ(error.rfind(whom, 0), 0U) << error;
+  return error.substr(whom.size());
+}
+
+template <typename Result>
+void expect_refused(ServiceIndex service, const Result& right, const Table<Result>& wrong,
+                    const std::function<void(Client&, Result&)>& call) {
+  for (const Wrong<Result>& entry : wrong.entries()) {
+    EXPECT_EQ(refusal<Result>(service, test::to_bytes(right), test::to_bytes(entry.message), call),
+              entry.words + kLost);
+  }
+}
+
+void step(Client& client, Transition& transition) {
+  const double action = 0.25;
+  client.step(&action, 1, transition);
+}
+
+void step_batch(Client& client, BatchTransition& transition) {
+  const double actions[] = {0.25, -0.25};
+  client.step_batch(actions, 2, transition);
+}
+
+TEST(Answers, OfAStepAreMeasured) {
+  Table<Transition> table(test::example_transition());
+  table.add_sizes("observation", &Transition::observation);
+  table.add_sizes("info", &Transition::info);
+  table.add_sizes("action", &Transition::action);
+  for (const std::uint32_t environment : {std::uint32_t{2}, kLargest}) {
+    table.add([&](Transition& transition) { transition.environment = environment; },
+              "environment is " + std::to_string(environment) + "; must be below num_envs = 2");
+  }
+  table.add([](Transition& transition) { transition.step = 0; },
+            "action has 1 elements; must have 0");
+  expect_refused<Transition>(kStep, test::example_transition(), table, step);
+}
+
+TEST(Answers, OfAResetAreMeasured) {
+  Transition right = test::example_transition();
+  right.step = 0;
+  right.action.clear();
+  Table<Transition> table(right);
+  table.add_sizes("observation", &Transition::observation);
+  table.add_sizes("info", &Transition::info);
+  expect_refused<Transition>(kReset, right, table, [](Client& client, Transition& transition) {
+    client.reset(7, transition);
+  });
+}
+
+TEST(Answers, OfABatchsStepAreMeasured) {
+  Table<BatchTransition> table(test::example_batch());
+  table.add_sizes("observations", &BatchTransition::observations);
+  table.add_sizes("rewards", &BatchTransition::rewards);
+  table.add_sizes("terminated", &BatchTransition::terminated);
+  table.add_sizes("truncated", &BatchTransition::truncated);
+  table.add_sizes("episodes", &BatchTransition::episodes);
+  table.add_sizes("steps", &BatchTransition::steps);
+  table.add_sizes("info", &BatchTransition::info);
+  table.add_sizes("final_observations", &BatchTransition::final_observations);
+  table.add_sizes("final_info", &BatchTransition::final_info);
+  const auto ended = [&](const std::vector<std::uint32_t>& environments, const std::string& words) {
+    table.add([&](BatchTransition& batch) { batch.final_environments = environments; }, words);
+  };
+  ended({}, "final_observations has 3 elements; must have 0");
+  ended({0, 1}, "final_observations has 3 elements; must have 6");
+  ended({2}, "final_environments[0] is 2; must be below num_envs = 2");
+  ended({kLargest}, "final_environments[0] is 4294967295; must be below num_envs = 2");
+  ended({1, 1}, "final_environments[1] is 1; must be above the one before, 1");
+  ended({1, 0}, "final_environments[1] is 0; must be above the one before, 1");
+  ended({0, 1, 2}, "final_environments[2] is 2; must be below num_envs = 2");
+  table.add([](BatchTransition& batch) { batch.terminated[1] = 2; },
+            "terminated[1] is 2; must be 0 or 1");
+  table.add([](BatchTransition& batch) { batch.truncated[0] = 255; },
+            "truncated[0] is 255; must be 0 or 1");
+  expect_refused<BatchTransition>(kStepBatch, test::example_batch(), table, step_batch);
+}
+
+/// Rows are those of the environments that were asked for.
+TEST(Answers, OfABatchsResetAreMeasured) {
+  for (const std::vector<std::uint32_t>& environments :
+       {std::vector<std::uint32_t>{}, {1}, {1, 0}}) {
+    const std::size_t rows = environments.empty() ? 2 : environments.size();
+    const BatchReset right{std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2)};
+    Table<BatchReset> table(right);
+    table.add_sizes("observations", &BatchReset::observations);
+    table.add_sizes("info", &BatchReset::info);
+    expect_refused<BatchReset>(kResetBatch, right, table, [&](Client& client, BatchReset& reset) {
+      client.reset_batch(environments, {}, reset);
+    });
+  }
+}
+
+/// What a client says of a server with this specification.
+std::string specification_refusal(const std::string& answer) {
+  ScriptedServer server({test::answering(kGetSpec, {answer})});
+  ScriptedServer master({test::master_of(server.address())});
+  ClientOptions options;
+  options.master_uri = "http://" + master.address();
+  const std::string error = message_of<ConnectionError>([&] { Client client(options); });
+  const std::string whom = "service /walker_sim/get_spec at " + server.address() + ": ";
+  EXPECT_EQ(error.rfind(whom, 0), 0U) << error;
+  return error.substr(whom.size());
+}
+
+TEST(Answers, OfASpecificationAreMeasuredByThemselves) {
+  Table<ServerSpecification> table(test::example_specification());
+  for (const std::uint32_t num_envs : {std::uint32_t{0}, std::uint32_t{100001}, kLargest}) {
+    table.add([&](ServerSpecification& told) { told.num_envs = num_envs; },
+              "num_envs is " + std::to_string(num_envs) + "; must be in [1, 100000]");
+  }
+  for (const std::uint32_t size : {std::uint32_t{0}, std::uint32_t{4}, kLargest}) {
+    table.add([&](ServerSpecification& told) { told.observation_size = size; },
+              "observation_low has 3 elements; must have " + std::to_string(size));
+    table.add([&](ServerSpecification& told) { told.action_size = size; },
+              "action_low has 1 elements; must have " + std::to_string(size));
+  }
+  table.add_sizes("parameter_values", &ServerSpecification::parameter_values);
+  table.add_sizes("observation_low", &ServerSpecification::observation_low);
+  table.add_sizes("observation_high", &ServerSpecification::observation_high);
+  table.add_sizes("action_low", &ServerSpecification::action_low);
+  table.add_sizes("action_high", &ServerSpecification::action_high);
+  table.add_sizes("joint_names", &ServerSpecification::joint_names);
+  for (const Wrong<ServerSpecification>& wrong : table.entries()) {
+    EXPECT_EQ(specification_refusal(test::answer(test::to_bytes(wrong.message))),
+              wrong.words + kLost);
+  }
+}
+
+/// Nothing is known yet that would say how much is too much.
+TEST(Answers, ALongSpecificationIsNotTaken) {
+  EXPECT_EQ(specification_refusal(test::Message().number('\1').number(kLargest).bytes()),
+            "it announces an answer of 4294967295 bytes; at most 16777216 are taken" + kLost);
+}
+
+/// A server that was started again with other parameters: who asks for its specification goes on.
+TEST(Answers, AreMeasuredByTheLastSpecification) {
+  ServerSpecification other = test::example_specification();
+  other.observation_size = 4;
+  other.observation_low.push_back(-4);
+  other.observation_high.push_back(4);
+  Transition longer = test::example_transition();
+  longer.observation.push_back(0.125);
+  const auto steps = test::answering(kStep, {test::answer(test::to_bytes(longer))});
+  ScriptedWalker walker({steps, test::telling(other), steps});
+  EXPECT_THROW(walker.step(), ConnectionError);
+  EXPECT_EQ(walker.client().specification().observation_size, 4U);
+  walker.step();
+  EXPECT_EQ(walker.transition.observation, longer.observation);
+}
+
+}  // namespace
+}  // namespace walker

@@ -1,0 +1,93 @@
+// Deadlines and signals where no wait ever ends: a peer that always has something to say, or to
+// take.
+#include "client/socket.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <string>
+
+#include "client/scripted_server.h"
+#include "error_message.h"
+#include "walker_sim/client.h"
+
+namespace walker {
+namespace {
+
+using test::Peer;
+using test::ScriptedServer;
+
+const std::function<bool()> kNever;
+constexpr std::chrono::seconds kHang{10};  // as long lasts only what is broken
+
+using Use = std::function<void(Socket&, const Patience&)>;
+
+/// Uses a connection to a peer again and again.
+/// @return the SocketError that ends it, or "nothing thrown"
+std::string end_of_use(const ScriptedServer::Script& peer, const Use& use,
+                       std::chrono::milliseconds timeout,
+                       const std::function<bool()>& is_interrupted = kNever) {
+  const ScriptedServer server({peer});
+  const auto begin = std::chrono::steady_clock::now();
+  const Patience patience{begin + timeout, is_interrupted};
+  Socket socket("127.0.0.1", server.port(), patience);
+  return message_of<SocketError>([&] {
+    while (std::chrono::steady_clock::now() < begin + kHang) use(socket, patience);
+  });
+}
+
+/// Never lets the other side wait: it gives more at a time than is taken from it.
+void babble(Peer& peer) {
+  const std::string words(1 << 16, 'x');
+  while (!peer.has_ended()) peer.give(words);
+}
+
+void swallow(Peer& peer) {
+  std::string words(1 << 16, '\0');
+  while (peer.take(words)) continue;
+}
+
+void receive_one(Socket& socket, const Patience& patience) {
+  char byte = 0;
+  socket.receive(&byte, 1, patience);
+}
+
+void send_one(Socket& socket, const Patience& patience) { socket.send_all("x", 1, patience); }
+
+TEST(Socket, GivesUpAtTheDeadlineWhileSomethingComes) {
+  EXPECT_EQ(end_of_use(babble, receive_one, std::chrono::milliseconds(50)), "timed out");
+}
+
+TEST(Socket, GivesUpAtTheDeadlineWhileItMaySend) {
+  EXPECT_EQ(end_of_use(swallow, send_one, std::chrono::milliseconds(50)), "timed out");
+}
+
+/// The signal comes beside all waits, so that it interrupts none.
+TEST(Socket, IsInterruptedWhileSomethingComes) {
+  const auto always = [] { return true; };
+  EXPECT_THROW(end_of_use(babble, receive_one, 2 * kHang, always), Interrupted);
+  EXPECT_THROW(end_of_use(swallow, send_one, 2 * kHang, always), Interrupted);
+}
+
+TEST(Socket, IsInterruptedByASignalThatCameBeforeItsWait) {
+  const auto always = [] { return true; };
+  const auto silent = [](Peer& peer) { peer.sees_end(); };
+  EXPECT_THROW(end_of_use(silent, receive_one, kHang, always), Interrupted);
+}
+
+/// It costs the caller's time, so it is not done for every piece.
+TEST(Socket, LooksForSignalsNowAndThenOnly) {
+  std::atomic<int> looks{0};
+  const std::function<bool()> count = [&] {
+    ++looks;
+    return false;
+  };
+  constexpr int kPeriods = 5;
+  EXPECT_EQ(end_of_use(babble, receive_one, kPeriods * kLookPeriod, count), "timed out");
+  EXPECT_LE(looks, kPeriods);
+}
+
+}  // namespace
+}  // namespace walker
