@@ -306,6 +306,12 @@ class LaunchTest(unittest.TestCase):
         )
         server = Launch("respawn:=true").nodes["/walker_sim"]
         self.assertEqual((server.required, server.respawn), (False, True))
+        for mode in ("free", "lockstep"):
+            agent = Launch("agent:=random", "mode:=" + mode, "respawn:=true").nodes["/agent"]
+            self.assertEqual((agent.required, agent.respawn), (False, True))
+            self.assertGreater(agent.respawn_delay, 0)
+            agent = Launch("agent:=random", "mode:=" + mode).nodes["/agent"]
+            self.assertEqual((agent.required, agent.respawn), (True, False))
         self.assertFalse(Launch("required:=false").nodes["/walker_sim"].required)
         self.assertTrue(Launch("debug:=true").nodes["/walker_sim"].launch_prefix.startswith("gdb "))
         variables = dict(Launch("verbose:=true").nodes["/walker_sim"].env_args)
