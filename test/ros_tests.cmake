@@ -6,8 +6,11 @@ walker_sim_add_unit_tests(server
   LIBRARIES walker_sim_replay walker_sim_agents walker_sim_server ${urdf_LIBRARIES}
   ALSO test/client/service_types_test.cpp)
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
-catkin_add_nosetests(test/launch/launch_test.py DEPENDENCIES walker_sim_nodes)
-walker_sim_label(_ctest_${PROJECT_NAME}_nosetests_test.launch.launch_test.py short walker_sim_nodes)
+foreach(path launch/launch_test scripts/choose_master_test)
+  catkin_add_nosetests(test/${path}.py DEPENDENCIES walker_sim_nodes)
+  string(REPLACE "/" "." name ${path}.py)
+  walker_sim_label(_ctest_${PROJECT_NAME}_nosetests_test.${name} short walker_sim_nodes)
+endforeach()
 
 # ---------------------------------------------------------------- rostests
 # One for each mode of use, in C++ and Python, is short.

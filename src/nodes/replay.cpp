@@ -11,7 +11,9 @@ namespace {
 constexpr const char* kUsage =
     "Usage: replay BAG [BAG ...]\n"
     "Repeats every episode of every walker in the bags (several: the parts of one recording) and\n"
-    "compares observations, rewards, flags and info with the recorded ones to the bit. To record:\n"
+    "compares observations, rewards, flags and info with the recorded ones to the bit. To record\n"
+    "every episode, or those that begin while it records:\n"
+    "  roslaunch walker_sim walker.launch recording:=FILE.bag agent:=random\n"
     "  rosbag record transition episode spec restored\n"
     "Exit status: 0 all that was compared is equal; 1 something differs, steps are missing, or\n"
     "nothing was compared; 2 bad usage, or a bag that cannot be read\n";

@@ -90,6 +90,12 @@ void Diagnostics::describe_simulation(Status& status) {
   } else {
     status.summary(DiagnosticStatus::OK, server_.paused ? "paused" : "running");
   }
+  const std::string unrecorded = server_.recorder.complaint();
+  if (!unrecorded.empty()) {
+    const bool waits = !server_.shown.has_episode();
+    status.mergeSummary(DiagnosticStatus::WARN,
+                        (waits ? "nothing moves yet: " : "not recorded: ") + unrecorded);
+  }
   const Specification& specification = server_.shown.specification();
   status.add("environment", specification.id);
   status.add("engine", specification.engine);

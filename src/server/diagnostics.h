@@ -14,6 +14,7 @@
 #include "server/episode_statistics.h"
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
+#include "server/recorder_watch.h"
 #include "server/shown_environment.h"
 #include "server/step_timing.h"
 
@@ -44,6 +45,7 @@ struct DiagnosedServer {
   const ClockFollower& follower;
   bool follows_clock;  ///< of another publisher
   const DrawingThread& pictures;
+  const RecorderWatch& recorder;
 };
 
 /// Publishes /diagnostics, driven by a wall timer: ros::Time stands still in lock-step. Four

@@ -3,6 +3,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include <ros/names.h>
 #include <ros/param.h>
 #include <ros/this_node.h>
 
@@ -38,6 +39,17 @@ std::string find_tf_prefix() {
   const std::size_t first = prefix.find_first_not_of('/');
   if (first == std::string::npos) return "";
   return prefix.substr(first, prefix.find_last_not_of('/') - first + 1);
+}
+
+/// The full name of a node, relative to this one's namespace.
+std::string resolve_node(const char* parameter, const std::string& name) {
+  if (name.empty()) return "";
+  std::string error;
+  if (!ros::names::validate(name, error)) {
+    throw std::invalid_argument(std::string("parameter ") + parameter + " = " + name +
+                                ": must be the name of a node, or empty; " + error);
+  }
+  return ros::names::resolve(name);
 }
 
 std::string wanted_id(const Parameters& given) {
@@ -106,6 +118,11 @@ std::vector<ParameterDescription> server_parameters() {
        "Age at which an effort command gives way to zero torque; 0: never.", 0, kLongestTimeout},
       {"publish_clock", true, "", "Publish /clock; false: follow it when free-running.", 0, 0},
       {"paused", false, "", "Begin paused when free-running.", 0, 0},
+      {"wait_for_recorder", std::string(), "",
+       "Name of the node that records: nothing moves before it listens to transition, episode, "
+       "restored and spec, from which replay repeats every episode; services come with that, too. "
+       "Empty: nobody.",
+       0, 0},
       {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
       {"camera_rate", 25.0, "1/s",
        "Pictures per second of simulation time while somebody subscribes; 0: one of every state.",
@@ -154,6 +171,8 @@ ServerOptions read_server_options() {
   options.publish_clock = std::get<bool>(complete.at("publish_clock"));
   options.paused = std::get<bool>(complete.at("paused"));
   options.camera_rate = std::get<double>(complete.at("camera_rate"));
+  options.recorder =
+      resolve_node("wait_for_recorder", std::get<std::string>(complete.at("wait_for_recorder")));
   options.tf_prefix = find_tf_prefix();
   return options;
 }

@@ -32,6 +32,7 @@ struct ServerOptions {
   bool publish_clock;
   bool paused;
   double camera_rate = 0;  ///< pictures per second of simulation time; 0: of every state
+  std::string recorder;    ///< full name of the node that is waited for; empty: none
   std::string tf_prefix;   ///< without slashes at its ends; may be empty
   Parameters environment;  ///< the environment's own
   Parameters camera;       ///< those of its camera, under the names that `make_renderer` takes

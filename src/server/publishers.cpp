@@ -23,16 +23,21 @@ Publishers::Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const Ser
     : shown_(shown),
       options_(options),
       frames_(shown.specification(), options.tf_prefix),
+      recorder_(options.recorder),
       joint_states_publisher_(node.advertise<sensor_msgs::JointState>("joint_states", kState)),
       imu_publisher_(node.advertise<sensor_msgs::Imu>("imu", kState)),
       contacts_publisher_(node.advertise<walker_sim::Contacts>("contacts", kState)),
       odometry_publisher_(node.advertise<nav_msgs::Odometry>("odom", kState)),
       reward_publisher_(node.advertise<std_msgs::Float64>("reward", kState)),
       observation_publisher_(node.advertise<std_msgs::Float64MultiArray>("observation", kState)),
-      transition_publisher_(node.advertise<walker_sim::Transition>("transition", kRecord)),
-      episode_publisher_(node.advertise<walker_sim::Episode>("episode", kRecord, kLatched)),
-      restored_publisher_(node.advertise<walker_sim::EpisodeRecord>("restored", kState, kLatched)),
-      spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
+      transition_publisher_(
+          recorder_.advertise<walker_sim::Transition>(node, "transition", kRecord, !kLatched)),
+      episode_publisher_(
+          recorder_.advertise<walker_sim::Episode>(node, "episode", kRecord, kLatched)),
+      restored_publisher_(
+          recorder_.advertise<walker_sim::EpisodeRecord>(node, "restored", kState, kLatched)),
+      spec_publisher_(
+          recorder_.advertise<walker_sim::EnvironmentSpec>(node, "spec", kState, kLatched)),
       tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kRecord)),
       tf_static_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
       markers_(node, shown, frames_.odometry) {

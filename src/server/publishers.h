@@ -11,6 +11,7 @@
 #include "server/converters.h"
 #include "server/marker_topics.h"
 #include "server/parameter_reader.h"
+#include "server/recorder_watch.h"
 #include "server/shown_environment.h"
 #include "walker_sim/EpisodeRecord.h"
 
@@ -34,6 +35,7 @@ class Publishers {
   void publish_step(ros::Time stamp);
 
   const Frames& frames() const { return frames_; }
+  const RecorderWatch& recorder() const { return recorder_; }
 
  private:
   void publish_state(ros::Time stamp);
@@ -43,6 +45,7 @@ class Publishers {
   ShownEnvironment& shown_;
   ServerOptions options_;
   Frames frames_;
+  RecorderWatch recorder_;  // of the topics from which a bag is replayed
 
   ros::Publisher joint_states_publisher_;
   ros::Publisher scan_publisher_;

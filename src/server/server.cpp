@@ -19,6 +19,8 @@ namespace {
 
 // How long the loop sleeps where nothing is due; a shutdown is noticed within this time.
 constexpr std::chrono::milliseconds kIdle{50};
+// A recorder that is started together with the server takes less.
+constexpr std::chrono::seconds kRecorderStarts{3};
 
 /// Whose callbacks come through `queue`.
 ros::NodeHandle make_node(WakingQueue& queue) {
@@ -72,12 +74,12 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       command_(shown_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.mode == Mode::free && options.paused),
       batch_calls_(*environments_, options_, counters_, episodes_),
-      diagnostics_(node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_,
-                           timing_, follower_, follows_clock(), pictures_.thread()}),
-      services_(*this, port_),
+      diagnostics_(node_,
+                   {options_, shown_, pacer_, command_, paused_, counters_, episodes_, timing_,
+                    follower_, follows_clock(), pictures_.thread(), publishers_.recorder()}),
       effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
                                          ros::TransportHints().tcpNoDelay())) {
-  advertise_gazebo_services(*this, options_.mode, port_);
+  if (options_.recorder.empty()) offer_services();
   introduce(shown_.specification(), options_);
   compare_with_description(node_, shown_.specification());
 }
@@ -89,6 +91,11 @@ void Server::run() {
   // the time of /clock instead.
   if (!follows_clock()) clock_.advance(dt_);
   publishers_.publish_constants(clock_.now());
+  if (!options_.recorder.empty()) {
+    wait_for_recorder();
+    if (!ros::ok()) return;
+    offer_services();
+  }
   if (options_.mode == Mode::free && !follows_clock()) begin_episode(std::nullopt);
   restart_schedule();
   while (ros::ok()) {
@@ -97,6 +104,26 @@ void Server::run() {
     } else {
       serve(kIdle);
     }
+  }
+}
+
+void Server::offer_services() {
+  services_.emplace(*this, port_);
+  advertise_gazebo_services(*this, options_.mode, port_);
+}
+
+/// Without services, so that nobody's reset comes too early: a client waits until there is one.
+void Server::wait_for_recorder() {
+  std::string complaint = publishers_.recorder().complaint();
+  ROS_INFO_STREAM("Waiting for the recorder: " << complaint);
+  Pacer::Clock::time_point is_late = Pacer::Clock::now() + kRecorderStarts;
+  while (ros::ok() && !complaint.empty()) {
+    if (Pacer::Clock::now() >= is_late) {
+      ROS_WARN_STREAM("Nothing moves yet: " << complaint);
+      is_late += kRecorderStarts;
+    }
+    serve(kIdle);
+    complaint = publishers_.recorder().complaint();
   }
 }
 

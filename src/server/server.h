@@ -85,6 +85,8 @@ class Server {
   bool runs_freely() const;
   bool follows_clock() const;
   void serve(Pacer::Clock::duration longest);
+  void offer_services();
+  void wait_for_recorder();
   void step_when_due();
   void follow_clock();
   void step_freely();
@@ -121,7 +123,7 @@ class Server {
   Diagnostics diagnostics_;
 
   ServicePort port_;
-  Services services_;
+  std::optional<Services> services_;  // none while a recorder is waited for
   ros::Subscriber effort_subscriber_;
 };
 

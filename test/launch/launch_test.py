@@ -4,6 +4,7 @@
 import itertools
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -293,6 +294,12 @@ class LaunchTest(unittest.TestCase):
         )
         server = Launch("respawn:=true").nodes["/walker_sim"]
         self.assertEqual((server.required, server.respawn), (False, True))
+        for mode in ("free", "lockstep"):
+            agent = Launch("agent:=random", "mode:=" + mode, "respawn:=true").nodes["/agent"]
+            self.assertEqual((agent.required, agent.respawn), (False, True))
+            self.assertGreater(agent.respawn_delay, 0)
+            agent = Launch("agent:=random", "mode:=" + mode).nodes["/agent"]
+            self.assertEqual((agent.required, agent.respawn), (True, False))
         self.assertFalse(Launch("required:=false").nodes["/walker_sim"].required)
         self.assertTrue(Launch("debug:=true").nodes["/walker_sim"].launch_prefix.startswith("gdb "))
         variables = dict(Launch("verbose:=true").nodes["/walker_sim"].env_args)
@@ -303,11 +310,27 @@ class LaunchTest(unittest.TestCase):
     def test_records_a_bag_on_request(self):
         for argument in ("recording:=", "recording:=false"):
             self.assertNotIn("/recorder", Launch(argument).types())
-        self.assertIn("-o walker ", Launch("recording:=true").nodes["/recorder"].args)
-        self.assertIn("-o trial ", Launch("recording:=trial").nodes["/recorder"].args)
-        topics = Launch("recording:=true").nodes["/recorder"].args.split()
-        for topic in ("transition", "episode", "spec", "restored"):
-            self.assertIn(topic, topics, "replay needs it")
+        # From where roslaunch was called; nodes run elsewhere.
+        for given, option, path in (
+            ("true", "-o", "/my bags/walker"),
+            ("trial", "-o", "/my bags/trial"),
+            ("trials/1", "-o", "/my bags/trials/1"),
+            ("/tmp/trial", "-o", "/tmp/trial"),
+            ("trial.bag", "-O", "/my bags/trial.bag"),
+            ("/tmp/trial.bag", "-O", "/tmp/trial.bag"),
+        ):
+            launch = Launch("recording:=" + given, PWD="/my bags")
+            arguments = shlex.split(launch.nodes["/recorder"].args)
+            self.assertEqual(arguments[:2], [option, path])
+            for topic in ("transition", "episode", "spec", "restored"):
+                self.assertIn(topic, arguments, "replay needs it")
+
+    def test_nothing_moves_before_the_recorder_listens(self):
+        self.assertNotIn("/walker_sim/wait_for_recorder", Launch().parameters)
+        for namespace in ("", "/second"):
+            launch = Launch("recording:=true", "ns:=" + namespace.strip("/"))
+            name = launch.parameters[namespace + "/walker_sim/wait_for_recorder"]
+            self.assertIn(f"{namespace}/{name}", launch.nodes)
 
 
 class TenWalkersTest(unittest.TestCase):

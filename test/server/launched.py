@@ -52,10 +52,11 @@ class LoggedProcess:
 class Launched(LoggedProcess):
     """roslaunch of a launch file of this package."""
 
-    def __init__(self, name, *arguments):
+    def __init__(self, name, *arguments, **environment):
         # A test that is killed cannot stop it: then the system does.
         super().__init__(
-            ["setpriv", "--pdeathsig", "INT", "roslaunch", "walker_sim", name, *arguments]
+            ["setpriv", "--pdeathsig", "INT", "roslaunch", "walker_sim", name, *arguments],
+            **environment,
         )
 
     def pids(self):

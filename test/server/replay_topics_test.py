@@ -15,7 +15,9 @@ import roslib.packages
 import rospy
 import rostest
 from bare_ros import CALLER, PATIENCE, wait_for
-from server_harness import ServerTest, node_path
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from launched import Launched
+from server_harness import ServerProcess, ServerTest, node_path
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
@@ -46,10 +48,16 @@ class ReplayTopicsTest(ServerTest):
     # ------------------------------------------------------------ recording
 
     def start_recording(self, *servers):
-        """As `rosbag record` does; returns when the servers know of it."""
-        topics = [
-            server.name.rpartition("/")[0] + "/" + topic for server in servers for topic in TOPICS
-        ]
+        """Returns when the servers know of it."""
+        recorder = self.start_recorder(
+            *(s.name.rpartition("/")[0] + "/" + topic for s in servers for topic in TOPICS)
+        )
+        for server in servers:
+            wait_for(lambda server=server: self.hears_all(server), f"{server.name} to be recorded")
+        return recorder
+
+    def start_recorder(self, *topics):
+        """As `rosbag record` does."""
         recorder = subprocess.Popen(
             [
                 roslib.packages.find_node("rosbag", "record")[0],
@@ -62,8 +70,6 @@ class ReplayTopicsTest(ServerTest):
         )
         self.addCleanup(recorder.wait)
         self.addCleanup(recorder.kill)
-        for server in servers:
-            wait_for(lambda server=server: self.hears_all(server), f"{server.name} to be recorded")
         return recorder
 
     def hears_all(self, server):
@@ -183,6 +189,96 @@ class ReplayTopicsTest(ServerTest):
         self.assertEqual(text.count("Walker2d-v5 on MuJoCo"), 2, text)
         self.assertIn("its server ended", text)
         self.assertIn("2 episodes equal to the bit (", text)
+
+    # ------------------------------------------------------------ recorded from the first state
+
+    def test_a_launch_with_recording_has_every_episode_from_its_first_state(self):
+        self.addCleanup(rospy.delete_param, "/use_sim_time")
+        for mode in ("free", "lockstep"):
+            for seeds in ("", "5 6"):  # then the agent begins each episode, also when free
+                with self.subTest(mode=mode, seeds=seeds):
+                    self.launch_with_recording(mode, seeds)
+
+    def launch_with_recording(self, mode, seeds):
+        launched = Launched(
+            "walker.launch",
+            *("env:=Walker2d-v5", "agent:=random", "mode:=" + mode, "seeds:=" + seeds),
+            *("recording:=" + self.bag, "rviz:=false", "status:=true"),
+        )
+        self.addCleanup(launched.stop)
+        heard = self.record("/transition", Transition, connections=0)
+
+        def has_walked():
+            self.assertTrue(launched.is_running(), launched.output())
+            return any(message.episode == 4 for message in heard.messages())
+
+        wait_for(has_walked, "more episodes")
+        heard.close()
+        self.assertEqual(launched.stop(), 0, launched.output())
+        status, text, _ = replay(self.bag)
+        self.assertEqual(status, 0, text)
+        lines = self.episodes(text)
+        self.assertEqual([line[0] for line in lines[:4]], ["1", "2", "3", "4"], text)
+        for line in lines:
+            self.assertRegex(line[3], " equal$", text)
+        self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\)\n$")
+
+    def test_nothing_moves_before_the_recorder_listens_to_all_that_replay_needs(self):
+        for mode in ("free", "lockstep"):
+            with self.subTest(mode=mode):
+                self.server = ServerProcess(
+                    "/walker_sim",
+                    {
+                        **{"env": "Walker2d-v5", "mode": mode, "seed": "3"},
+                        **{"wait_for_recorder": "recorder", "diagnostic_period": 0.05},
+                    },
+                )
+                self.addCleanup(self.server.kill)
+                transitions = self.record("/transition", Transition)
+                self.assert_it_waits("episode, restored, spec, transition")
+                part = self.start_recorder("transition", "spec")
+                self.assert_it_waits("episode, restored")
+                self.stop_recording(part)
+                self.assert_it_waits("episode, restored, spec, transition")
+                self.assertEqual(transitions.messages(), [])
+                recorder = self.start_recording(self.server)
+                self.server.wait_until_it_serves()
+                if mode == "lockstep":
+                    self.ask("reset")
+                    self.walk(6, 3)
+                transitions.wait(lambda m: m.step == 3, "a few steps")
+                self.stop_recording(recorder)
+                self.assert_diagnosed("not recorded: ", "episode, restored, spec, transition")
+                self.assertEqual(self.server.stop(), 0)
+                transitions.close()
+                status, text, _ = replay(self.bag)
+                self.assertEqual(status, 0, text)
+                self.assertEqual(self.episodes(text)[0][:2], ("1", "3"))
+
+    def test_a_recorder_that_never_comes_is_told_of_and_waited_for_until_the_end(self):
+        server = ServerProcess("/alone/walker_sim", {"wait_for_recorder": "bag"})
+        self.addCleanup(server.kill)
+        words = "/alone/bag does not listen to episode, restored, spec, transition (parameter"
+        wait_for(lambda: f"WARN] Nothing moves yet: {words}" in server.output(), "a warning")
+        self.assertEqual(server.stop(), 0)
+        self.assertIn(f"INFO] Waiting for the recorder: {words}", server.output())
+
+    def assert_it_waits(self, topics):
+        """It says for what, and has no service that could move anything."""
+        self.assert_diagnosed("nothing moves yet: ", topics)
+        self.assertNotEqual(self.server.master.lookupService(CALLER, "/walker_sim/reset")[0], 1)
+
+    def assert_diagnosed(self, consequence, topics):
+        diagnostics = self.record("/diagnostics", DiagnosticArray)
+        words = f"{consequence}/recorder does not listen to {topics} (parameter wait_for_recorder)"
+        diagnostics.wait(
+            lambda m: any(
+                status.level == DiagnosticStatus.WARN and status.message == words
+                for status in m.status
+            ),
+            words,
+        )
+        diagnostics.close()
 
     # ------------------------------------------------------------ falsified and unreadable bags
 

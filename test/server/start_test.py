@@ -56,6 +56,7 @@ REFUSED = [
     ({"auto_reset": "maybe"}, ["auto_reset", "maybe"]),
     ({"publish_clock": "no"}, ["publish_clock", "no"]),
     ({"paused": 2}, ["paused", "2"]),
+    ({"wait_for_recorder": "a b"}, ["wait_for_recorder = a b", "name of a node"]),
     ({"hardcore": "yes"}, ["hardcore", "yes"]),
     ({"reuse_world": [1.0]}, ["reuse_world", "1"]),
     ({"max_episode_steps": -1}, ["max_episode_steps", "-1", "0"]),
