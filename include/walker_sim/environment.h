@@ -61,6 +61,8 @@ class WALKER_SIM_EXPORT Environment {
 
   /// Begins an episode. With a seed the trajectory depends on nothing else; without one the
   /// generator continues (and is seeded from the system before the very first reset).
+  /// @throws std::exception with the engine's words where it fails; then the result is of no
+  ///         meaning, the generator where the attempt left it, and only another reset is allowed
   virtual void reset(std::optional<std::uint64_t> seed, Result& result) = 0;
 
   /// Advances the world by `specification().dt`.

@@ -44,14 +44,24 @@ struct Batch {
   double* info = nullptr;              ///< num_envs x info names; NaN where absent
   std::uint32_t* episodes = nullptr;   ///< num_envs; counts the environment's resets, from 1
   std::uint32_t* steps = nullptr;      ///< num_envs; since its reset
-  /// same_step only: rows of those whose episode ended in this call; other rows stay as they are.
+  /// same_step only: rows of those with `terminated` or `truncated`; other rows stay as they are.
   double* final_observations = nullptr;  ///< num_envs x observation size
   double* final_info = nullptr;          ///< num_envs x info names
 };
 
 /// Not thread-safe: one thread calls, and works too. What comes out never depends on the number of
 /// threads. No call but the constructor, the first `reset` and the first `send` or `send_resets`
-/// takes memory.
+/// takes memory, unless an engine fails.
+///
+/// An engine that fails concerns its own environment alone: the call is made for all, and the
+/// others' rows are those of an undisturbed run.
+/// - At a step: `error` has its words. The row has `terminated`, reward 0, no info and the last
+///   observation. What follows is what follows any end.
+/// - At a reset, the caller's or an autoreset: `reset_error` has its words. The reset counts in
+///   `episodes`, and the episode has ended with `steps` 0: `terminated`, reward 0, no info, an
+///   observation of zeros. In next_step and same_step the environment's next step is another reset,
+///   from where its generator is now; disabled refuses steps until the caller's.
+/// - At the autoreset of same_step reward, flags and final rows stay those of the step before it.
 class WALKER_SIM_EXPORT Pool {
  public:
   /// @param make makes each of the environments, all alike; called in this thread
@@ -70,16 +80,14 @@ class WALKER_SIM_EXPORT Pool {
   /// @param environments which; empty: all. Rows of others stay as they are
   /// @param seeds one per listed environment, or empty: their generators continue
   /// @throws std::invalid_argument naming what is wrong, std::logic_error while some are under way;
-  ///         then nothing has moved. std::runtime_error naming the first environment whose engine
-  ///         failed, and why; then those that failed have no episode, and the others' rows are
-  ///         written
+  ///         then nothing has moved
   void reset(const std::vector<std::uint32_t>& environments,
              const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch);
 
-  /// Steps every environment once, or resets it where its autoreset is due.
+  /// Steps every environment once, or resets it where a reset is due.
   /// @param actions num_envs x action size, `size` values in all; finite also where ignored
   /// @throws InvalidAction, ResetNeeded naming the environment, std::logic_error while some are
-  ///         under way; then nothing has moved. std::runtime_error as `reset`, from an autoreset
+  ///         under way; then nothing has moved
   void step(const double* actions, std::size_t size, const Batch& batch);
 
   /// Begins to step some environments and returns at once.
@@ -100,18 +108,20 @@ class WALKER_SIM_EXPORT Pool {
   /// first. Which these are depends on the threads; what each of them did does not.
   /// @param batch        rows in the order of arrival, `batch_size` of them
   /// @param environments caller's, `batch_size` values: whose row it is
-  /// @throws std::logic_error when fewer are under way. std::runtime_error as `reset`, from an
-  ///         autoreset; these have arrived all the same
+  /// @throws std::logic_error when fewer are under way
   void recv(const Batch& batch, std::uint32_t* environments);
 
   /// An environment to be looked at: who steps or resets it past the pool confuses the pool. This
-  /// and the next two throw std::invalid_argument for an index that is none, std::logic_error for
+  /// and the next three throw std::invalid_argument for an index that is none, std::logic_error for
   /// an environment that is under way.
   Environment& environment(std::size_t index);
   /// Why the simulation had to end the episode in the environment's last step; empty: it had not
   /// to.
   const char* error(std::size_t index) const;
-  /// Why the environment's last step ended the episode; empty: it did not.
+  /// Why the environment has no episode: what its engine said at the last reset; empty: that went
+  /// well, or there was none.
+  const char* reset_error(std::size_t index) const;
+  /// Why the environment's last step or reset ended the episode; empty: it did not.
   const char* end_reason(std::size_t index) const;
 
  private:

@@ -1,13 +1,12 @@
 #include "core/episode_rules.h"
 
-#include <algorithm>
 #include <array>
 #include <exception>
-#include <limits>
 #include <string>
 #include <utility>
 
 #include "core/action_check.h"
+#include "core/failure.h"
 
 namespace walker {
 
@@ -16,7 +15,7 @@ EpisodeRules::EpisodeRules(std::unique_ptr<Environment> wrapped)
       time_limit_reason_(std::to_string(wrapped_->specification().max_episode_steps) + " steps") {}
 
 void EpisodeRules::reset(std::optional<std::uint64_t> seed, Result& result) {
-  phase_ = Phase::before_reset;  // stays so when the reset throws
+  phase_ = Phase::failed;  // stays so when the reset throws
   wrapped_->reset(seed, result);
   phase_ = Phase::running;
   steps_ = 0;
@@ -87,13 +86,7 @@ void EpisodeRules::conclude(Result& result) {
 void EpisodeRules::fail(const std::exception& error, Result& result) {
   phase_ = Phase::failed;  // there is no state to sense or to step on
   error_ = error.what();
-  std::fill_n(result.info, specification().info_names.size(),
-              std::numeric_limits<double>::quiet_NaN());  // absent
-  result.reward = 0;
-  result.terminated = true;
-  result.truncated = false;
-  result.end_reason = "the simulation failed";
-  result.error = error_.c_str();
+  fail_step(error_.c_str(), specification(), result);
 }
 
 void EpisodeRules::sense(Sensors& sensors) {

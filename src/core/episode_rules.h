@@ -17,7 +17,7 @@ namespace walker {
 /// terminates. The wrapped environment's specification must carry the same limit.
 ///
 /// An exception of the engine ends the episode: `terminated` with `error`, reward 0, no info, the
-/// observation left as it was; then only a reset is allowed.
+/// observation left as it was; then only a reset is allowed. So it is after a reset that throws.
 class EpisodeRules : public Environment {
  public:
   explicit EpisodeRules(std::unique_ptr<Environment> wrapped);

@@ -146,7 +146,6 @@ void Pool::Implementation::run(const Task& task, const std::vector<std::uint32_t
   for (const std::uint32_t index : environments) crew_.add(index);
   crew_.start(num_groups(environments.size()) - 1);  // one is the caller's
   crew_.collect(environments.size(), arrived_.data());
-  members_.check(environments.data(), environments.size());
 }
 
 std::size_t Pool::Implementation::num_groups(std::size_t count) const {
@@ -286,7 +285,6 @@ void Pool::Implementation::recv(const Batch& batch, std::uint32_t* environments)
     members_.write(environments[row], batch, row);
   }
   num_under_way_ -= size;
-  members_.check(environments, size);
 }
 
 Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options)
@@ -327,6 +325,10 @@ Environment& Pool::environment(std::size_t index) {
 
 const char* Pool::error(std::size_t index) const {
   return implementation_->member_at_rest(index).error(index);
+}
+
+const char* Pool::reset_error(std::size_t index) const {
+  return implementation_->member_at_rest(index).reset_error(index);
 }
 
 const char* Pool::end_reason(std::size_t index) const {

@@ -6,20 +6,12 @@
 #include <typeinfo>
 #include <utility>
 
+#include "core/failure.h"
+
 namespace walker {
 namespace {
 
 std::string name_of(std::size_t index) { return "environment " + std::to_string(index) + ": "; }
-
-std::string text_of(const std::exception_ptr& failure) {
-  try {
-    std::rethrow_exception(failure);
-  } catch (const std::exception& exception) {
-    return exception.what();
-  } catch (...) {
-    return "something that is no std::exception was thrown";
-  }
-}
 
 /// Of one type and with rows of the same size.
 bool are_alike(const Environment& one, const Environment& other) {
@@ -78,34 +70,35 @@ void PoolMembers::need_episode(std::size_t index) const {
   if (phases_[index] == Phase::no_episode) {
     throw ResetNeeded(name_of(index) + "there is no episode yet; reset first");
   }
-  if (phases_[index] == Phase::ended && mode_ == AutoresetMode::disabled) {
-    throw ResetNeeded(name_of(index) + "the episode ended after " +
-                      std::to_string(members_[index].steps) + " steps; reset first");
-  }
+  if (phases_[index] == Phase::running || mode_ != AutoresetMode::disabled) return;
+  const Member& member = members_[index];
+  throw ResetNeeded(name_of(index) +
+                    (member.reset_error.empty()
+                         ? "the episode ended after " + std::to_string(member.steps) + " steps"
+                         : kResetFailed) +
+                    "; reset first");
 }
 
 void PoolMembers::reset(std::size_t index, std::optional<std::uint64_t> seed) {
-  Member& member = members_[index];
-  member.reward = 0;
-  member.terminated = false;
-  member.truncated = false;
-  member.has_final = false;
-  member.end_reason = "";
-  member.error = "";
   begin_episode(index, seed);
+  take_outcome(index);
 }
 
+/// Leaves what is told of the step before it as it is.
 void PoolMembers::begin_episode(std::size_t index, std::optional<std::uint64_t> seed) {
   Member& member = members_[index];
+  ++member.episode;
+  member.steps = 0;
+  member.reset_error.clear();
+  phases_[index] = Phase::running;
+  member.result = {member.result.observation, member.result.info, 0, false, false, "", ""};
   try {
     member.environment->reset(seed, member.result);
   } catch (...) {
-    lose_episode(index, std::current_exception());
-    return;
+    phases_[index] = Phase::ended;
+    member.reset_error = words_of(std::current_exception());
+    fail_reset("", specification(), member.result);
   }
-  ++member.episode;
-  member.steps = 0;
-  phases_[index] = Phase::running;
 }
 
 void PoolMembers::step(const std::uint32_t* indices, std::size_t size, const double* actions) {
@@ -115,7 +108,7 @@ void PoolMembers::step(const std::uint32_t* indices, std::size_t size, const dou
   std::size_t num_calls = 0;
   for (std::size_t i = 0; i < size; ++i) {
     const std::uint32_t index = indices[i];
-    if (phases_[index] == Phase::ended) {  // requested, or in next_step; else it were refused
+    if (phases_[index] == Phase::ended) {  // requested, or due; else it were refused
       reset(index, std::nullopt);
       continue;
     }
@@ -130,34 +123,29 @@ void PoolMembers::step(const std::uint32_t* indices, std::size_t size, const dou
 
 void PoolMembers::conclude_step(std::size_t index) {
   Member& member = members_[index];
-  member.has_final = false;
-  if (member.call.failure) {
-    lose_episode(index, std::exchange(member.call.failure, nullptr));
-    return;
-  }
   ++member.steps;
+  if (member.call.failure) {  // else the rules have told it already
+    member.step_error = words_of(std::exchange(member.call.failure, nullptr));
+    fail_step(member.step_error.c_str(), specification(), member.result);
+  }
+  take_outcome(index);
+  if (!member.terminated && !member.truncated) return;
+  phases_[index] = Phase::ended;
+  if (mode_ == AutoresetMode::same_step) begin_episode(index, std::nullopt);
+}
+
+/// Of a reset or a step, before another episode begins.
+void PoolMembers::take_outcome(std::size_t index) {
+  Member& member = members_[index];
   member.reward = member.result.reward;
   member.terminated = member.result.terminated;
   member.truncated = member.result.truncated;
   member.end_reason = member.result.end_reason;
   member.error = member.result.error;
-  if (!member.terminated && !member.truncated) return;
-  phases_[index] = Phase::ended;
-  if (mode_ == AutoresetMode::same_step) {
-    keep_final(index);
-    begin_episode(index, std::nullopt);
-  }
-}
-
-void PoolMembers::keep_final(std::size_t index) {
+  member.has_final = mode_ == AutoresetMode::same_step && (member.terminated || member.truncated);
+  if (!member.has_final) return;
   copy_row(observations_, index, observation_size_, final_observations_.data(), index);
   copy_row(info_, index, num_infos_, final_info_.data(), index);
-  members_[index].has_final = true;
-}
-
-void PoolMembers::lose_episode(std::size_t index, std::exception_ptr failure) {
-  members_[index].failure = std::move(failure);
-  phases_[index] = Phase::no_episode;
 }
 
 void PoolMembers::write(std::size_t index, const Batch& batch, std::size_t row) const {
@@ -172,22 +160,6 @@ void PoolMembers::write(std::size_t index, const Batch& batch, std::size_t row) 
   if (!member.has_final) return;
   copy_row(final_observations_, index, observation_size_, batch.final_observations, row);
   copy_row(final_info_, index, num_infos_, batch.final_info, row);
-}
-
-void PoolMembers::check(const std::uint32_t* indices, std::size_t size) const {
-  const auto has_failed = [this](std::uint32_t i) { return phases_[i] == Phase::no_episode; };
-  const std::uint32_t* const end = indices + size;
-  const auto num_failed = std::count_if(indices, end, has_failed);
-  if (num_failed == 0) return;
-  std::uint32_t first = *std::find_if(indices, end, has_failed);
-  for (const std::uint32_t* i = indices; i != end; ++i) {
-    if (has_failed(*i)) first = std::min(first, *i);  // whichever order they arrived in
-  }
-  std::string message = name_of(first) + text_of(members_[first].failure) + "; it needs a reset";
-  if (num_failed > 1) {
-    message += ", as do " + std::to_string(num_failed - 1) + " others that failed with it";
-  }
-  throw std::runtime_error(message);
 }
 
 }  // namespace walker

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -32,14 +31,14 @@ class PoolMembers {
   /// @throws ResetNeeded naming the environment when it cannot be stepped
   void need_episode(std::size_t index) const;
 
-  /// Begins an episode. What the engine throws is kept for `check`.
+  /// Begins an episode. Where the engine fails, it has ended with that.
   void reset(std::size_t index, std::optional<std::uint64_t> seed);
 
   /// The environment's next `step` is a reset, whether it has an episode or not.
   void request_reset(std::size_t index) { phases_[index] = Phase::ended; }
 
-  /// Steps some environments together, or resets those whose reset is due. What is thrown is kept
-  /// for `check`.
+  /// Steps some environments together, or resets those whose reset is due. An engine that fails
+  /// ends the episode of its own environment.
   /// @param indices `size` of them, at most Environment::kLargestGroup
   /// @param actions rows of all environments
   void step(const std::uint32_t* indices, std::size_t size, const double* actions);
@@ -47,12 +46,9 @@ class PoolMembers {
   /// Writes what an environment's last reset or step gave into a row of the caller's arrays.
   void write(std::size_t index, const Batch& batch, std::size_t row) const;
 
-  /// @throws std::runtime_error naming those of `size` environments that lost their episode when
-  ///         they were reset or stepped last, and why
-  void check(const std::uint32_t* indices, std::size_t size) const;
-
   const char* end_reason(std::size_t index) const { return members_[index].end_reason; }
   const char* error(std::size_t index) const { return members_[index].error; }
+  const char* reset_error(std::size_t index) const { return members_[index].reset_error.c_str(); }
 
  private:
   enum class Phase : std::uint8_t { no_episode, running, ended };
@@ -61,9 +57,10 @@ class PoolMembers {
   /// Neighbours may be in different threads' hands.
   struct alignas(kCacheLine) Member {
     std::unique_ptr<Environment> environment;
-    Result result;  // of the last call, its buffers in the rows below
-    StepCall call;  // kept, for all but the action stays the same
-    std::exception_ptr failure;
+    Result result;            // of the last call, its buffers in the rows below
+    StepCall call;            // kept, for all but the action stays the same
+    std::string step_error;   // what a step threw past the rules
+    std::string reset_error;  // empty unless the last reset failed
     // Of the last step or reset as the pool's caller sees it.
     double reward = 0;
     bool terminated = false;
@@ -77,8 +74,7 @@ class PoolMembers {
 
   void begin_episode(std::size_t index, std::optional<std::uint64_t> seed);
   void conclude_step(std::size_t index);
-  void keep_final(std::size_t index);
-  void lose_episode(std::size_t index, std::exception_ptr failure);
+  void take_outcome(std::size_t index);
 
   AutoresetMode mode_;
   std::size_t observation_size_ = 0;

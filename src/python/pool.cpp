@@ -185,6 +185,11 @@ class VectorWalkers {
     return pool_.error(index);
   }
 
+  std::string reset_error(std::size_t index) {
+    const Unlocked unlocked(mutex_);
+    return pool_.reset_error(index);
+  }
+
   py::tuple generator_state(std::size_t index) {
     GeneratorState state{};
     {
@@ -292,6 +297,7 @@ void bind_pool(py::module& module) {
       .def("final_rows_received", &VectorWalkers::final_rows_received, observations, info)
       .def("look", &VectorWalkers::look, py::arg("index"))
       .def("error", &VectorWalkers::error, py::arg("index"))
+      .def("reset_error", &VectorWalkers::reset_error, py::arg("index"))
       .def("generator_state", &VectorWalkers::generator_state, py::arg("index"))
       .def("set_generator_states", &VectorWalkers::set_generator_states, py::arg("environments"),
            py::arg("states"));

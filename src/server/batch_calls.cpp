@@ -7,6 +7,7 @@
 
 #include <ros/console.h>
 
+#include "core/failure.h"
 #include "server/effort_command.h"
 
 namespace walker {
@@ -57,11 +58,12 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
                        walker_sim::ResetBatch::Response& response) {
   response.observations.clear();
   response.info.clear();
+  response.status_message.clear();
   check(request);
   const std::vector<std::uint32_t>& listed =
       request.environments.empty() ? all_ : request.environments;
   environments_.reset(listed, seeds_of(request), rows_of(spare_));
-  counters_.resets += listed.size();
+  account_resets(listed, response.status_message);
   for (const std::uint32_t environment : listed) {
     append_row(spare_.observations, environment, specification_.observation_size(),
                response.observations);
@@ -98,6 +100,7 @@ void BatchCalls::step(const std::vector<double>& actions,
   response.final_environments.clear();
   response.final_observations.clear();
   response.final_info.clear();
+  response.status_message.clear();
   try {
     environments_.step(actions, rows_of(response));
   } catch (...) {
@@ -131,16 +134,21 @@ Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
 /// Counts what the step did, and notes the episodes that it ended.
 void BatchCalls::account(const std::vector<double>& actions,
                          walker_sim::StepBatch::Response& response) {
+  ended_.clear();
   for (const std::uint32_t environment : all_) {
+    const bool has_ended =
+        response.terminated[environment] != 0 || response.truncated[environment] != 0;
     if (response.steps[environment] == 0) {
       ++counters_.resets;
-      continue;
+      if (has_ended) note_failure(environment, kResetFailed, response.status_message);
+    } else {
+      ++counters_.steps;
+      const double* action = actions.data() + environment * specification_.action_size();
+      if (is_clamped(specification_, action)) ++counters_.clamped_commands;
+      if (has_ended) end_episode(environment, response);
     }
-    ++counters_.steps;
-    const double* action = actions.data() + environment * specification_.action_size();
-    if (is_clamped(specification_, action)) ++counters_.clamped_commands;
-    if (response.terminated[environment] != 0 || response.truncated[environment] != 0) {
-      end_episode(environment, response);
+    if (has_ended && options_.autoreset_mode == AutoresetMode::same_step) {
+      add_final_row(environment, response);
     }
   }
 }
@@ -148,30 +156,50 @@ void BatchCalls::account(const std::vector<double>& actions,
 void BatchCalls::end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response) {
   using End = EpisodeStatistics::End;
   End end = response.terminated[environment] != 0 ? End::terminated : End::truncated;
-  const std::string error = environments_.error(environment);
-  if (!error.empty()) {
+  if (!environments_.error(environment).empty()) {
     end = End::failed;
-    ++counters_.simulation_errors;
-    if (throttle_.passes()) {
-      ROS_ERROR_STREAM("Environment " << environment << ": the simulation failed: " << error);
-    }
+    note_failure(environment, kStepFailed, response.status_message);
   }
   episodes_.add(environments_.episode_return(environment), response.steps[environment], end);
-  if (options_.autoreset_mode != AutoresetMode::same_step) return;
+  ended_.push_back(environment);
+}
+
+void BatchCalls::add_final_row(std::uint32_t environment,
+                               walker_sim::StepBatch::Response& response) const {
   response.final_environments.push_back(environment);
   append_row(response.observations, environment, specification_.observation_size(),
              response.final_observations);
   append_row(response.info, environment, specification_.info_names.size(), response.final_info);
 }
 
+/// Counts and logs it, and tells it in a line of its own.
+void BatchCalls::note_failure(std::uint32_t environment, const char* what,
+                              std::string& status_message) {
+  ++counters_.simulation_errors;
+  const std::string words =
+      std::to_string(environment) + ": " + what + ": " + environments_.error(environment);
+  if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << words);
+  if (!status_message.empty()) status_message += '\n';
+  status_message += "environment " + words;
+}
+
+void BatchCalls::account_resets(const std::vector<std::uint32_t>& environments,
+                                std::string& status_message) {
+  counters_.resets += environments.size();
+  for (const std::uint32_t environment : environments) {
+    if (environments_.error(environment).empty()) continue;
+    note_failure(environment, kResetFailed, status_message);
+  }
+}
+
 void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
-  if (response.final_environments.empty()) return;
+  if (options_.autoreset_mode != AutoresetMode::same_step || ended_.empty()) return;
   Batch rows = rows_of(response);
   rows.rewards = nullptr;  // these stay those of the last step
   rows.terminated = nullptr;
   rows.truncated = nullptr;
-  environments_.reset(response.final_environments, {}, rows);
-  counters_.resets += response.final_environments.size();
+  environments_.reset(ended_, {}, rows);
+  account_resets(ended_, response.status_message);
 }
 
 }  // namespace walker

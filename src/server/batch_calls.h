@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "server/diagnostics.h"
@@ -16,7 +17,9 @@
 namespace walker {
 
 /// Makes the calls and counts what they did. Rows are written straight into the reply, whose
-/// vectors may bring memory from an earlier call.
+/// vectors may bring memory from an earlier call. An engine that fails ends the episode of its own
+/// environment, as in a Pool, and has a line in the reply's status_message: "environment 3: the
+/// simulation failed at its reset: MuJoCo: Stack overflow".
 class BatchCalls {
  public:
   /// What it is given outlives it.
@@ -25,7 +28,7 @@ class BatchCalls {
 
   /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
   /// has
-  ///         moved. As `Environments::reset`
+  ///         moved
   void reset(const walker_sim::ResetBatch::Request& request,
              walker_sim::ResetBatch::Response& response);
 
@@ -34,14 +37,16 @@ class BatchCalls {
   void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
 
   /// Begins the episodes that same_step wants after this step.
-  /// @throws as `Environments::reset`
   void reset_ended(walker_sim::StepBatch::Response& response);
 
  private:
   void check(const walker_sim::ResetBatch::Request& request) const;
   Batch rows_of(walker_sim::StepBatch::Response& response) const;
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+  void account_resets(const std::vector<std::uint32_t>& environments, std::string& status_message);
   void end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response);
+  void add_final_row(std::uint32_t environment, walker_sim::StepBatch::Response& response) const;
+  void note_failure(std::uint32_t environment, const char* what, std::string& status_message);
 
   Environments& environments_;
   const Specification& specification_;
@@ -49,6 +54,7 @@ class BatchCalls {
   ServerCounters& counters_;
   EpisodeStatistics& episodes_;
   std::vector<std::uint32_t> all_;         // indices
+  std::vector<std::uint32_t> ended_;       // in the last step
   walker_sim::StepBatch::Response spare_;  // rows of a reset, of which the reply has some
   Throttle throttle_;
 };

@@ -79,7 +79,10 @@ void Diagnostics::describe_simulation(Status& status) {
   const EpisodeState& state = server_.shown.state();
   const std::uint64_t errors = server_.counters.simulation_errors - reported_.simulation_errors;
   if (!state.error.empty()) {
-    status.summary(DiagnosticStatus::ERROR, "simulation failed: " + state.error);
+    status.summary(
+        DiagnosticStatus::ERROR,
+        (state.failed_at_reset() ? "simulation failed at its reset: " : "simulation failed: ") +
+            state.error);
   } else if (errors > 0) {
     status.summary(DiagnosticStatus::ERROR,
                    "simulation failed " + counted(errors, "time") + " since the last report");

@@ -33,21 +33,20 @@ class Environments {
   /// @throws std::logic_error where there are many, naming the service and what to call instead
   virtual Simulation& only(const std::string& service) = 0;
 
-  /// Begins episodes.
+  /// Begins episodes. Where an engine fails, its environment's has ended with that, and the others
+  /// are as ever.
   /// @param environments which, each at most once, below `size()`; rows of others stay as they are
   ///                     and rewards and flags may be null
   /// @param seeds one per listed environment, or empty; where there is none the generator
   ///              continues, and a first reset takes the server's seed + the environment's index
-  /// @throws std::exception with the engine's words; then those that failed have no episode
   virtual void reset(const std::vector<std::uint32_t>& environments,
                      const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& rows) = 0;
 
   /// Steps every environment once, or resets it where the autoreset mode is next_step and its
   /// episode has ended. In the mode same_step who calls resets those whose episodes ended, so that
-  /// their last state can be looked at before.
+  /// their last state can be looked at before; where that reset failed, the next step resets.
   /// @param actions size() x action size
-  /// @throws InvalidAction, ResetNeeded; then nothing has moved. std::runtime_error where an engine
-  ///         failed at an autoreset; then the others have moved
+  /// @throws InvalidAction, ResetNeeded; then nothing has moved
   virtual void step(const std::vector<double>& actions, const Batch& rows) = 0;
 
   /// Takes down what an environment is like now.
@@ -57,7 +56,8 @@ class Environments {
 
   /// Sum of the rewards of the environment's present episode, or of one that has just ended.
   virtual double episode_return(std::size_t index) const = 0;
-  /// Why the simulation had to end an episode that has just ended; empty: it had not to.
+  /// Why the simulation had to end an episode that has just ended, in a step or at its reset;
+  /// empty: it had not to.
   virtual std::string error(std::size_t index) const = 0;
 };
 

@@ -8,12 +8,13 @@
 namespace walker {
 namespace {
 
-/// Under same_step the server itself resets, so that topics can tell of the last state before.
+/// Under same_step the server itself resets, so that topics can tell of the last state before. What
+/// is left to the pool's next step are those whose reset failed.
 PoolOptions pool_options(const ServerOptions& options) {
   PoolOptions own;
   own.num_envs = options.num_envs;
   own.num_threads = options.num_threads;
-  own.autoreset_mode = options.autoreset_mode == AutoresetMode::same_step ? AutoresetMode::disabled
+  own.autoreset_mode = options.autoreset_mode == AutoresetMode::same_step ? AutoresetMode::next_step
                                                                           : options.autoreset_mode;
   return own;
 }
@@ -61,12 +62,7 @@ void ManyEnvironments::reset(const std::vector<std::uint32_t>& environments,
 
 void ManyEnvironments::step(const std::vector<double>& actions, const Batch& rows) {
   const GeneratorState before = shown_environment().generator_state();
-  try {
-    pool_.step(actions.data(), actions.size(), rows);
-  } catch (const std::runtime_error&) {  // an engine failed at an autoreset; the others have moved
-    account(actions, before, rows);
-    throw;
-  }
+  pool_.step(actions.data(), actions.size(), rows);
   account(actions, before, rows);
 }
 
@@ -95,7 +91,9 @@ void ManyEnvironments::begin_account(std::optional<std::uint64_t> seed,
   state_.action.clear();
   state_.reward = 0;
   state_.episode_return = 0;
-  state_.conclude(false, false, "", "");
+  const std::size_t index = state_.environment;
+  const char* const error = pool_.reset_error(index);
+  state_.conclude(error[0] != '\0', false, pool_.end_reason(index), error);
   state_.seed = seed;
   state_.generator_state = generator_state;
   read_rows(rows);

@@ -22,7 +22,10 @@ class ManyEnvironments : public Environments, private ShownEnvironment {
     walker::look(pool_.environment(index), steps_[index], instant);
   }
   double episode_return(std::size_t index) const override { return returns_[index]; }
-  std::string error(std::size_t index) const override { return pool_.error(index); }
+  std::string error(std::size_t index) const override {
+    return std::string(pool_.error(index)) +
+           pool_.reset_error(index);  // of which it has one at most
+  }
 
  private:
   const Specification& specification() const override { return pool_.specification(); }

@@ -15,7 +15,11 @@ void OneEnvironment::reset(const std::vector<std::uint32_t>& environments,
 }
 
 void OneEnvironment::step(const std::vector<double>& actions, const Batch& rows) {
-  if (simulation_.state().has_ended() && autoreset_mode_ == AutoresetMode::next_step) {
+  const EpisodeState& state = simulation_.state();
+  const bool resets = autoreset_mode_ == AutoresetMode::next_step
+                          ? state.has_ended()
+                          : autoreset_mode_ == AutoresetMode::same_step && state.failed_at_reset();
+  if (resets) {
     check_action(simulation_.specification(), actions.data(), actions.size());  // though ignored
     simulation_.reset(std::nullopt);
   } else {

@@ -148,13 +148,13 @@ void Replay::compare(const walker_sim::Transition& recorded) {
   const EpisodeState& repeated = simulation_.state();
   Comparison comparison;
   comparison.compare<std::size_t>("step", recorded.step, repeated.step);
+  comparison.compare("error", recorded.error, repeated.error);  // before what follows from it
   comparison.compare("observation", recorded.observation, repeated.observation);
   comparison.compare("reward", recorded.reward, repeated.reward);
   comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);
   comparison.compare("terminated", recorded.terminated != 0, repeated.terminated);
   comparison.compare("truncated", recorded.truncated != 0, repeated.truncated);
   comparison.compare("info", recorded.info, repeated.info, simulation_.specification().info_names);
-  comparison.compare("error", recorded.error, repeated.error);
   if (comparison.first().empty()) return;
   difference_ = "at step " + std::to_string(recorded.step) + ": " + comparison.first();
 }

@@ -9,6 +9,7 @@
 #include <ros/init.h>
 #include <ros/transport_hints.h>
 
+#include "core/failure.h"
 #include "server/gazebo_services.h"
 #include "server/records.h"
 #include "server/throttle.h"
@@ -21,6 +22,9 @@ namespace {
 constexpr std::chrono::milliseconds kIdle{50};
 // A recorder that is started together with the server takes less.
 constexpr std::chrono::seconds kRecorderStarts{3};
+// After a reset at which the engine failed. Whatever the pace: where every reset fails, neither the
+// processor nor subscribers are kept busy with it.
+constexpr std::chrono::seconds kUntilNextReset{1};
 
 /// Whose callbacks come through `queue`.
 ros::NodeHandle make_node(WakingQueue& queue) {
@@ -132,8 +136,17 @@ bool Server::runs_freely() const {
   return options_.auto_reset || !shown_.state().has_ended();
 }
 
+bool Server::waits_to_reset_again(Pacer::Clock::time_point now) const {
+  return shown_.state().failed_at_reset() && now < resets_again_at_;
+}
+
 bool Server::follows_clock() const {
   return options_.mode == Mode::free && !options_.publish_clock && ros::Time::isSimTime();
+}
+
+Pacer::Clock::duration Server::until_due(Pacer::Clock::time_point now) const {
+  if (waits_to_reset_again(now)) return resets_again_at_ - now;
+  return follows_clock() ? std::chrono::milliseconds(1) : pacer_.remaining(now);
 }
 
 /// Waits for requests and callbacks, and answers what has come.
@@ -143,16 +156,17 @@ void Server::serve(Pacer::Clock::duration longest) {
 
 /// Waits for the next request, callback or deadline, whatever comes first.
 void Server::step_when_due() {
-  const Pacer::Clock::duration wait =
-      follows_clock() ? std::chrono::milliseconds(1) : pacer_.remaining(Pacer::Clock::now());
-  const Pacer::Clock::duration longest = kIdle;
-  serve(std::clamp(wait, Pacer::Clock::duration::zero(), longest));
+  serve(std::clamp<Pacer::Clock::duration>(until_due(Pacer::Clock::now()), {}, kIdle));
   if (!runs_freely() || !ros::ok()) return;  // a callback may have changed that
+  const Pacer::Clock::time_point now = Pacer::Clock::now();
+  if (waits_to_reset_again(now)) {
+    restart_schedule();  // no deadline is missed meanwhile
+    return;
+  }
   if (follows_clock()) {
     follow_clock();
     return;
   }
-  const Pacer::Clock::time_point now = Pacer::Clock::now();
   if (pacer_.remaining(now) > Pacer::Clock::duration::zero()) return;
   timing_.step_begins(now, pacer_.period());
   counters_.missed_deadlines += pacer_.step_begins(now);
@@ -188,9 +202,24 @@ void Server::step_freely() {
 
 void Server::begin_episode(std::optional<std::uint64_t> seed) {
   clock_.require(dt_);
+  const bool failed_before = shown_.state().failed_at_reset();
   environments_->only("reset").reset(seed);
   ++counters_.resets;
+  if (shown_.state().failed_at_reset()) take_failed_reset(failed_before);
   show_reset();
+}
+
+/// A free-running server goes on by itself. It logs the first of a row of failures; in lock-step
+/// the answer tells, and in either diagnostics do all the time.
+void Server::take_failed_reset(bool failed_before) {
+  ++counters_.simulation_errors;
+  resets_again_at_ = Pacer::Clock::now() + kUntilNextReset;
+  if (options_.mode == Mode::lockstep || failed_before) return;
+  ROS_ERROR_STREAM("No episode: " << kResetFailed << ": " << shown_.state().error << "; "
+                                  << (options_.auto_reset
+                                          ? "running, it is reset again after a second, and ~reset "
+                                            "begins an episode at once"
+                                          : "~reset begins the next"));
 }
 
 void Server::advance(const std::vector<double>& action) {
@@ -232,6 +261,10 @@ void Server::show_reset() {
 void Server::reset(std::optional<std::uint64_t> seed) {
   begin_episode(seed);
   restart_schedule();
+  const EpisodeState& state = shown_.state();
+  if (state.failed_at_reset()) {
+    throw std::runtime_error(std::string(kResetFailed) + ": " + state.error);
+  }
 }
 
 void Server::step(const std::vector<double>& action) {

@@ -55,10 +55,11 @@ class Server {
   // changed. With many environments those that are for one throw.
 
   /// Begins an episode. Without a seed the generator continues.
+  /// @throws also where the engine fails; then the episode has ended with that
   void reset(std::optional<std::uint64_t> seed);
   /// Makes exactly one step.
   void step(const std::vector<double>& action);
-  /// Begins episodes of several environments.
+  /// Begins episodes of several environments. An engine that fails concerns its own alone.
   void reset_batch(const walker_sim::ResetBatch::Request& request,
                    walker_sim::ResetBatch::Response& response);
   /// Steps every environment once, or resets it where the autoreset mode says so.
@@ -83,7 +84,9 @@ class Server {
  private:
   // What decides who steps: the tables Modes and Time.
   bool runs_freely() const;
+  bool waits_to_reset_again(Pacer::Clock::time_point now) const;
   bool follows_clock() const;
+  Pacer::Clock::duration until_due(Pacer::Clock::time_point now) const;
   void serve(Pacer::Clock::duration longest);
   void offer_services();
   void wait_for_recorder();
@@ -92,6 +95,7 @@ class Server {
   void step_freely();
 
   void begin_episode(std::optional<std::uint64_t> seed);
+  void take_failed_reset(bool failed_before);
   void advance(const std::vector<double>& action);
   void pass_time();
   void pass_time_after_reset();
@@ -116,6 +120,7 @@ class Server {
   ClockFollower follower_;
   EffortCommand command_;
   bool paused_;
+  Pacer::Clock::time_point resets_again_at_{};  // after a reset that failed
   ServerCounters counters_;
   StepTiming timing_;
   EpisodeStatistics episodes_;

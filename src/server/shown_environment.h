@@ -30,6 +30,8 @@ struct EpisodeState {
   GeneratorState generator_state{};  ///< before the reset
 
   bool has_ended() const { return terminated || truncated; }
+  /// The engine refused the reset: there is no state, and `error` says why.
+  bool failed_at_reset() const { return step == 0 && has_ended(); }
 
   /// Takes over flags, reason and error of a step.
   void conclude(bool is_terminated, bool is_truncated, const char* reason, const char* what) {

@@ -5,8 +5,10 @@
 #include <exception>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
+#include "core/failure.h"
 #include "core/random.h"
 
 namespace walker {
@@ -22,18 +24,24 @@ Simulation::Course::Course(std::unique_ptr<Environment> made) : environment(std:
 void Simulation::Course::begin(const GeneratorState& generator_state,
                                std::optional<std::uint64_t> seed) {
   environment->set_generator_state(generator_state);
-  state.info.assign(state.info.size(), std::numeric_limits<double>::quiet_NaN());
-  Result result;
-  result.observation = state.observation.data();
-  result.info = state.info.data();
-  environment->reset(std::nullopt, result);
   ++state.episode;
   state.step = 0;
   state.action.clear();
+  state.info.assign(state.info.size(), std::numeric_limits<double>::quiet_NaN());
   state.episode_return = 0;
   state.seed = seed;
   state.generator_state = generator_state;
   actions.clear();
+  Result result;
+  result.observation = state.observation.data();
+  result.info = state.info.data();
+  std::string error;
+  try {
+    environment->reset(std::nullopt, result);
+  } catch (...) {
+    error = words_of(std::current_exception());
+    fail_reset(error.c_str(), environment->specification(), result);
+  }
   take(result);
 }
 
@@ -80,6 +88,9 @@ void Simulation::step(const std::vector<double>& action) {
 
 EpisodeRecord Simulation::record() const {
   if (!has_episode()) throw std::logic_error("there is no episode yet; reset first");
+  if (state().failed_at_reset()) {
+    throw std::logic_error(std::string("there is no episode: ") + kResetFailed + "; reset first");
+  }
   if (state().step > kMostRecordedSteps) {
     throw std::logic_error("the episode has " + std::to_string(state().step) +
                            " steps; the record was given up after " +
@@ -110,6 +121,9 @@ void Simulation::restore(const EpisodeRecord& record, const std::function<bool()
 void Simulation::repeat(const EpisodeRecord& record, const std::function<bool()>& is_wanted) {
   twin_.state.episode = state().episode;
   twin_.begin(record.generator_state, record.seed);
+  if (twin_.state.failed_at_reset()) {
+    throw std::invalid_argument("the reset of the record: " + twin_.state.error);
+  }
   constexpr std::uint32_t kStepsUntilAsked = 100;
   const std::size_t size = specification_.action_size();
   std::vector<double> action(size);

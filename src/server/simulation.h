@@ -23,14 +23,13 @@ class Simulation : public ShownEnvironment {
   Simulation(const std::function<std::unique_ptr<Environment>()>& make,
              std::optional<std::uint64_t> first_seed);
 
-  /// Begins an episode. Without a seed the generator continues.
-  /// @throws std::exception of the engine; then there is no episode
+  /// Begins an episode. Without a seed the generator continues. Where the engine fails, the episode
+  /// has ended with that (`EpisodeState::failed_at_reset`).
   void reset(std::optional<std::uint64_t> seed);
 
-  /// Begins the episode that began from this state of the generator.
+  /// Begins the episode that began from this state of the generator, as `reset`.
   /// @param seed that the state came from, for the account; none: it was a continued one
-  /// @throws std::invalid_argument for a state that no generator has; then nothing has changed.
-  ///         std::exception of the engine; then there is no episode
+  /// @throws std::invalid_argument for a state that no generator has; then nothing has changed
   void begin(const GeneratorState& state, std::optional<std::uint64_t> seed);
 
   /// Makes one step. @throws InvalidAction, ResetNeeded; then nothing has changed

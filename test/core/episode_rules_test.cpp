@@ -135,7 +135,10 @@ TEST_F(EpisodeRulesTest, NoStepAfterAResetThatFailed) {
   reset();
   fake_->reset_fails = true;
   EXPECT_THROW(reset(), std::runtime_error);
-  EXPECT_THROW(step(), ResetNeeded);
+  Sensors sensors;
+  EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }), "step: the simulation failed; reset first");
+  EXPECT_EQ(message_of<ResetNeeded>([&] { rules_->sense(sensors); }),
+            "sense: the simulation failed; reset first");
   EXPECT_EQ(fake_->steps, 0);
 }
 

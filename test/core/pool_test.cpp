@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -256,38 +257,122 @@ TEST_F(PoolTest, AfterAFailureTheLastObservationIsShownInWhicheverArrays) {
   EXPECT_EQ(others.observations, (Values{1, 2, 1, 2, 1, 1}));
 }
 
-TEST_F(PoolTest, AResetThatFailsIsToldAfterTheOthers) {
-  fakes_[1].reset_fails = true;
-  EXPECT_EQ(message_of<std::runtime_error>([&] { reset(); }),
-            "environment 1: no ground; it needs a reset");
-  EXPECT_EQ(arrays_->episodes[0], 1U);
-  EXPECT_EQ(arrays_->episodes[2], 1U);
-  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
-            "environment 1: there is no episode yet; reset first");
-  fakes_[1].reset_fails = false;
-  reset({1});
-  step();
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
+TEST_F(PoolTest, AResetThatFailsIsAnEpisodeThatHasEnded) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    make(mode);
+    fakes_[1].reset_fails = true;
+    reset({}, {5, 6, 7});
+    EXPECT_EQ(arrays_->observations, (Values{1, 0, 0, 0, 1, 0}));
+    EXPECT_EQ(arrays_->rewards, (Values{0, 0, 0}));
+    EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+    EXPECT_EQ(arrays_->truncated, (std::vector<std::uint8_t>{0, 0, 0}));
+    EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 1, 1}));
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{0, 0, 0}));
+    EXPECT_EQ(arrays_->info[0], 5);
+    EXPECT_TRUE(std::isnan(arrays_->info[1])) << "absent";
+    EXPECT_STREQ(pool_->reset_error(1), "no ground");
+    EXPECT_STREQ(pool_->error(1), "");
+    EXPECT_STREQ(pool_->end_reason(1), "the simulation failed at its reset");
+    EXPECT_STREQ(pool_->reset_error(0), "");
+    fakes_[1].reset_fails = false;
+    reset({1}, {8});
+    EXPECT_EQ(arrays_->row(1)[3], 2) << "the second reset";
+    EXPECT_EQ(arrays_->info, (Values{5, 8, 7}));
+    EXPECT_STREQ(pool_->reset_error(1), "");
+    EXPECT_STREQ(pool_->end_reason(1), "");
+    step();
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
+  }
 }
 
-TEST_F(PoolTest, AnAutoresetThatFailsIsToldAfterTheOthers) {
+TEST_F(PoolTest, WhoFailedAtItsResetIsResetInItsNextStep) {
   for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
     make(mode);
-    for (const std::size_t i : {1, 2}) {
-      fakes_[i].length = 2;
-    }
+    fakes_[1].reset_fails = true;
     reset();
-    for (const std::size_t i : {1, 2}) fakes_[i].reset_fails = true;
-    step();
-    if (mode == AutoresetMode::next_step) step();
-    EXPECT_EQ(message_of<std::runtime_error>([&] { step(); }),
-              "environment 1: no ground; it needs a reset, as do 1 others that failed with it");
-    EXPECT_EQ(arrays_->steps[0], mode == AutoresetMode::next_step ? 3U : 2U);
-    EXPECT_THROW(step(), ResetNeeded);
-    for (const std::size_t i : {1, 2}) fakes_[i].reset_fails = false;
-    reset({1, 2});
-    EXPECT_NO_THROW(step());
+    step({1, 1, 1, 1, 1, 1});
+    EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
+    EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+    EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 0, 1}));
+    EXPECT_STREQ(pool_->reset_error(1), "no ground");
+    EXPECT_EQ(arrays_->final_observations[2] == PoolArrays::kUntouched,
+              mode == AutoresetMode::next_step)
+        << "in same_step every end has its final row";
+    fakes_[1].reset_fails = false;
+    arrays_->forget_final(1);
+    step({1, 1, 1, 1, 1, 1});
+    EXPECT_EQ(arrays_->row(1), (Values{0, 0, 0, 3, 0, /**/ 1, 0, -1, /**/ -12345, -12345, -12345}))
+        << "its action is ignored";
+    EXPECT_STREQ(pool_->reset_error(1), "");
+    step({1, 1, 1, 1, 1, 1});
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 1, 3}));
   }
+}
+
+TEST_F(PoolTest, DisabledRefusesAStepAfterAResetThatFailed) {
+  make(AutoresetMode::disabled);
+  fakes_[1].reset_fails = true;
+  reset();
+  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
+            "environment 1: the simulation failed at its reset; reset first");
+  EXPECT_EQ(refusal<ResetNeeded>([&] {
+              send({0, 1});
+            }),
+            "environment 1: the simulation failed at its reset; reset first");
+}
+
+TEST_F(PoolTest, AnAutoresetThatFailsInTheFollowingStepLeavesTheOthersAlone) {
+  fakes_[1].length = 2;
+  reset();
+  step();
+  step();
+  fakes_[1].reset_fails = true;
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
+  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(arrays_->observations, (Values{1, 3, 0, 0, 1, 3}));
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
+}
+
+/// Reward and flags are those of the step; the new episode has none yet.
+TEST_F(PoolTest, AnAutoresetThatFailsInTheSameStepLeavesTheEndAsItWas) {
+  make(AutoresetMode::same_step);
+  fakes_[1].length = 2;
+  reset({}, {5, 6, 7});
+  step();
+  fakes_[1].reset_fails = true;
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->rewards, (Values{2, 2, 2}));
+  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{2, 0, 2}));
+  EXPECT_EQ(arrays_->observations, (Values{1, 2, 0, 0, 1, 2}));
+  EXPECT_TRUE(std::isnan(arrays_->info[1])) << "absent";
+  EXPECT_EQ(arrays_->final_observations[2], 1);
+  EXPECT_EQ(arrays_->final_observations[3], 2);
+  EXPECT_EQ(arrays_->final_info[1], -1);
+  EXPECT_STREQ(pool_->end_reason(1), "fell");
+  EXPECT_STREQ(pool_->error(1), "");
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
+  fakes_[1].reset_fails = false;
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->row(1)[3], 3);
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
+}
+
+TEST_F(PoolTest, AStepAndTheResetAfterItMayBothFail) {
+  make(AutoresetMode::same_step);
+  reset();
+  fakes_[1].step_fails = true;
+  fakes_[1].reset_fails = true;
+  step();
+  EXPECT_STREQ(pool_->error(1), "the engine gave up");
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
+  EXPECT_STREQ(pool_->end_reason(1), "the simulation failed");
 }
 
 TEST_F(PoolTest, ReceivesEachThatWasSentOnce) {
@@ -367,18 +452,25 @@ TEST_F(PoolTest, MixedUseIsRefused) {
   EXPECT_EQ(steps_of_all(), (std::vector<int>{2, 2, 1}));
 }
 
-TEST_F(PoolTest, AnAutoresetThatFailsArrivesAndIsTold) {
+TEST_F(PoolTest, AResetThatFailsArrivesLikeAnyOther) {
   make(AutoresetMode::same_step);
   fakes_[1].length = 1;
   reset();
   fakes_[1].reset_fails = true;
-  send({0, 1, 2});
-  EXPECT_EQ(message_of<std::runtime_error>([&] { recv(); }),
-            "environment 1: no ground; it needs a reset");
-  EXPECT_EQ(steps_of_all(), (std::vector<int>{1, 1, 1}));
-  EXPECT_EQ(message_of<ResetNeeded>([&] { send({1}); }),
-            "environment 1: there is no episode yet; reset first");
+  for (int round = 0; round < 2; ++round) {  // the end of an episode, then nothing but the reset
+    send({0, 1, 2});
+    const std::vector<std::uint32_t> arrived = recv();
+    EXPECT_STREQ(pool_->reset_error(1), "no ground");
+    const std::size_t row = std::find(arrived.begin(), arrived.end(), 1U) - arrived.begin();
+    EXPECT_EQ(arrays_->terminated[row], 1);
+    EXPECT_EQ(arrays_->steps[row], 0U);
+    EXPECT_EQ(arrays_->final_observations[2 * row + 1], round == 0 ? 1 : 0);
+  }
+  EXPECT_EQ(steps_of_all(), (std::vector<int>{2, 1, 2}));
+  pool_->send_resets({1});
   send({0, 2});
+  recv();
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
 }
 
 TEST_F(PoolTest, EndsWithEnvironmentsUnderWay) {

@@ -9,11 +9,12 @@ from walker_sim.transport import Batch
 class CountingWalkers:
     """An episode of seed s ends on step s; its observations count its steps."""
 
-    def __init__(self, num_envs, last_reward=1.0, error="", env_id="BipedalWalker-v3"):
+    def __init__(self, num_envs, last_reward=1.0, error="", env_id="BipedalWalker-v3", refused=()):
         self.specification = {"id": env_id, "info_names": ["x"], "action_low": [-1.0]}
         self.num_envs, self.last_reward, self.text = num_envs, last_reward, error
         self.lengths, self.steps = np.zeros(num_envs), np.zeros(num_envs)
         self.actions = []
+        self.refused = refused  # seeds
 
     def rows(self):
         return self.steps[:, np.newaxis].copy(), np.full((self.num_envs, 1), np.nan)
@@ -36,6 +37,9 @@ class CountingWalkers:
     def error(self, environment):
         return self.text
 
+    def reset_error(self, environment):
+        return "no ground" if self.lengths[environment] in self.refused else ""
+
 
 def by_count(seed):
     return lambda observation: np.full(1, seed + observation[0] / 100, np.float32)
@@ -54,6 +58,25 @@ def test_each_seed_is_one_episode(num_envs):
         assert [action[0] for action in episode.steps.actions] == wanted
         assert len(episode.steps.infos) == episode.seed + 1
     assert len(walkers.actions) < sum(seeds) + 1
+
+
+@pytest.mark.parametrize("num_envs", [1, 2, 5, 9])
+def test_a_seed_whose_reset_fails_is_an_episode_without_a_step(num_envs):
+    seeds = [3, 7, 1, 4, 2]
+    walkers = CountingWalkers(num_envs, refused=(3, 1, 2))
+    episodes = sorted(play(walkers, seeds, by_count))
+    assert [episode.seed for episode in episodes] == seeds
+    assert [episode.length for episode in episodes] == [0, 7, 0, 4, 0]
+    assert [episode.end for episode in episodes] == [
+        *("failed", "arrived", "failed", "arrived", "failed")
+    ]
+    assert [episode.error for episode in episodes] == [
+        "no ground",
+        "",
+        "no ground",
+        "",
+        "no ground",
+    ]
 
 
 def test_who_has_nothing_to_do_gets_no_torque():

@@ -78,6 +78,35 @@ def assert_equal(ours, theirs):
         assert equal_bits(ours, theirs)
 
 
+def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(tmp_path):
+    """By the seeds, of which the stack is too small for some."""
+    model = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
+    cramped = tmp_path / "cramped.xml"
+    cramped.write_text(model.read_text().replace('nstack="8000"', 'nstack="520"'))
+    environments = VecEnv(
+        *("Walker2d-v5", 20),
+        xml_file=str(cramped),
+        reset_noise_scale=3.0,
+        terminate_when_unhealthy=False,
+        max_episode_steps=3,
+    )
+    environments.seed(0)
+    observations = environments.reset()
+    words = [info.get("error") for info in environments.reset_infos]
+    assert {*words} == {None, "MuJoCo: Stack overflow"}
+    assert [not row.any() for row in observations] == [bool(word) for word in words]
+    failed = words.index("MuJoCo: Stack overflow")
+    actions = np.zeros((20, 6), np.float32)
+    for _ in range(50):
+        observations, rewards, dones, infos = environments.step(actions)
+        if not dones[failed]:
+            break
+        assert not observations[failed].any() and not rewards[failed]
+        assert not infos[failed]["terminal_observation"].any()
+    assert observations[failed].any() and not rewards[failed], "the reset"
+    assert "error" not in infos[failed]
+
+
 def assert_same_course(ours, reference, num_steps):
     """Reset and steps of both; returns how many episodes were terminated, and truncated."""
     counts = [0, 0]

@@ -5,6 +5,7 @@ here; and of our single environments. With another Box2D than the pinned one, of
 """
 
 import os
+import pathlib
 
 import gymnasium
 import numpy as np
@@ -16,6 +17,8 @@ from walker2d.walker2d_reference import MODELS
 
 NUM_ENVS = 5
 NUM_STEPS = 300
+MODEL = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
+WORDS = "MuJoCo: Stack overflow"
 MODES = ["next_step", "same_step", "disabled"]
 LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 25, "Walker2d-v5": 25}  # some fall, some do not
 OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
@@ -136,6 +139,90 @@ def test_what_the_engine_says_stands_where_the_episode_ended(mode, tmp_path):
     ours.reset(seed=1)
     ours.send(actions)
     assert_same(in_order_of_env_id(ours.recv()), result)
+
+
+def cramped(folder):
+    """A model whose engine refuses some resets, by their seeds."""
+    model = MODEL.read_text()
+    file = folder / "cramped.xml"
+    file.write_text(model.replace('nstack="8000"', 'nstack="520"'))
+    return {
+        "xml_file": str(file),
+        "terminate_when_unhealthy": False,
+        "reset_noise_scale": 3.0,
+    }
+
+
+def sorted_seeds(parameters):
+    """Below 40: those whose resets succeed, and those whose fail, which a walker alone tells."""
+    walker = walker_sim.WalkerEnv("Walker2d-v5", **parameters)
+    good, bad = [], []
+    for seed in range(40):
+        try:
+            walker.reset(seed=seed)
+        except RuntimeError as error:
+            assert str(error) == WORDS
+            bad.append(seed)
+        else:
+            good.append(seed)
+    assert len(good) > 5 and bad
+    return good, bad
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path):
+    parameters = cramped(tmp_path)
+    good, bad = sorted_seeds(parameters)
+    ours, undisturbed = (
+        make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters) for _ in range(2)
+    )
+    observations, infos = ours.reset(seed=[*good[:2], bad[0], *good[2:4]])
+    expected, _ = undisturbed.reset(seed=good[:5])
+    assert infos["_error"].tolist() == [False, False, True, False, False]
+    assert infos["error"].tolist() == [None, None, WORDS, None, None]
+    assert infos["_x_position"].tolist() == [True, True, False, True, True]
+    assert not observations[2].any()
+    actions = np.full(ours.action_space.shape, 0.5, np.float32)
+    if mode == "disabled":
+        with pytest.raises(
+            walker_sim.ResetNeeded,
+            match="environment 2: the simulation failed at its reset; reset first",
+        ):
+            ours.step(actions)
+        mask = np.arange(5) == 2
+        infos = ours.reset(seed=good[4], options={"reset_mask": mask})[1]
+        assert "error" not in infos
+        observations = ours.step(actions)[0]
+        assert np.array_equal(observations[:2], undisturbed.step(actions)[0][:2])
+        return
+    failures = 0
+    others = [0, 1]
+    for number in range(30):
+        observations, rewards, terminated, truncated, infos = ours.step(actions)
+        expected = undisturbed.step(actions)
+        assert np.array_equal(observations[others], expected[0][others]), number
+        assert np.array_equal(rewards[others], expected[1][others]), number
+        failed = infos.get("_error", np.zeros(5, bool)) & (infos.get("error") == WORDS)
+        for walker in failed.nonzero()[0]:
+            if mode == "same_step":  # else it may be a step's
+                assert not observations[walker].any()
+            assert terminated[walker] or truncated[walker]
+            failures += 1
+    assert failures
+
+
+def test_what_is_received_tells_of_a_reset_that_failed(tmp_path):
+    parameters = cramped(tmp_path)
+    _, bad = sorted_seeds(parameters)
+    for mode in MODES:
+        ours = make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters)
+        ours.async_reset(seed=[bad[0]] * 5)
+        observations, rewards, terminated, truncated, infos = ours.recv()
+        assert not observations.any() and not rewards.any() and not truncated.any()
+        assert terminated.all()
+        assert infos["error"].tolist() == [WORDS] * 5
+        if mode == "same_step":
+            assert infos["_final_obs"].all() and "error" not in infos["final_info"]
 
 
 @pytest.mark.parametrize("num_threads", [1, 3])

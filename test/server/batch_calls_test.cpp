@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -17,6 +19,7 @@
 #include "bits.h"
 #include "core/random.h"
 #include "error_message.h"
+#include "server/cramped_walker.h"
 #include "server/episode_states.h"
 #include "server/simulation.h"
 #include "walker_sim/registry.h"
@@ -171,61 +174,247 @@ TEST(BatchCalls, AStatisticIsOfTheWholeEpisode) {
   }
 }
 
-/// Each episode has two steps of reward 1; the second reset of the one that is brittle fails.
+/// Each episode has two steps of reward 1. Resets fail where the test says so.
 class Brittle : public BareEnvironment {
  public:
-  explicit Brittle(bool is_brittle) : is_brittle_(is_brittle) {
+  explicit Brittle(const bool& resets_fail) : resets_fail_(resets_fail) {
     specification_.observation_low = {0};
     specification_.observation_high = {1};
     specification_.action_low = {-1};
     specification_.action_high = {1};
     specification_.joints.resize(1);
+    specification_.info_names = {"one"};
   }
 
   void reset(std::optional<std::uint64_t> /*seed*/, Result& result) override {
-    if (is_brittle_ && ++num_resets_ == 2) throw std::runtime_error("broken");
+    if (resets_fail_) throw std::runtime_error("broken");
     steps_ = 0;
     result = {result.observation, result.info, 0, false, false, "", ""};
+    tell(result);
   }
   void step(const double* /*action*/, std::size_t /*size*/, Result& result) override {
-    result.reward = 1;
-    result.terminated = is_brittle_ && ++steps_ == 2;
-    result.end_reason = result.terminated ? "over" : "";
+    ++steps_;
+    result = {result.observation, result.info, 1, steps_ == 2, false, "over", ""};
+    tell(result);
   }
 
  private:
-  bool is_brittle_;
-  int num_resets_ = 0;
+  void tell(Result& result) const {
+    result.observation[0] = 10 + steps_;
+    result.info[0] = 1;
+  }
+
+  const bool& resets_fail_;
   int steps_ = 0;
 };
 
-TEST(Environments, OneThatFailsAtItsResetLeavesTheAccountOfTheOthersRight) {
-  const ServerOptions options = Herd::options_of("Brittle", AutoresetMode::next_step, 3);
-  int num_made = 0;
-  const auto environments = make_environments(
-      options, [&num_made] { return std::make_unique<Brittle>(num_made++ == 1); });
+/// Three environments, of which the one in the middle fails; or that one alone.
+class Failing : public testing::TestWithParam<AutoresetMode> {
+ protected:
+  using Flags = std::vector<std::uint8_t>;
+  using Numbers = std::vector<std::uint32_t>;
+  using Values = std::vector<double>;
+
+  void serve(std::uint32_t num_envs, std::uint32_t shown) {
+    options_ = Herd::options_of("Brittle", GetParam(), num_envs);
+    options_.shown_environment = shown;
+    int num_made = 0;
+    environments_ = make_environments(options_, [&] {
+      const bool may_fail = num_envs == 1 || num_made++ == 1;
+      return std::make_unique<Brittle>(may_fail ? fails_ : never_);
+    });
+    calls_.emplace(*environments_, options_, counters_, episodes_);
+  }
+  void reset(const Numbers& listed = {}) {
+    walker_sim::ResetBatch::Request request;
+    request.environments = listed;
+    calls_->reset(request, begun_);
+  }
+  void step() {
+    calls_->step(Values(options_.num_envs), reply_);
+    calls_->reset_ended(reply_);
+  }
+  const EpisodeState& shown() { return environments_->shown().state(); }
+  void expect_shown_failed(std::uint32_t episode) {
+    EXPECT_TRUE(shown().failed_at_reset());
+    EXPECT_EQ(shown().episode, episode);
+    EXPECT_EQ(shown().error, "broken");
+    EXPECT_EQ(shown().end_reason, "terminated: the simulation failed at its reset");
+    EXPECT_EQ(shown().observation, Values{0});
+    EXPECT_EQ(shown().reward, 0);
+    EXPECT_TRUE(shown().action.empty());
+  }
+
+  const bool never_ = false;
+  bool fails_ = false;
+  ServerOptions options_;
+  ServerCounters counters_;
+  EpisodeStatistics episodes_;
+  std::unique_ptr<Environments> environments_;
+  std::optional<BatchCalls> calls_;
+  walker_sim::ResetBatch::Response begun_;
+  walker_sim::StepBatch::Response reply_;
+};
+
+constexpr const char* kOfTheMiddle = "environment 1: the simulation failed at its reset: broken";
+
+TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
+  serve(3, 1);
+  fails_ = true;
+  reset();
+  EXPECT_EQ(begun_.status_message, kOfTheMiddle);
+  EXPECT_EQ(begun_.observations, (Values{10, 0, 10}));
+  EXPECT_EQ(begun_.info[0], 1);
+  EXPECT_TRUE(std::isnan(begun_.info[1]));
+  EXPECT_EQ(begun_.info[2], 1);
+  expect_shown_failed(1);
+  EXPECT_EQ(shown().seed, kSeed + 1);
+  EXPECT_EQ(counters_.resets, 3U);
+  EXPECT_EQ(counters_.simulation_errors, 1U);
+  if (GetParam() == AutoresetMode::disabled) {
+    EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }),
+              "environment 1: the simulation failed at its reset; reset first");
+    return;
+  }
+  step();  // is its next reset
+  EXPECT_EQ(reply_.status_message, kOfTheMiddle);
+  EXPECT_EQ(reply_.rewards, (Values{1, 0, 1}));
+  EXPECT_EQ(reply_.observations, (Values{11, 0, 11}));
+  EXPECT_EQ(reply_.terminated, (Flags{0, 1, 0}));
+  EXPECT_EQ(reply_.episodes, (Numbers{1, 2, 1}));
+  EXPECT_EQ(reply_.steps, (Numbers{1, 0, 1}));
+  const bool is_same_step = GetParam() == AutoresetMode::same_step;
+  EXPECT_EQ(reply_.final_environments, is_same_step ? Numbers{1} : Numbers{});
+  EXPECT_EQ(reply_.final_observations, is_same_step ? Values{0} : Values{});
+  expect_shown_failed(2);
+  fails_ = false;
+  reset({1});
+  EXPECT_EQ(begun_.status_message, "");
+  EXPECT_EQ(shown().error, "");
+  EXPECT_EQ(shown().end_reason, "");
+  step();
+  EXPECT_EQ(reply_.status_message, "");
+  EXPECT_EQ(reply_.steps[1], 1U);
+  EXPECT_EQ(environments_->episode_return(1), 1);
+}
+
+TEST_P(Failing, AtItsAutoresetLeavesTheOthersAlone) {
+  serve(3, 1);
+  if (GetParam() == AutoresetMode::disabled) return;
+  reset();
+  step();
+  fails_ = true;
+  step();
+  EXPECT_EQ(reply_.rewards, (Values{1, 1, 1}));
+  EXPECT_EQ(reply_.terminated, (Flags{1, 1, 1}));
+  if (GetParam() == AutoresetMode::next_step) {
+    EXPECT_EQ(reply_.status_message, "");
+    step();
+    EXPECT_EQ(reply_.rewards, (Values{0, 0, 0}));
+    EXPECT_EQ(reply_.terminated, (Flags{0, 1, 0}));
+  } else {
+    EXPECT_EQ(reply_.final_environments, (Numbers{0, 1, 2}));
+    EXPECT_EQ(reply_.final_observations, (Values{12, 12, 12}));
+    EXPECT_EQ(reply_.final_info, (Values{1, 1, 1}));
+  }
+  EXPECT_EQ(reply_.status_message, kOfTheMiddle);
+  EXPECT_EQ(reply_.observations, (Values{10, 0, 10}));
+  EXPECT_EQ(reply_.episodes, (Numbers{2, 2, 2}));
+  EXPECT_EQ(reply_.steps, (Numbers{0, 0, 0}));
+  expect_shown_failed(2);
+  EXPECT_EQ(episodes_.summary().episodes, 3U);
+  EXPECT_EQ(episodes_.summary().failed, 0U);
+  fails_ = false;
+  step();
+  EXPECT_EQ(reply_.status_message, "");
+  EXPECT_EQ(reply_.rewards, (Values{1, 0, 1}));
+  EXPECT_EQ(reply_.terminated, (Flags{0, 0, 0}));
+  EXPECT_EQ(reply_.observations, (Values{11, 10, 11}));
+  EXPECT_EQ(reply_.steps, (Numbers{1, 0, 1}));
+  EXPECT_EQ(shown().step, 0U);
+  EXPECT_EQ(shown().error, "");
+}
+
+TEST_P(Failing, AnotherThanTheShownOneDoesNotConcernIt) {
+  serve(3, 2);
+  fails_ = true;
+  reset();
+  EXPECT_EQ(shown().episode, 1U);
+  EXPECT_EQ(shown().error, "");
+  EXPECT_EQ(shown().seed, kSeed + 2);
+  if (GetParam() == AutoresetMode::disabled) return;
+  step();
+  EXPECT_EQ(shown().step, 1U);
+  EXPECT_EQ(shown().episode_return, 1);
+}
+
+/// A server of one has no pool.
+TEST_P(Failing, AloneIsTheSame) {
+  serve(1, 0);
+  fails_ = true;
+  reset();
+  EXPECT_EQ(begun_.status_message, "environment 0: the simulation failed at its reset: broken");
+  EXPECT_EQ(begun_.observations, Values{0});
+  expect_shown_failed(1);
+  if (GetParam() == AutoresetMode::disabled) return;  // a step is refused by the rules
+  step();
+  EXPECT_EQ(reply_.status_message, "environment 0: the simulation failed at its reset: broken");
+  EXPECT_EQ(reply_.terminated, Flags{1});
+  EXPECT_EQ(reply_.steps, Numbers{0});
+  EXPECT_EQ(reply_.episodes, Numbers{2});
+  EXPECT_EQ(reply_.final_environments.size(), GetParam() == AutoresetMode::same_step ? 1U : 0U);
+  fails_ = false;
+  step();
+  EXPECT_EQ(reply_.status_message, "");
+  EXPECT_EQ(reply_.steps, Numbers{0});
+  EXPECT_EQ(reply_.observations, Values{10});
+  step();
+  EXPECT_EQ(reply_.steps, Numbers{1});
+  EXPECT_EQ(counters_.simulation_errors, 2U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, Failing,
+                         testing::Values(AutoresetMode::next_step, AutoresetMode::same_step,
+                                         AutoresetMode::disabled),
+                         [](const auto& instance) { return to_text(instance.param); });
+
+/// To the bit, with the engine's own failures.
+TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsASimulationDrivenAlone) {
+  const AutoresetMode mode = GetParam().mode;
+  if (std::string(GetParam().id) != "Walker2d-v5") return;
+  const CrampedWalker cramped;
+  ServerOptions options = Herd::options_of("Walker2d-v5", mode, 4);
+  const auto environments = make_environments(options, std::ref(cramped));
   ServerCounters counters;
   EpisodeStatistics episodes;
   BatchCalls calls(*environments, options, counters, episodes);
+  Simulation alone(std::ref(cramped), kSeed + kShown);
   walker_sim::ResetBatch::Response begun;
-  calls.reset({}, begun);
   walker_sim::StepBatch::Response reply;
-  const std::vector<double> actions(3);
-  for (int i = 0; i < 2; ++i) calls.step(actions, reply);
-  EXPECT_EQ(reply.terminated[1], 1);
-  const std::string message = message_of<std::runtime_error>([&] { calls.step(actions, reply); });
-  EXPECT_NE(message.find("environment 1: broken"), std::string::npos) << message;
-  EXPECT_TRUE(reply.rewards.empty());
-  EXPECT_EQ(environments->shown().state().step, 3U);
-  EXPECT_EQ(environments->shown().state().episode_return, 3);
-  EXPECT_NE(message_of<ResetNeeded>([&] { calls.step(actions, reply); }).find("environment 1"),
-            std::string::npos);
-  walker_sim::ResetBatch::Request request;
-  request.environments = {1};
-  calls.reset(request, begun);
-  calls.step(actions, reply);
-  EXPECT_EQ(environments->shown().state().step, 4U);
-  EXPECT_EQ(environments->episode_return(1), 1);
+  calls.reset({}, begun);
+  alone.reset(std::nullopt);
+  std::uint32_t failed = 0;
+  const std::vector<double> actions(4 * 6, 0.5);
+  const std::vector<double> action(6, 0.5);
+  for (int i = 0; i < 400 && !HasFailure(); ++i) {
+    const bool resets = mode == AutoresetMode::next_step ? alone.state().has_ended()
+                                                         : alone.state().failed_at_reset();
+    if (resets) {
+      alone.reset(std::nullopt);
+    } else {
+      alone.step(action);
+    }
+    calls.step(actions, reply);
+    expect_same_account(environments->shown().state(), alone.state());
+    calls.reset_ended(reply);
+    if (alone.state().has_ended() && !alone.state().failed_at_reset() &&
+        mode == AutoresetMode::same_step) {
+      alone.reset(std::nullopt);
+      expect_same_account(environments->shown().state(), alone.state());
+    }
+    failed += alone.state().failed_at_reset() ? 1 : 0;
+  }
+  EXPECT_GT(failed, 1U);
 }
 
 /// A transport that keeps its reply pays for no memory.

@@ -500,6 +500,54 @@ class BatchTest(ServerTest):
         self.reset([0, 1, 2])
         self.assertTrue(step(actions=[1.0] * 18).success)
 
+    def test_a_reset_that_the_engine_refuses_concerns_its_own_environment(self):
+        cramped = {**self.cramped_walker(), "max_episode_steps": 10}
+        self.serve(**cramped)
+        seeds = range(30)
+        refused = [not self.clients["reset"](has_seed=True, seed=seed).success for seed in seeds]
+        bad = next(seed for seed in seeds if refused[seed])
+        good = [seed for seed in seeds if not refused[seed]]
+        self.server.stop()
+        words = "the simulation failed at its reset"
+        for mode in MODES:
+            self.serve(**cramped, num_envs=3, shown_environment=1, autoreset_mode=mode)
+            undisturbed = self.play_cramped([good[0], good[1], good[2]])
+            transitions = self.record("/transition", Transition)
+            clock = self.record("/clock", rosgraph_msgs.msg.Clock)
+            disturbed = self.play_cramped([good[0], bad, good[2]])
+            begun = disturbed[0]
+            self.assertTrue(begun.success)
+            self.assertEqual(
+                begun.status_message, f"environment 1: {words}: MuJoCo: Stack overflow"
+            )
+            self.assertEqual(row(begun.observations, 1, 17), [0.0] * 17)
+            for one, other in zip(undisturbed, disturbed):
+                for i in (0, 2):
+                    told = row(one.observations, i, 17), row(other.observations, i, 17)
+                    self.assertEqual(*map(bits, told))
+            first = transitions.wait(lambda m: m.error == "MuJoCo: Stack overflow" and m.step == 0)
+            self.assertTrue(first.terminated)
+            begin = first_stamp(first)
+            stamps = list(range(begin, begin + len(disturbed) * 8_000_000, 8_000_000))
+            transitions.at(stamps[-1])
+            told = [stamp for stamp in map(first_stamp, transitions.messages()) if stamp >= begin]
+            self.assertEqual(told[: len(stamps)], stamps)
+            clock.wait(lambda m: first_stamp(m) >= stamps[-1])  # some give way to newer ones
+            if mode == "disabled":
+                self.assertEqual(len(disturbed), 1)
+                refusal = self.try_step([0.5] * 6).status_message
+                self.assertEqual(refusal, f"environment 1: {words}; reset first")
+            else:
+                self.assertEqual(disturbed[1].steps[1], 0, "its next step is its next reset")
+            self.server.stop()
+
+    def play_cramped(self, seeds):
+        """The replies to a reset and twelve steps, or as many as are not refused."""
+        replies = [self.try_reset(seeds=seeds)]
+        while replies[-1].success and len(replies) < 13:
+            replies.append(self.try_step([0.5] * 6))
+        return [reply for reply in replies if reply.success]
+
     def test_a_thousand_environments(self):
         for env, size, width in (("BipedalWalker-v3", 4, 24), ("Walker2d-v5", 6, 17)):
             self.serve(env=env, num_envs=1024, shown_environment=1023)

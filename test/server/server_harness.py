@@ -301,6 +301,15 @@ class ServerTest(unittest.TestCase):
             file.write(text)
         return path
 
+    def cramped_walker(self):
+        """Parameters of a Walker2d-v5 whose engine refuses some resets, by their seeds."""
+        return {
+            "env": "Walker2d-v5",
+            "xml_file": self.model_file(('nstack="8000"', 'nstack="520"')),
+            "terminate_when_unhealthy": False,
+            "reset_noise_scale": 3.0,
+        }
+
     def counter(self, word):
         """The number in fresh diagnostics whose key holds `word`."""
         if not hasattr(self, "_diagnostics"):

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -13,6 +15,7 @@
 #include "bits.h"
 #include "core/random.h"
 #include "error_message.h"
+#include "server/cramped_walker.h"
 #include "server/episode_states.h"
 #include "walker_sim/registry.h"
 
@@ -175,6 +178,72 @@ TEST(Simulation, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
   simulation.reset(1);
   EXPECT_NE(message_of<std::exception>([&] { simulation.record(); }).find("reuse_world"),
             std::string::npos);
+}
+
+/// A reset that the engine refuses is told like a step at which it fails.
+TEST(Simulation, AResetThatFailsIsAnEpisodeThatHasEnded) {
+  const CrampedWalker cramped;
+  Simulation simulation(std::ref(cramped), cramped.good_seed());
+  Simulation fresh(std::ref(cramped), cramped.good_seed());
+  simulation.reset(std::nullopt);
+  play(simulation, 3, 1);
+  const std::uint64_t bad = cramped.bad_seed();
+  simulation.reset(bad);
+  const EpisodeState& state = simulation.state();
+  EXPECT_TRUE(state.failed_at_reset());
+  EXPECT_EQ(state.error, "MuJoCo: Stack overflow");
+  EXPECT_EQ(state.end_reason, "terminated: the simulation failed at its reset");
+  EXPECT_EQ(state.episode, 2U);
+  EXPECT_EQ(state.step, 0U);
+  EXPECT_EQ(state.seed, bad);
+  EXPECT_EQ(state.generator_state, Generator(bad).state());
+  EXPECT_TRUE(state.action.empty());
+  EXPECT_EQ(state.observation, std::vector<double>(state.observation.size()));
+  EXPECT_TRUE(std::all_of(state.info.begin(), state.info.end(),
+                          [](double value) { return std::isnan(value); }));
+  EXPECT_EQ(state.episode_return, 0);
+  EXPECT_EQ(message_of<ResetNeeded>([&] { simulation.step(std::vector<double>(6)); }),
+            "step: the simulation failed; reset first");
+  EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
+            "there is no episode: the simulation failed at its reset; reset first");
+  EXPECT_EQ(state.step, 0U);
+
+  simulation.reset(cramped.good_seed(bad));
+  fresh.reset(cramped.good_seed(bad));
+  for (;;) {
+    expect_same_state(state, fresh.state());
+    if (fresh.state().has_ended()) return;
+    simulation.step(std::vector<double>(6, 0.5));
+    fresh.step(std::vector<double>(6, 0.5));
+  }
+}
+
+/// It would fail for ever if the generator stood still.
+TEST(Simulation, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
+  const CrampedWalker cramped;
+  Simulation simulation(std::ref(cramped), cramped.bad_seed());
+  int resets = 0;
+  do {
+    simulation.reset(std::nullopt);
+  } while (++resets < 100 && simulation.state().failed_at_reset());
+  EXPECT_GT(resets, 1) << "the first one has failed";
+  EXPECT_LT(resets, 100);
+  EXPECT_EQ(simulation.state().episode, resets);
+  EXPECT_FALSE(simulation.state().seed);
+}
+
+TEST(Simulation, ARecordWhoseResetFailsChangesNothing) {
+  const CrampedWalker cramped;
+  Simulation simulation(std::ref(cramped), cramped.good_seed());
+  simulation.reset(std::nullopt);
+  EpisodeRecord record = simulation.record();
+  record.seed = cramped.bad_seed();
+  record.generator_state = Generator(*record.seed).state();
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { simulation.restore(record); }),
+            "the reset of the record: MuJoCo: Stack overflow");
+  EXPECT_EQ(simulation.state().episode, 1U);
+  EXPECT_EQ(simulation.state().error, "");
+  simulation.step(std::vector<double>(6));
 }
 
 /// Goes on for ever and costs nothing.

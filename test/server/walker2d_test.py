@@ -4,6 +4,7 @@
 import math
 import os
 import sys
+import time
 
 import nav_msgs.msg
 import rosgraph_msgs.msg
@@ -14,6 +15,7 @@ import std_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
 from bare_ros import wait_for
+from diagnostic_msgs.msg import DiagnosticArray
 from server_harness import ServerTest, bits, nanoseconds, same_experience
 from walker_sim.msg import Contacts, Episode, Transition
 from walker_sim.srv import Reset, Step
@@ -28,6 +30,9 @@ INFO = {
     ],
 }
 ZERO = [0.0] * 6
+WORDS = "MuJoCo: Stack overflow"
+REFUSED = f"the simulation failed at its reset: {WORDS}"
+QUIET = 1.5  # wall seconds, in which a server that begins episodes by itself tries again
 TOPICS = {
     "/joint_states": sensor_msgs.msg.JointState,
     "/imu": sensor_msgs.msg.Imu,
@@ -245,6 +250,120 @@ class Walker2dTest(ServerTest):
         self.assert_consecutive(self.transitions.messages())
         self.assertTrue(any(m.error for m in self.transitions.messages()))
         self.assertTrue(self.server.is_running())
+
+    # ------------------------------------------------------------ resets that fail
+
+    def sort_seeds(self):
+        """Those below 20 whose resets succeed, with the transitions, and those whose fail."""
+        replies = {seed: self.call("reset", has_seed=True, seed=seed) for seed in range(20)}
+        good = {seed: reply.transition for seed, reply in replies.items() if reply.success}
+        bad = [seed for seed, reply in replies.items() if not reply.success]
+        self.assertTrue(good and bad)
+        for seed in bad:
+            self.assertEqual(replies[seed].status_message, REFUSED)
+        return good, bad
+
+    def serve_after_a_failed_start(self, **parameters):
+        """A free-running server whose own first reset has failed, and the seeds whose resets
+        succeed, with their transitions."""
+        cramped = self.cramped_walker()
+        self.serve(**cramped, paused=True)
+        good, bad = self.sort_seeds()
+        self.server.stop()
+        self.serve(**cramped, seed=str(bad[0]), **parameters)
+        episode = self.record("/episode", Episode).wait(lambda m: m.seed == bad[0] or m.episode > 1)
+        if episode.episode == 1:
+            self.assertEqual(episode.end_reason, "terminated: the simulation failed at its reset")
+            self.assertEqual(episode.length, 0)
+        return good
+
+    def simulation_reports(self):
+        """The messages of the diagnostics' first status."""
+        messages = self.record("/diagnostics", DiagnosticArray).wait_count(3)
+        return [s.message for m in messages for s in m.status if s.name.endswith("simulation")]
+
+    def test_a_reset_that_the_engine_refuses_is_answered_told_and_mended(self):
+        cramped = self.cramped_walker()
+        self.serve(mode="lockstep", **cramped)
+        good, bad = self.sort_seeds()
+        self.assertEqual(self.call("reset", has_seed=True, seed=bad[0]).status_message, REFUSED)
+        told = self.transitions.wait_count(21)
+        self.assertEqual([m.episode for m in told], list(range(1, 22)))
+        for seed, (one, other) in enumerate(zip(told, told[1:])):
+            self.assertEqual(nanoseconds(other), nanoseconds(one) + self.dt)
+            self.assertEqual((one.step, one.terminated), (0, seed in bad))
+            self.assertEqual(one.error, WORDS if seed in bad else "")
+        self.assertEqual(list(told[-1].observation), [0.0] * 17)
+        self.assertTrue(all(map(math.isnan, told[-1].info)))
+        self.assertEqual(self.counter("simulation_errors"), len(bad) + 1)
+        self.assertIn(f"simulation failed at its reset: {WORDS}", self.simulation_reports())
+
+        recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]  # nothing to draw
+        refused = self.call("step", action=ZERO)
+        self.assertEqual(refused.status_message, "step: the simulation failed; reset first")
+        self.assertIn("there is no episode", self.call("snapshot").status_message)
+        self.assertIn("the simulation failed", self.call("render").status_message)
+
+        seed, first = next(iter(good.items()))
+        experience = [self.call("reset", has_seed=True, seed=seed).transition]
+        self.assertTrue(same_experience(experience[0], first))
+        experience += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
+        for recorder in recorders:
+            recorder.wait()
+        self.server.stop()
+        self.serve(mode="lockstep", **cramped)
+        fresh = [self.call("reset", has_seed=True, seed=seed).transition]
+        fresh += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
+        self.assertTrue(all(map(same_experience, experience, fresh)))
+
+    def test_free_running_it_tries_again_after_a_reset_that_failed(self):
+        self.serve_after_a_failed_start(real_time_factor=0.0, max_episode_steps=50)
+        self.transitions.wait(lambda m: m.step > 0, "an episode")
+        self.transitions.wait(lambda m: m.error and m.step == 0, "another failure")
+        self.assert_consecutive(self.transitions.messages())
+        self.assertIn(f"No episode: {REFUSED}", self.server.output())
+        self.assertTrue(self.server.is_running())
+
+    def test_free_running_it_neither_spins_nor_fills_the_log_while_resets_fail(self):
+        cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of them
+        self.serve(**cramped, paused=True)
+        seed = self.find_failures(5)
+        self.server.stop()
+        self.serve(**cramped, seed=str(seed), real_time_factor=0.0)
+        self.transitions.wait(lambda m: m.episode == 2, "the second attempt")
+        begin, used = time.monotonic(), self.cpu_time()
+        self.transitions.wait(lambda m: m.episode == 5, "the fifth attempt")
+        self.assertLess(self.cpu_time() - used, (time.monotonic() - begin) / 2)
+        self.assertTrue(all(m.error == WORDS for m in self.transitions.messages()))
+        self.assertEqual(self.server.output().count("the simulation failed"), 1)
+        self.assertIn(f"simulation failed at its reset: {WORDS}", self.simulation_reports())
+        self.assertEqual(self.counter("missed_deadlines"), 0)
+
+    def find_failures(self, count):
+        """A seed whose reset fails, as do those that go on in its generator."""
+        reset = self.server.client("reset", Reset)
+        for seed in range(1000):
+            attempts = (reset(has_seed=i == 0, seed=seed).success for i in range(count))
+            if not any(attempts):
+                return seed
+        raise AssertionError("no seed with so many failures")
+
+    def cpu_time(self):
+        """Of the server [s]."""
+        with open(f"/proc/{self.server.pid}/stat", encoding="utf-8") as file:
+            fields = file.read().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def test_without_auto_reset_it_waits_for_a_reset_that_succeeds(self):
+        good = self.serve_after_a_failed_start(auto_reset=False)
+        self.assertIn("~reset begins the next", self.server.output())
+        self.transitions.clear()
+        time.sleep(QUIET)
+        self.assertEqual(self.transitions.messages(), [])
+        seed, first = next(iter(good.items()))
+        self.assertTrue(self.call("reset", has_seed=True, seed=seed).success)
+        self.transitions.wait(lambda m: m.step > 0, "the episode")
+        self.assertTrue(same_experience(self.transitions.messages()[0], first))
 
 
 if __name__ == "__main__":

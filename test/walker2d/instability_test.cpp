@@ -1,16 +1,22 @@
 // What happens when MuJoCo gives up in the middle of a step.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "error_message.h"
 #include "stepper.h"
 #include "walker2d/constants.h"
 #include "walker2d/model_file.h"
+#include "walker_sim/pool.h"
 
 namespace walker::walker2d {
 namespace {
@@ -214,6 +220,69 @@ TEST_F(InstabilityTest, AResetThatFailsSaysSo) {
   }
   EXPECT_GT(failed, 0);
   EXPECT_LT(failed, 20);
+}
+
+/// What a walker of a pool does in one of its steps, alone.
+void go_on(Stepper& walker, bool& has_episode, std::string& reset_error,
+           std::optional<std::uint64_t> seed) {
+  reset_error.clear();
+  if (has_episode && !walker.has_ended()) {
+    walker.step(kRest);
+    return;
+  }
+  has_episode = false;
+  try {
+    walker.reset(seed);
+    has_episode = true;
+  } catch (const std::runtime_error& error) {
+    reset_error = error.what();
+    std::fill(walker.observation.begin(), walker.observation.end(), 0);
+  }
+}
+
+/// Each is to the bit what it is alone, whatever befalls it and its neighbours.
+TEST_F(InstabilityTest, InAPoolEachFailsAtItsOwnResets) {
+  const Parameters parameters{{"xml_file", folder_.write("cramped.xml", cramped_walker())},
+                              {"terminate_when_unhealthy", false},
+                              {"reset_noise_scale", 3.0}};
+  constexpr std::size_t kCount = 8;
+  PoolOptions options;
+  options.num_envs = kCount;
+  options.num_threads = 2;
+  Pool pool([&] { return walker::make("Walker2d-v5", parameters); }, options);
+  std::vector<Stepper> alone;
+  std::vector<std::optional<std::uint64_t>> seeds;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    alone.emplace_back("Walker2d-v5", parameters);
+    seeds.emplace_back(i);
+  }
+  const std::size_t width = pool.specification().observation_size();
+  std::vector<double> observations(kCount * width);
+  std::vector<std::uint8_t> terminated(kCount);
+  Batch batch;
+  batch.observations = observations.data();
+  batch.terminated = terminated.data();
+  const std::vector<double> actions(kCount * kJointCount);
+  std::array<bool, kCount> has_episode{};
+  int failed_resets = 0;
+  for (int round = 0; round < 200; ++round) {
+    if (round == 0) {
+      pool.reset({}, seeds, batch);
+    } else {
+      pool.step(actions.data(), actions.size(), batch);
+    }
+    for (std::size_t i = 0; i < kCount; ++i) {
+      std::string reset_error;
+      go_on(alone[i], has_episode[i], reset_error, round == 0 ? seeds[i] : std::nullopt);
+      ASSERT_EQ(pool.reset_error(i), reset_error) << i << " in round " << round;
+      const std::vector<double> row(observations.begin() + i * width,
+                                    observations.begin() + (i + 1) * width);
+      ASSERT_EQ(row, alone[i].observation) << i << " in round " << round;
+      ASSERT_EQ(terminated[i] != 0, !has_episode[i] || alone[i].has_ended());
+      failed_resets += has_episode[i] ? 0 : 1;
+    }
+  }
+  EXPECT_GT(failed_resets, 3);
 }
 
 /// Models are compiled in one thread while others step, and each fails for itself.

@@ -126,6 +126,9 @@ class InProcessWalkers:
     def error(self, environment: int) -> str:
         return self._pool.error(environment)
 
+    def reset_error(self, environment: int) -> str:
+        return self._pool.reset_error(environment)
+
     def render(
         self,
         environment: int,

@@ -195,6 +195,10 @@ class RemoteWalkers:
         """The answer of a batch's step does not say."""
         return ""
 
+    def reset_error(self, environment: int) -> str:
+        """Neither does that of its reset."""
+        return ""
+
     def render(
         self,
         environment: int,

@@ -51,7 +51,8 @@ class VecEnv(vec_env.VecEnv):
     Attributes
     ----------
     reset_infos
-        Of each walker, the info of its last reset; floats by name.
+        Of each walker, the info of its last reset; floats by name. ``error`` only where the engine
+        failed: that walker has an observation of zeros, and its next step is its next reset.
 
     Raises
     ------
@@ -120,6 +121,8 @@ class VecEnv(vec_env.VecEnv):
         self._actions = None
         observations, info = self._walkers.reset([], self._seeds)
         self.reset_infos = self._to_dicts(info)
+        for i in range(self.num_envs):
+            self._add_reset_error(i)
         self._reset_seeds()
         self._reset_options()
         self._show_first(self._pictures.begin)
@@ -237,6 +240,12 @@ class VecEnv(vec_env.VecEnv):
             if error:
                 final["error"] = error
             self.reset_infos[i], infos[i] = infos[i], final
+            self._add_reset_error(i)
+
+    def _add_reset_error(self, index: int) -> None:
+        error = self._walkers.reset_error(index)
+        if error:
+            self.reset_infos[index]["error"] = error
 
     def _to_dicts(self, info: NDArray[np.float64]) -> Infos:
         """Rows by names, without what is absent, which is NaN."""
@@ -248,7 +257,7 @@ class VecEnv(vec_env.VecEnv):
         return functools.partial(self._walkers.render, index)
 
     def _show_first(self, show: Callable[[Draw], None]) -> None:
-        if self.render_mode == "human":
+        if self.render_mode == "human" and not self._walkers.reset_error(0):
             show(self._drawer(0))
 
     def _check_open(self) -> None:

@@ -108,6 +108,9 @@ class Walkers(Protocol):
     def error(self, environment: int) -> str:
         """Why the engine had to end the episode in the last step, or an empty text."""
 
+    def reset_error(self, environment: int) -> str:
+        """Why there is no episode: what the engine said at the last reset, or an empty text."""
+
     def render(
         self,
         environment: int,

@@ -167,7 +167,9 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         observations
             Shape (num_envs, observation size); of a walker that is not reset its last one.
         infos
-            Of those that are reset.
+            Of those that are reset. ``infos["error"]`` only where the engine failed: that walker
+            has no episode and an observation of zeros, the others are as ever. In ``next_step`` and
+            ``same_step`` its next step is its next reset, in ``disabled`` a step is refused.
 
         Raises
         ------
@@ -179,14 +181,14 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if options is None or "reset_mask" not in options:
             observations, info = self._walkers.reset([], seeds)
             self._show_first(self._pictures.begin)
-            return observations, to_infos(self._info_names, info)
+            return observations, self._infos_of_reset(info, np.ones(self.num_envs, np.bool_))
         mask = checked_mask(options["reset_mask"], self.num_envs)
         chosen = np.flatnonzero(mask).tolist()
         some_seeds = [seeds[i] for i in chosen] if seeds else []
         observations, info = self._walkers.reset(chosen, some_seeds)
         if mask[0]:
             self._show_first(self._pictures.begin)
-        return observations, to_infos(self._info_names, info, mask)
+        return observations, self._infos_of_reset(info, mask)
 
     def step(
         self, actions: ArrayLike
@@ -203,7 +205,10 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         -------
         observations, rewards, terminated, truncated, infos
             Shapes (num_envs, observation size) and (num_envs,). ``infos["error"]`` only where the
-            simulation had to end an episode.
+            simulation had to end an episode, or failed at an autoreset: then the new episode has
+            ended at once, with an observation of zeros, and the next step is another reset. In
+            ``same_step`` the error of an episode stands in ``final_info``, that of the reset after
+            it here.
 
         Raises
         ------
@@ -218,7 +223,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         infos = to_infos(self._info_names, batch.info)
         ended = batch.terminated | batch.truncated
         if np.count_nonzero(ended):
-            self._add_ends(infos, ended, walkers.final_rows, walkers.error)
+            self._add_ends(infos, ended, walkers.final_rows, range(self.num_envs))
         self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
 
@@ -275,9 +280,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         infos["env_id"] = np.array(environments, np.int32)
         ended = batch.terminated | batch.truncated
         if np.count_nonzero(ended):
-            self._add_ends(
-                infos, ended, pool.final_rows_received, lambda row: pool.error(environments[row])
-            )
+            self._add_ends(infos, ended, pool.final_rows_received, environments)
         if 0 in environments:
             self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
@@ -343,7 +346,9 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     def _show_first(self, show: Callable[[Draw], None]) -> None:
         """In the window, if there is one, unless the engine has failed and there is nothing."""
-        if self.render_mode == "human" and not self._walkers.error(0):
+        if self.render_mode != "human" or self._walkers.reset_error(0):
+            return
+        if self.autoreset_mode is AutoresetMode.SAME_STEP or not self._walkers.error(0):
             show(self._drawer(0))
 
     def _need_open(self, call: str) -> None:
@@ -357,17 +362,32 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
         return self._walkers
 
+    def _infos_of_reset(self, info: NDArray[np.float64], mask: NDArray[np.bool_]) -> Infos:
+        infos = to_infos(self._info_names, info, mask)
+        add_errors(infos, mask, self._walkers.reset_error)
+        return infos
+
     def _add_ends(
         self,
         infos: Infos,
         ended: NDArray[np.bool_],
         final_rows: Callable[[], tuple[NDArray[Any], NDArray[np.float64]]],
-        error_of: Callable[[int], str],
+        environments: Sequence[int],
     ) -> None:
-        """What is said where an episode has ended, in the infos of its last step."""
-        last = infos
-        if self.autoreset_mode is AutoresetMode.SAME_STEP:
-            observations, info = final_rows()
-            last = to_infos(self._info_names, info, ended)
-            add_finals(infos, ended, observations, last)
-        add_errors(last, ended, error_of)
+        """What is said where an episode has ended, in the infos of its last step, and where the
+        next could not begin. `environments`: whose rows these are."""
+        walkers = self._walkers
+        if self.autoreset_mode is not AutoresetMode.SAME_STEP:
+            add_errors(
+                infos,
+                ended,
+                lambda row: (
+                    walkers.error(environments[row]) or walkers.reset_error(environments[row])
+                ),
+            )
+            return
+        observations, info = final_rows()
+        last = to_infos(self._info_names, info, ended)
+        add_finals(infos, ended, observations, last)
+        add_errors(last, ended, lambda row: walkers.error(environments[row]))
+        add_errors(infos, ended, lambda row: walkers.reset_error(environments[row]))

@@ -42,22 +42,22 @@ def to_infos(
     return infos
 
 
-def add_errors(infos: Infos, ended: NDArray[np.bool_], error_of: Callable[[int], str]) -> None:
-    """Adds ``error``, where the simulation had to end an episode.
+def add_errors(infos: Infos, rows: NDArray[np.bool_], error_of: Callable[[int], str]) -> None:
+    """Adds ``error``, where the simulation had to end an episode, in a step or at its reset.
 
     Parameters
     ----------
     infos
-        Of as many rows as `ended`.
-    ended
-        Shape (n,), the rows in which an episode has ended.
+        Of as many rows as `rows`.
+    rows
+        Shape (n,), those that may have an error.
     error_of
         By row; empty without an error.
     """
-    texts = {row: error_of(row) for row in ended.nonzero()[0].tolist()}
+    texts = {row: error_of(row) for row in rows.nonzero()[0].tolist()}
     texts = {row: text for row, text in texts.items() if text}
     if texts:
-        infos["error"], infos["_error"] = objects(len(ended), texts.keys(), texts.values())
+        infos["error"], infos["_error"] = objects(len(rows), texts.keys(), texts.values())
 
 
 def add_finals(

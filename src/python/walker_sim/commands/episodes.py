@@ -79,7 +79,7 @@ def play(
     player = _Player(walkers, seeds, policy_of, keeps_steps)
     if walkers.num_envs > len(seeds):
         walkers.reset([], [])  # those without a seed are stepped too, so they need an episode
-    player.begin(list(range(walkers.num_envs)))
+    yield from player.begin(list(range(walkers.num_envs)))
     while player.running:
         yield from player.step()
 
@@ -98,6 +98,21 @@ def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
     return "fell" if reward == FALL_REWARD else "arrived"
 
 
+def _refused(running: _Running, error: str) -> Episode:
+    return Episode(
+        order=running.order,
+        seed=running.seed,
+        episode_return=0.0,
+        length=0,
+        terminated=True,
+        truncated=False,
+        end="failed",
+        info={},
+        error=error,
+        steps=running.steps,
+    )
+
+
 class _Player:
     def __init__(
         self,
@@ -113,21 +128,33 @@ class _Player:
         self._info_names: list[str] = specification["info_names"]
         self._actions = np.zeros((walkers.num_envs, len(specification["action_low"])))
 
-    def begin(self, environments: list[int]) -> None:
-        """Resets these for the next seeds; those for which there is none idle on under zero."""
-        begun = dict(zip(environments, self._waiting))
+    def begin(self, environments: list[int]) -> list[Episode]:
+        """Resets these for the next seeds; those for which there is none idle on under zero.
+        Returns the episodes that the engine refused to begin."""
         for environment in environments:
             self._actions[environment] = 0
-        if not begun:
-            return
-        observations, info = self._walkers.reset(list(begun), [seed for _, seed in begun.values()])
-        self._observations = observations
-        for environment, (order, seed) in begun.items():
-            running = _Running(order, seed, self._policy_of(seed))
-            self.running[environment] = running
-            if self._keeps_steps:
-                running.steps.observations.append(observations[environment].copy())
-                running.steps.infos.append(info[environment].copy())
+        refused = []
+        while environments:
+            begun = dict(zip(environments, self._waiting))
+            if not begun:
+                break
+            observations, info = self._walkers.reset(
+                list(begun), [seed for _, seed in begun.values()]
+            )
+            self._observations = observations
+            environments = []
+            for environment, (order, seed) in begun.items():
+                running = _Running(order, seed, self._policy_of(seed))
+                if self._keeps_steps:
+                    running.steps.observations.append(observations[environment].copy())
+                    running.steps.infos.append(info[environment].copy())
+                error = self._walkers.reset_error(environment)
+                if error:
+                    refused.append(_refused(running, error))
+                    environments.append(environment)
+                else:
+                    self.running[environment] = running
+        return refused
 
     def step(self) -> list[Episode]:
         """Steps all once; what has ended makes room for the next seeds."""
@@ -144,9 +171,7 @@ class _Player:
         flags = (batch.terminated | batch.truncated).tolist()
         ended = [environment for environment in self.running if flags[environment]]
         episodes = [self._conclude(self.running.pop(e), batch, e) for e in ended]
-        if ended:
-            self.begin(ended)
-        return episodes
+        return episodes + self.begin(ended)
 
     def _keep(self, steps: Steps, batch: Batch, environment: int) -> None:
         steps.observations.append(batch.observations[environment].copy())

@@ -82,6 +82,9 @@ class Session:
         """Begins the episode of the present seed, be it again."""
         self._policy: Policy = self._policies(self.seed)
         self._observation: NDArray[Any] = self._walkers.reset([0], [self.seed])[0][0]
+        error = self._walkers.reset_error(0)
+        if error:
+            raise RuntimeError(f"seed {self.seed}: the simulation failed at its reset: {error}")
         self.step_count, self.episode_return, self.end = 0, 0.0, ""
 
     def step(self) -> None:

@@ -83,6 +83,11 @@ def run(arguments: Sequence[str]) -> int:
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(options.policy, env_id, parameters, walkers.specification)
     episodes = sorted(shown(play(walkers, seeds, policies, keeps_steps=True), len(seeds)))
+    for episode in episodes:
+        if episode.length == 0:
+            raise common.InputError(
+                f"seed {episode.seed}: the simulation failed at its reset: {episode.error}"
+            )
     np.savez_compressed(options.output, **arrays_of(episodes, walkers.specification, options))
     walkers.close()
     steps = sum(episode.length for episode in episodes)
@@ -197,6 +202,9 @@ def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) ->
     """Repeats an episode in the first environment. Returns its first difference, or nothing."""
     actions = np.zeros((walkers.num_envs, recorded["actions"].shape[1]))
     observations, infos = walkers.reset([], [seed] * walkers.num_envs)
+    error = walkers.reset_error(0)
+    if error:
+        return f"fails at its reset: {error}"
     values = {"observations": observations[0], "infos": infos[0]}
     difference = _differs(values, recorded, 0, 0)
     for step, action in enumerate(recorded["actions"], 1):

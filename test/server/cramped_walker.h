@@ -1,0 +1,63 @@
+// A model of Walker2d whose engine refuses some resets and not others.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "temporary_folder.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+
+/// Its buffer does for a walker on its feet, and not for one on its back: which it is the seed
+/// decides.
+class CrampedWalker {
+ public:
+  CrampedWalker() {
+    const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
+    std::ifstream file(path);
+    std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string stack = "nstack=\"8000\"";
+    const std::size_t place = text.find(stack);
+    if (place == std::string::npos) throw std::out_of_range(path + " has no " + stack);
+    text.replace(place, stack.size(), "nstack=\"520\"");
+    parameters_ = {{"xml_file", folder_.write("cramped.xml", text)},
+                   {"terminate_when_unhealthy", false},
+                   {"reset_noise_scale", 3.0},
+                   {"max_episode_steps", std::int64_t{20}}};
+  }
+
+  std::unique_ptr<Environment> operator()() const { return make("Walker2d-v5", parameters_); }
+
+  /// The first seed from `from` on whose reset succeeds, or fails.
+  std::uint64_t seed(bool succeeds, std::uint64_t from = 0) const {
+    const std::unique_ptr<Environment> environment = (*this)();
+    std::vector<double> observation(environment->specification().observation_size());
+    std::vector<double> info(environment->specification().info_names.size());
+    Result result;
+    result.observation = observation.data();
+    result.info = info.data();
+    for (std::uint64_t seed = from;; ++seed) {
+      bool has_succeeded = true;
+      try {
+        environment->reset(seed, result);
+      } catch (const std::runtime_error&) {
+        has_succeeded = false;
+      }
+      if (has_succeeded == succeeds) return seed;
+    }
+  }
+  std::uint64_t good_seed(std::uint64_t from = 0) const { return seed(true, from); }
+  std::uint64_t bad_seed(std::uint64_t from = 0) const { return seed(false, from); }
+
+ private:
+  Folder folder_;
+  Parameters parameters_;
+};
+
+}  // namespace walker
