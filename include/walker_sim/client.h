@@ -23,7 +23,8 @@ struct WALKER_SIM_EXPORT ConnectionError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The server refused; the message is its own. The connection stays, and nothing has moved.
+/// The server refused; the message is its own. The connection stays, and nothing has moved, unless
+/// it was a reset at which the engine failed: then there is no episode.
 struct WALKER_SIM_EXPORT RequestRefused : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -73,12 +74,14 @@ struct BatchTransition {
   std::vector<std::uint32_t> final_environments;
   std::vector<double> final_observations;  ///< final_environments x observation size
   std::vector<double> final_info;          ///< final_environments x info names
+  std::string status_message;              ///< a line for each environment whose engine failed
 };
 
 /// ResetBatch.srv's response; rows in the order asked for.
 struct BatchReset {
   std::vector<double> observations;
   std::vector<double> info;
+  std::string status_message;  ///< a line for each environment whose engine failed
 };
 
 /// EnvironmentSpec.msg.

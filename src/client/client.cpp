@@ -133,11 +133,13 @@ class Client::Implementation {
 namespace {
 
 /// The beginning of a response: whether the server did what it was asked to.
-/// @throws RequestRefused with the server's words
-void read_outcome(Reader& reader) {
+/// @returns the server's words; they lie in the answer
+/// @throws RequestRefused with them
+std::string_view read_outcome(Reader& reader) {
   const bool success = reader.flag();
-  const std::string_view why = reader.text();
-  if (!success) throw RequestRefused(std::string(why));
+  const std::string_view words = reader.text();
+  if (!success) throw RequestRefused(std::string(words));
+  return words;
 }
 
 /// Reads an outcome, then a result.
@@ -147,6 +149,16 @@ auto into(Result& result, const By&... by) {
   return [&](Reader& reader) {
     read_outcome(reader);
     read(reader, by..., result);
+  };
+}
+
+/// As `into`, and keeps the server's words.
+template <typename Result, typename... By>
+auto into_batch(Result& result, const By&... by) {
+  return [&](Reader& reader) {
+    const std::string_view words = read_outcome(reader);
+    read(reader, by..., result);
+    result.status_message = words;
   };
 }
 
@@ -197,13 +209,13 @@ void Client::reset_batch(const std::vector<std::uint32_t>& environments,
         writer.number(static_cast<std::uint32_t>(seeds.size()));
         for (const auto& seed : seeds) writer.number(seed.value_or(0));
       },
-      into(reset, sizes, rows));
+      into_batch(reset, sizes, rows));
 }
 
 void Client::step_batch(const double* actions, std::size_t size, BatchTransition& transition) {
   implementation_->call(
       kStepBatch, [&](Writer& writer) { writer.array(actions, size); },
-      into(transition, implementation_->sizes));
+      into_batch(transition, implementation_->sizes));
 }
 
 void Client::render(std::uint32_t environment, const std::string& encoding,

@@ -7,14 +7,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "core/action_check.h"
+#include "core/failure.h"
 #include "python/arrays.h"
 #include "python/conversions.h"
 #include "python/unlocked.h"
@@ -71,6 +74,8 @@ class RemoteWalkers {
       server_ = client_->specification();
     });
     progress_.resize(server_.num_envs);
+    errors_.resize(server_.num_envs);
+    reset_errors_.resize(server_.num_envs);
   }
 
   /// What is wanted.
@@ -122,8 +127,15 @@ class RemoteWalkers {
       take(reset_.info, "info", info_output);
       if (environments.empty()) progress_.assign(progress_.size(), {true, 0});
       for (const std::uint32_t environment : environments) progress_[environment] = {true, 0};
+      if (environments.empty()) reset_errors_.assign(reset_errors_.size(), "");
+      for (const std::uint32_t environment : environments) reset_errors_[environment].clear();
+      note_failures(reset_.status_message);
     });
   }
+
+  /// As Pool.error and Pool.reset_error.
+  std::string error(std::size_t index) { return text_of(errors_, index); }
+  std::string reset_error(std::size_t index) { return text_of(reset_errors_, index); }
 
   void step_batch(py::handle actions, py::handle observations, py::handle rewards,
                   py::handle terminated, py::handle truncated, py::handle info) {
@@ -142,6 +154,9 @@ class RemoteWalkers {
       take(batch_.truncated, "truncated", truncated_output);
       take(batch_.info, "info", info_output);
       note_ends();
+      errors_.assign(errors_.size(), "");
+      reset_errors_.assign(reset_errors_.size(), "");
+      note_failures(batch_.status_message);
     });
   }
 
@@ -244,7 +259,7 @@ class RemoteWalkers {
     for (std::size_t i = 0; i < progress_.size(); ++i) {
       const double* const action = actions.data() + i * size;
       const bool is_fine =
-          progress_[i].has_begun && progress_[i].ended_after == 0 &&
+          progress_[i].has_begun && progress_[i].ended_after == 0 && !wants_reset(i) &&
           std::all_of(action, action + size, [](double value) { return std::isfinite(value); });
       if (!is_fine) refuse(i, action);  // apart, so that no text is made for nothing
     }
@@ -255,8 +270,40 @@ class RemoteWalkers {
     check_action(specification_, action, specification_.action_size(), whose);
     const Progress& progress = progress_[environment];
     if (!progress.has_begun) throw ResetNeeded(whose + "there is no episode yet; reset first");
+    if (wants_reset(environment)) throw ResetNeeded(whose + kResetFailed + "; reset first");
     throw ResetNeeded(whose + "the episode ended after " + std::to_string(progress.ended_after) +
                       " steps; reset first");
+  }
+
+  /// The engine refused to begin its episode, and nobody but the caller tries again.
+  bool wants_reset(std::size_t environment) const {
+    return !reset_errors_[environment].empty() &&
+           server_.autoreset_mode == to_text(AutoresetMode::disabled);
+  }
+
+  /// @param message lines such as "environment 3: the simulation failed: MuJoCo: Stack overflow"
+  void note_failures(const std::string& message) {
+    std::istringstream lines(message);
+    const std::string at_reset = std::string(kResetFailed) + ": ";
+    const std::string in_step = std::string(kStepFailed) + ": ";
+    std::string line;
+    while (std::getline(lines, line)) {
+      unsigned index = 0;
+      int begin = 0;
+      if (std::sscanf(line.c_str(), "environment %u: %n", &index, &begin) != 1) continue;
+      if (index >= errors_.size()) continue;
+      const std::string words = line.substr(static_cast<std::size_t>(begin));
+      if (words.rfind(at_reset, 0) == 0) {
+        reset_errors_[index] = words.substr(at_reset.size());
+      } else if (words.rfind(in_step, 0) == 0) {
+        errors_[index] = words.substr(in_step.size());
+      }
+    }
+  }
+
+  std::string text_of(const std::vector<std::string>& texts, std::size_t index) {
+    const Unlocked unlocked(mutex_);
+    return texts.at(index);
   }
 
   /// Of those episodes that nobody but the caller resets.
@@ -288,8 +335,10 @@ class RemoteWalkers {
   ServerSpecification server_;
   std::mutex mutex_;
   std::atomic<bool> is_lost_{false};
-  Transition transition_;           // of ~reset and ~step
-  std::vector<Progress> progress_;  // of ~reset_batch and ~step_batch, one per environment
+  Transition transition_;                  // of ~reset and ~step
+  std::vector<Progress> progress_;         // of ~reset_batch and ~step_batch, one per environment
+  std::vector<std::string> errors_;        // of the last ~step_batch
+  std::vector<std::string> reset_errors_;  // of each one's last reset
   BatchReset reset_;
   BatchTransition batch_;
   Image image_;
@@ -315,6 +364,8 @@ void bind_client(py::module& module) {
       .def("step_batch", &RemoteWalkers::step_batch, py::arg("actions"), observations,
            py::arg("rewards"), py::arg("terminated"), py::arg("truncated"), info)
       .def("final_rows", &RemoteWalkers::final_rows, observations, info)
+      .def("error", &RemoteWalkers::error, py::arg("index"))
+      .def("reset_error", &RemoteWalkers::reset_error, py::arg("index"))
       .def("render", &RemoteWalkers::render, py::arg("environment"), py::arg("camera_parameters"),
            py::arg("rgb"), py::arg("depth"));
 }

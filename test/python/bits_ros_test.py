@@ -1,6 +1,7 @@
 """The same bits over ROS as in process and, live, as Gymnasium's own BipedalWalker."""
 
 import os
+import pathlib
 
 import gymnasium
 import numpy as np
@@ -128,3 +129,37 @@ def test_parameters_of_the_environment(serve):
     assert_same(remote.reset(seed=1), local.reset(seed=1))
     actions = random_actions("Walker2d-v5", 100)
     assert follow(remote, actions) == follow(local, actions)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_what_the_engine_says_is_told_alike(serve, tmp_path, mode):
+    """The stack is too small for some resets, by their seeds, and for some steps."""
+    model = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
+    cramped = tmp_path / "cramped.xml"
+    cramped.write_text(model.read_text().replace('nstack="8000"', 'nstack="520"'))
+    parameters = {
+        "xml_file": str(cramped),
+        "reset_noise_scale": 3.0,
+        "terminate_when_unhealthy": False,
+        "max_episode_steps": 20,
+    }
+    server, _ = serve("Walker2d-v5", num_envs=20, autoreset_mode=mode, **parameters)
+    local, remote = (
+        gymnasium.make_vec(
+            "walker_sim/Walker2d-v5", 20, autoreset_mode=mode, **keywords, **parameters
+        )
+        for keywords in ({}, {"transport": "ros", "server": server})
+    )
+    result = remote.reset(seed=0)
+    assert_same(result, local.reset(seed=0))
+    failed = result[1]["_error"]
+    assert 0 < failed.sum() < 20
+    actions = np.full((20, 6), 0.5, np.float32)
+    if mode == "disabled":
+        words = f"environment {failed.argmax()}: the simulation failed at its reset; reset first"
+        for environments in (local, remote):
+            with pytest.raises(walker_sim.ResetNeeded, match=words):
+                environments.step(actions)
+        return
+    for number in range(60):
+        assert_same(remote.step(actions), local.step(actions), number)

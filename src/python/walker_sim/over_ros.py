@@ -192,12 +192,10 @@ class RemoteWalkers:
         return observations, info
 
     def error(self, environment: int) -> str:
-        """The answer of a batch's step does not say."""
-        return ""
+        return self._connection.client.error(environment)
 
     def reset_error(self, environment: int) -> str:
-        """Neither does that of its reset."""
-        return ""
+        return self._connection.client.reset_error(environment)
 
     def render(
         self,
