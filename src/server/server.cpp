@@ -9,6 +9,7 @@
 #include <ros/init.h>
 #include <ros/transport_hints.h>
 
+#include "server/checked_subscription.h"
 #include "server/gazebo_services.h"
 #include "server/records.h"
 #include "server/throttle.h"
@@ -75,8 +76,10 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       diagnostics_(node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_,
                            timing_, follower_, follows_clock(), pictures_.thread()}),
       services_(*this, port_),
-      effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
-                                         ros::TransportHints().tcpNoDelay())) {
+      effort_subscriber_(subscribe_checked<std_msgs::Float64MultiArray>(
+          node_, "effort_command", 1, [this](const auto& message) { on_effort_command(*message); },
+          [this](const auto& reason) { refuse("effort command: " + reason); },
+          ros::TransportHints().tcpNoDelay())) {
   advertise_gazebo_services(*this, options_.mode, port_);
   introduce(shown_.specification(), options_);
   compare_with_description(node_, shown_.specification());
