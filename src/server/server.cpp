@@ -7,6 +7,8 @@
 
 #include <ros/console.h>
 #include <ros/init.h>
+#include <ros/names.h>
+#include <ros/topic_manager.h>
 #include <ros/transport_hints.h>
 
 #include "server/checked_subscription.h"
@@ -137,6 +139,9 @@ void Server::step_when_due() {
 
 void Server::follow_clock() {
   const std::uint64_t now = std::min(ros::Time::now().toNSec(), ros::TIME_MAX.toNSec());
+  const std::string clock_topic = ros::names::resolve("/clock");
+  follower_.count(ros::TopicManager::instance()->getNumPublishers(clock_topic),
+                  Pacer::Clock::now());
   const ClockFollower::Advice advice = follower_.look(now, clock_.now().toNSec());
   clock_.catch_up(ros::Time().fromNSec(advice.stamp));
   counters_.missed_deadlines += advice.missed;
