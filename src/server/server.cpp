@@ -13,7 +13,6 @@
 
 #include "server/checked_subscription.h"
 #include "server/gazebo_services.h"
-#include "server/records.h"
 #include "server/throttle.h"
 #include "walker_sim/registry.h"
 
@@ -75,6 +74,7 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       command_(shown_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.mode == Mode::free && options.paused),
       batch_calls_(*environments_, options_, counters_, episodes_),
+      restores_(*environments_, [this](auto& response) { show_restored(response); }),
       diagnostics_(node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_,
                            timing_, follower_, follows_clock(), pictures_.thread()}),
       services_(*this, port_),
@@ -116,7 +116,9 @@ bool Server::follows_clock() const {
 
 /// Waits for requests and callbacks, and answers what has come.
 void Server::serve(Pacer::Clock::duration longest) {
+  if (restores_.are_under_way()) longest = Pacer::Clock::duration::zero();
   if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
+  restores_.go_on();
 }
 
 /// Waits for the next request, callback or deadline, whatever comes first.
@@ -268,14 +270,20 @@ walker_sim::EpisodeRecord Server::snapshot() const {
   return message;
 }
 
-void Server::restore(const walker_sim::EpisodeRecord& record) {
+void Server::restore(const walker_sim::EpisodeRecord& record,
+                     const Reply<walker_sim::Restore::Response>& reply) {
+  restores_.add(record, reply);
+}
+
+void Server::show_restored(walker_sim::Restore::Response& response) {
   clock_.require(dt_);
-  environments_->only("restore").restore(to_record(record), ros::ok);
+  environments_->only("restore").finish_restore();
   ++counters_.resets;
   pass_time_after_reset();
   publishers_.publish_restored(snapshot(), clock_.now());
   pictures_.show(clock_.now());
   restart_schedule();
+  tell(response.transition);
 }
 
 void Server::set_real_time_factor(double factor) {
