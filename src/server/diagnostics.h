@@ -15,6 +15,7 @@
 #include "server/pacer.h"
 #include "server/parameter_reader.h"
 #include "server/shown_environment.h"
+#include "server/simulation_clock.h"
 #include "server/step_timing.h"
 
 namespace walker {
@@ -42,6 +43,7 @@ struct DiagnosedServer {
   const EpisodeStatistics& episodes;
   StepTiming& timing;  ///< each report begins it anew
   const ClockFollower& follower;
+  const SimulationClock& clock;
   bool follows_clock;  ///< of another publisher
   const DrawingThread& pictures;
 };

@@ -76,7 +76,7 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       batch_calls_(*environments_, options_, counters_, episodes_),
       restores_(*environments_, [this](auto& response) { show_restored(response); }),
       diagnostics_(node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_,
-                           timing_, follower_, follows_clock(), pictures_.thread()}),
+                           timing_, follower_, clock_, follows_clock(), pictures_.thread()}),
       services_(*this, port_),
       effort_subscriber_(subscribe_checked<std_msgs::Float64MultiArray>(
           node_, "effort_command", 1, [this](const auto& message) { on_effort_command(*message); },
