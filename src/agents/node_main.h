@@ -14,8 +14,8 @@ namespace walker {
 /// Runs an agent as a node. @return the process's exit status
 template <typename DrivingAgent>
 int run_agent_node(int argc, char** argv, const char* name) {
-  ros::init(argc, argv, name);
-  end_on_sigterm();
+  ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
+  const EndOnSignals end_on_signals;
   try {
     ros::start();
     DrivingAgent agent(read_agent_options());

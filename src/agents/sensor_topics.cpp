@@ -12,6 +12,8 @@
 #include <ros/console.h>
 #include <ros/transport_hints.h>
 
+#include "server/checked_subscription.h"
+
 namespace walker {
 namespace {
 
@@ -47,32 +49,33 @@ bool SensorTopics::are_connected() const {
 
 template <typename Message>
 void SensorTopics::subscribe(ros::NodeHandle& node, const std::string& topic,
-                             message_filters::Subscriber<Message>& subscriber) {
-  subscriber.subscribe(node, topic, kQueue, ros::TransportHints().tcpNoDelay());
+                             message_filters::PassThrough<Message>& messages) {
   Input& input = *inputs_.emplace_back(std::make_unique<Input>());
-  input.subscriber = subscriber.getSubscriber();
-  subscriber.registerCallback(
-      boost::function<void(const boost::shared_ptr<const Message>&)>([&input](const auto& message) {
+  input.subscriber = subscribe_checked<Message>(
+      node, topic, kQueue,
+      [&input, &messages](const boost::shared_ptr<const Message>& message) {
         ++input.unmatched;
         input.newest = message->header.stamp;
-      }));
+        messages.add(message);
+      },
+      ros::TransportHints().tcpNoDelay());
 }
 
 template <typename... Messages>
-void SensorTopics::match_by_stamp(message_filters::Subscriber<Messages>&... subscribers) {
+void SensorTopics::match_by_stamp(message_filters::PassThrough<Messages>&... messages) {
   using message_filters::Synchronizer;
   using Exact = message_filters::sync_policies::ExactTime<Messages...>;
   using Approximate = message_filters::sync_policies::ApproximateTime<Messages...>;
   void (SensorTopics::*callback)(const boost::shared_ptr<const Messages>&...) =
       &SensorTopics::receive<Messages...>;
   if (stamp_tolerance_ == 0) {
-    auto exact = std::make_shared<Synchronizer<Exact>>(Exact(kQueue), subscribers...);
+    auto exact = std::make_shared<Synchronizer<Exact>>(Exact(kQueue), messages...);
     exact->registerCallback(callback, this);
     synchronizer_ = exact;
   } else {
     const ros::Duration tolerance(stamp_tolerance_);
     auto approximate =
-        std::make_shared<Synchronizer<Approximate>>(Approximate(kQueue), subscribers...);
+        std::make_shared<Synchronizer<Approximate>>(Approximate(kQueue), messages...);
     approximate->setMaxIntervalDuration(tolerance);
     // So that a set is complete when its last message is there, and no later one is waited for that
     // might fit better.

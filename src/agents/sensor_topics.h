@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <message_filters/subscriber.h>
+#include <message_filters/pass_through.h>
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 #include <ros/wall_timer.h>
@@ -45,9 +45,9 @@ class SensorTopics {
 
   template <typename Message>
   void subscribe(ros::NodeHandle& node, const std::string& topic,
-                 message_filters::Subscriber<Message>& subscriber);
+                 message_filters::PassThrough<Message>& messages);
   template <typename... Messages>
-  void match_by_stamp(message_filters::Subscriber<Messages>&... subscribers);
+  void match_by_stamp(message_filters::PassThrough<Messages>&... messages);
   template <typename... Messages>
   void receive(const boost::shared_ptr<const Messages>&... messages);
   void report();
@@ -57,11 +57,11 @@ class SensorTopics {
   double stamp_tolerance_;
   Receiver receiver_;
   std::vector<std::unique_ptr<Input>> inputs_;  // callbacks hold their addresses
-  message_filters::Subscriber<sensor_msgs::JointState> joint_states_;
-  message_filters::Subscriber<sensor_msgs::Imu> imu_;
-  message_filters::Subscriber<nav_msgs::Odometry> odometry_;
-  message_filters::Subscriber<walker_sim::Contacts> contacts_;
-  message_filters::Subscriber<sensor_msgs::LaserScan> scan_;  // idle without a range finder
+  message_filters::PassThrough<sensor_msgs::JointState> joint_states_;
+  message_filters::PassThrough<sensor_msgs::Imu> imu_;
+  message_filters::PassThrough<nav_msgs::Odometry> odometry_;
+  message_filters::PassThrough<walker_sim::Contacts> contacts_;
+  message_filters::PassThrough<sensor_msgs::LaserScan> scan_;  // idle without a range finder
   std::shared_ptr<void> synchronizer_;  // of the type that the topics and the tolerance ask for
   Measurements measurements_;
   std::string complaint_;      // for the next report

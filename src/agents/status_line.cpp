@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "server/checked_subscription.h"
+
 namespace walker {
 namespace {
 
@@ -10,14 +12,14 @@ constexpr double kWallPeriod = 1;  // [s]
 }  // namespace
 
 StatusLine::StatusLine()
-    : spec_subscriber_(node_.subscribe<walker_sim::EnvironmentSpec>(
-          "spec", 1, [this](const walker_sim::EnvironmentSpec::ConstPtr& m) { id_ = m->id; })),
-      transition_subscriber_(node_.subscribe<walker_sim::Transition>(
-          "transition", 1,
-          [this](const walker_sim::Transition::ConstPtr& m) { transition_ = *m; })),
-      odometry_subscriber_(node_.subscribe<nav_msgs::Odometry>(
-          "odom", 1, [this](const nav_msgs::Odometry::ConstPtr& m) { odometry_ = *m; })),
-      episode_subscriber_(node_.subscribe("episode", 10, &StatusLine::on_episode, this)),
+    : spec_subscriber_(subscribe_checked<walker_sim::EnvironmentSpec>(
+          node_, "spec", 1, [this](const auto& message) { id_ = message->id; })),
+      transition_subscriber_(subscribe_checked<walker_sim::Transition>(
+          node_, "transition", 1, [this](const auto& message) { transition_ = *message; })),
+      odometry_subscriber_(subscribe_checked<nav_msgs::Odometry>(
+          node_, "odom", 1, [this](const auto& message) { odometry_ = *message; })),
+      episode_subscriber_(subscribe_checked<walker_sim::Episode>(
+          node_, "episode", 10, [this](const auto& message) { on_episode(*message); })),
       timer_(node_.createWallTimer(ros::WallDuration(kWallPeriod),
                                    [this](const ros::WallTimerEvent&) { print(); })) {}
 

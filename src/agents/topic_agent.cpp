@@ -8,6 +8,7 @@
 #include <ros/service.h>
 
 #include "agents/remote_specification.h"
+#include "server/checked_subscription.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/registry.h"
 
@@ -34,8 +35,9 @@ TopicAgent::TopicAgent(const AgentOptions& options)
   sensors_ = std::make_unique<SensorTopics>(
       node_, *specification_, options_.stamp_tolerance,
       [this](ros::Time stamp, const Measurements& measured) { on_measurements(stamp, measured); });
-  episode_subscriber_ = node_.subscribe("episode", 10, &TopicAgent::on_episode, this,
-                                        ros::TransportHints().tcpNoDelay());
+  episode_subscriber_ = subscribe_checked<walker_sim::Episode>(
+      node_, "episode", 10, [this](const auto& message) { on_episode(*message); },
+      ros::TransportHints().tcpNoDelay());
 }
 
 void TopicAgent::run() {

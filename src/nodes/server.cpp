@@ -8,8 +8,8 @@
 #include "server/signals.h"
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "walker_sim");
-  walker::end_on_sigterm();
+  ros::init(argc, argv, "walker_sim", ros::init_options::NoSigintHandler);
+  const walker::EndOnSignals end_on_signals;
   try {
     ros::start();
     walker::Server server(walker::read_server_options());

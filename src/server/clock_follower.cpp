@@ -11,6 +11,9 @@ namespace {
 // A /clock that has gone on by more steps than this is followed by a slip, not by a burst.
 constexpr std::uint64_t kMostStepsToCatchUp = 5;
 
+// Until then a publisher may be on its way, or being started again.
+constexpr std::chrono::seconds kLongestWithoutPublisher{3};
+
 }  // namespace
 
 void ClockFollower::restart() {
@@ -34,7 +37,20 @@ ClockFollower::Advice ClockFollower::look(std::uint64_t clock, std::uint64_t sta
   return advice;
 }
 
+void ClockFollower::count(std::size_t publishers, std::chrono::steady_clock::time_point now) {
+  if (publishers > 0) {
+    unpublished_since_.reset();
+  } else if (!unpublished_since_) {
+    unpublished_since_ = now;
+  }
+  is_unpublished_ = unpublished_since_ && now - *unpublished_since_ >= kLongestWithoutPublisher;
+}
+
 std::string ClockFollower::complaint() const {
+  if (is_unpublished_) {
+    return "waits for /clock, which nobody publishes: start the server that does, or set "
+           "publish_clock = true for this one";
+  }
   if (behind_ <= dt_) return "";
   constexpr double kSeconds = 1e-9;
   std::ostringstream text;

@@ -1,7 +1,10 @@
 // When the next step is due where another's /clock sets the pace. No ROS.
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace walker {
@@ -31,7 +34,13 @@ class ClockFollower {
   /// @param stamp of the present state
   Advice look(std::uint64_t clock, std::uint64_t stamp);
 
-  /// Why nothing moves, and what to do; empty where /clock is at most one dt behind.
+  /// Counts the publishers of /clock: whoever starts second is waited for without a word, for a
+  /// while.
+  /// @param now of wall time
+  void count(std::size_t publishers, std::chrono::steady_clock::time_point now);
+
+  /// Why nothing moves, and what to do; empty where /clock has a publisher and is at most one dt
+  /// behind.
   std::string complaint() const;
 
  private:
@@ -40,6 +49,8 @@ class ClockFollower {
   std::uint64_t newest_ = 0;  // the latest time that /clock has told
   std::uint64_t clock_ = 0;
   std::uint64_t behind_ = 0;  // /clock behind the stamp
+  std::optional<std::chrono::steady_clock::time_point> unpublished_since_;
+  bool is_unpublished_ = false;  // for long enough to say so
 };
 
 }  // namespace walker

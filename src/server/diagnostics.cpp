@@ -143,6 +143,8 @@ void Diagnostics::describe_pace(Status& status) {
   }
   const std::string waiting = server_.paused ? "" : server_.follower.complaint();
   if (!waiting.empty()) status.mergeSummary(DiagnosticStatus::WARN, waiting);
+  const std::string unreserved = server_.clock.complaint();
+  if (!unreserved.empty()) status.mergeSummary(DiagnosticStatus::WARN, unreserved);
   status.add("real_time_factor", factor);
   if (server_.options.mode == Mode::free && !server_.follows_clock) {
     status.add("real_time_factor_wanted", server_.pacer.real_time_factor());

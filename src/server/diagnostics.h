@@ -16,6 +16,7 @@
 #include "server/parameter_reader.h"
 #include "server/recorder_watch.h"
 #include "server/shown_environment.h"
+#include "server/simulation_clock.h"
 #include "server/step_timing.h"
 
 namespace walker {
@@ -43,6 +44,7 @@ struct DiagnosedServer {
   const EpisodeStatistics& episodes;
   StepTiming& timing;  ///< each report begins it anew
   const ClockFollower& follower;
+  const SimulationClock& clock;
   bool follows_clock;  ///< of another publisher
   const DrawingThread& pictures;
   const RecorderWatch& recorder;

@@ -7,11 +7,13 @@
 
 #include <ros/console.h>
 #include <ros/init.h>
+#include <ros/names.h>
+#include <ros/topic_manager.h>
 #include <ros/transport_hints.h>
 
 #include "core/failure.h"
+#include "server/checked_subscription.h"
 #include "server/gazebo_services.h"
-#include "server/records.h"
 #include "server/throttle.h"
 #include "walker_sim/registry.h"
 
@@ -78,11 +80,14 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       command_(shown_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.mode == Mode::free && options.paused),
       batch_calls_(*environments_, options_, counters_, episodes_),
-      diagnostics_(node_,
-                   {options_, shown_, pacer_, command_, paused_, counters_, episodes_, timing_,
-                    follower_, follows_clock(), pictures_.thread(), publishers_.recorder()}),
-      effort_subscriber_(node_.subscribe("effort_command", 1, &Server::on_effort_command, this,
-                                         ros::TransportHints().tcpNoDelay())) {
+      restores_(*environments_, [this](auto& response) { show_restored(response); }),
+      diagnostics_(
+          node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_, timing_,
+                  follower_, clock_, follows_clock(), pictures_.thread(), publishers_.recorder()}),
+      effort_subscriber_(subscribe_checked<std_msgs::Float64MultiArray>(
+          node_, "effort_command", 1, [this](const auto& message) { on_effort_command(*message); },
+          [this](const auto& reason) { refuse("effort command: " + reason); },
+          ros::TransportHints().tcpNoDelay())) {
   if (options_.recorder.empty()) offer_services();
   introduce(shown_.specification(), options_);
   compare_with_description(node_, shown_.specification());
@@ -151,7 +156,9 @@ Pacer::Clock::duration Server::until_due(Pacer::Clock::time_point now) const {
 
 /// Waits for requests and callbacks, and answers what has come.
 void Server::serve(Pacer::Clock::duration longest) {
+  if (restores_.are_under_way()) longest = Pacer::Clock::duration::zero();
   if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
+  restores_.go_on();
 }
 
 /// Waits for the next request, callback or deadline, whatever comes first.
@@ -175,6 +182,9 @@ void Server::step_when_due() {
 
 void Server::follow_clock() {
   const std::uint64_t now = std::min(ros::Time::now().toNSec(), ros::TIME_MAX.toNSec());
+  const std::string clock_topic = ros::names::resolve("/clock");
+  follower_.count(ros::TopicManager::instance()->getNumPublishers(clock_topic),
+                  Pacer::Clock::now());
   const ClockFollower::Advice advice = follower_.look(now, clock_.now().toNSec());
   clock_.catch_up(ros::Time().fromNSec(advice.stamp));
   counters_.missed_deadlines += advice.missed;
@@ -320,14 +330,20 @@ walker_sim::EpisodeRecord Server::snapshot() const {
   return message;
 }
 
-void Server::restore(const walker_sim::EpisodeRecord& record) {
+void Server::restore(const walker_sim::EpisodeRecord& record,
+                     const Reply<walker_sim::Restore::Response>& reply) {
+  restores_.add(record, reply);
+}
+
+void Server::show_restored(walker_sim::Restore::Response& response) {
   clock_.require(dt_);
-  environments_->only("restore").restore(to_record(record), ros::ok);
+  environments_->only("restore").finish_restore();
   ++counters_.resets;
   pass_time_after_reset();
   publishers_.publish_restored(snapshot(), clock_.now());
   pictures_.show(clock_.now());
   restart_schedule();
+  tell(response.transition);
 }
 
 void Server::set_real_time_factor(double factor) {

@@ -22,6 +22,7 @@
 #include "server/parameter_reader.h"
 #include "server/pictures.h"
 #include "server/publishers.h"
+#include "server/restores.h"
 #include "server/service_port.h"
 #include "server/services.h"
 #include "server/simulation.h"
@@ -66,8 +67,9 @@ class Server {
   void step_batch(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
   /// The present episode.
   walker_sim::EpisodeRecord snapshot() const;
-  /// A new episode that is, and goes on, as the recorded one.
-  void restore(const walker_sim::EpisodeRecord& record);
+  /// A new episode that is, and goes on, as the recorded one: from the time of the reply on.
+  void restore(const walker_sim::EpisodeRecord& record,
+               const Reply<walker_sim::Restore::Response>& reply);
   /// @param factor simulation time over wall time, 0 .. 1000; 0: as fast as it goes
   void set_real_time_factor(double factor);
   /// @return what has changed
@@ -101,6 +103,7 @@ class Server {
   void pass_time_after_reset();
   void show_step();
   void show_reset();
+  void show_restored(walker_sim::Restore::Response& response);
   void refuse_while_it_runs(const std::string& service) const;
   void on_effort_command(const std_msgs::Float64MultiArray& message);
   void restart_schedule();
@@ -125,6 +128,7 @@ class Server {
   StepTiming timing_;
   EpisodeStatistics episodes_;
   BatchCalls batch_calls_;
+  Restores restores_;
   Diagnostics diagnostics_;
 
   ServicePort port_;

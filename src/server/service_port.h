@@ -15,9 +15,9 @@
 #include <ros/serialization.h>
 #include <ros/service_traits.h>
 
+#include "server/checked_stream.h"
 #include "server/event_descriptor.h"
 #include "server/pending_answer.h"
-#include "server/request_stream.h"
 #include "server/service_session.h"
 
 namespace walker {
@@ -45,7 +45,7 @@ class ServicePort {
     offer<Service>(name,
                    [handler](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
                      typename Service::Request request;
-                     read(bytes, size, request);
+                     read_exactly(bytes, size, "the request", request);
                      typename Service::Response response;
                      handler(request, response);
                      append_response(response, answer);
@@ -64,7 +64,7 @@ class ServicePort {
                    [handler, event = answer_is_given_](const std::uint8_t* bytes, std::size_t size,
                                                        tcpros::Bytes& /*answer*/) {
                      typename Service::Request request;
-                     read(bytes, size, request);
+                     read_exactly(bytes, size, "the request", request);
                      auto pending = std::make_shared<PendingAnswer>(event);
                      handler(request, Reply<typename Service::Response>(pending));
                      return pending;
@@ -79,18 +79,6 @@ class ServicePort {
 
  private:
   using Clock = std::chrono::steady_clock;
-
-  /// @throws std::runtime_error unless it has exactly its type's length
-  template <typename Request>
-  static void read(const std::uint8_t* bytes, std::size_t size, Request& request) {
-    RequestStream stream(bytes, size);
-    try {
-      stream.next(request);
-    } catch (const ros::serialization::StreamOverrunException&) {
-      throw std::runtime_error("the request ends within a field");
-    }
-    if (stream.getLength() > 0) throw std::runtime_error("the request is longer than its type");
-  }
 
   /// With the type's names.
   template <typename Service, typename Call>

@@ -39,7 +39,9 @@ Services::Services(Server& server, ServicePort& port) : server_(server) {
   advertise(walker_sim::StepBatch(), "step_batch", &Services::on_step_batch);
   advertise(walker_sim::GetSpec(), "get_spec", &Services::on_get_spec);
   advertise(walker_sim::Snapshot(), "snapshot", &Services::on_snapshot);
-  advertise(walker_sim::Restore(), "restore", &Services::on_restore);
+  port.advertise_pending<walker_sim::Restore>(
+      node.resolveName("restore"),
+      [this](auto& request, const auto& reply) { on_restore(request, reply); });
   advertise(walker_sim::SetRealTimeFactor(), "set_real_time_factor",
             &Services::on_set_real_time_factor);
   port.advertise_pending<walker_sim::Render>(
@@ -85,12 +87,11 @@ void Services::on_snapshot(walker_sim::Snapshot::Request& /*request*/,
   answer(response, [&] { response.record = server_.snapshot(); });
 }
 
-void Services::on_restore(walker_sim::Restore::Request& request,
-                          walker_sim::Restore::Response& response) {
-  answer(response, [&] {
-    server_.restore(request.record);
-    server_.tell(response.transition);
-  });
+void Services::on_restore(const walker_sim::Restore::Request& request,
+                          const Reply<walker_sim::Restore::Response>& reply) {
+  walker_sim::Restore::Response refusal;
+  answer(refusal, [&] { server_.restore(request.record, reply); });
+  if (refusal.success == 0) reply(refusal);
 }
 
 void Services::on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,

@@ -33,7 +33,8 @@ class Services {
   void on_get_spec(walker_sim::GetSpec::Request& request, walker_sim::GetSpec::Response& response);
   void on_snapshot(walker_sim::Snapshot::Request& request,
                    walker_sim::Snapshot::Response& response);
-  void on_restore(walker_sim::Restore::Request& request, walker_sim::Restore::Response& response);
+  void on_restore(const walker_sim::Restore::Request& request,
+                  const Reply<walker_sim::Restore::Response>& reply);
   void on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,
                                walker_sim::SetRealTimeFactor::Response& response);
   void on_render(walker_sim::Render::Request& request,

@@ -1,6 +1,7 @@
 #include "server/simulation.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <exception>
 #include <limits>
@@ -106,45 +107,56 @@ EpisodeRecord Simulation::record() const {
   return record;
 }
 
-void Simulation::restore(const EpisodeRecord& record, const std::function<bool()>& is_wanted) {
+void Simulation::restore(EpisodeRecord record) {
+  begin_restore(std::move(record));
+  while (!go_on_restoring(std::chrono::steady_clock::time_point::max())) {
+  }
+  finish_restore();
+}
+
+/// In the twin: the present episode stays as it is when the record turns out wrong.
+void Simulation::begin_restore(EpisodeRecord record) {
   check_repeatable(record, specification_);
   if (record.num_steps > kMostRecordedSteps) {
     throw std::invalid_argument("the record has " + std::to_string(record.num_steps) +
                                 " steps; must have at most " + std::to_string(kMostRecordedSteps));
   }
-  repeat(record, is_wanted);
-  std::swap(present_, twin_);
-  sensors_are_fresh_ = false;
-}
-
-/// In the twin: the present episode stays as it is when the record turns out wrong.
-void Simulation::repeat(const EpisodeRecord& record, const std::function<bool()>& is_wanted) {
-  twin_.state.episode = state().episode;
   twin_.begin(record.generator_state, record.seed);
   if (twin_.state.failed_at_reset()) {
     throw std::invalid_argument("the reset of the record: " + twin_.state.error);
   }
-  constexpr std::uint32_t kStepsUntilAsked = 100;
+  restored_ = std::move(record);
+}
+
+bool Simulation::go_on_restoring(std::chrono::steady_clock::time_point until) {
   const std::size_t size = specification_.action_size();
   std::vector<double> action(size);
-  for (std::uint32_t i = 0; i < record.num_steps; ++i) {
-    if (i % kStepsUntilAsked == 0 && !is_wanted()) {
-      throw std::runtime_error("given up after " + std::to_string(i) + " steps");
-    }
-    std::copy_n(record.actions.begin() + static_cast<std::ptrdiff_t>(i * size), size,
+  while (twin_.state.step < restored_.num_steps) {
+    const std::uint32_t step = twin_.state.step;
+    std::copy_n(restored_.actions.begin() + static_cast<std::ptrdiff_t>(step * size), size,
                 action.begin());
     try {
       twin_.step(action);
     } catch (const std::exception& error) {
-      throw std::invalid_argument("step " + std::to_string(i + 1) +
+      throw std::invalid_argument("step " + std::to_string(step + 1) +
                                   " of the record: " + error.what());
     }
+    if (std::chrono::steady_clock::now() >= until) break;
   }
-  if (twin_.state.episode_return != record.episode_return) {
-    throw std::invalid_argument("episode_return = " + to_string(record.episode_return) +
+  if (twin_.state.step < restored_.num_steps) return false;
+  if (twin_.state.episode_return != restored_.episode_return) {
+    throw std::invalid_argument("episode_return = " + to_string(restored_.episode_return) +
                                 " in the record; repeated here it is " +
                                 to_string(twin_.state.episode_return));
   }
+  return true;
+}
+
+void Simulation::finish_restore() {
+  twin_.state.episode = state().episode + 1;
+  std::swap(present_, twin_);
+  restored_ = {};
+  sensors_are_fresh_ = false;
 }
 
 const Sensors& Simulation::sensors() {

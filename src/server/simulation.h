@@ -1,6 +1,7 @@
 // One environment, the account of its episode, and records of it. No ROS.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -41,11 +42,21 @@ class Simulation : public ShownEnvironment {
   EpisodeRecord record() const;
 
   /// A new episode that is, and goes on, as the recorded one.
-  /// @param is_wanted asked now and then: false gives up
-  /// @throws std::invalid_argument naming what keeps this environment from repeating it,
-  ///         std::runtime_error where it is not wanted any more; then nothing has changed
-  void restore(
-      const EpisodeRecord& record, const std::function<bool()>& is_wanted = [] { return true; });
+  /// @throws std::invalid_argument naming what keeps this environment from repeating it; then
+  ///         nothing has changed
+  void restore(EpisodeRecord record);
+
+  // The same piece by piece. Until `finish_restore` the present episode stays as it is, and may go
+  // on, end and be followed by others.
+
+  /// Gives up what has been begun before. @throws as `restore`
+  void begin_restore(EpisodeRecord record);
+  /// Repeats steps, one at least, up to the record's end or about this time.
+  /// @return whether it has come to the record's end
+  /// @throws as `restore`; then another is to be begun
+  bool go_on_restoring(std::chrono::steady_clock::time_point until);
+  /// Once it has: the repeated episode takes the present one's place.
+  void finish_restore();
 
   /// Takes down the present state. @throws ResetNeeded when there is none
   void look(Instant& instant) { walker::look(*present_.environment, state().step, instant); }
@@ -71,10 +82,9 @@ class Simulation : public ShownEnvironment {
     std::vector<double> actions;  // step x action
   };
 
-  void repeat(const EpisodeRecord& record, const std::function<bool()>& is_wanted);
-
   Course present_;
   Course twin_;                  // takes the present one's place after a restore
+  EpisodeRecord restored_;       // what is repeated in the twin
   Specification specification_;  // outlives that
   std::uint64_t first_seed_;
   Sensors sensors_;

@@ -1,7 +1,9 @@
 #include "server/simulation_clock.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <future>
 #include <stdexcept>
 #include <string>
@@ -16,18 +18,17 @@
 #include <rosgraph_msgs/Clock.h>
 #include <xmlrpcpp/XmlRpcClient.h>
 
+#include "server/master_calls.h"
+
 namespace walker {
 namespace {
 
 constexpr double kNanosecondsPerSecond = 1e9;
 
 // Not below the node's own name: launch files clear what is there.
-constexpr const char* kReservedUntil =
-    "/walker_sim_clock/reserved_until";      // [seconds, nanoseconds]
-constexpr double kWallSecondsAhead = 10;     // a reservation lasts about as long
-constexpr double kShortestReservation = 1;   // [s]
-constexpr double kLongestReservation = 1e6;  // [s]
-constexpr auto kPeerTimeout = std::chrono::seconds(3);
+constexpr const char* kReservedUntil = "/walker_sim_clock/reserved_until";  // [s, ns]
+constexpr std::chrono::seconds kMasterTimeout{2};
+constexpr std::chrono::seconds kPeerTimeout{3};
 
 /// Asks the master; never waits for one that is gone.
 bool ask_master(const std::string& method, const XmlRpc::XmlRpcValue& request,
@@ -91,14 +92,20 @@ ros::Time read_reserved() {
           static_cast<std::uint32_t>(static_cast<int>(value[1]))};
 }
 
-void write_reserved(ros::Time time) {
-  XmlRpc::XmlRpcValue request;
-  request[0] = ros::this_node::getName();
-  request[1] = kReservedUntil;
-  request[2][0] = static_cast<int>(time.sec);
-  request[2][1] = static_cast<int>(time.nsec);
-  XmlRpc::XmlRpcValue ignored;
-  ask_master("setParam", request, ignored);  // without a master nobody can begin after us either
+/// @param caller name of this node
+/// @param time   [ns]
+void write_reserved(const std::string& uri, const std::string& caller, std::uint64_t time) {
+  const ros::Time until = ros::Time().fromNSec(time);
+  const auto integer = [](std::uint32_t value) {  // XML-RPC has signed ones alone
+    return "<value><i4>" + std::to_string(static_cast<std::int32_t>(value)) + "</i4></value>";
+  };
+  const std::string call =
+      "<?xml version=\"1.0\"?>\n<methodCall><methodName>setParam</methodName><params>"
+      "<param><value><string>" +
+      caller + "</string></value></param><param><value><string>" + kReservedUntil +
+      "</string></value></param><param><value><array><data>" + integer(until.sec) +
+      integer(until.nsec) + "</data></array></value></param></params></methodCall>\n";
+  call_master(uri, call, kMasterTimeout);
 }
 
 /// ROS time that there is after `time` [ns].
@@ -134,12 +141,11 @@ SimulationClock::SimulationClock(ros::NodeHandle& node) {
                              " already; set publish_clock = false to follow it");
   }
   now_ = read_reserved();
-  reserved_ = now_;
-  reserved_at_ = std::chrono::steady_clock::now();
-}
-
-SimulationClock::~SimulationClock() {
-  if (publisher_) write_reserved(now_);
+  reservation_ = std::make_unique<TimeReservation>(
+      now_.toNSec(), ros::TIME_MAX.toNSec(),
+      [uri = ros::master::getURI(), caller = ros::this_node::getName()](std::uint64_t until) {
+        write_reserved(uri, caller, until);
+      });
 }
 
 void SimulationClock::require(ros::Duration dt) const {
@@ -153,28 +159,11 @@ void SimulationClock::advance(ros::Duration dt) {
   require(dt);
   now_ += dt;
   if (!publisher_) return;
-  if (now_ > reserved_) reserve();
+  reservation_->use(now_.toNSec());
   publish();
 }
 
 void SimulationClock::catch_up(ros::Time time) { now_ = std::max(now_, time); }
-
-/// Reserves what the present pace will use in kWallSecondsAhead, so that the master is asked rarely
-/// and a killed server leaves a short gap only.
-void SimulationClock::reserve() {
-  const auto wall = std::chrono::steady_clock::now();
-  const double elapsed = std::chrono::duration<double>(wall - reserved_at_).count();
-  const double pace = (now_.toSec() - reserved_from_.toSec()) / std::max(elapsed, 1e-3);
-  const bool is_first = reserved_from_.isZero();
-  const double ahead =
-      is_first ? kShortestReservation
-               : std::clamp(pace * kWallSecondsAhead, kShortestReservation, kLongestReservation);
-  reserved_from_ = now_;
-  reserved_at_ = wall;
-  const auto nanoseconds = static_cast<std::uint64_t>(ahead * kNanosecondsPerSecond);
-  reserved_.fromNSec(now_.toNSec() + std::min(nanoseconds, left_after(now_)));
-  write_reserved(reserved_);
-}
 
 void SimulationClock::publish() {
   rosgraph_msgs::Clock message;

@@ -1,11 +1,14 @@
 // Simulation time: integer nanoseconds that only ever grow.
 #pragma once
 
-#include <chrono>
+#include <memory>
+#include <string>
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <ros/time.h>
+
+#include "server/time_reservation.h"
 
 namespace walker {
 
@@ -18,7 +21,8 @@ ros::Duration to_duration(double seconds);
 ///
 /// Time goes on where the last owner of /clock on this master stopped, even one that was killed: an
 /// owner reserves a stretch of time ahead on the parameter server, and the next one begins above
-/// all that was reserved.
+/// all that was reserved. A master that does not answer holds nobody up: time_reservation.h says
+/// what is promised then.
 class SimulationClock {
  public:
   /// Owner of /clock.
@@ -30,7 +34,7 @@ class SimulationClock {
   // Stays where it was made: a callback of the publisher points to it.
   SimulationClock(const SimulationClock&) = delete;
   SimulationClock& operator=(const SimulationClock&) = delete;
-  ~SimulationClock();
+  ~SimulationClock() = default;
 
   ros::Time now() const { return now_; }
 
@@ -42,20 +46,20 @@ class SimulationClock {
   /// @throws std::range_error at the end of ROS time; then nothing has changed
   void advance(ros::Duration dt);
 
+  /// Why a server that is started after this one may begin below its time; empty: it will not.
+  std::string complaint() const { return reservation_ ? reservation_->complaint() : ""; }
+
   /// Moves on to `time` if that lies ahead, without publishing.
   void catch_up(ros::Time time);
 
  private:
   SimulationClock() = default;
   explicit SimulationClock(ros::NodeHandle& node);  // owner
-  void reserve();
   void publish();
 
   ros::Time now_;
-  ros::Publisher publisher_;  // empty unless owner
-  ros::Time reserved_;        // nobody but this owner uses times up to here
-  ros::Time reserved_from_;
-  std::chrono::steady_clock::time_point reserved_at_;
+  ros::Publisher publisher_;                      // empty unless owner
+  std::unique_ptr<TimeReservation> reservation_;  // as is this
 };
 
 }  // namespace walker

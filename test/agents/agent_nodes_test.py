@@ -12,10 +12,23 @@ import rostest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "server"))
 
-from server_harness import Process, ServerTest
-from walker_sim.msg import Episode, Transition
+from bare_ros import wait_for
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState, LaserScan
+from server_harness import Process, ServerTest, memory
+from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 
 PROMPT = 15  # wall seconds
+
+
+def huge(message_class):
+    """The class, but for what it sends: bytes in which any length of an array is 2^31 - 1."""
+
+    class Huge(message_class):
+        def serialize(self, buffer):
+            buffer.write(b"\xff\xff\xff\x7f" * 25)
+
+    return Huge
 
 
 class AgentNodesTest(ServerTest):
@@ -78,6 +91,32 @@ class AgentNodesTest(ServerTest):
             transitions.clear()
             transitions.wait(lambda m: m.step > 0 and not any(m.action), "the command's timeout")
             transitions.clear()
+
+    def test_messages_that_are_none_take_no_memory(self):
+        """Whatever number of elements they claim: roscpp's own code makes room for them first."""
+        for node_type, node_listens_to in (
+            ("topic_agent", {"joint_states": JointState, "scan": LaserScan, "contacts": Contacts}),
+            ("status_line", {"transition": Transition, "spec": EnvironmentSpec, "odom": Odometry}),
+        ):
+            node = self.start_agent(node_type, env="BipedalWalker-v3")
+            publishers = {}
+            for topic, kind in {**node_listens_to, "episode": Episode}.items():
+                publishers[topic] = rospy.Publisher("/" + topic, huge(kind), queue_size=10)
+                self.addCleanup(publishers[topic].unregister)
+            for publisher in publishers.values():
+                wait_for(lambda p=publisher: p.get_num_connections() >= 1, "the node to listen")
+            before = memory(node.pid)
+            for topic, publisher in publishers.items():
+
+                def says_so(node=node, topic=topic, publisher=publisher):
+                    publisher.publish()
+                    return f"Refused {topic}: the message ends within a field" in node.output()
+
+                wait_for(says_so, "the reason")
+            self.assertLess(memory(node.pid) - before, 50 << 20)
+            self.assertEqual(node.stop(signal.SIGINT, PROMPT), 0, node.output())
+            for publisher in publishers.values():
+                publisher.unregister()
 
     def test_it_ends_after_the_episodes_it_was_given(self):
         self.serve(mode="lockstep")

@@ -54,8 +54,8 @@ class Frozen : public Environment {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "walker_sim");
-  walker::end_on_sigterm();
+  ros::init(argc, argv, "walker_sim", ros::init_options::NoSigintHandler);
+  const walker::EndOnSignals end_on_signals;
   try {
     ros::start();
     const walker::ServerOptions options = walker::read_server_options();

@@ -4,6 +4,7 @@ Half requests, subscribers that do not read, calls without a master, a master to
 """
 
 import io
+import signal
 import socket
 import struct
 import subprocess
@@ -85,6 +86,10 @@ class BareClient:
 
     def __call__(self, **fields):
         self.connection.sendall(self.request_bytes(**fields))
+        return self.receive()
+
+    def receive(self):
+        """The response to a request that has been sent."""
         fine = receive_exactly(self.connection, 1)
         size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]
         data = receive_exactly(self.connection, size)
@@ -134,7 +139,7 @@ def free_port():
 
 
 class OwnMaster:
-    """A ROS master of the test's own, which it may kill."""
+    """A ROS master of the test's own, which it may kill, or have hang."""
 
     def __init__(self):
         self.port = free_port()
@@ -154,6 +159,13 @@ class OwnMaster:
         except OSError:
             return False
         return True
+
+    def hang(self):
+        """Connections are still accepted, by the system, and nothing is answered."""
+        self._process.send_signal(signal.SIGSTOP)
+
+    def go_on(self):
+        self._process.send_signal(signal.SIGCONT)
 
     def kill(self):
         if self._process.poll() is None:

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdint>
 #include <random>
 #include <string>
@@ -168,6 +169,28 @@ TEST(ClockFollower, AClockSetBackToZeroIsNotTakenForNone) {
   Simulated simulated = at(1000 * kSecond);
   simulated.look(0);
   EXPECT_TRUE(says(simulated, "set back by 1000.00 s"));
+}
+
+TEST(ClockFollower, AClockThatNobodyPublishesIsCalledThat) {
+  using std::chrono::seconds;
+  const std::chrono::steady_clock::time_point begin;
+  const std::string words = "waits for /clock, which nobody publishes";
+  Simulated simulated;
+  simulated.follower.count(0, begin);
+  simulated.look(0);
+  EXPECT_EQ(simulated.follower.complaint(), "") << "it may be on its way";
+  simulated.follower.count(0, begin + seconds(3));
+  EXPECT_TRUE(says(simulated, words));
+  EXPECT_TRUE(says(simulated, "publish_clock = true"));
+  simulated.follower.restart();
+  EXPECT_TRUE(says(simulated, words)) << "a reset does not mend it";
+  simulated.follower.count(1, begin + seconds(4));
+  EXPECT_EQ(simulated.follower.complaint(), "");
+  simulated.look(kSecond);
+  simulated.follower.count(0, begin + seconds(5));
+  EXPECT_EQ(simulated.follower.complaint(), "") << "it may be started again";
+  simulated.follower.count(0, begin + seconds(9));
+  EXPECT_TRUE(says(simulated, words));
 }
 
 TEST(ClockFollower, TheFarthestTimesAreNoTrouble) {

@@ -228,6 +228,24 @@ class ClockTest(ServerTest):
         self.assertEqual(pace.message, "follows /clock")
         return time_ahead
 
+    def test_where_nobody_publishes_clock_it_says_what_to_do(self):
+        rospy.set_param("/use_sim_time", True)
+        server = self.serve("/follower/walker_sim", publish_clock=False)
+        self.diagnostics = self.record("/diagnostics", DiagnosticArray)
+        advice = "start the server that does, or set publish_clock = true for this one"
+        waits = self.pace(lambda s: s.level == DiagnosticStatus.WARN, "a warning")
+        self.assertEqual(waits.message, f"waits for /clock, which nobody publishes: {advice}")
+        self.assertIn("WARN] Nothing moves: waits for /clock, which nobody", server.output())
+        publisher = rospy.Publisher("/clock", Clock, queue_size=1000)
+        self.addCleanup(publisher.unregister)
+        transitions = self.record("/follower/transition", Transition)
+        wait_for(lambda: publisher.get_num_connections() >= 1, "the server to follow")
+        self.assert_follows(publisher, transitions, 100 * SECOND)
+        publisher.unregister()
+        self.diagnostics.clear()
+        self.pace(lambda s: "which nobody publishes" in s.message, "a warning again")
+        self.assertLessEqual(server.output().count("Nothing moves"), 15, "one a second")
+
     def test_a_pause_misses_no_deadline(self):
         publisher, server, transitions = self.start_follower()
         now = self.assert_follows(publisher, transitions, 100 * SECOND)

@@ -2,18 +2,32 @@
 """Effort commands to a free-running server: units, the timeout, what clears and what is refused."""
 
 import math
+import re
+import struct
 import sys
 import time
 
 import rospy
 import rostest
 from bare_ros import wait_for
-from server_harness import DT, ServerTest, bits, nanoseconds
+from server_harness import DT, ServerTest, bits, memory, nanoseconds
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 
 ZERO = [0.0] * 4
 STAND = [80.0, 80.0, -80.0, 80.0]  # [N m] the walker stands astride as long as it is held
+MEGABYTE = 1 << 20
+
+
+class Bytes(Float64MultiArray):
+    """An effort command of any bytes: the topic's type, but for what is sent."""
+
+    def __init__(self, data=b""):
+        super().__init__()
+        self.bytes = data
+
+    def serialize(self, buffer):
+        buffer.write(self.bytes)
 
 
 class EffortCommandTest(ServerTest):
@@ -22,8 +36,8 @@ class EffortCommandTest(ServerTest):
         super().serve(**parameters)
         self.transitions = self.record("/transition", Transition)
 
-    def commander(self):
-        publisher = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=10)
+    def commander(self, message_class=Float64MultiArray):
+        publisher = rospy.Publisher("/effort_command", message_class, queue_size=10)
         self.addCleanup(publisher.unregister)
         wait_for(lambda: publisher.get_num_connections() >= 1, "the server to listen")
         return publisher
@@ -177,6 +191,38 @@ class EffortCommandTest(ServerTest):
         self.assertEqual(bits(last.action), bits([1.0, 1.0, -1.0, 1.0]))
         output = self.server.output()
         self.assertRegex(output, r"(?i)error.*(refused|command)")
+
+    def test_a_command_that_is_none_takes_no_memory(self):
+        """Whatever number of elements it claims: roscpp's own code makes room for them first."""
+        self.serve(command_timeout=0.0)
+        command = self.commander(Bytes)
+        before = memory(self.server.pid)
+        good = struct.pack("<III4d", 0, 0, 4, *STAND)
+        short, long, large = "ends within a field", "longer than its type", "at most 1048576"
+        bad = (
+            (struct.pack("<III", 0, 0, 2**31 - 1), short),  # numbers
+            (struct.pack("<III", 0, 0, 2**32 - 1), short),
+            (struct.pack("<I", 2**31 - 1) + bytes(64), short),  # dimensions
+            (struct.pack("<II", 1, 2**31 - 1) + bytes(64), short),  # of a label
+            (good[:-1], short),
+            (b"", short),
+            (good + b"\0", long),
+            (bytes(MEGABYTE + 1), large),
+        )
+        for count, (data, _) in enumerate(bad, start=1):
+            command.publish(Bytes(data))
+            wait_for(lambda n=count: self.counter("refused") == n, "the count")
+        self.assertLess(memory(self.server.pid) - before, 50 * MEGABYTE)
+        for data, reason in (bad[0], *bad[-2:]):
+            told = rf"ERROR.*Refused effort command: .*{reason}"
+
+            def says_so(data=data, told=told):
+                command.publish(Bytes(data))
+                return re.search(told, self.server.output())
+
+            wait_for(says_so, reason)
+        command.publish(Bytes(good))
+        self.transitions.wait(lambda m: bits(m.action) == bits([1, 1, -1, 1]), "the command")
 
     def test_a_command_beyond_the_bounds_is_accepted_and_counted(self):
         self.serve(command_timeout=0.0)

@@ -3,6 +3,8 @@
 
 import copy
 import random
+import select
+import signal
 import sys
 import time
 
@@ -11,6 +13,7 @@ import rostest
 from server_harness import ServerTest, bits, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode, EpisodeRecord, Transition
+from walker_sim.srv import GetSpec, Reset, Restore, Step
 
 IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
 
@@ -182,6 +185,105 @@ class RecordsTest(ServerTest):
         reply = self.ask("restore", record=record).transition
         first = transitions.wait(lambda m: (m.episode, m.step) == (reply.episode, reply.step + 1))
         self.assertEqual(list(first.action), [0.0] * 4)
+
+    # ------------------------------------------------------------ while one is under way
+
+    def serve_long_record(self, **parameters):
+        """A server, and a record of an episode that it takes long to repeat, with its end."""
+        lasting = {"terminate_when_unhealthy": False, "max_episode_steps": 0}
+        self.serve(env="Walker2d-v5", **lasting, **parameters)
+        if parameters.get("mode") != "lockstep":
+            self.ask("pause")
+        reset, step = self.server.client("reset", Reset), self.server.client("step", Step)
+        reset(has_seed=True, seed=1)
+        draws = random.Random(1)
+        for _ in range(8000):
+            last = step(action=[draws.uniform(-1, 1) for _ in range(6)]).transition
+        return self.ask("snapshot").record, last
+
+    def begin_restore(self, record):
+        """A client whose reply has yet to come."""
+        client = self.server.client("restore", Restore)
+        self.addCleanup(client.close)
+        client.connection.sendall(client.request_bytes(record=record))
+        return client
+
+    @staticmethod
+    def is_answered(client):
+        return bool(select.select([client.connection], [], [], 0)[0])
+
+    def test_others_are_answered_while_a_restore_is_under_way(self):
+        record, present = self.serve_long_record(mode="lockstep")
+        get_spec = self.server.client("get_spec", GetSpec)
+        reset, step = self.server.client("reset", Reset), self.server.client("step", Step)
+        begun = reset(has_seed=True, seed=2).transition
+        restoring = self.begin_restore(record)
+        for count in range(1, 21):
+            self.assertEqual(get_spec().spec.id, "Walker2d-v5")
+            other = step(action=[0.0] * 6).transition
+            self.assertEqual((other.episode, other.step), (begun.episode, count), "not disturbed")
+        self.assertFalse(self.is_answered(restoring), "it was done before")
+        restored = restoring.receive().transition
+        self.assertTrue(same_experience(restored, present))
+        self.assertEqual(restored.episode, begun.episode + 1)
+        self.assertEqual(bits(self.ask("snapshot").record.actions), bits(record.actions))
+
+    def test_a_reset_meanwhile_does_not_disturb_a_restore(self):
+        record, present = self.serve_long_record(mode="lockstep")
+        future = self.play(actions(6, 100, 2))
+        following = self.ask("reset").transition
+        restoring = self.begin_restore(record)
+        stamps = []
+        for _ in range(5):
+            stamps.append(self.ask("reset", has_seed=True, seed=3).transition)
+        self.assertFalse(self.is_answered(restoring))
+        restored = restoring.receive().transition
+        self.assertTrue(same_experience(restored, present))
+        self.assertEqual(restored.episode, stamps[-1].episode + 1)
+        self.assertGreater(nanoseconds(restored), nanoseconds(stamps[-1]))
+        self.assert_same_experiences(self.play(actions(6, 100, 2)), future)
+        self.assertTrue(same_experience(self.ask("reset").transition, following))
+
+    def test_restores_are_made_in_their_order(self):
+        record, present = self.serve_long_record(mode="lockstep")
+        self.ask("reset", has_seed=True, seed=4)
+        short = self.ask("snapshot").record
+        bad = copy.deepcopy(record)
+        bad.episode.episode_return += 1
+        clients = [self.begin_restore(each) for each in (record, bad, short)]
+        replies = [client.receive() for client in clients]
+        self.assertEqual([reply.success for reply in replies], [True, False, True])
+        self.assertTrue(same_experience(replies[0].transition, present))
+        self.assertIn("episode_return = ", replies[1].status_message)
+        first, last = replies[0].transition, replies[2].transition
+        self.assertEqual((last.episode, last.step), (first.episode + 1, 0))
+
+    def test_a_restore_that_nobody_waits_for_is_given_up(self):
+        record, _ = self.serve_long_record(mode="lockstep")
+        begun = self.ask("reset", has_seed=True, seed=2).transition
+        self.begin_restore(record).close()
+        self.begin_restore(record).close()
+        for _ in range(100):
+            self.ask("step", action=[0.0] * 6)
+        self.assertEqual(self.ask("step", action=[0.0] * 6).transition.episode, begun.episode)
+        restoring = self.begin_restore(record)
+        self.assertEqual(self.call("get_spec").spec.id, "Walker2d-v5")
+        self.assertFalse(self.is_answered(restoring))
+        self.assertEqual(self.server.stop(signal.SIGINT), 0, self.server.output())
+
+    def test_a_free_running_server_runs_on_while_it_restores(self):
+        self.dt = 8_000_000
+        record, present = self.serve_long_record()
+        transitions = self.record("/transition", Transition)
+        begun = self.ask("reset", has_seed=True, seed=2).transition
+        self.ask("unpause")
+        reply = self.begin_restore(record).receive().transition
+        self.assertTrue(same_experience(reply, present))
+        transitions.wait(lambda m: m.episode == reply.episode and m.step > reply.step + 10)
+        states = transitions.messages()
+        self.assertGreater(sum(m.episode == begun.episode for m in states), 10)
+        self.assert_consecutive([m for m in states if m.episode == begun.episode])
+        self.assert_consecutive([m for m in states if m.episode == reply.episode])
 
     # ------------------------------------------------------------ refused
 

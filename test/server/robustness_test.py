@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Clients that vanish, that are killed or send rubbish, a lost master, and a prompt end."""
+"""Clients that vanish, that are killed or send rubbish, a master lost or silent, a prompt end."""
 
 import os
 import signal
@@ -13,7 +13,9 @@ import time
 import rosgraph
 import rostest
 from bare_ros import BareSubscriber, OwnMaster, header_bytes, wait_for
-from server_harness import DT, ServerTest, nanoseconds
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from server_harness import DT, Process, ServerTest, nanoseconds
+from std_srvs.srv import Trigger
 from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step
 
@@ -266,6 +268,89 @@ class RobustnessTest(ServerTest):
             subscriber.close()
             self.assertTrue(server.is_running(), server.output())
             self.assertEqual(server.stop(end, PROMPT), 0, server.output())
+
+    # ------------------------------------------------------------ a master that hangs
+
+    def own_master(self):
+        master = OwnMaster()
+        self.addCleanup(master.kill)
+        return master
+
+    def subscribe(self, master, topic, message_class):
+        uri = rosgraph.Master("/robustness_test", master.uri).lookupNode(self.server.name)
+        subscriber = BareSubscriber(uri, topic, message_class)
+        self.addCleanup(subscriber.close)
+        return subscriber
+
+    def wait_for_pace(self, diagnostics, level, words=""):
+        """Reads reports until the status of the pace is this one."""
+
+        def is_told():
+            told = [s for s in diagnostics.next().status if s.name.endswith(": pace")]
+            return [s for s in told if s.level == level and words in s.message]
+
+        wait_for(is_told, f"a pace of level {level} that says {words}")
+
+    def test_in_lockstep_it_steps_on_while_the_master_hangs(self):
+        master = self.own_master()
+        last = 0
+        for end in (signal.SIGINT, signal.SIGTERM):
+            server = self.serve_lockstep(master_uri=master.uri)
+            self.assertGreater(nanoseconds(self.last), last)
+            diagnostics = self.subscribe(master, "/diagnostics", DiagnosticArray)
+            self.wait_for_pace(diagnostics, DiagnosticStatus.OK)
+            master.hang()
+            self.assert_serves(3000)  # a minute; no reservation of these times is confirmed
+            self.wait_for_pace(diagnostics, DiagnosticStatus.WARN, "the ROS master does not answer")
+            self.last = self.reset(has_seed=True, seed=2).transition
+            self.assert_serves(3000)
+            self.assertEqual(server.output().count("the ROS master does not answer"), 1)
+            last = nanoseconds(self.last)
+            self.assertEqual(server.stop(end, PROMPT), 0, server.output())
+            master.go_on()
+
+    def test_once_the_master_goes_on_time_is_reserved_again(self):
+        master = self.own_master()
+        server = self.serve_lockstep(master_uri=master.uri)
+        diagnostics = self.subscribe(master, "/diagnostics", DiagnosticArray)
+        master.hang()
+        self.assert_serves(2000)
+        self.wait_for_pace(diagnostics, DiagnosticStatus.WARN, "the ROS master does not answer")
+        master.go_on()
+        self.wait_for_pace(diagnostics, DiagnosticStatus.OK)
+        self.assertEqual(server.output().count("the ROS master does not answer"), 1)
+        self.assert_serves(2000)
+        last = nanoseconds(self.last)
+        server.kill()
+        self.serve_lockstep(master_uri=master.uri)
+        self.assertGreater(nanoseconds(self.last), last)
+
+    def test_free_running_it_steps_on_while_the_master_hangs(self):
+        master = self.own_master()
+        server = self.serve(master_uri=master.uri, real_time_factor=100.0, paused=True)
+        unpause = server.client("unpause", Trigger)
+        transitions = self.subscribe(master, "/transition", Transition)
+        master.hang()
+        self.assertTrue(unpause().success)
+        first = nanoseconds(transitions.next())
+        wait_for(lambda: nanoseconds(transitions.next()) > first + 3000 * DT, "a minute to pass")
+        self.assertEqual(server.stop(signal.SIGINT, PROMPT), 0, server.output())
+
+    def test_it_ends_at_its_start_while_the_master_hangs(self):
+        master = self.own_master()
+        master.hang()
+        for end in (signal.SIGINT, signal.SIGTERM):
+            server = Process("server", "walker_sim", (), master.uri)
+            self.addCleanup(server.kill)
+            wait_for(lambda s=server: catches(s.pid, signal.SIGTERM), "its handlers")
+            self.assertEqual(server.stop(end, PROMPT), 0, server.output())
+
+
+def catches(pid, number):
+    """Whether a process has a handler for the signal."""
+    with open(f"/proc/{pid}/status", encoding="ascii") as file:
+        caught = next(line for line in file if line.startswith("SigCgt"))
+    return bool(int(caught.split()[1], 16) >> (number - 1) & 1)
 
 
 if __name__ == "__main__":

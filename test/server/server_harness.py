@@ -4,6 +4,7 @@ Nothing here waits by simulation time: it stands still in lock-step.
 """
 
 import os
+import resource
 import signal
 import socket
 import struct
@@ -88,6 +89,12 @@ def nanoseconds(stamped):
 def bits(values):
     """The bytes of doubles: equal only when every bit is, also of NaN and of -0."""
     return struct.pack(f"<{len(values)}d", *values)
+
+
+def memory(pid):
+    """Resident bytes of a process."""
+    with open(f"/proc/{pid}/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * resource.getpagesize()
 
 
 def same_experience(one, other):

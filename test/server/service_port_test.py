@@ -21,18 +21,12 @@ from bare_ros import (
     receive_exactly,
     wait_for,
 )
-from server_harness import ServerTest
+from server_harness import ServerTest, memory
 from std_srvs.srv import Empty, Trigger
 from walker_sim.srv import GetSpec, Reset, Step
 
 STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
 MEGABYTE = 1 << 20
-
-
-def memory(pid):
-    """Resident bytes of a process."""
-    with open(f"/proc/{pid}/statm", encoding="ascii") as file:
-        return int(file.read().split()[1]) * resource.getpagesize()
 
 
 class ServicePortTest(ServerTest):

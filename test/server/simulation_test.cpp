@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -158,6 +159,60 @@ TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
   expect_same_future(simulation, twin);
 }
 
+constexpr std::chrono::steady_clock::time_point kAtOnce{};
+
+TEST_P(AnyWalker, ARestoreInPiecesLeavesThePresentEpisodeAloneAndIsTheSame) {
+  Simulation original = simulation_of(GetParam());
+  original.reset(4);
+  play(original, 20, 1);
+  const EpisodeRecord record = original.record();
+  Simulation simulation = simulation_of(GetParam());
+  Simulation undisturbed = simulation_of(GetParam());
+  for (Simulation* each : {&simulation, &undisturbed}) each->reset(5);
+  simulation.begin_restore(record);
+  Generator generator(2);
+  for (std::uint32_t i = 1; i < record.num_steps; ++i) {
+    ASSERT_FALSE(simulation.go_on_restoring(kAtOnce)) << i;
+    const std::vector<double> action = random_action(generator, simulation);
+    for (Simulation* each : {&simulation, &undisturbed}) {
+      if (i == 10) {
+        each->reset(6);  // another episode, meanwhile
+      } else {
+        each->step(action);
+      }
+    }
+    expect_same_state(simulation.state(), undisturbed.state());
+    expect_same_sensors(simulation.sensors(), undisturbed.sensors());
+  }
+  ASSERT_TRUE(simulation.go_on_restoring(kAtOnce));
+  expect_same_state(simulation.state(), undisturbed.state());
+  simulation.finish_restore();
+  EXPECT_EQ(simulation.state().episode, 3U) << "a restore counts as a reset";
+  Simulation twin = simulation_of(GetParam());
+  twin.reset(1);
+  twin.reset(1);
+  twin.restore(record);
+  expect_same_future(simulation, twin);
+}
+
+TEST_P(AnyWalker, ARestoreThatIsGivenUpLeavesNothingBehind) {
+  Simulation simulation = simulation_of(GetParam());
+  simulation.reset(4);
+  play(simulation, 10, 1);
+  const EpisodeRecord record = simulation.record();
+  simulation.reset(5);
+  play(simulation, 10, 2);
+  const EpisodeRecord other = simulation.record();
+  simulation.begin_restore(record);
+  EXPECT_FALSE(simulation.go_on_restoring(kAtOnce));
+  simulation.restore(other);
+  Simulation twin = simulation_of(GetParam());
+  twin.reset(1);
+  twin.reset(1);
+  twin.restore(other);
+  expect_same_future(simulation, twin);
+}
+
 INSTANTIATE_TEST_SUITE_P(Ids, AnyWalker,
                          testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
                                          "Walker2d-v4", "Walker2d-v5"),
@@ -285,20 +340,6 @@ TEST(Simulation, RefusesARecordThatItCouldNotGiveItself) {
   record.actions.pop_back();
   simulation.restore(record);
   EXPECT_EQ(simulation.record().actions, record.actions);
-}
-
-TEST(Simulation, GivesUpARestoreThatIsNotWantedAnyMore) {
-  Simulation simulation([] { return std::make_unique<Endless>(); }, 1);
-  simulation.reset(1);
-  EpisodeRecord record = simulation.record();
-  record.num_steps = 100000;
-  record.actions.assign(record.num_steps, 0.5);
-  int asked = 0;
-  EXPECT_EQ(message_of<std::runtime_error>(
-                [&] { simulation.restore(record, [&] { return ++asked < 3; }); }),
-            "given up after 200 steps");
-  EXPECT_EQ(simulation.state().episode, 1U);
-  EXPECT_EQ(simulation.state().step, 0U);
 }
 
 }  // namespace

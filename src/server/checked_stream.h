@@ -1,8 +1,11 @@
-// Requests as roscpp's generated code reads them, from peers that are not to be trusted.
+// Requests and messages as roscpp's generated code reads them, from peers that are not to be
+// trusted.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <ros/serialization.h>
@@ -11,9 +14,9 @@ namespace walker {
 
 /// In place of ros::serialization::IStream, which makes room for as many elements as an array
 /// claims to have before it looks whether they have come.
-class RequestStream : public ros::serialization::Stream {
+class CheckedStream : public ros::serialization::Stream {
  public:
-  RequestStream(const std::uint8_t* bytes, std::size_t size)
+  CheckedStream(const std::uint8_t* bytes, std::size_t size)
       : Stream(const_cast<std::uint8_t*>(bytes),  // NOLINT: it is only read
                static_cast<std::uint32_t>(size)) {}
 
@@ -25,12 +28,26 @@ class RequestStream : public ros::serialization::Stream {
   template <typename Element, typename Allocator>
   void next(std::vector<Element, Allocator>& field) {
     std::uint32_t count = 0;
-    RequestStream(getData(), getLength()).next(count);
+    CheckedStream(getData(), getLength()).next(count);
     constexpr bool is_simple = ros::message_traits::IsSimple<Element>::value;
     constexpr std::size_t kLeastBytes = is_simple ? sizeof(Element) : sizeof(count);
     if (count > getLength() / kLeastBytes) ros::serialization::throwStreamOverrun();
     ros::serialization::deserialize(*this, field);
   }
 };
+
+/// @param what they are, e.g. "the request"
+/// @throws std::runtime_error unless the bytes are exactly one of this type
+template <typename Message>
+void read_exactly(const std::uint8_t* bytes, std::size_t size, const std::string& what,
+                  Message& message) {
+  CheckedStream stream(bytes, size);
+  try {
+    stream.next(message);
+  } catch (const ros::serialization::StreamOverrunException&) {
+    throw std::runtime_error(what + " ends within a field");
+  }
+  if (stream.getLength() > 0) throw std::runtime_error(what + " is longer than its type");
+}
 
 }  // namespace walker
