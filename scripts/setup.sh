@@ -222,7 +222,7 @@ set_up_all() {
   fi
   set_up_engines && set_up_build || status=$?
   if [ -n "$venv_job" ]; then wait "$venv_job" || status=$?; fi
-  return $status
+  return "$status"
 }
 
 # Everything; its failure is the caller's end or not, as the caller says.

@@ -1,4 +1,4 @@
-"""What is built is found by ROS's tools, each name once, and loads libraries from where they belong."""
+"""What is built is found by ROS's tools, each once, and looks for libraries where they belong."""
 
 import os
 import pathlib

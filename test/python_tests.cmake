@@ -1,12 +1,11 @@
 # Suites in Python, test/NAME.py, in the devel space where there is one. They compare with the NumPy and
 # Gymnasium of that Python. Included by tests.cmake.
 set(short_suites
-  bipedal_walker/episodes_gymnasium_test
-  bipedal_walker/terrain_gymnasium_test
   core/exported_symbols_test
   core/pool_gymnasium_test
   core/random_numpy_test
   programs_test
+  python/answers_test
   python/bits_bipedal_walker_test
   python/bits_ros_test
   python/bits_walker2d_test
@@ -15,8 +14,7 @@ set(short_suites
   python/refusals_ros_test
   python/vector_environment_test
   readme_test
-  walker2d/episodes_gymnasium_test
-  walker2d/models_gymnasium_test)
+  walker2d/spaces_gymnasium_test)
 # They measure time, so each has the machine for itself.
 set(timed_suites bench/bench_test)
 # The pinned Box2D only: its bits, and its hidden symbols.

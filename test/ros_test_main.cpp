@@ -1,5 +1,5 @@
-// The main of the rostests in C++: a node that answers while its test waits. --file=NAME runs the tests
-// that stand in the source file NAME.
+// The main of the rostests in C++: a node that answers while its test waits. --file=NAME runs the
+// tests that stand in the source file NAME.
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 

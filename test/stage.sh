@@ -66,10 +66,10 @@ build_wheel() {
 # Where no ROS and no other package is in sight. test/python/wheel_oldest.txt and wheel_newest.txt say
 # what is beside the wheel.
 run_wheel_suite() {
-  local python=$1 packages=$2 results=$3 version environment pip
-  version=$(version_of "$python")
+  local interpreter=$1 packages=$2 results=$3 version environment pip=()
+  version=$(version_of "$interpreter")
   environment=$build/.wheel/${version}_$packages
-  set_up_venv "wheel $version $packages" "$environment" "$root/test/python/wheel_$packages.txt" "$python"
+  set_up_venv "wheel $version $packages" "$environment" "$root/test/python/wheel_$packages.txt" "$interpreter"
   pip=("$environment/bin/python" -m pip --disable-pip-version-check)
   within /dev/null "${pip[@]}" install --no-index --no-deps --force-reinstall "$build/.wheel/$version"/*.whl
   within /dev/null "${pip[@]}" check

@@ -1,5 +1,5 @@
-// A program of many files of gtests runs one of them: as each file has a process of its own, no test
-// depends on those of another file.
+// A program of many files of gtests runs one of them: as each file has a process of its own, no
+// test depends on those of another file.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -32,7 +32,8 @@ inline std::string filter_of(std::string_view name) {
   return filter;
 }
 
-/// Reads what GoogleTest and ROS have left of the arguments: nothing, for all tests, or --file=NAME.
+/// Reads what GoogleTest and ROS have left of the arguments: nothing, for all tests, or
+/// --file=NAME.
 /// @return whether there is something to run; the reason why not is on stderr
 inline bool choose_file(int argc, char** argv) {
   constexpr std::string_view kOption = "--file=";

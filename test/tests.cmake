@@ -3,14 +3,12 @@
 # top. The target `tests` builds all, `benchmarks` what ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
 if(WALKER_SIM_ROS)
-  find_package(rostest REQUIRED)
   find_package(tf2 REQUIRED)
   find_package(urdf REQUIRED)
 else()
   enable_testing()
   add_custom_target(tests)
 endif()
-find_package(GTest REQUIRED)
 add_custom_target(short_tests)
 add_custom_target(benchmarks)
 
@@ -38,6 +36,9 @@ function(walker_sim_register_gtest name program label)
   walker_sim_label(${name} ${label} ${program})
 endfunction()
 
+# Test programs are compiled with little optimisation, in half the time: what they test is not.
+set(test_options -O1)
+
 # ---------------------------------------------------------------- units: gtests, a program a room
 # walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [ALSO FILE...] [LONG NAME...] [LEFT_OUT NAME...]):
 # all test/ROOM/NAME.cpp but those of a rostest are one program, ROOM_tests, as linking takes longer
@@ -55,6 +56,7 @@ function(walker_sim_add_unit_tests room)
   endforeach()
   add_executable(${program} EXCLUDE_FROM_ALL test/unit_test_main.cpp ${chosen})
   target_include_directories(${program} PRIVATE test)
+  target_compile_options(${program} PRIVATE ${test_options})
   target_compile_definitions(${program} PRIVATE
     WALKER_SIM_RECORDINGS="${CMAKE_CURRENT_SOURCE_DIR}/test/recordings"
     WALKER_SIM_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}"

@@ -19,7 +19,7 @@ namespace walker {
 /// Makes the calls and counts what they did. Rows are written straight into the reply, whose
 /// vectors may bring memory from an earlier call. An engine that fails ends the episode of its own
 /// environment, as in a Pool, and has a line in the reply's status_message: "environment 3: the
-/// simulation failed at its reset: MuJoCo: Stack overflow".
+/// simulation failed at its reset: Stack overflow".
 class BatchCalls {
  public:
   /// What it is given outlives it.

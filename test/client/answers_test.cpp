@@ -163,7 +163,7 @@ TEST(Answers, OfABatchsResetAreMeasured) {
   for (const std::vector<std::uint32_t>& environments :
        {std::vector<std::uint32_t>{}, {1}, {1, 0}}) {
     const std::size_t rows = environments.empty() ? 2 : environments.size();
-    const BatchReset right{std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2)};
+    const BatchReset right{std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), ""};
     Table<BatchReset> table(right);
     table.add_sizes("observations", &BatchReset::observations);
     table.add_sizes("info", &BatchReset::info);

@@ -128,7 +128,7 @@ TEST(Client, ResetsABatch) {
   ScriptedWalker walker({[&](Peer& peer) {
     test::open(peer, kResetBatch);
     request = peer.take_frame();
-    peer.give(test::answer(test::to_bytes(BatchReset{{1, 2, 3, 4, 5, 6}, {7, 8}})));
+    peer.give(test::answer(test::to_bytes(BatchReset{{1, 2, 3, 4, 5, 6}, {7, 8}, ""})));
     peer.sees_end();
   }});
   BatchReset reset;

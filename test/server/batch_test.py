@@ -532,7 +532,8 @@ class BatchTest(ServerTest):
             transitions.at(stamps[-1])
             told = [stamp for stamp in map(first_stamp, transitions.messages()) if stamp >= begin]
             self.assertEqual(told[: len(stamps)], stamps)
-            clock.wait(lambda m: first_stamp(m) >= stamps[-1])  # some give way to newer ones
+            # Some give way to newer ones.
+            clock.wait(lambda m, last=stamps[-1]: first_stamp(m) >= last)
             if mode == "disabled":
                 self.assertEqual(len(disturbed), 1)
                 refusal = self.try_step([0.5] * 6).status_message
