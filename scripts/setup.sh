@@ -3,7 +3,8 @@
 # Source it, then call set_up. Every step looks first whether it is done; an interrupted one is done
 # again by the next command. What the tools say goes to build/log/, what this says to stderr.
 #
-# The build is in build/ros, its devel space in devel/, for rosrun does not look into a package's build/.
+# The build is in build/.ros, hidden from roslaunch, which walks through a package's visible folders; its
+# devel space is in devel/, for rosrun does not look into a package's build/.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 build=$root/build
@@ -16,7 +17,7 @@ ros_setup=/dev/null # what the distribution's ROS itself needs sourced
 source "$root/scripts/packages.sh"
 
 # The ROS build. BOX2D_SOURCE_DIR and MUJOCO_DIR, if set, name copies of the pinned engines.
-ros_build=$build/ros
+ros_build=$build/.ros
 devel=$root/devel
 common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3)
 ros_options=("${common_options[@]}" "-DWALKER_SIM_ENGINES=$engines" "-DCATKIN_DEVEL_PREFIX=$devel"
@@ -184,7 +185,7 @@ configure() {
   rm -f "$stamp"
   # Without this folder catkin would cache an environment in which Python finds no messages.
   mkdir -p "$devel/lib/python3/dist-packages"
-  quiet "configure_${dir##*/}" within "$ros_setup" cmake -G Ninja -S "$root" -B "$dir" "$@" || return
+  quiet "configure_${dir##*[/.]}" within "$ros_setup" cmake -G Ninja -S "$root" -B "$dir" "$@" || return
   printf '%s\n' "source $root" "$@" >"$stamp.new" && mv "$stamp.new" "$stamp"
 }
 
@@ -192,11 +193,11 @@ configure() {
 build_in() {
   local dir=$1
   shift
-  quiet "build_${dir##*/}" within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@"
+  quiet "build_${dir##*[/.]}" within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@"
 }
 
 set_up_build() {
-  say "[3/4] configure: build/ros with the $engines engines"
+  say "[3/4] configure: build/.ros with the $engines engines"
   configure "$ros_build" "${ros_options[@]}" "${extra_options[@]}" || return
   say "[4/4] build"
   build_in "$ros_build" "${build_targets[@]}"

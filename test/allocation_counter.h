@@ -48,9 +48,14 @@ class AllocationTest : public testing::Test {
 
 }  // namespace walker
 
-void* operator new(std::size_t size) { return walker::allocate(size); }
-void* operator new[](std::size_t size) { return walker::allocate(size); }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
+// Not inline, for where one half of a pair is, compilers take the two for a mismatch.
+[[gnu::noinline]] void* operator new(std::size_t size) { return walker::allocate(size); }
+[[gnu::noinline]] void* operator new[](std::size_t size) { return walker::allocate(size); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete[](void* memory, std::size_t /*size*/) noexcept {
+  std::free(memory);
+}
