@@ -1,0 +1,250 @@
+"""README's commands, typed as they stand there beside walkers started as it says.
+
+What it shows of their output is compared; three dots stand for lines left out, or for a part of a
+line. Each scene has a ROS master and a folder of its own.
+"""
+
+import contextlib
+import os
+import pathlib
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import types
+import xmlrpc.client
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "test" / "server"))
+from bare_ros import CALLER, PATIENCE, free_port, wait_for  # noqa: E402
+from launched import LoggedProcess  # noqa: E402
+
+DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+
+# Some words of each block that a scene types.
+BY_HAND = "/walker_sim/reset '{has_seed: true, seed: 42}'"
+GYMNASIUM = "./scripts/env python -c '"
+USUAL_TOOLS = "/walker_sim/unpause"
+BATCH = "/walker_sim/step_batch"
+SNAPSHOT = "/walker_sim/snapshot"
+REPLAY = "rosrun walker_sim replay walk.bag"
+CAMERA = "/walker_sim/render"
+TYPED = [BY_HAND, GYMNASIUM, USUAL_TOOLS, BATCH, SNAPSHOT, REPLAY, CAMERA]
+# Those that none does: the reason.
+NOT_TYPED = {
+    "walker_sim evaluate": "takes long; test/python/commands_evaluate_test.py",
+    "walker_sim bench": "measures, and `record` takes long; test/python/commands_*_test.py",
+    "walker_sim play": "needs a window; test/python/commands_play_test.py",
+    "ten_walkers.launch": "needs the machine for itself; test/server/ten_walkers_test.py",
+}
+# A shell in which nothing is sourced.
+SOURCED = "CMAKE_PREFIX_PATH LD_LIBRARY_PATH PKG_CONFIG_PATH PYTHONPATH ROS_PACKAGE_PATH DISPLAY"
+SHELL = ["env", *(f"-u{name}" for name in SOURCED.split())]
+
+
+def block(words, language=""):
+    """The one that has these words."""
+    found = [text for its, text in BLOCKS if its == language and words in text]
+    assert len(found) == 1, f"{len(found)} blocks of README have `{words}`; must be 1"
+    return found[0]
+
+
+def inline(command):
+    """The command, which README has in a sentence."""
+    assert f"`{command}`" in README, f"README has no `{command}`"
+    return command
+
+
+def is_whole(command):
+    """A shell would not ask for another line."""
+    with contextlib.suppress(ValueError):
+        return bool(shlex.split(command, comments=True))
+
+
+def commands_of(text):
+    """The block's commands, each with the lines shown below it."""
+    commands = []
+    for line in text.splitlines():
+        if line.startswith("$ "):
+            commands.append(types.SimpleNamespace(text=line[2:], shown=[]))
+        elif not is_whole(commands[-1].text):
+            commands[-1].text += "\n" + line
+        else:
+            commands[-1].shown.append(line)
+    return commands
+
+
+def without_numbers(line):
+    """For what depends on time."""
+    return " ".join(re.sub(r"-?\d+(\.\d+)?(e[-+]?\d+)?", "N", line).split())
+
+
+def compare(command, output, reading=str.rstrip):
+    """`reading` makes of a line what has to be equal; nothing shown, nothing compared."""
+    pattern = ""
+    for line in command.shown:
+        words = re.escape(reading(line)).replace(re.escape("..."), ".*")
+        pattern += "(.*\n)*?" if line.strip() == "..." else words + "\n"
+    lines = "".join(reading(line) + "\n" for line in output.splitlines())
+    if command.shown and not re.fullmatch(pattern, lines):
+        pytest.fail("\n".join(["README shows otherwise:", f"$ {command.text}", *command.shown]))
+
+
+class Program(LoggedProcess):
+    """A command that runs meanwhile, as in another terminal, until Ctrl-C."""
+
+    def __init__(self, command):
+        # A test that is killed cannot stop it: then the system does.
+        super().__init__(["setpriv", "--pdeathsig", "INT", "setsid", *command])
+        self._text = command[-1]
+
+    def wait_until(self, condition, what):
+        wait_for(lambda: condition() or not self.is_running(), f"{what}: $ {self._text}")
+        assert self.is_running(), f"it has ended: $ {self._text}"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        try:
+            if self.is_running():
+                os.killpg(self.pid, signal.SIGINT)
+            status = self._process.wait(PATIENCE)
+        finally:
+            self._process.kill()
+            print(f"$ {self._text}\n{self.output()}")  # pytest shows it where something failed
+        assert status == 0, f"status {status}: $ {self._text}"
+
+
+class Terminal:
+    """In a folder with nothing but the scripts; nothing is sourced, and no master runs yet."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.uri = f"http://localhost:{free_port()}"
+        variables = [f"ROS_MASTER_URI={self.uri}", "ROS_HOSTNAME=localhost", "PYTHONUNBUFFERED=1"]
+        variables += [f"ROS_HOME={folder}/ros_home"]
+        self._shell = [*SHELL, f"--chdir={folder}", *variables, "bash", "-c"]
+        # Not a link to their folder: from there they would take this one for the repository.
+        (folder / "scripts").mkdir()
+        for name in ("env", "run"):
+            script = folder / "scripts" / name
+            script.write_text(f'#!/bin/sh\nexec "{ROOT}/scripts/{name}" "$@"\n')
+            script.chmod(0o755)
+
+    def type(self, text):
+        """The output of a command that ends well."""
+        options = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True}
+        done = subprocess.run([*self._shell, text], check=False, timeout=2 * PATIENCE, **options)
+        print(f"$ {text}\n{done.stderr}{done.stdout}")
+        assert done.returncode == 0, f"status {done.returncode}: $ {text}"
+        return done.stdout
+
+    def type_all(self, commands, reading=str.rstrip):
+        for command in commands:
+            compare(command, self.type(command.text), reading)
+
+    def start(self, text):
+        return Program([*self._shell, text])
+
+    def _has_walker(self):
+        master = xmlrpc.client.ServerProxy(self.uri)
+        with contextlib.suppress(OSError):
+            return master.lookupService(CALLER, "/walker_sim/get_spec")[0] == 1
+
+    @contextlib.contextmanager
+    def walker(self, text):
+        """The same, from when it answers."""
+        with self.start(text) as program:
+            program.wait_until(self._has_walker, "a walker")
+            yield program
+
+
+@pytest.fixture(scope="module")
+def ready():
+    if DEVEL != ROOT / "devel":
+        pytest.skip("this is not the build of scripts/, which they would make")
+    subprocess.check_call([ROOT / "scripts" / "env", "true"])  # sets up what may be missing
+
+
+@pytest.fixture
+def terminal(tmp_path, ready):
+    return Terminal(tmp_path)
+
+
+def test_every_block_with_commands_is_typed_or_has_a_reason():
+    for _, text in BLOCKS:
+        if re.search(r"^\$ ", text, re.MULTILINE):
+            known = [words for words in (*TYPED, *NOT_TYPED) if words in text]
+            assert len(known) == 1, f"{known} are in this block of README; must be 1:\n{text}"
+    for words in (*TYPED, *NOT_TYPED):
+        block(words)
+
+
+def test_by_hand_and_again(terminal):
+    with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep")):
+        for words in (BY_HAND, GYMNASIUM):
+            terminal.type_all(commands_of(block(words)))
+        snapshot, restore = commands_of(block(SNAPSHOT))
+        terminal.type(snapshot.text)
+        assert "success: True" in terminal.type(restore.text).splitlines()
+        (terminal.folder / "episode.py").write_text(block("rospy.init_node", "python"))
+        steps, episode_return = terminal.type(inline("./scripts/env python episode.py")).split()
+        assert int(steps) > 1 and float(episode_return) < 0
+
+
+def test_usual_tools_and_camera(terminal):
+    with terminal.walker(inline("./scripts/run mode:=free")):
+        tools = commands_of(block(USUAL_TOOLS))
+        index = next(i for i, tool in enumerate(tools) if "rosbag record" in tool.text)
+        terminal.type_all(tools[:index], without_numbers)
+        bag = terminal.folder / "run.bag.active"
+        with terminal.start(tools[index].text) as recorder:
+            recorder.wait_until(lambda: bag.exists() and bag.stat().st_size > 100_000, "messages")
+        terminal.type_all(tools[index + 1 :], without_numbers)
+        rate, picture = commands_of(block(CAMERA))
+        with terminal.start(rate.text) as program:
+            program.wait_until(lambda: "average rate" in program.output(), "pictures")
+        answer = terminal.type(picture.text).splitlines()
+        assert {"success: True", "  width: 300"} <= set(answer)
+
+
+def test_a_recording_is_replayed(terminal):
+    record, replay = commands_of(block(REPLAY))
+    with terminal.walker(record.text) as walker:
+        walker.wait_until(lambda: "episode 2" in walker.output(), "a second episode")
+    output = terminal.type(replay.text).splitlines()
+    for line in range(3):  # as far as the first episode
+        assert output[line].split() == replay.shown[line].split()
+    assert without_numbers(output[-1]) == without_numbers(replay.shown[-1])
+
+
+def test_many_walkers_on_one_server(terminal):
+    server, *calls = commands_of(block(BATCH))
+    with terminal.walker(server.text):
+        terminal.type_all(calls)
+
+
+def mentions():
+    """What follows `rosrun walker_sim` where people read it."""
+    patterns = ("*.md", "config/*", "docs/*.md", "examples/*", "launch/*", "scripts/*", "urdf/*")
+    files = sorted(path for pattern in patterns for path in ROOT.glob(pattern) if path.is_file())
+    words = re.compile(r"rosrun walker_sim\s+(\w[\w.-]*)(?: (\w[\w.-]*))?")
+    return sorted({found for path in files for found in words.findall(path.read_text("utf-8"))})
+
+
+def test_rosrun_finds_each_program_once():
+    names = {name for name, _ in mentions()}
+    assert {"describe", "replay", "topic_agent"} <= names
+    for name in names:
+        command = ["rosrun", "--prefix", "echo", "walker_sim", name]
+        path = DEVEL / "lib" / "walker_sim" / name
+        assert subprocess.check_output(command, text=True) == f"{path}\n"
+    for env_id in (argument for name, argument in mentions() if name == "describe"):
+        command = ["rosrun", "walker_sim", "describe", env_id]
+        assert "<robot name=" in subprocess.check_output(command, text=True)
