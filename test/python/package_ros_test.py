@@ -2,10 +2,16 @@
 are one."""
 
 import ast
+import os
+import pathlib
 import subprocess
 import sys
 
 import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1]))
+
+from elf import search_paths, strange_paths  # noqa: E402
 
 
 def printed(python, program):
@@ -28,6 +34,13 @@ print({line.split()[-1] for line in open("/proc/self/maps") if "libmujoco" in li
 """
     (library,) = ast.literal_eval(printed(sys.executable, program))
     assert not library.startswith("/usr/lib")
+
+
+def test_nothing_loads_libraries_from_the_current_directory():
+    space = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
+    files = [path for path in space.rglob("*") if path.is_file()]
+    assert search_paths(space / "lib" / "walker_sim" / "server") == ["$ORIGIN/.."]
+    assert not strange_paths(files)
 
 
 @pytest.mark.parametrize("python", ["/usr/bin/python3", sys.executable])

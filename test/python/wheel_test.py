@@ -21,9 +21,10 @@ import walker_sim
 from walker_sim import _core
 
 TEST = pathlib.Path(__file__).parents[1]
-sys.path.insert(0, str(TEST / "server"))
+sys.path[:0] = [str(TEST), str(TEST / "server")]
 
 import recorded_episodes  # noqa: E402
+from elf import search_paths, strange_paths  # noqa: E402
 
 SITE = pathlib.Path(sysconfig.get_path("platlib"))
 DEVEL = pathlib.Path(os.environ["WALKER_SIM_DEVEL"])
@@ -35,6 +36,12 @@ EPISODES = [
     recorded_episodes.read_bipedal_walker()[0],
     recorded_episodes.read_walker2d()[0],
 ]
+
+
+def test_nothing_loads_libraries_from_the_current_directory():
+    files = [path for path in (SITE / "walker_sim").rglob("*") if path.is_file()]
+    assert search_paths(_core.__file__) == ["$ORIGIN"]
+    assert not strange_paths(files)
 
 
 def play(environment, episode):
