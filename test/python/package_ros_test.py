@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1]))
 
-from elf import search_paths, strange_paths  # noqa: E402
+from elf import search_paths, strange_paths
 
 
 def printed(python, program):
