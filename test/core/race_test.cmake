@@ -2,7 +2,9 @@
 # So the core and Box2D are compiled anew, from the same sources with the same options; MuJoCo's
 # library stays as it is.
 function(walker_sim_add_race_copy target)
-  add_library(${target}_race OBJECT EXCLUDE_FROM_ALL $<TARGET_PROPERTY:${target},SOURCES>)
+  # Without what CMake has put among them, to compile several at once.
+  add_library(${target}_race OBJECT EXCLUDE_FROM_ALL
+    $<FILTER:$<TARGET_PROPERTY:${target},SOURCES>,EXCLUDE,unity_|cmake_pch>)
   # SYSTEM silences warnings in the engines' headers; the original says what is to be said of ours.
   target_include_directories(${target}_race
     SYSTEM PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
@@ -13,6 +15,7 @@ function(walker_sim_add_race_copy target)
 endfunction()
 
 walker_sim_add_race_copy(box2d_pinned)
+set_target_properties(box2d_pinned_race PROPERTIES UNITY_BUILD ON)
 walker_sim_add_race_copy(walker_sim_core_objects)
 
 add_executable(core_pool_race_test EXCLUDE_FROM_ALL
