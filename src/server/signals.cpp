@@ -65,6 +65,8 @@ EndOnSignals::EndOnSignals() {
 }
 
 EndOnSignals::~EndOnSignals() {
+  // Left to the end of the process, it would come when objects are gone that roscpp's threads use.
+  ros::shutdown();
   end_.set_value();
   sem_post(&is_told);
   thread_.join();

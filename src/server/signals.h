@@ -16,7 +16,7 @@ class EndOnSignals {
   EndOnSignals();
   EndOnSignals(const EndOnSignals&) = delete;
   EndOnSignals& operator=(const EndOnSignals&) = delete;
-  /// The node has come to its end.
+  /// The node has come to its end, whatever led to it: takes it off the master.
   ~EndOnSignals();
 
  private:
