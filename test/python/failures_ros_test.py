@@ -109,7 +109,7 @@ def test_a_server_that_dies_amid_a_step_and_is_started_again(serve, kind):
     environment.reset(seed=1)
     environment.step(action_of(environment))
     halt(process)
-    killer = soon(process.kill)
+    killer = soon(lambda: kill(process))
     with pytest.raises(walker_sim.ConnectionError, match="whether the call was made is not known"):
         environment.step(action_of(environment))
     killer.join()
