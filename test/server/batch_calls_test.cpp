@@ -394,7 +394,7 @@ TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsASimulationDrivenAlone) {
   calls.reset({}, begun);
   alone.reset(std::nullopt);
   std::uint32_t failed = 0;
-  const std::vector<double> actions(4 * 6, 0.5);
+  const std::vector<double> actions(24, 0.5);
   const std::vector<double> action(6, 0.5);
   for (int i = 0; i < 400 && !HasFailure(); ++i) {
     const bool resets = mode == AutoresetMode::next_step ? alone.state().has_ended()
