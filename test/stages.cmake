@@ -15,7 +15,7 @@ foreach(name clang_format catkin ruff mypy shellcheck rooms cppcheck)
   walker_sim_add_check(lint_${name} short ${lint} ${name})
 endforeach()
 walker_sim_add_check(lint_clang_tidy_changed short ${lint} clang_tidy)
-set(tidy_parts 8)
+set(tidy_parts 4)
 foreach(part RANGE 1 ${tidy_parts})
   walker_sim_add_check(lint_clang_tidy_${part} long
     ${CMAKE_COMMAND} -E env TIDY_JOBS=1 ${lint} clang_tidy ${part}/${tidy_parts})

@@ -129,9 +129,9 @@ TEST_P(ReplayOfEach, ARestoredEpisodeIsRepeatedFromItsRecord) {
   Session session(GetParam(), short_episodes(GetParam()));
   session.reset(7);
   session.walk(8);
-  const EpisodeRecord running = session.simulation().record();
+  const auto running = session.simulation().record();
   session.walk();
-  const EpisodeRecord ended = session.simulation().record();
+  const auto ended = session.simulation().record();
   session.restore(running);
   session.walk();
   session.restore(ended);

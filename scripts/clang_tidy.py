@@ -1,0 +1,143 @@
+#!/usr/bin/python3
+"""Runs clang-tidy on our files that the build compiles: clang_tidy.py ROOT COMMANDS CHOICE JOBS
+
+COMMANDS is the build's compile_commands.json. CHOICE is all, PART/PARTS, or changed: since the
+merge base with origin's main branch.
+
+Nearly all of clang-tidy's time goes to the headers, ROS's above all. So it reads files that are
+compiled alike as one, and the halves of such a group only where that finds something or does not
+compile. The static analyzer skips headers by itself, and reads each file alone; src/ only, as
+test/.clang-tidy has it, and without what templates do inside: the libraries' take it five times as
+long. The compiler's precompiled headers are left out: only it can read them.
+"""
+
+import concurrent.futures
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+
+GROUP = 20  # files
+# The compiler, its precompiled header, and what it writes.
+NOT_FOR_CLANG = re.compile(r"^.*?(?= -)|-Winvalid-pch|-include \S*cmake_pch\.hxx| -o \S+ -c \S+")
+# What a file defines outside classes and functions, by its unindented lines: no members, no tests.
+TOP_LEVEL_NAME = re.compile(
+    r"^(?:struct|class|enum class|enum|union) (\w+)|^using (\w+) =|"
+    r"^(?!namespace|TEST)\w[^\n(={]*?(?<!::)\b(\w+)(?:\(|\{|\[.*\] = | = )",
+    re.MULTILINE,
+)
+
+
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
+
+
+def read_commands(root, path):
+    """How the build compiles each file of ours: (directory, flags) by file."""
+    # A file of several programs once, not as the copy under ThreadSanitizer.
+    entries = sorted(json.loads(read(path)), key=lambda e: "_race.dir" not in e["command"])
+    commands = {}
+    for entry in entries:
+        file = os.path.realpath(entry["file"])
+        if file.startswith((f"{root}/src/", f"{root}/test/")):
+            flags = re.sub(NOT_FOR_CLANG, "", entry["command"])
+            commands[file] = entry["directory"], tuple(shlex.split(flags))
+    return dict(sorted(commands.items()))
+
+
+def changed(root, commands):
+    """The files that have changed, and for each changed header the first file that includes it."""
+
+    def git(*arguments):
+        command = ["git", "-C", root, *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
+
+    branches = ("origin/HEAD", "origin/main", "main")
+    bases = [base for name in branches for base in git("merge-base", "HEAD", name)]
+    names = git("diff", "--name-only", bases[0] if bases else "HEAD")
+    names += git("ls-files", "--others", "--exclude-standard")
+    chosen = {os.path.join(root, name) for name in names}
+    for header in [name for name in names if name.endswith(".h")]:
+        name = re.sub(r"^(include|src|test)/", "", header)
+        chosen |= set([file for file in commands if f'#include "{name}"' in read(file)][:1])
+    return [file for file in commands if file in chosen]
+
+
+def grouped(files, commands):
+    """Lists of files that are compiled alike and seem to have no name in common."""
+    groups = []
+    for file in files:
+        names = {"".join(found) for found in TOP_LEVEL_NAME.findall(read(file))}
+        for command, members, taken in groups:
+            if command == commands[file] and len(members) < GROUP and not names & taken:
+                members.append(file)
+                taken |= names
+                break
+        else:
+            groups.append((commands[file], [file], names))
+    return [members for _, members, _ in groups]
+
+
+def complaints_of(root, file, checks, directory, flags):
+    """What clang-tidy says of a file; '' if nothing."""
+    filters = f"--header-filter=^{root}/(include|src|test)/"
+    command = ["clang-tidy", "--quiet", filters, f"--checks={checks}", file]
+    command += ["--", *flags, "-Wno-unknown-warning-option"]
+    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
+    return done.stdout + done.stderr if done.returncode != 0 else ""
+
+
+def complaints_of_group(root, group, *command):
+    checks = "-clang-analyzer-*"
+    if len(group) == 1:
+        return complaints_of(root, group[0], checks, *command)
+    with tempfile.TemporaryDirectory() as folder:
+        # It looks for this file; the option --config-file makes it five times as slow.
+        os.symlink(f"{root}/.clang-tidy", f"{folder}/.clang-tidy")
+        with open(f"{folder}/group.cpp", "w", encoding="utf-8") as joined:
+            joined.writelines(f'#include "{file}"  // NOLINT\n' for file in group)
+        if not complaints_of(root, joined.name, checks, *command):
+            return ""
+    middle = len(group) // 2
+    halves = group[:middle], group[middle:]
+    return "".join(complaints_of_group(root, half, *command) for half in halves)
+
+
+def complaints_of_analyzer(root, file, directory, flags):
+    flags += ("-Xclang", "-analyzer-config", "-Xclang", "c++-template-inlining=false")
+    return complaints_of(root, file, "-*,clang-analyzer-*", directory, flags)
+
+
+def main():
+    root, path, choice, jobs = sys.argv[1:]
+    commands = read_commands(root, path)
+    files = list(commands)
+    if choice == "changed":
+        files = changed(root, commands)
+        if not files:
+            print("no source file has changed")
+            return 0
+    if not files:
+        print("no file to look at")
+        return 1
+    groups = grouped(files, commands)
+    tasks = [(complaints_of_group, group, *commands[group[0]]) for group in groups]
+    ours = [file for file in files if file.startswith(f"{root}/src/")]
+    tasks += [(complaints_of_analyzer, file, *commands[file]) for file in ours]
+    if "/" in choice:
+        part, parts = map(int, choice.split("/"))
+        tasks = tasks[part - 1 :: parts]
+    status = 0
+    with concurrent.futures.ThreadPoolExecutor(int(jobs)) as pool:
+        for complaints in pool.map(lambda task: task[0](root, *task[1:]), tasks):
+            print(complaints, end="", flush=True)
+            status |= complaints != ""
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
