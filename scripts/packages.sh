@@ -10,6 +10,8 @@ screen_packages=(x11-utils xvfb)
 common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev)
 lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
+# Of the wheels for several Pythons, all but the bindings is compiled alike.
+cache_packages=(ccache)
 
 message_packages=(diagnostic geometry nav sensor std visualization)
 

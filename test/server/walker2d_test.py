@@ -321,7 +321,7 @@ class Walker2dTest(ServerTest):
         self.transitions.wait(lambda m: m.step > 0, "an episode")
         self.transitions.wait(lambda m: m.error and m.step == 0, "another failure")
         self.assert_consecutive(self.transitions.messages())
-        self.assertIn(f"No episode: {REFUSED}", self.server.output())
+        wait_for(lambda: f"No episode: {REFUSED}" in self.server.output(), "the reason")
         self.assertTrue(self.server.is_running())
 
     def test_free_running_it_neither_spins_nor_fills_the_log_while_resets_fail(self):
@@ -356,7 +356,7 @@ class Walker2dTest(ServerTest):
 
     def test_without_auto_reset_it_waits_for_a_reset_that_succeeds(self):
         good = self.serve_after_a_failed_start(auto_reset=False)
-        self.assertIn("~reset begins the next", self.server.output())
+        wait_for(lambda: "~reset begins the next" in self.server.output(), "what to do")
         self.transitions.clear()
         time.sleep(QUIET)
         self.assertEqual(self.transitions.messages(), [])
