@@ -61,6 +61,11 @@ within() {
     bash -c 'command=("$@"); set --; source "$0"; exec "${command[@]}"' "$@"
 }
 
+# find_files EXPRESSION...: our files, without what was built.
+find_files() {
+  find "$root" \( -path "$build" -o -path "$devel" -o -path "$root/.git" \) -prune -o -type f "$@" -print
+}
+
 check_system() {
   local id version machine
   # shellcheck source=/dev/null

@@ -53,8 +53,7 @@ version_of() { "$1" -I -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
 build_wheel() {
   local folder
   folder=$build/.wheel/$(version_of "$1")
-  if [ -e "$folder/ready" ] && [ -z "$(find "$root" \( -path "$build" -o -path "$devel" -o -path "$root/.git" \) \
-    -prune -o -type f ! -name '*.pyc' -newer "$folder/ready" -print -quit)" ]; then
+  if [ -e "$folder/ready" ] && [ -z "$(find_files ! -name '*.pyc' -newer "$folder/ready")" ]; then
     return
   fi
   mkdir -p "$folder" && rm -f "$folder/ready" "$folder"/*.whl && touch "$folder/ready.new"
