@@ -1,6 +1,6 @@
-# Tests and benchmarks, none of them in `all`. Every test has one of two labels: `short`, what
-# ./scripts/test runs, built by the target `short_tests`; or `long`, what ./scripts/test --all runs on
-# top. The target `tests` builds all, `benchmarks` what ./scripts/bench calls.
+# Tests and benchmarks, none of them in `all`. Every test has a label: `short`, what ./scripts/test
+# runs, built by the target `short_tests`; `long`, what ./scripts/test --all runs on top; or `devel`,
+# which ros_tests.cmake explains. The target `tests` builds all, `benchmarks` what ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
 if(WALKER_SIM_ROS)
   find_package(tf2 REQUIRED)
