@@ -19,11 +19,13 @@ set(tidy_parts 4)
 foreach(part RANGE 1 ${tidy_parts})
   walker_sim_add_check(lint_clang_tidy_${part} long
     ${CMAKE_COMMAND} -E env TIDY_JOBS=1 ${lint} clang_tidy ${part}/${tidy_parts})
+  # The longest begin first, so that none is left alone at the end.
+  set_tests_properties(lint_clang_tidy_${part} PROPERTIES COST 1)
 endforeach()
 
 # ---------------------------------------------------------------- the install space
 walker_sim_add_check(install_workspace long ${stage} workspace)
-set_tests_properties(install_workspace PROPERTIES FIXTURES_SETUP install_space)
+set_tests_properties(install_workspace PROPERTIES FIXTURES_SETUP install_space COST 2)
 set(results ${test_results}/install/package_ros_test.xml)
 add_test(NAME install_package_ros_test COMMAND ${stage} installed pytest
   ${CMAKE_CURRENT_SOURCE_DIR}/test/python/package_ros_test.py ${results})
@@ -39,7 +41,7 @@ foreach(version RANGE 10 13)
     continue()
   endif()
   walker_sim_add_check(wheel_3.${version} long ${stage} wheel ${python_3_${version}})
-  set_tests_properties(wheel_3.${version} PROPERTIES FIXTURES_SETUP wheel_3.${version})
+  set_tests_properties(wheel_3.${version} PROPERTIES FIXTURES_SETUP wheel_3.${version} COST 2)
   foreach(packages oldest newest)
     set(results ${test_results}/wheel/3.${version}_${packages}.xml)
     add_test(NAME wheel_3.${version}_${packages}
