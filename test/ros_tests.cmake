@@ -4,6 +4,7 @@
 # ---------------------------------------------------------------- units
 walker_sim_add_unit_tests(server
   LIBRARIES walker_sim_replay walker_sim_agents walker_sim_server ${urdf_LIBRARIES}
+  WITH description replay ros
   ALSO test/client/service_types_test.cpp)
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
 foreach(path launch/launch_test scripts/choose_master_test)

@@ -40,17 +40,24 @@ endfunction()
 set(test_options -O1)
 
 # ---------------------------------------------------------------- units: gtests, a program a room
-# walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [ALSO FILE...] [LONG NAME...] [LEFT_OUT NAME...]):
-# all test/ROOM/NAME.cpp but those of a rostest are one program, ROOM_tests, as linking takes longer
-# than testing. Each file is a test of its own and runs alone, in a process that no other has touched.
+# walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [WITH ROOM...] [ALSO FILE...] [LONG NAME...]
+# [LEFT_OUT NAME...]): all NAME.cpp below test/ROOM, and below those of WITH, but those of a rostest are
+# one program, ROOM_tests, as linking takes longer than testing. Each file is a test of its own and runs
+# alone, in a process that no other has touched.
 function(walker_sim_add_unit_tests room)
-  cmake_parse_arguments(add "" "" "LIBRARIES;ALSO;LONG;LEFT_OUT" ${ARGN})
-  file(GLOB files CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} test/${room}/*_test.cpp)
+  cmake_parse_arguments(add "" "" "LIBRARIES;WITH;ALSO;LONG;LEFT_OUT" ${ARGN})
+  set(files "")
+  foreach(folder ${room} ${add_WITH})
+    file(GLOB_RECURSE found CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}
+      test/${folder}/*_test.cpp)
+    list(APPEND files ${found})
+  endforeach()
   set(program ${room}_tests)
   set(chosen "")
   foreach(file ${files} ${add_ALSO})
     get_filename_component(name ${file} NAME_WE)
-    if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${room}/${name}.test AND NOT name IN_LIST add_LEFT_OUT)
+    string(REGEX REPLACE "cpp$" "test" rostest ${file})
+    if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${rostest} AND NOT name IN_LIST add_LEFT_OUT)
       list(APPEND chosen ${file})
     endif()
   endforeach()
@@ -73,7 +80,8 @@ function(walker_sim_add_unit_tests room)
   endif()
   foreach(file ${chosen})
     get_filename_component(name ${file} NAME_WE)
-    string(REGEX REPLACE "^test/(.*)/(.*)\\.cpp$" "\\1_\\2" test ${file})
+    string(REGEX REPLACE "^test/(.*)\\.cpp$" "\\1" test ${file})
+    string(REPLACE "/" "_" test ${test})
     set(label short)
     if(name IN_LIST add_LONG)
       set(label long)

@@ -7,7 +7,7 @@
 #include <ros/init.h>
 
 #include "agents/options.h"
-#include "server/signals.h"
+#include "ros/signals.h"
 
 namespace walker {
 

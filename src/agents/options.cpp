@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "server/private_parameters.h"
+#include "ros/private_parameters.h"
 
 namespace walker {
 

@@ -8,7 +8,7 @@
 #include <ros/init.h>
 #include <ros/service.h>
 
-#include "server/records.h"
+#include "ros/records.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/registry.h"
 

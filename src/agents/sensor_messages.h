@@ -1,5 +1,5 @@
-// From sensors' messages to measurements: the way back from src/server/converters.h. Each function
-// takes over what its topic carries, in the order of the specification.
+// From sensors' messages to measurements: the way back from src/server/topics/converters.h. Each
+// function takes over what its topic carries, in the order of the specification.
 #pragma once
 
 #include <nav_msgs/Odometry.h>

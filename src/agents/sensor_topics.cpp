@@ -12,7 +12,7 @@
 #include <ros/console.h>
 #include <ros/transport_hints.h>
 
-#include "server/checked_subscription.h"
+#include "ros/checked_subscription.h"
 
 namespace walker {
 namespace {

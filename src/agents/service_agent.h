@@ -9,7 +9,7 @@
 
 #include "agents/agent.h"
 #include "agents/options.h"
-#include "server/pacer.h"
+#include "core/pacer.h"
 #include "walker_sim/Transition.h"
 
 namespace walker {

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "server/checked_subscription.h"
+#include "ros/checked_subscription.h"
 
 namespace walker {
 namespace {

@@ -8,7 +8,7 @@
 #include <ros/service.h>
 
 #include "agents/remote_specification.h"
-#include "server/checked_subscription.h"
+#include "ros/checked_subscription.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/registry.h"
 

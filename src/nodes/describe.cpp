@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/parameter_text.h"
-#include "server/urdf.h"
+#include "description/urdf.h"
 #include "walker_sim/registry.h"
 
 namespace {

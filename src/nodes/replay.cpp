@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "server/replay_report.h"
+#include "replay/replay_report.h"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <ros/console.h>
 #include <ros/init.h>
 
+#include "ros/signals.h"
 #include "server/server.h"
-#include "server/signals.h"
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "walker_sim", ros::init_options::NoSigintHandler);

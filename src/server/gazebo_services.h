@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/parameter_reader.h"
-#include "server/service_port.h"
+#include "server/transport/service_port.h"
 
 namespace walker {
 

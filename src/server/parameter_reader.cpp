@@ -8,7 +8,7 @@
 #include <ros/this_node.h>
 
 #include "core/limits.h"
-#include "server/private_parameters.h"
+#include "ros/private_parameters.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

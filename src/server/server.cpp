@@ -12,9 +12,9 @@
 #include <ros/transport_hints.h>
 
 #include "core/failure.h"
-#include "server/checked_subscription.h"
+#include "ros/checked_subscription.h"
+#include "ros/throttle.h"
 #include "server/gazebo_services.h"
-#include "server/throttle.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

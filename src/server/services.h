@@ -3,7 +3,7 @@
 
 #include <std_srvs/Trigger.h>
 
-#include "server/service_port.h"
+#include "server/transport/service_port.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"

@@ -17,8 +17,8 @@
 
 #include "agents/agent.h"
 #include "agents/sensor_messages.h"
-#include "server/converters.h"
 #include "server/inbox.h"
+#include "server/topics/converters.h"
 #include "server/twin.h"
 #include "walker_sim/registry.h"
 

@@ -9,8 +9,8 @@
 #include <ros/console.h>
 #include <ros/init.h>
 
+#include "ros/signals.h"
 #include "server/server.h"
-#include "server/signals.h"
 #include "walker_sim/registry.h"
 
 namespace walker::bench {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bits.h"
-#include "server/shown_environment.h"
+#include "server/environments/shown_environment.h"
 
 namespace walker {
 

@@ -1,5 +1,5 @@
 // Markers cost nothing while nobody looks, and who comes late sees what there is.
-#include "server/marker_topics.h"
+#include "server/markers/marker_topics.h"
 
 #include <gtest/gtest.h>
 

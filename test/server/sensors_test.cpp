@@ -11,7 +11,7 @@
 
 #include <ros/ros.h>
 
-#include "server/plane_geometry.h"
+#include "server/markers/plane_geometry.h"
 #include "server/sensor_recording.h"
 #include "server/tf_geometry.h"
 

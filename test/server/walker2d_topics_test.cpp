@@ -13,7 +13,7 @@
 
 #include <ros/ros.h>
 
-#include "server/description_transforms.h"
+#include "description/description_transforms.h"
 #include "server/player.h"
 #include "server/tf_geometry.h"
 

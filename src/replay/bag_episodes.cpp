@@ -1,0 +1,153 @@
+#include "replay/bag_episodes.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <ros/message_traits.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include "replay/bag_index.h"
+
+namespace walker {
+namespace {
+
+[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
+  throw std::runtime_error(path + ": " + reason);
+}
+
+std::unique_ptr<rosbag::Bag> open(const std::string& path) {
+  if (!std::filesystem::exists(path)) refuse(path, "no such file");
+  if (!std::filesystem::is_regular_file(path)) refuse(path, "is not a file");
+  try {
+    return std::make_unique<rosbag::Bag>(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    refuse(path,
+           "was not closed when it was recorded; make it readable by: rosbag reindex " + path);
+  } catch (const std::exception& error) {
+    refuse(path, std::string("is not a bag, or is cut off: ") + error.what());
+  }
+}
+
+template <typename Message>
+bool is(const rosbag::ConnectionInfo& connection) {
+  return connection.datatype == ros::message_traits::datatype<Message>();
+}
+
+/// @throws std::runtime_error where a message of this name had other fields
+template <typename Message>
+void check_definition(const std::string& path, const rosbag::ConnectionInfo& connection) {
+  if (!is<Message>(connection)) return;
+  const std::string own = ros::message_traits::md5sum<Message>();
+  if (connection.md5sum == own) return;
+  refuse(path, "topic " + connection.topic + ": " + connection.datatype + " has the MD5 " +
+                   connection.md5sum + "; here it is " + own +
+                   ", so another version of walker_sim recorded it");
+}
+
+/// The topic `name` beside the walker's transitions.
+std::string beside(const std::string& transition_topic, const std::string& name) {
+  return transition_topic.substr(0, transition_topic.rfind('/') + 1) + name;
+}
+
+std::string node_of(const rosbag::ConnectionInfo& connection) {
+  if (!connection.header) return "";
+  const auto found = connection.header->find("callerid");
+  return found == connection.header->end() ? "" : found->second;
+}
+
+/// Calls `visit` with each message of the connections that are wanted.
+template <typename Files, typename Visit>
+void for_each_message(const Files& files,
+                      const std::function<bool(const rosbag::ConnectionInfo&)>& is_wanted,
+                      const Visit& visit) {
+  for (const auto& file : files) {
+    try {
+      rosbag::View view(*file.bag, [&](const rosbag::ConnectionInfo* connection) {
+        return is_wanted(*connection);
+      });
+      for (const rosbag::MessageInstance& message : view) visit(message);
+    } catch (const std::exception& error) {
+      refuse(file.path, std::string("is damaged: ") + error.what());
+    }
+  }
+}
+
+template <typename Message>
+bool add_if(const rosbag::MessageInstance& message, const std::string& topic, BagIndex& index) {
+  if (message.getTopic() != topic || !message.isType<Message>()) return false;
+  index.add(*message.instantiate<Message>());
+  return true;
+}
+
+}  // namespace
+
+BagEpisodes::BagEpisodes(const std::vector<std::string>& paths) {
+  std::set<std::pair<std::string, std::string>> publications;  // topic, node
+  std::set<std::filesystem::path> known;
+  for (const std::string& path : paths) {
+    std::unique_ptr<rosbag::Bag> bag = open(path);
+    if (!known.insert(std::filesystem::canonical(path)).second) refuse(path, "is given twice");
+    rosbag::View view(*bag);
+    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
+      check_definition<walker_sim::Transition>(path, *connection);
+      check_definition<walker_sim::EnvironmentSpec>(path, *connection);
+      check_definition<walker_sim::Episode>(path, *connection);
+      check_definition<walker_sim::EpisodeRecord>(path, *connection);
+      if (!is<walker_sim::Transition>(*connection)) continue;
+      publications.emplace(connection->topic, node_of(*connection));
+    }
+    files_.push_back({path, view.getBeginTime(), std::move(bag)});
+  }
+  // Within a bag messages are in the order of their times. Bags are not merged by times, of which
+  // there may be few: simulation time stands still in lock-step.
+  std::stable_sort(files_.begin(), files_.end(),
+                   [](const File& one, const File& other) { return one.begin < other.begin; });
+  for (const auto& [topic, node] : publications) {
+    walkers_.push_back({topic, node, {}});
+    walkers_.back().episodes = index(walkers_.back());
+  }
+}
+
+std::vector<BagEpisode> BagEpisodes::index(const BagWalker& walker) const {
+  const std::string spec = beside(walker.topic, "spec");
+  const std::string episode = beside(walker.topic, "episode");
+  const std::string restored = beside(walker.topic, "restored");
+  BagIndex index;
+  for_each_message(
+      files_,
+      [&](const rosbag::ConnectionInfo& connection) {
+        return node_of(connection) == walker.node &&
+               (connection.topic == walker.topic || connection.topic == spec ||
+                connection.topic == episode || connection.topic == restored);
+      },
+      [&](const rosbag::MessageInstance& message) {
+        add_if<walker_sim::Transition>(message, walker.topic, index) ||
+            add_if<walker_sim::EnvironmentSpec>(message, spec, index) ||
+            add_if<walker_sim::Episode>(message, episode, index) ||
+            add_if<walker_sim::EpisodeRecord>(message, restored, index);
+      });
+  return index.finish();
+}
+
+BagEpisodes::~BagEpisodes() = default;
+
+void BagEpisodes::read_transitions(
+    const BagWalker& walker,
+    const std::function<void(const walker_sim::Transition&)>& visit) const {
+  for_each_message(
+      files_,
+      [&](const rosbag::ConnectionInfo& connection) {
+        return connection.topic == walker.topic && node_of(connection) == walker.node &&
+               is<walker_sim::Transition>(connection);
+      },
+      [&](const rosbag::MessageInstance& message) {
+        visit(*message.instantiate<walker_sim::Transition>());
+      });
+}
+
+}  // namespace walker

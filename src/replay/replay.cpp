@@ -1,0 +1,172 @@
+#include "replay/replay.h"
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <iomanip>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "core/random.h"
+#include "core/shortest_text.h"
+#include "ros/records.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+std::uint64_t bits(double value) {
+  std::uint64_t word = 0;
+  std::memcpy(&word, &value, sizeof word);
+  return word;
+}
+
+std::string text(double value) { return shortest_text(value); }
+std::string text(bool value) { return value ? "true" : "false"; }
+std::string text(std::size_t value) { return std::to_string(value); }
+std::string text(const std::string& value) { return '"' + value + '"'; }
+
+std::string hexadecimal(double value) {
+  std::ostringstream stream;
+  stream << " (0x" << std::hex << std::setw(16) << std::setfill('0') << bits(value) << ")";
+  return stream.str();
+}
+
+/// Compares field after field and keeps the first difference in words.
+class Comparison {
+ public:
+  template <typename Value>
+  void compare(const std::string& name, const Value& recorded, const Value& repeated) {
+    if (recorded != repeated) differ(name, text(recorded), text(repeated));
+  }
+
+  void compare(const std::string& name, double recorded, double repeated) {
+    if (bits(recorded) == bits(repeated)) return;
+    std::string one = text(recorded);
+    std::string other = text(repeated);
+    if (one == other) {  // NaN
+      one += hexadecimal(recorded);
+      other += hexadecimal(repeated);
+    }
+    differ(name, one, other);
+  }
+
+  /// @param element_names appended to the index, where there are any
+  void compare(const std::string& name, const std::vector<double>& recorded,
+               const std::vector<double>& repeated,
+               const std::vector<std::string>& element_names = {}) {
+    compare("size of " + name, recorded.size(), repeated.size());
+    for (std::size_t i = 0; i < std::min(recorded.size(), repeated.size()); ++i) {
+      if (bits(recorded[i]) == bits(repeated[i])) continue;
+      std::string element = name + "[" + std::to_string(i) + "]";
+      if (i < element_names.size()) element += " (" + element_names[i] + ")";
+      compare(element, recorded[i], repeated[i]);
+    }
+  }
+
+  const std::string& first() const { return first_; }
+
+ private:
+  void differ(const std::string& name, const std::string& recorded, const std::string& repeated) {
+    if (first_.empty()) first_ = name + " is " + recorded + ", repeated " + repeated;
+  }
+
+  std::string first_;
+};
+
+std::function<std::unique_ptr<Environment>()> maker_of(const walker_sim::EnvironmentSpec& spec) {
+  return [id = spec.id, parameters = parameters_of(spec)] { return make(id, parameters); };
+}
+
+std::string compare_versions(const walker_sim::EnvironmentSpec& recorded,
+                             const Specification& own) {
+  const std::string then =
+      recorded.engine + " " + recorded.engine_version + " and walker_sim " + recorded.version;
+  const std::string now =
+      own.engine + " " + own.engine_version + " and walker_sim " + walker::version();
+  return then == now ? "" : "recorded with " + then + "; repeated with " + now;
+}
+
+}  // namespace
+
+Replay::Replay(const walker_sim::EnvironmentSpec& spec)
+    : simulation_(maker_of(spec), 0),  // each episode brings its generator's state
+      other_versions_(compare_versions(spec, simulation_.specification())) {
+  if (simulation_.specification().episodes_are_independent) return;
+  throw std::invalid_argument(
+      "its episodes depend on those before them (parameter reuse_world), so none can be repeated "
+      "alone");
+}
+
+void Replay::begin(const walker_sim::Episode& beginning) { begin(beginning, {}); }
+
+void Replay::begin(const walker_sim::EpisodeRecord& record) {
+  begin(record.episode, record.actions);
+}
+
+void Replay::begin(const walker_sim::Episode& beginning, const std::vector<double>& actions) {
+  difference_.clear();
+  is_at_beginning_ = true;
+  const std::optional<std::uint64_t> seed = seed_of(beginning);
+  const GeneratorState state = generator_state_of(beginning);
+  if (seed && Generator(*seed).state() != state) {
+    difference_ = "at the beginning: generator_state is not that of seed " + std::to_string(*seed);
+    return;
+  }
+  try {
+    simulation_.begin(state, seed);
+  } catch (const std::exception& error) {
+    difference_ = std::string("at the beginning: ") + error.what();
+    return;
+  }
+  const std::size_t size = simulation_.specification().action_size();
+  for (std::size_t i = 0; i < actions.size() && difference_.empty(); i += size) {
+    const auto first = actions.begin() + static_cast<std::ptrdiff_t>(i);
+    step({first, first + static_cast<std::ptrdiff_t>(std::min(size, actions.size() - i))});
+  }
+}
+
+void Replay::step(const std::vector<double>& action) {
+  try {
+    simulation_.step(action);
+  } catch (const std::exception& error) {
+    // A refused action, or one after the repeated episode's end.
+    difference_ = "at step " + std::to_string(simulation_.state().step + 1) +
+                  ", which is refused: " + error.what();
+  }
+}
+
+void Replay::compare(const walker_sim::Transition& recorded) {
+  if (!difference_.empty()) return;
+  if (!is_at_beginning_) step(recorded.action);
+  is_at_beginning_ = false;
+  if (!difference_.empty()) return;
+  const EpisodeState& repeated = simulation_.state();
+  Comparison comparison;
+  comparison.compare<std::size_t>("step", recorded.step, repeated.step);
+  comparison.compare("error", recorded.error, repeated.error);  // before what follows from it
+  comparison.compare("observation", recorded.observation, repeated.observation);
+  comparison.compare("reward", recorded.reward, repeated.reward);
+  comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);
+  comparison.compare("terminated", recorded.terminated != 0, repeated.terminated);
+  comparison.compare("truncated", recorded.truncated != 0, repeated.truncated);
+  comparison.compare("info", recorded.info, repeated.info, simulation_.specification().info_names);
+  if (comparison.first().empty()) return;
+  difference_ = "at step " + std::to_string(recorded.step) + ": " + comparison.first();
+}
+
+void Replay::compare_end(const walker_sim::Episode& recorded) {
+  if (!difference_.empty()) return;
+  const EpisodeState& repeated = simulation_.state();
+  Comparison comparison;
+  comparison.compare<std::size_t>("length", recorded.length, repeated.step);
+  comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);
+  comparison.compare("end_reason", recorded.end_reason, repeated.end_reason);
+  if (!comparison.first().empty()) difference_ = "at the end: " + comparison.first();
+}
+
+}  // namespace walker

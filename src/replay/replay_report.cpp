@@ -1,0 +1,239 @@
+#include "replay/replay_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <iomanip>
+#include <memory>
+#include <ostream>
+#include <sstream>
+
+#include "replay/bag_episodes.h"
+#include "replay/replay.h"
+
+namespace walker {
+namespace {
+
+struct Counts {
+  std::size_t equal = 0;
+  std::size_t steps = 0;  // that are equal
+  std::size_t differing = 0;
+  std::size_t with_gap = 0;
+  std::size_t not_compared = 0;
+};
+
+/// The columns of an episode's line before the verdict: number, seed, steps, return, end.
+using Row = std::array<std::string, 5>;
+
+const Row kHeader{"episode", "seed", "steps", "return", "end"};
+
+std::string steps_text(std::uint32_t first, std::uint32_t last) {
+  if (first == last) return "step " + std::to_string(first) + " is";
+  return "steps " + std::to_string(first) + " to " + std::to_string(last) + " are";
+}
+
+std::string return_text(double value) {
+  constexpr double kManyDigits = 1e9;
+  std::ostringstream stream;
+  if (std::abs(value) < kManyDigits) stream << std::fixed << std::setprecision(2);
+  stream << value;
+  return stream.str();
+}
+
+std::string end_text(const BagEpisode& episode) {
+  if (episode.end) return episode.end->end_reason;
+  if (episode.terminated) return "terminated";
+  if (episode.truncated) return "truncated";
+  switch (episode.successor) {
+    case BagEpisode::Successor::reset:
+      return "reset before its end";
+    case BagEpisode::Successor::other_server:
+      return "its server ended";
+    case BagEpisode::Successor::none:
+      break;
+  }
+  return "goes on after the bag";
+}
+
+Row describe(const BagEpisode& episode) {
+  std::string seed = "unknown";
+  if (episode.beginning) {
+    const bool has_seed = episode.beginning->has_seed != 0;
+    seed = has_seed ? std::to_string(episode.beginning->seed) : "continued";
+  }
+  return {std::to_string(episode.number), seed, std::to_string(episode.last_step),
+          return_text(episode.episode_return), end_text(episode)};
+}
+
+/// What keeps the episode from being repeated though its environment can be made; empty: nothing.
+std::string describe_lack(const BagEpisode& episode) {
+  if (episode.first_step == 0) {
+    return episode.beginning ? "" : "its beginning is not in the bag (topic episode)";
+  }
+  if (episode.restored) return "";
+  if (episode.beginning)
+    return "begun by ~restore, whose record is not in the bag (topic restored)";
+  return steps_text(0, episode.first_step - 1) + " not in the bag";
+}
+
+/// Writes the lines of one walker while its transitions go by.
+class WalkerReport {
+ public:
+  WalkerReport(const BagWalker& walker, Counts& counts, std::ostream& out)
+      : walker_(walker), counts_(counts), out_(out) {
+    widen(kHeader);
+    for (const BagEpisode& episode : walker.episodes) widen(describe(episode));
+  }
+
+  void take(const walker_sim::Transition& transition) {
+    const BagEpisode& episode = walker_.episodes[index_];
+    if (num_taken_ == 0) begin(episode);
+    if (is_repeated_ && num_taken_ < episode.num_consecutive()) replay_->compare(transition);
+    if (++num_taken_ < episode.num_transitions) return;
+    end(episode);
+    ++index_;
+    num_taken_ = 0;
+  }
+
+ private:
+  void begin(const BagEpisode& episode) {
+    if (index_ == 0 || episode.spec != walker_.episodes[index_ - 1].spec) introduce(episode);
+    if (episode.missing_before > 0) write_missing_episodes(episode);
+    is_repeated_ = replay_ && describe_lack(episode).empty();
+    if (!is_repeated_) return;
+    if (episode.restored) {
+      replay_->begin(*episode.restored);
+    } else {
+      replay_->begin(*episode.beginning);
+    }
+  }
+
+  /// A heading, and the environment for what follows.
+  void introduce(const BagEpisode& episode) {
+    replay_.reset();
+    obstacle_.clear();
+    out_ << walker_.topic;
+    if (!walker_.node.empty()) out_ << " of " << walker_.node;
+    if (!episode.spec) {
+      obstacle_ = "no specification in the bag (topic spec)";
+    } else {
+      out_ << ": " << episode.spec->id << " on " << episode.spec->engine << " "
+           << episode.spec->engine_version;
+      try {
+        replay_ = std::make_unique<Replay>(*episode.spec);
+      } catch (const std::exception& error) {
+        obstacle_ = error.what();
+      }
+    }
+    out_ << "\n";
+    if (!obstacle_.empty()) out_ << "not compared: " << obstacle_ << "\n";
+    if (replay_ && !replay_->other_versions().empty()) out_ << replay_->other_versions() << "\n";
+    write(kHeader, "");
+  }
+
+  void write_missing_episodes(const BagEpisode& episode) {
+    counts_.with_gap += episode.missing_before;
+    const std::uint32_t last = episode.number - 1;
+    const std::uint32_t first = episode.number - episode.missing_before;
+    std::string numbers = std::to_string(first);
+    if (first != last) numbers += "-" + std::to_string(last);
+    write({numbers}, "not in the bag");
+  }
+
+  void end(const BagEpisode& episode) { write(describe(episode), judge(episode)); }
+
+  /// The verdict, counted.
+  std::string judge(const BagEpisode& episode) {
+    if (!replay_) {
+      ++counts_.not_compared;
+      return "not compared";
+    }
+    if (!is_repeated_) {
+      // What a recorder did not hear because it came later is no loss.
+      const bool is_lost =
+          episode.first_step != 0 && !episode.beginning && !episode.opens_recording;
+      ++(is_lost ? counts_.with_gap : counts_.not_compared);
+      return "not compared: " + describe_lack(episode);
+    }
+    if (episode.end && episode.gap_end == 0) replay_->compare_end(*episode.end);
+    if (!replay_->difference().empty()) {
+      ++counts_.differing;
+      return "differs " + replay_->difference();
+    }
+    if (episode.gap_end != 0) {
+      ++counts_.with_gap;
+      return "equal up to step " + std::to_string(episode.last_step) + "; " +
+             steps_text(episode.last_step + 1, episode.gap_end) + " not in the bag";
+    }
+    ++counts_.equal;
+    counts_.steps += episode.last_step;
+    return episode.restored ? "equal, restored at step " + std::to_string(episode.first_step)
+                            : "equal";
+  }
+
+  void widen(const Row& row) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      widths_[i] = std::max(widths_[i], static_cast<int>(row[i].size()));
+    }
+  }
+
+  void write(const Row& row, const std::string& verdict) {
+    std::ostringstream line;
+    const std::size_t end = row.size() - 1;
+    for (std::size_t i = 0; i < end; ++i) line << std::setw(widths_[i]) << row[i] << "  ";
+    line << std::left;
+    if (verdict.empty()) {
+      line << row[end];
+    } else {
+      line << std::setw(widths_[end]) << row[end] << "  " << verdict;
+    }
+    out_ << line.str() << std::endl;  // a long recording is watched
+  }
+
+  const BagWalker& walker_;
+  Counts& counts_;
+  std::ostream& out_;
+  std::array<int, std::tuple_size<Row>::value> widths_{};
+  std::size_t index_ = 0;      // of the present episode
+  std::size_t num_taken_ = 0;  // transitions of it
+  std::unique_ptr<Replay>
+      replay_;  // null: no environment like the recorded one; `obstacle_` says why
+  std::string obstacle_;
+  bool is_repeated_ = false;  // the present episode
+};
+
+bool summarize(const Counts& counts, std::ostream& out) {
+  if (counts.equal + counts.differing + counts.with_gap == 0) {
+    out << "Nothing was compared\n";
+    return false;
+  }
+  out << counts.equal << (counts.equal == 1 ? " episode" : " episodes") << " equal to the bit ("
+      << counts.steps << " steps)";
+  if (counts.differing != 0) out << ", " << counts.differing << " differing";
+  if (counts.with_gap != 0) out << ", " << counts.with_gap << " with steps missing";
+  if (counts.not_compared != 0) out << ", " << counts.not_compared << " not compared";
+  out << "\n";
+  return counts.differing == 0 && counts.with_gap == 0;
+}
+
+}  // namespace
+
+bool replay(const std::vector<std::string>& paths, std::ostream& out) {
+  const BagEpisodes bags(paths);
+  if (bags.walkers().empty()) {
+    out << "No walker in the bag: no topic has the type walker_sim/Transition; record transition, "
+           "episode, spec and restored\n";
+    return false;
+  }
+  Counts counts;
+  for (const BagWalker& walker : bags.walkers()) {
+    WalkerReport report(walker, counts, out);
+    bags.read_transitions(
+        walker, [&](const walker_sim::Transition& transition) { report.take(transition); });
+  }
+  return summarize(counts, out);
+}
+
+}  // namespace walker

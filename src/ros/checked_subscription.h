@@ -1,0 +1,121 @@
+// Subscriptions to topics on which anybody may publish anything.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <string>
+
+#include <ros/console.h>
+#include <ros/message_traits.h>
+#include <ros/node_handle.h>
+#include <ros/serialization.h>
+#include <ros/subscriber.h>
+#include <ros/transport_hints.h>
+#include <boost/shared_ptr.hpp>
+
+#include "ros/checked_stream.h"
+#include "ros/throttle.h"
+
+namespace walker {
+
+/// What has come on a topic: to roscpp a message of this type, which has no more elements than
+/// bytes to make them from. roscpp itself would make room for as many as an array claims to have.
+template <typename Message>
+struct CheckedMessage {
+  Message message;
+  std::string error;  ///< empty, or why it is none
+};
+
+/// None of the topics that a walker's nodes listen to comes near it.
+constexpr std::size_t kMostMessageBytes = 1 << 20;
+
+/// @param take   called with each message
+/// @param refuse called with the reason where what has come is none
+template <typename Message>
+ros::Subscriber subscribe_checked(
+    ros::NodeHandle& node, const std::string& topic, std::uint32_t queue,
+    const std::function<void(const boost::shared_ptr<const Message>&)>& take,
+    const std::function<void(const std::string&)>& refuse,
+    const ros::TransportHints& hints = ros::TransportHints()) {
+  using Checked = CheckedMessage<Message>;
+  const boost::function<void(const boost::shared_ptr<const Checked>&)> callback =
+      [take, refuse](const boost::shared_ptr<const Checked>& checked) {
+        if (checked->error.empty()) {
+          take(boost::shared_ptr<const Message>(checked, &checked->message));
+        } else {
+          refuse(checked->error);
+        }
+      };
+  return node.subscribe<Checked>(topic, queue, callback, ros::VoidConstPtr(), hints);
+}
+
+/// The same where it is enough that refused messages are counted in the log.
+template <typename Message>
+ros::Subscriber subscribe_checked(
+    ros::NodeHandle& node, const std::string& topic, std::uint32_t queue,
+    const std::function<void(const boost::shared_ptr<const Message>&)>& take,
+    const ros::TransportHints& hints = ros::TransportHints()) {
+  const auto refuse = [topic, throttle = Throttle(),
+                       refused = std::uint64_t{0}](const std::string& reason) mutable {
+    ++refused;
+    if (!throttle.passes()) return;
+    ROS_ERROR_STREAM("Refused " << topic << ": " << reason << " (" << refused << " so far)");
+  };
+  return subscribe_checked<Message>(node, topic, queue, take, refuse, hints);
+}
+
+}  // namespace walker
+
+// ---------------------------------------------------------------- what roscpp asks of a type
+namespace ros {
+namespace message_traits {
+
+template <typename Message>
+struct IsMessage<walker::CheckedMessage<Message>> : TrueType {};
+
+template <typename Message>
+struct MD5Sum<walker::CheckedMessage<Message>> {
+  static const char* value() { return MD5Sum<Message>::value(); }
+  static const char* value(const walker::CheckedMessage<Message>& /*checked*/) { return value(); }
+};
+
+template <typename Message>
+struct DataType<walker::CheckedMessage<Message>> {
+  static const char* value() { return DataType<Message>::value(); }
+  static const char* value(const walker::CheckedMessage<Message>& /*checked*/) { return value(); }
+};
+
+template <typename Message>
+struct Definition<walker::CheckedMessage<Message>> {
+  static const char* value() { return Definition<Message>::value(); }
+  static const char* value(const walker::CheckedMessage<Message>& /*checked*/) { return value(); }
+};
+
+}  // namespace message_traits
+
+namespace serialization {
+
+template <typename Message>
+struct Serializer<walker::CheckedMessage<Message>> {
+  /// Takes all there is.
+  template <typename Stream>
+  static void read(Stream& stream, walker::CheckedMessage<Message>& checked) {
+    const std::uint32_t size = stream.getLength();
+    const std::uint8_t* const bytes = stream.advance(size);
+    if (size > walker::kMostMessageBytes) {
+      checked.error = "the message has " + std::to_string(size) + " bytes; must have at most " +
+                      std::to_string(walker::kMostMessageBytes);
+      return;
+    }
+    try {
+      walker::read_exactly(bytes, size, "the message", checked.message);
+    } catch (const std::exception& error) {
+      checked.error = error.what();
+    }
+  }
+};
+
+}  // namespace serialization
+}  // namespace ros

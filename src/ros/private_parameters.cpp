@@ -1,0 +1,103 @@
+#include "ros/private_parameters.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include <ros/param.h>
+#include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+namespace walker {
+namespace {
+
+std::vector<double> to_list(const std::string& name, XmlRpc::XmlRpcValue& value) {
+  std::vector<double> list;
+  for (int i = 0; i < value.size(); ++i) {
+    XmlRpc::XmlRpcValue& element = value[i];
+    if (element.getType() == XmlRpc::XmlRpcValue::TypeInt) {
+      list.push_back(static_cast<int>(element));
+    } else if (element.getType() == XmlRpc::XmlRpcValue::TypeDouble) {
+      list.push_back(static_cast<double>(element));
+    } else {
+      throw std::invalid_argument("parameter " + name + ": element " + std::to_string(i) +
+                                  " must be a number");
+    }
+  }
+  return list;
+}
+
+ParameterValue to_value(const std::string& name, XmlRpc::XmlRpcValue& value) {
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return static_cast<bool>(value);
+    case XmlRpc::XmlRpcValue::TypeInt:
+      return std::int64_t{static_cast<int>(value)};
+    case XmlRpc::XmlRpcValue::TypeDouble:
+      return static_cast<double>(value);
+    case XmlRpc::XmlRpcValue::TypeString:
+      return static_cast<std::string>(value);
+    case XmlRpc::XmlRpcValue::TypeArray:
+      return to_list(name, value);
+    default:
+      throw std::invalid_argument("parameter " + name + " = " + value.toXml() +
+                                  ": must be true or false, a number, a text or a list of numbers");
+  }
+}
+
+/// An integer without a point, for a list of them holds doubles.
+std::string list_element_text(double number) {
+  constexpr double kLimit = 9223372036854775808.0;  // 2^63, the first beyond a 64-bit integer
+  const bool is_integer = number >= -kLimit && number < kLimit && std::nearbyint(number) == number;
+  return is_integer ? std::to_string(static_cast<std::int64_t>(number)) : to_string(number);
+}
+
+}  // namespace
+
+Parameters private_parameters() {
+  const std::string prefix = ros::this_node::getName() + "/";
+  std::vector<std::string> names;
+  if (!ros::param::getParamNames(names)) {
+    throw std::invalid_argument("parameters: the ROS master does not list them");
+  }
+  Parameters found;
+  for (const std::string& full : names) {
+    if (full.compare(0, prefix.size(), prefix) != 0) continue;
+    const std::string name = full.substr(prefix.size());
+    XmlRpc::XmlRpcValue value;
+    if (ros::param::get(full, value)) found[name] = to_value(name, value);
+  }
+  return found;
+}
+
+void take_as_text(const std::string& name, Parameters& parameters) {
+  const auto found = parameters.find(name);
+  if (found == parameters.end()) return;
+  if (const auto* integer = std::get_if<std::int64_t>(&found->second)) {
+    found->second = std::to_string(*integer);
+  } else if (const auto* number = std::get_if<double>(&found->second)) {
+    found->second = to_string(*number);
+  } else if (const auto* list = std::get_if<std::vector<double>>(&found->second)) {
+    std::string text;
+    for (const double element : *list) {
+      if (!text.empty()) text += " ";
+      text += list_element_text(element);
+    }
+    found->second = text;
+  }
+}
+
+std::optional<std::uint64_t> parse_seed(const std::string& name, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const std::invalid_argument error("parameter " + name + " = " + text +
+                                    ": must be a decimal text from 0 to 18446744073709551615, or "
+                                    "empty for a drawn one");
+  if (text.find_first_not_of("0123456789") != std::string::npos) throw error;
+  try {
+    return std::stoull(text);
+  } catch (const std::out_of_range&) {
+    throw error;
+  }
+}
+
+}  // namespace walker

@@ -1,0 +1,62 @@
+#include "ros/records.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/parameter_text.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+void check_sizes(const walker_sim::EnvironmentSpec& message) {
+  if (message.parameter_names.size() == message.parameter_values.size()) return;
+  throw std::invalid_argument(
+      "parameter_values has " + std::to_string(message.parameter_values.size()) +
+      " values; must have " + std::to_string(message.parameter_names.size()) +
+      ", one per parameter name");
+}
+
+}  // namespace
+
+Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
+  check_sizes(message);
+  std::vector<std::string> assignments;
+  for (std::size_t i = 0; i < message.parameter_names.size(); ++i) {
+    assignments.push_back(message.parameter_names[i] + "=" + message.parameter_values[i]);
+  }
+  return parse_assignments(parameter_descriptions(message.id), assignments);
+}
+
+std::optional<std::uint64_t> seed_of(const walker_sim::Episode& message) {
+  if (message.has_seed == 0) return std::nullopt;
+  return message.seed;
+}
+
+GeneratorState generator_state_of(const walker_sim::Episode& message) {
+  GeneratorState state{};
+  std::copy(message.generator_state.begin(), message.generator_state.end(), state.begin());
+  return state;
+}
+
+EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
+  check_sizes(message.spec);
+  EpisodeRecord record;
+  record.id = message.spec.id;
+  for (std::size_t i = 0; i < message.spec.parameter_names.size(); ++i) {
+    record.parameters.emplace_back(message.spec.parameter_names[i],
+                                   message.spec.parameter_values[i]);
+  }
+  record.engine = message.spec.engine;
+  record.engine_version = message.spec.engine_version;
+  record.seed = seed_of(message.episode);
+  record.generator_state = generator_state_of(message.episode);
+  record.num_steps = message.episode.length;
+  record.actions = message.actions;
+  record.episode_return = message.episode.episode_return;
+  return record;
+}
+
+}  // namespace walker

@@ -1,0 +1,109 @@
+#include "server/camera/drawing_thread.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <exception>
+#include <list>
+#include <utility>
+
+namespace walker {
+namespace {
+
+/// The renderers in use: to make one takes longer than to draw with it.
+class Renderers {
+ public:
+  explicit Renderers(const DrawingThread::MakeRenderer& make) : make_(make) {}
+
+  /// @return whose picture it is; one that fails is forgotten, for it may not work again
+  const Camera& draw(const Drawing& drawing, Image& image) {
+    Renderer& renderer = find(drawing.camera);
+    try {
+      renderer.render(drawing.instant, drawing.channels, image);
+    } catch (...) {
+      kept_.pop_front();
+      throw;
+    }
+    return renderer.camera();
+  }
+
+ private:
+  struct Kept {
+    Parameters camera;
+    std::unique_ptr<Renderer> renderer;
+  };
+
+  /// The one with this camera, made where there is none; the longest unused gives way.
+  Renderer& find(const Parameters& camera) {
+    const auto found = std::find_if(kept_.begin(), kept_.end(),
+                                    [&](const Kept& kept) { return kept.camera == camera; });
+    if (found != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, found);
+    } else {
+      constexpr std::size_t kMost = 4;  // each may hold a context of OpenGL
+      if (kept_.size() == kMost) kept_.pop_back();
+      kept_.push_front({camera, make_(camera)});
+    }
+    return *kept_.front().renderer;
+  }
+
+  const DrawingThread::MakeRenderer& make_;
+  std::list<Kept> kept_;  // the latest first
+};
+
+}  // namespace
+
+DrawingThread::DrawingThread(MakeRenderer make_renderer)
+    : make_renderer_(std::move(make_renderer)) {}
+
+DrawingThread::~DrawingThread() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_over_ = true;
+  }
+  changed_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void DrawingThread::draw(Drawing drawing) {
+  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto skipped = std::find_if(waiting_.begin(), waiting_.end(), [&](const Drawing& other) {
+      return drawing.may_be_skipped && other.may_be_skipped;
+    });
+    if (skipped != waiting_.end()) {
+      *skipped = std::move(drawing);
+      ++num_skipped_;
+    } else {
+      waiting_.push_back(std::move(drawing));
+    }
+  }
+  changed_.notify_one();
+}
+
+/// The next one, or none at the end.
+std::optional<Drawing> DrawingThread::wait() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait(lock, [this] { return is_over_ || !waiting_.empty(); });
+  if (is_over_) return std::nullopt;
+  Drawing next = std::move(waiting_.front());
+  waiting_.pop_front();
+  return next;
+}
+
+void DrawingThread::run() {
+  Renderers renderers(make_renderer_);
+  Image image;
+  while (const std::optional<Drawing> drawing = wait()) {
+    if (!drawing->is_wanted()) continue;
+    try {
+      const Camera& camera = renderers.draw(*drawing, image);
+      ++num_drawn_;
+      drawing->finish(camera, image);
+    } catch (const std::exception& error) {
+      drawing->fail(error.what());
+    }
+  }
+}
+
+}  // namespace walker

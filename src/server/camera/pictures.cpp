@@ -1,0 +1,136 @@
+#include "server/camera/pictures.h"
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <image_transport/image_transport.h>
+#include <ros/console.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include "core/parameter_text.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+/// @throws std::invalid_argument
+Channels channels_of(const std::string& encoding) {
+  namespace encodings = sensor_msgs::image_encodings;
+  if (encoding.empty() || encoding == encodings::RGB8) return {true, false};
+  if (encoding == encodings::TYPE_32FC1) return {false, true};
+  throw std::invalid_argument("encoding = " + encoding + "; must be rgb8 or 32FC1");
+}
+
+/// The request's camera.
+/// @throws std::invalid_argument
+Parameters camera_of(const walker_sim::Render::Request& request, const ServerOptions& options) {
+  if (request.parameter_names.size() != request.parameter_values.size()) {
+    throw std::invalid_argument(
+        "parameter_names has " + std::to_string(request.parameter_names.size()) +
+        " texts and parameter_values " + std::to_string(request.parameter_values.size()) +
+        "; both must have as many");
+  }
+  const auto descriptions = camera_parameter_descriptions(options.id);
+  std::vector<std::string> assignments;
+  for (std::size_t i = 0; i < request.parameter_names.size(); ++i) {
+    std::string name = request.parameter_names[i];
+    for (const ParameterDescription& description : descriptions) {
+      if (name == camera_parameter(description.name)) name = description.name;
+    }
+    assignments.push_back(name + "=" + request.parameter_values[i]);
+  }
+  Parameters given = parse_assignments(descriptions, assignments);
+  given.insert(options.camera.begin(), options.camera.end());  // where nothing was given
+  return complete_parameters(descriptions, given);
+}
+
+/// @param rate [1/s]; 0: of every state, for these are farther apart than a nanosecond
+/// @return [ns]
+std::uint64_t period_of(double rate) {
+  constexpr double kPerSecond = 1e9;
+  constexpr double kLongest = 1e18;  // longer than ROS time
+  return rate > 0 ? static_cast<std::uint64_t>(std::min(kPerSecond / rate, kLongest)) : 1;
+}
+
+}  // namespace
+
+Pictures::Pictures(ros::NodeHandle& node, Environments& environments, const Frames& frames,
+                   const ServerOptions& options, DrawingThread::MakeRenderer make_renderer)
+    : environments_(environments),
+      frames_(frames),
+      options_(options),
+      period_(period_of(options.camera_rate)),
+      publisher_(image_transport::ImageTransport(node).advertiseCamera("camera/image_raw", 1)),
+      tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", 100)),
+      thread_(std::move(make_renderer)) {}
+
+void Pictures::show(ros::Time stamp) {
+  // One picture at most of each period of simulation time.
+  const std::uint64_t turn = stamp.toNSec() / period_;
+  if (turn == last_turn_ || publisher_.getNumSubscribers() == 0) return;
+  if (!environments_.shown().state().error.empty()) return;  // there is nothing to be seen
+  last_turn_ = turn;
+  try {
+    ask_for_picture(stamp);
+  } catch (const std::exception& error) {  // the step has been made all the same
+    static Throttle throttle;
+    if (throttle.passes())
+      ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << error.what());
+  }
+}
+
+void Pictures::ask_for_picture(ros::Time stamp) {
+  Drawing drawing;
+  environments_.look(options_.shown_environment, drawing.instant);
+  drawing.camera = options_.camera;
+  drawing.may_be_skipped = true;
+  drawing.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
+  drawing.finish = [this, stamp](const Camera& camera, Image& image) {
+    publish(camera, image, stamp);
+  };
+  drawing.fail = [this](const std::string& why) {
+    if (throttle_.passes())
+      ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << why);
+  };
+  thread_.draw(std::move(drawing));
+}
+
+void Pictures::publish(const Camera& camera, Image& image, ros::Time stamp) {
+  fill(image.camera_pose, frames_, stamp, transforms_);
+  fill(camera, frames_, stamp, camera_info_);
+  fill(image, frames_, stamp, image_);
+  tf_publisher_.publish(transforms_);
+  publisher_.publish(image_, camera_info_);
+}
+
+void Pictures::render(const walker_sim::Render::Request& request, ros::Time stamp,
+                      const Reply<walker_sim::Render::Response>& reply) {
+  if (request.environment >= environments_.size()) {
+    throw std::invalid_argument(
+        "environment = " + std::to_string(request.environment) +
+        "; must be below num_envs = " + std::to_string(environments_.size()));
+  }
+  Drawing drawing;
+  drawing.channels = channels_of(request.encoding);
+  drawing.camera = camera_of(request, options_);
+  environments_.look(request.environment, drawing.instant);
+  drawing.is_wanted = [reply] { return reply.is_awaited(); };
+  drawing.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
+    walker_sim::Render::Response response;
+    fill(image, frames_, stamp, response.image);
+    response.success = 1;
+    reply(response);
+  };
+  drawing.fail = [reply](const std::string& why) {
+    walker_sim::Render::Response response;
+    response.status_message = why;
+    reply(response);
+  };
+  thread_.draw(std::move(drawing));
+}
+
+}  // namespace walker

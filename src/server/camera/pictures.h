@@ -1,0 +1,65 @@
+// The server's camera: its topics, and pictures on request.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <image_transport/camera_publisher.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/time.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include "ros/throttle.h"
+#include "server/camera/drawing_thread.h"
+#include "server/environments/environments.h"
+#include "server/parameter_reader.h"
+#include "server/topics/converters.h"
+#include "server/transport/pending_answer.h"
+#include "walker_sim/Render.h"
+
+namespace walker {
+
+/// Takes down what is to be seen; a thread of its own draws it and publishes or replies.
+class Pictures {
+ public:
+  /// @param environments, frames outlive this
+  Pictures(ros::NodeHandle& node, Environments& environments, const Frames& frames,
+           const ServerOptions& options, DrawingThread::MakeRenderer make_renderer);
+
+  /// Offers the shown environment's state to the topics, which take it where somebody subscribes
+  /// and it is time for a picture.
+  void show(ros::Time stamp);
+
+  /// ~render.
+  /// @param stamp of the state
+  /// @throws std::exception that says why there will be no reply
+  void render(const walker_sim::Render::Request& request, ros::Time stamp,
+              const Reply<walker_sim::Render::Response>& reply);
+
+  const DrawingThread& thread() const { return thread_; }
+
+ private:
+  void ask_for_picture(ros::Time stamp);
+  void publish(const Camera& camera, Image& image, ros::Time stamp);
+
+  Environments& environments_;
+  const Frames& frames_;
+  ServerOptions options_;
+  std::uint64_t period_;         // of simulation time [ns]
+  std::uint64_t last_turn_ = 0;  // number of the period of the last picture
+
+  image_transport::CameraPublisher publisher_;
+  ros::Publisher tf_publisher_;
+
+  // Of the thread.
+  sensor_msgs::Image image_;
+  sensor_msgs::CameraInfo camera_info_;
+  tf2_msgs::TFMessage transforms_;
+  Throttle throttle_;
+  DrawingThread thread_;  // ends first
+};
+
+}  // namespace walker

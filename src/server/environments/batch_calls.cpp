@@ -1,0 +1,205 @@
+#include "server/environments/batch_calls.h"
+
+#include <cstddef>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include <ros/console.h>
+
+#include "core/failure.h"
+#include "server/topics/effort_command.h"
+
+namespace walker {
+namespace {
+
+std::string element(const char* field, std::size_t index, std::uint32_t value) {
+  return std::string(field) + "[" + std::to_string(index) + "] = " + std::to_string(value);
+}
+
+void append_row(const std::vector<double>& rows, std::size_t row, std::size_t width,
+                std::vector<double>& to) {
+  const auto begin = rows.begin() + static_cast<std::ptrdiff_t>(row * width);
+  to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(width));
+}
+
+void clear_rows(walker_sim::StepBatch::Response& response) {
+  response.observations.clear();
+  response.rewards.clear();
+  response.terminated.clear();
+  response.truncated.clear();
+  response.episodes.clear();
+  response.steps.clear();
+  response.info.clear();
+}
+
+std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch::Request& request) {
+  std::vector<std::optional<std::uint64_t>> seeds(request.seeds.size());
+  for (std::size_t i = 0; i < seeds.size(); ++i) {
+    if (request.has_seed[i] != 0) seeds[i] = request.seeds[i];
+  }
+  return seeds;
+}
+
+}  // namespace
+
+BatchCalls::BatchCalls(Environments& environments, const ServerOptions& options,
+                       ServerCounters& counters, EpisodeStatistics& episodes)
+    : environments_(environments),
+      specification_(environments.shown().specification()),
+      options_(options),
+      counters_(counters),
+      episodes_(episodes),
+      all_(environments.size()) {
+  std::iota(all_.begin(), all_.end(), 0U);
+}
+
+void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
+                       walker_sim::ResetBatch::Response& response) {
+  response.observations.clear();
+  response.info.clear();
+  response.status_message.clear();
+  check(request);
+  const std::vector<std::uint32_t>& listed =
+      request.environments.empty() ? all_ : request.environments;
+  environments_.reset(listed, seeds_of(request), rows_of(spare_));
+  account_resets(listed, response.status_message);
+  for (const std::uint32_t environment : listed) {
+    append_row(spare_.observations, environment, specification_.observation_size(),
+               response.observations);
+    append_row(spare_.info, environment, specification_.info_names.size(), response.info);
+  }
+}
+
+void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
+  const std::vector<std::uint32_t>& listed = request.environments;
+  std::vector<bool> is_listed(all_.size());
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    if (listed[i] >= all_.size()) {
+      throw std::invalid_argument(element("environments", i, listed[i]) +
+                                  "; must be below num_envs = " + std::to_string(all_.size()));
+    }
+    if (is_listed[listed[i]]) {
+      throw std::invalid_argument(element("environments", i, listed[i]) +
+                                  "; is listed before, and each may be listed once");
+    }
+    is_listed[listed[i]] = true;
+  }
+  const std::size_t count = listed.empty() ? all_.size() : listed.size();
+  const std::size_t seeds = request.seeds.size();
+  if (request.has_seed.size() != seeds || (seeds != 0 && seeds != count)) {
+    throw std::invalid_argument("has_seed has " + std::to_string(request.has_seed.size()) +
+                                " values and seeds " + std::to_string(seeds) +
+                                "; both must be empty or have " + std::to_string(count) +
+                                ", one per environment to reset");
+  }
+}
+
+void BatchCalls::step(const std::vector<double>& actions,
+                      walker_sim::StepBatch::Response& response) {
+  response.final_environments.clear();
+  response.final_observations.clear();
+  response.final_info.clear();
+  response.status_message.clear();
+  try {
+    environments_.step(actions, rows_of(response));
+  } catch (...) {
+    clear_rows(response);
+    throw;
+  }
+  account(actions, response);
+}
+
+/// The reply's vectors, in their sizes.
+Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
+  const std::size_t size = all_.size();
+  response.observations.resize(size * specification_.observation_size());
+  response.rewards.resize(size);
+  response.terminated.resize(size);
+  response.truncated.resize(size);
+  response.episodes.resize(size);
+  response.steps.resize(size);
+  response.info.resize(size * specification_.info_names.size());
+  Batch rows;
+  rows.observations = response.observations.data();
+  rows.rewards = response.rewards.data();
+  rows.terminated = response.terminated.data();
+  rows.truncated = response.truncated.data();
+  rows.episodes = response.episodes.data();
+  rows.steps = response.steps.data();
+  rows.info = response.info.data();
+  return rows;
+}
+
+/// Counts what the step did, and notes the episodes that it ended.
+void BatchCalls::account(const std::vector<double>& actions,
+                         walker_sim::StepBatch::Response& response) {
+  ended_.clear();
+  for (const std::uint32_t environment : all_) {
+    const bool has_ended =
+        response.terminated[environment] != 0 || response.truncated[environment] != 0;
+    if (response.steps[environment] == 0) {
+      ++counters_.resets;
+      if (has_ended) note_failure(environment, kResetFailed, response.status_message);
+    } else {
+      ++counters_.steps;
+      const double* action = actions.data() + environment * specification_.action_size();
+      if (is_clamped(specification_, action)) ++counters_.clamped_commands;
+      if (has_ended) end_episode(environment, response);
+    }
+    if (has_ended && options_.autoreset_mode == AutoresetMode::same_step) {
+      add_final_row(environment, response);
+    }
+  }
+}
+
+void BatchCalls::end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response) {
+  using End = EpisodeStatistics::End;
+  End end = response.terminated[environment] != 0 ? End::terminated : End::truncated;
+  if (!environments_.error(environment).empty()) {
+    end = End::failed;
+    note_failure(environment, kStepFailed, response.status_message);
+  }
+  episodes_.add(environments_.episode_return(environment), response.steps[environment], end);
+  ended_.push_back(environment);
+}
+
+void BatchCalls::add_final_row(std::uint32_t environment,
+                               walker_sim::StepBatch::Response& response) const {
+  response.final_environments.push_back(environment);
+  append_row(response.observations, environment, specification_.observation_size(),
+             response.final_observations);
+  append_row(response.info, environment, specification_.info_names.size(), response.final_info);
+}
+
+/// Counts and logs it, and tells it in a line of its own.
+void BatchCalls::note_failure(std::uint32_t environment, const char* what,
+                              std::string& status_message) {
+  ++counters_.simulation_errors;
+  const std::string words =
+      std::to_string(environment) + ": " + what + ": " + environments_.error(environment);
+  if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << words);
+  if (!status_message.empty()) status_message += '\n';
+  status_message += "environment " + words;
+}
+
+void BatchCalls::account_resets(const std::vector<std::uint32_t>& environments,
+                                std::string& status_message) {
+  counters_.resets += environments.size();
+  for (const std::uint32_t environment : environments) {
+    if (environments_.error(environment).empty()) continue;
+    note_failure(environment, kResetFailed, status_message);
+  }
+}
+
+void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
+  if (options_.autoreset_mode != AutoresetMode::same_step || ended_.empty()) return;
+  Batch rows = rows_of(response);
+  rows.rewards = nullptr;  // these stay those of the last step
+  rows.terminated = nullptr;
+  rows.truncated = nullptr;
+  environments_.reset(ended_, {}, rows);
+  account_resets(ended_, response.status_message);
+}
+
+}  // namespace walker

@@ -1,0 +1,62 @@
+// ~reset_batch and ~step_batch: requests to the environments, rows of the replies from them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ros/throttle.h"
+#include "server/environments/environments.h"
+#include "server/parameter_reader.h"
+#include "server/topics/diagnostics.h"
+#include "server/topics/episode_statistics.h"
+#include "walker_sim/ResetBatch.h"
+#include "walker_sim/StepBatch.h"
+
+namespace walker {
+
+/// Makes the calls and counts what they did. Rows are written straight into the reply, whose
+/// vectors may bring memory from an earlier call. An engine that fails ends the episode of its own
+/// environment, as in a Pool, and has a line in the reply's status_message: "environment 3: the
+/// simulation failed at its reset: Stack overflow".
+class BatchCalls {
+ public:
+  /// What it is given outlives it.
+  BatchCalls(Environments& environments, const ServerOptions& options, ServerCounters& counters,
+             EpisodeStatistics& episodes);
+
+  /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
+  /// has
+  ///         moved
+  void reset(const walker_sim::ResetBatch::Request& request,
+             walker_sim::ResetBatch::Response& response);
+
+  /// Steps all. Under same_step ended episodes stay as they are until `reset_ended`.
+  /// @throws as `Environments::step`; then the reply has no rows
+  void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+
+  /// Begins the episodes that same_step wants after this step.
+  void reset_ended(walker_sim::StepBatch::Response& response);
+
+ private:
+  void check(const walker_sim::ResetBatch::Request& request) const;
+  Batch rows_of(walker_sim::StepBatch::Response& response) const;
+  void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+  void account_resets(const std::vector<std::uint32_t>& environments, std::string& status_message);
+  void end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response);
+  void add_final_row(std::uint32_t environment, walker_sim::StepBatch::Response& response) const;
+  void note_failure(std::uint32_t environment, const char* what, std::string& status_message);
+
+  Environments& environments_;
+  const Specification& specification_;
+  const ServerOptions& options_;
+  ServerCounters& counters_;
+  EpisodeStatistics& episodes_;
+  std::vector<std::uint32_t> all_;         // indices
+  std::vector<std::uint32_t> ended_;       // in the last step
+  walker_sim::StepBatch::Response spare_;  // rows of a reset, of which the reply has some
+  Throttle throttle_;
+};
+
+}  // namespace walker

@@ -1,0 +1,220 @@
+#include "server/markers/scene_markers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "server/markers/marker_shapes.h"
+
+namespace walker {
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+// The world is a plane, y = 0, seen from -y. What follows gives it depth, for the eye only [m].
+constexpr Depth kGroundDepth{-2, 2};
+constexpr Depth kObstacleDepth{-2.02, 2.02};  // a little more than the ground's: no flicker
+constexpr double kObstacleMargin = 0.02;      // the same across the depth
+constexpr double kGrassHeight = 0.12;         // grass that hangs over the ground's edge
+constexpr double kFlagY = 1;                  // behind the walker
+constexpr double kNearestCloudY = 7;
+constexpr double kCloudSpacing = 1.5;  // between the depths of clouds that follow each other
+
+constexpr double kOutlineWidth = 0.04;
+constexpr double kPoleWidth = 0.07;
+
+constexpr Color kOutlineColor{0.6, 0.6, 0.6, 1};
+constexpr Color kPoleColor{0.2, 0.2, 0.22, 1};
+
+/// Earth below the surface, darker the deeper, on the near and on the far side.
+void add_earth(const Outline& outline, const Color& color, Marker& triangles) {
+  constexpr double kDarkness = 0.62;
+  Outline earth = outline;
+  earth[0][1] -= kGrassHeight;
+  earth[1][1] -= kGrassHeight;
+  std::vector<Color> colors(earth.size(), shaded(color, kDarkness));
+  colors[0] = colors[1] = color;
+  add_face(earth, kGroundDepth.near, colors, triangles);
+  add_face(earth, kGroundDepth.far, colors, triangles);
+}
+
+/// The surface, and the edge of it that hangs over the earth.
+void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
+               Marker& triangles) {
+  constexpr double kFarShade = 0.8;
+  constexpr double kEdgeShade = 0.88;
+  add_wall(from, to, kGroundDepth, color, shaded(color, kFarShade), triangles);
+  const Outline edge{from, to, {to[0], to[1] - kGrassHeight}, {from[0], from[1] - kGrassHeight}};
+  const std::vector<Color> colors(edge.size(), shaded(color, kEdgeShade));
+  add_face(edge, kGroundDepth.near, colors, triangles);
+  add_face(edge, kGroundDepth.far, colors, triangles);
+}
+
+Marker ground_marker(const Scene& scene, const std_msgs::Header& header) {
+  constexpr double kEndShade = 0.8;
+  Marker marker = make_marker(header, "ground", Marker::TRIANGLE_LIST);
+  for (std::size_t i = 0; i < scene.ground.size(); ++i) {
+    const auto& [outline, color] = scene.ground[i];
+    if (!is_drawable(outline)) continue;
+    add_earth(outline, color, marker);
+    const bool has_surface = i < scene.surface_colors.size();
+    add_grass(outline[0], outline[1], has_surface ? scene.surface_colors[i] : color, marker);
+    // The faces where the ground begins and ends; those between the pieces nobody sees.
+    const Color end_color = shaded(color, kEndShade);
+    if (i == 0) {
+      add_wall(outline[0], outline.back(), kGroundDepth, end_color, end_color, marker);
+    }
+    if (i + 1 == scene.ground.size()) {
+      add_wall(outline[1], outline[2], kGroundDepth, end_color, end_color, marker);
+    }
+  }
+  return marker;
+}
+
+/// A block with lit top and shaded flanks, and its edges.
+void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines) {
+  constexpr double kFaceShade = 0.96;
+  constexpr double kFlankShade = 0.84;
+  const Outline outline = grown(obstacle.points, kObstacleMargin);
+  const std::vector<Color> face(outline.size(), shaded(obstacle.color, kFaceShade));
+  add_face(outline, kObstacleDepth.near, face, triangles);
+  add_face(outline, kObstacleDepth.far, face, triangles);
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const PlanePoint& a = outline[i];
+    const PlanePoint& b = outline[(i + 1) % outline.size()];
+    const bool is_flat = std::abs(b[1] - a[1]) < std::abs(b[0] - a[0]);
+    const Color color = shaded(obstacle.color, is_flat ? 1.0 : kFlankShade);
+    add_wall(a, b, kObstacleDepth, color, color, triangles);
+    for (const double y : {kObstacleDepth.near, kObstacleDepth.far}) {
+      add_line(to_point(a, y), to_point(b, y), kOutlineColor, lines);
+    }
+    add_line(to_point(a, kObstacleDepth.near), to_point(a, kObstacleDepth.far), kOutlineColor,
+             lines);
+  }
+}
+
+/// A soft bank: round, dense within, gone at its rim, thinner towards its lower side.
+void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
+  constexpr int kRounds = 3;
+  constexpr double kCore = 0.7;  // of the size
+  constexpr double kTopAlpha = 0.95;
+  constexpr double kBottomAlpha = 0.45;
+  const Outline rim = rounded(cloud.points, kRounds);
+  const Outline core = scaled(rim, kCore);
+  const auto [low, high] =
+      std::minmax_element(core.begin(), core.end(),
+                          [](const PlanePoint& a, const PlanePoint& b) { return a[1] < b[1]; });
+  const double bottom = (*low)[1];
+  const double height = std::max((*high)[1] - bottom, 1e-9);
+  std::vector<Color> colors;
+  for (const PlanePoint& point : core) {
+    const double share = (point[1] - bottom) / height;
+    colors.push_back(with_alpha(cloud.color, kBottomAlpha + (kTopAlpha - kBottomAlpha) * share));
+  }
+  add_face(core, y, colors, triangles);
+  const Color gone = with_alpha(cloud.color, 0);
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const std::size_t next = (i + 1) % rim.size();
+    add_face({core[i], core[next], rim[next], rim[i]}, y, {colors[i], colors[next], gone, gone},
+             triangles);
+  }
+}
+
+Marker cloud_marker(const Scene& scene, const std_msgs::Header& header) {
+  constexpr std::size_t kRows = 3;
+  Marker marker = make_marker(header, "clouds", Marker::TRIANGLE_LIST);
+  for (std::size_t i = 0; i < scene.clouds.size(); ++i) {
+    const double y = kNearestCloudY + kCloudSpacing * static_cast<double>(i % kRows);
+    if (is_drawable(scene.clouds[i].points)) add_cloud(scene.clouds[i], y, marker);
+  }
+  return marker;
+}
+
+/// A pole with a pennant at its top.
+void add_flag(const Flag& flag, Marker& triangles, Marker& poles) {
+  // Gymnasium's proportions, in heights of the pole.
+  constexpr double kPennantLength = 0.5;
+  constexpr double kPennantHeight = 0.2;
+  constexpr double kTipShade = 0.85;
+  const double top = flag.z + flag.height;
+  add_line(to_point({flag.x, flag.z}, kFlagY), to_point({flag.x, top}, kFlagY), kPoleColor, poles);
+  const Outline pennant{
+      {flag.x, top},
+      {flag.x, top - kPennantHeight * flag.height},
+      {flag.x + kPennantLength * flag.height, top - kPennantHeight / 2 * flag.height}};
+  add_face(pennant, kFlagY, {flag.color, flag.color, shaded(flag.color, kTipShade)}, triangles);
+}
+
+/// The way from one colour to another, `share` of it in [0, 1].
+Color mixed(const Color& from, const Color& to, double share) {
+  Color color{};
+  for (std::size_t i = 0; i < color.size(); ++i) color[i] = from[i] + share * (to[i] - from[i]);
+  return color;
+}
+
+bool stands_somewhere(const Flag& flag) {
+  return is_finite({flag.x, flag.z}) && std::isfinite(flag.height);
+}
+
+/// rviz complains of markers without points.
+void append_if_any(const Marker& marker, MarkerArray& array) {
+  if (!marker.points.empty()) array.markers.push_back(marker);
+}
+
+}  // namespace
+
+double floor_center(const Floor& floor, double x) {
+  // An even number of tiles, so that those under the centre are always coloured alike.
+  const double step = 4 * floor.tile;
+  return step * std::round(x / step);
+}
+
+Marker floor_marker(const Floor& floor, double center, const std_msgs::Header& header) {
+  // Beyond both sides of the picture, and as deep as it looks well, in tiles.
+  constexpr int kAhead = 20;
+  constexpr int kNear = -7;
+  constexpr int kFar = 13;
+  constexpr double kPaleness = 0.85;  // of the farthest tiles: no flicker where they are narrow
+  const auto& [light, dark] = floor.colors;
+  Marker marker = make_marker(header, "floor", Marker::TRIANGLE_LIST);
+  if (!std::isfinite(floor.z)) return deletion(header, "floor");
+  for (int row = kNear; row < kFar; ++row) {
+    const double paleness = kPaleness * std::max(row, 0) / kFar;
+    const Depth depth{row * floor.tile, (row + 1) * floor.tile};
+    for (int column = -kAhead; column < kAhead; ++column) {
+      const Color& tone = (row + column) % 2 == 0 ? light : dark;
+      const Color color = mixed(tone, light, paleness);
+      const double left = center + column * floor.tile;
+      add_wall({left, floor.z}, {left + floor.tile, floor.z}, depth, color, color, marker);
+    }
+  }
+  return marker;
+}
+
+MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
+  MarkerArray array;
+  array.markers.push_back(deletion(header, ""));
+  array.markers.back().action = Marker::DELETEALL;
+  append_if_any(ground_marker(scene, header), array);
+  Marker obstacles = make_marker(header, "obstacles", Marker::TRIANGLE_LIST);
+  Marker outlines = make_marker(header, "obstacle_outlines", Marker::LINE_LIST);
+  outlines.scale.x = kOutlineWidth;
+  for (const ScenePolygon& obstacle : scene.obstacles) {
+    if (is_drawable(obstacle.points)) add_obstacle(obstacle, obstacles, outlines);
+  }
+  append_if_any(obstacles, array);
+  append_if_any(outlines, array);
+  append_if_any(cloud_marker(scene, header), array);
+  Marker flags = make_marker(header, "flags", Marker::TRIANGLE_LIST);
+  Marker poles = make_marker(header, "flag_poles", Marker::LINE_LIST);
+  poles.scale.x = kPoleWidth;
+  for (const Flag& flag : scene.flags) {
+    if (stands_somewhere(flag)) add_flag(flag, flags, poles);
+  }
+  append_if_any(flags, array);
+  append_if_any(poles, array);
+  return array;
+}
+
+}  // namespace walker

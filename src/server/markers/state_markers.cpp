@@ -1,0 +1,155 @@
+#include "server/markers/state_markers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <map>
+#include <sstream>
+
+#include "description/urdf.h"
+#include "server/markers/link_points.h"
+#include "server/markers/marker_shapes.h"
+
+namespace walker {
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+// Of what belongs to a range finder [m].
+constexpr double kRayWidth = 0.025;
+constexpr double kHitDiameter = 0.14;
+// Of what goes with the walker, in its reaches (`reach_of`).
+constexpr double kContactDiameter = 0.17;
+constexpr double kPathWidth = 0.03;    // [m]
+constexpr double kTextHeight = 0.11;   // of a capital letter
+constexpr double kTextAltitude = 0.8;  // of the text's middle, above the trunk's origin
+
+constexpr Color kRayColor{0.93, 0.1, 0.1, 0.85};
+constexpr Color kMissedRayColor{0.93, 0.1, 0.1, 0.3};
+constexpr Color kContactColor{1, 0.8, 0.1, 1};
+constexpr Color kPathColor{0.1, 0.25, 0.75, 0.6};
+constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
+
+bool is_somewhere(const Vector3& vector) {
+  return std::all_of(vector.begin(), vector.end(), [](double v) { return std::isfinite(v); });
+}
+
+/// Red rays to what they met, faint ones as far as the range finder reaches; a ball at each hit.
+void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
+                 MarkerArray& array) {
+  const Vector3& origin = sensors.link_poses.front().position;
+  // rviz ignores a single line's alpha, so the faint ones need a marker of their own.
+  Marker rays = make_marker(header, "rays", Marker::LINE_LIST);
+  Marker missed_rays = make_marker(header, "missed_rays", Marker::LINE_LIST);
+  Marker hits = make_marker(header, "hits", Marker::SPHERE_LIST);
+  rays.scale.x = missed_rays.scale.x = kRayWidth;
+  hits.scale.x = hits.scale.y = hits.scale.z = kHitDiameter;
+  rays.color = to_color(kRayColor);
+  missed_rays.color = to_color(kMissedRayColor);
+  hits.color = to_color(with_alpha(kRayColor, 1));
+  const geometry_msgs::Point from = to_point({origin[0], origin[2]}, origin[1]);
+  for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
+    if (std::isnan(sensors.ranges[i])) continue;
+    const bool is_hit = std::isfinite(sensors.ranges[i]);
+    const double range = is_hit ? sensors.ranges[i] : finder.maximum_range;
+    const double angle = finder.angle_minimum + static_cast<double>(i) * finder.angle_increment;
+    // The lidar frame's X is the world's x, its Y the world's z.
+    const geometry_msgs::Point to = to_point(
+        {origin[0] + range * std::cos(angle), origin[2] + range * std::sin(angle)}, origin[1]);
+    Marker& lines = is_hit ? rays : missed_rays;
+    lines.points.push_back(from);
+    lines.points.push_back(to);
+    if (is_hit) hits.points.push_back(to);
+  }
+  for (const Marker& marker : {rays, missed_rays, hits}) {
+    array.markers.push_back(marker.points.empty() ? deletion(header, marker.ns.c_str()) : marker);
+  }
+}
+
+/// A ball under each foot that touches the ground.
+Marker contacts_marker(const Specification& specification, const Sensors& sensors, double diameter,
+                       const std_msgs::Header& header) {
+  Marker marker = make_marker(header, "contacts", Marker::SPHERE_LIST);
+  marker.scale.x = marker.scale.y = marker.scale.z = diameter;
+  marker.color = to_color(kContactColor);
+  const auto& names = specification.contact_links;
+  if (names.empty()) return deletion(header, "contacts");
+  const std::map<std::string, Place> places = place_links(specification);
+  for (std::size_t i = 0; i < specification.links.size(); ++i) {
+    const Link& link = specification.links[i];
+    const auto sensor = std::find(names.begin(), names.end(), link.name) - names.begin();
+    const auto index = static_cast<std::size_t>(sensor);
+    if (index >= std::min(names.size(), sensors.contacts.size())) continue;
+    if (sensors.contacts[index] == 0) continue;
+    const std::optional<Vector3> lowest =
+        lowest_point(link, places.at(link.name).y, sensors.link_poses[i]);
+    if (lowest && is_somewhere(*lowest)) {
+      marker.points.push_back(to_point({(*lowest)[0], (*lowest)[2]}, (*lowest)[1]));
+    }
+  }
+  return marker.points.empty() ? deletion(header, "contacts") : marker;
+}
+
+/// The second line stays the shorter one: rviz centres the block, which moves with its width.
+std::string text_of(const EpisodeStatus& status) {
+  std::ostringstream text;
+  text << status.id << "  episode " << status.episode
+       << (status.seed.empty() ? "  unseeded" : "  seed " + status.seed);
+  text << "\nstep " << status.step << "  return " << std::fixed << std::setprecision(1)
+       << status.episode_return;
+  if (!status.end_reason.empty()) text << "\n" << status.end_reason;
+  return text.str();
+}
+
+Marker text_marker(const Vector3& trunk, double reach, const EpisodeStatus& status,
+                   const std_msgs::Header& header) {
+  Marker marker = make_marker(header, "episode", Marker::TEXT_VIEW_FACING);
+  marker.pose.position = to_point({trunk[0], trunk[2] + kTextAltitude * reach}, trunk[1]);
+  marker.scale.z = kTextHeight * reach;
+  marker.color = to_color(kTextColor);
+  marker.text = text_of(status);
+  return marker;
+}
+
+}  // namespace
+
+MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
+                          const EpisodeStatus& status, const std_msgs::Header& header) {
+  MarkerArray array;
+  if (sensors.link_poses.empty()) return array;
+  const Vector3& trunk = sensors.link_poses.front().position;
+  if (!is_somewhere(trunk)) return array;
+  const double reach = reach_of(specification);
+  if (specification.range_finder.num_rays != 0) {
+    append_rays(specification.range_finder, sensors, header, array);
+  }
+  array.markers.push_back(
+      contacts_marker(specification, sensors, kContactDiameter * reach, header));
+  array.markers.push_back(text_marker(trunk, reach, status, header));
+  return array;
+}
+
+bool Path::add(const Vector3& trunk) {
+  if (!is_somewhere(trunk)) return false;
+  const geometry_msgs::Point point = to_point({trunk[0], trunk[2]}, trunk[1]);
+  if (!points_.empty()) {
+    const geometry_msgs::Point& last = points_.back();
+    if (std::hypot(point.x - last.x, point.y - last.y, point.z - last.z) < kSpacing) return false;
+  }
+  if (points_.size() == kMostPoints) points_.pop_front();
+  points_.push_back(point);
+  return true;
+}
+
+Marker Path::marker(const std_msgs::Header& header) const {
+  constexpr std::size_t kLine = 2;
+  if (points_.size() < kLine) return deletion(header, "path");
+  Marker marker = make_marker(header, "path", Marker::LINE_STRIP);
+  marker.scale.x = kPathWidth;
+  marker.color = to_color(kPathColor);
+  marker.points.assign(points_.begin(), points_.end());
+  return marker;
+}
+
+}  // namespace walker

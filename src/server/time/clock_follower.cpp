@@ -1,0 +1,66 @@
+#include "server/time/clock_follower.h"
+
+#include <algorithm>
+#include <iomanip>
+#include <sstream>
+#include <utility>
+
+namespace walker {
+namespace {
+
+// A /clock that has gone on by more steps than this is followed by a slip, not by a burst.
+constexpr std::uint64_t kMostStepsToCatchUp = 5;
+
+// Until then a publisher may be on its way, or being started again.
+constexpr std::chrono::seconds kLongestWithoutPublisher{3};
+
+}  // namespace
+
+void ClockFollower::restart() {
+  has_restarted_ = true;
+  behind_ = 0;
+}
+
+ClockFollower::Advice ClockFollower::look(std::uint64_t clock, std::uint64_t stamp) {
+  newest_ = std::max(newest_, clock);
+  if (newest_ == 0) return {stamp, 0, false};
+  const bool has_restarted = std::exchange(has_restarted_, false);
+  clock_ = clock;
+  behind_ = stamp > clock ? stamp - clock : 0;
+  const std::uint64_t due = behind_ > 0 ? 0 : (clock - stamp) / dt_;
+  Advice advice{stamp, 0, due > 0};
+  if (due > (has_restarted ? 1 : kMostStepsToCatchUp)) {
+    const std::uint64_t left_out = due - 1;
+    advice.stamp += left_out * dt_;
+    advice.missed = has_restarted ? 0 : left_out;
+  }
+  return advice;
+}
+
+void ClockFollower::count(std::size_t publishers, std::chrono::steady_clock::time_point now) {
+  if (publishers > 0) {
+    unpublished_since_.reset();
+  } else if (!unpublished_since_) {
+    unpublished_since_ = now;
+  }
+  is_unpublished_ = unpublished_since_ && now - *unpublished_since_ >= kLongestWithoutPublisher;
+}
+
+std::string ClockFollower::complaint() const {
+  if (is_unpublished_) {
+    return "waits for /clock, which nobody publishes: start the server that does, or set "
+           "publish_clock = true for this one";
+  }
+  if (behind_ <= dt_) return "";
+  constexpr double kSeconds = 1e-9;
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2);
+  text << "waits for /clock, which is " << static_cast<double>(behind_) * kSeconds << " s behind";
+  if (clock_ < newest_) {
+    text << "; it was set back by " << static_cast<double>(newest_ - clock_) * kSeconds
+         << " s: start this server again to follow it from there";
+  }
+  return text.str();
+}
+
+}  // namespace walker

@@ -1,0 +1,146 @@
+#include "server/time/time_reservation.h"
+
+#include <algorithm>
+#include <exception>
+#include <iomanip>
+#include <sstream>
+#include <utility>
+
+#include <ros/console.h>
+
+namespace walker {
+namespace {
+
+constexpr double kPerSecond = 1e9;
+constexpr double kWallSecondsAhead = 20;  // renewed while half of it is left
+// Whoever keeps it may obey what it was asked after a while, when nobody waits for the answer any
+// more: a master that was stopped, and goes on. So where it is silent an hour is asked for.
+constexpr double kWallSecondsAheadOfSilence = 3600;
+constexpr double kShortest = 10;  // [s]
+constexpr double kLongest = 1e6;  // [s]
+
+constexpr std::chrono::milliseconds kLongestWait{200};
+// Between attempts. Few, for each may wait in the queue of whom it is for.
+constexpr std::chrono::milliseconds kShortestPause{1000};
+constexpr std::chrono::milliseconds kLongestPause{5000};
+
+}  // namespace
+
+TimeReservation::TimeReservation(std::uint64_t begin, std::uint64_t end, Write write)
+    : end_(end),
+      write_(std::move(write)),
+      now_(begin),
+      renew_from_(begin),
+      used_(begin),
+      reserved_(begin),
+      asked_(begin),
+      paced_from_(begin),
+      paced_at_(Clock::now()),
+      thread_([this] { run(); }) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  settled_.wait(lock, [this] { return !is_wanted_ || !failure_.empty(); });
+}
+
+TimeReservation::~TimeReservation() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_over_ = true;
+  }
+  wanted_.notify_one();
+  thread_.join();
+  const std::string ignored = attempt(now_);  // a failure leaves a gap
+}
+
+void TimeReservation::use(std::uint64_t now) {
+  now_ = now;
+  if (now <= renew_from_.load(std::memory_order_relaxed)) return;
+  std::unique_lock<std::mutex> lock(mutex_);
+  used_ = now;
+  if (!std::exchange(is_wanted_, true)) wanted_.notify_one();
+  if (now <= reserved_ || has_waited_ || !failure_.empty()) return;
+  settled_.wait_for(lock, kLongestWait, [&] { return now <= reserved_ || !failure_.empty(); });
+  has_waited_ = now > reserved_;
+}
+
+std::string TimeReservation::complaint() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return failure_.empty() ? "" : describe_failure();
+}
+
+std::string TimeReservation::describe_failure() const {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << "the ROS master does not answer (" << failure_
+       << "): simulation time is reserved up to " << static_cast<double>(reserved_) / kPerSecond
+       << " s only, and a server that is started after this one may begin there";
+  return text.str();
+}
+
+void TimeReservation::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    wanted_.wait(lock, [this] { return is_over_ || is_wanted_; });
+    if (is_over_) return;
+    const std::uint64_t from = used_;
+    const Clock::time_point at = Clock::now();
+    asked_ = next_end();
+    const std::uint64_t until = asked_;
+    const bool was_silent = !failure_.empty();
+    lock.unlock();
+    const std::string failure = attempt(until);
+    lock.lock();
+    if (failure.empty()) {
+      note_success(from, until, at);
+    } else {
+      note_failure(failure);
+    }
+    const std::string warning = failure.empty() || was_silent ? "" : describe_failure();
+    settled_.notify_one();
+    lock.unlock();
+    if (!warning.empty()) ROS_WARN_STREAM("Steps go on, but " << warning);
+    if (failure.empty() && was_silent) ROS_INFO_STREAM("Simulation time is reserved again");
+    lock.lock();
+    if (!failure.empty()) wanted_.wait_for(lock, pause_, [this] { return is_over_; });
+  }
+}
+
+/// Where the next reservation ends.
+std::uint64_t TimeReservation::next_end() const {
+  const std::chrono::duration<double> elapsed = Clock::now() - paced_at_;
+  const double used = static_cast<double>(used_ - paced_from_) / kPerSecond;
+  const double pace = used / std::max(elapsed.count(), 1e-3);
+  const bool is_silent = !failure_.empty();
+  const double ahead = is_silent ? std::max(pace, 1.0) * kWallSecondsAheadOfSilence
+                                 : std::max(pace * kWallSecondsAhead, kShortest);
+  const auto nanoseconds = static_cast<std::uint64_t>(std::min(ahead, kLongest) * kPerSecond);
+  const std::uint64_t until = used_ + std::min(nanoseconds, end_ - used_);
+  return is_silent ? std::max(until, asked_) : until;
+}
+
+/// @return why it failed; empty: it did not
+std::string TimeReservation::attempt(std::uint64_t until) const {
+  try {
+    write_(until);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void TimeReservation::note_success(std::uint64_t from, std::uint64_t until, Clock::time_point at) {
+  reserved_ = until;
+  renew_from_ = until == end_ ? end_ : from + (until - from) / 2;
+  // After a silence once more, for less: late obedience to an earlier attempt is overruled, too.
+  is_wanted_ = !failure_.empty() || used_ > renew_from_;
+  paced_from_ = from;
+  paced_at_ = at;
+  has_waited_ = false;
+  failure_.clear();
+  pause_ = std::chrono::milliseconds::zero();
+}
+
+void TimeReservation::note_failure(const std::string& reason) {
+  if (!failure_.empty()) pause_ = std::clamp(2 * pause_, kShortestPause, kLongestPause);
+  failure_ = reason;
+}
+
+}  // namespace walker

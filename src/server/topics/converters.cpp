@@ -1,0 +1,285 @@
+#include "server/topics/converters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <stdexcept>
+
+#include <sensor_msgs/distortion_models.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include "description/poses.h"
+#include "description/urdf.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+template <typename Message>
+void set(const Vector3& vector, Message& message) {
+  message.x = vector[0];
+  message.y = vector[1];
+  message.z = vector[2];
+}
+
+void set(const Quaternion& quaternion, geometry_msgs::Quaternion& message) {
+  message.x = quaternion[0];
+  message.y = quaternion[1];
+  message.z = quaternion[2];
+  message.w = quaternion[3];
+}
+
+geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
+                                          const Pose& pose, ros::Time stamp) {
+  geometry_msgs::TransformStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  set(pose.position, message.transform.translation);
+  set(pose.orientation, message.transform.rotation);
+  return message;
+}
+
+/// Whether a joint's child is fixed on what the joint turns, instead of being it.
+bool is_mounted(const Frames& frames, std::size_t joint) {
+  return frames.turned[joint] != frames.links[joint + 1];
+}
+
+/// Gravity-aligned at the trunk's origin: X forward, Y up, whatever the trunk's attitude.
+Pose lidar_pose(const Pose& trunk) {
+  const double half = std::sqrt(0.5);
+  return {trunk.position, {half, 0, 0, half}};  // rolled by +pi/2
+}
+
+/// Each joint from the bodies' own poses: what it turns, in its parent.
+void append_joints(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                   ros::Time stamp, tf2_msgs::TFMessage& message) {
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    const Joint& joint = specification.joints[i];
+    const auto parent = std::find_if(specification.links.begin(), specification.links.end(),
+                                     [&](const Link& link) { return link.name == joint.parent; });
+    const auto index = static_cast<std::size_t>(parent - specification.links.begin());
+    Pose turned = sensors.link_poses[i + 1];
+    if (is_mounted(frames, i)) turned = compose(turned, relative(joint.child_frame, Pose{}));
+    message.transforms.push_back(transform(frames.links[index], frames.turned[i],
+                                           relative(sensors.link_poses[index], turned), stamp));
+  }
+}
+
+}  // namespace
+
+Frames::Frames(const Specification& specification, const std::string& tf_prefix)
+    : odometry(prefixed(tf_prefix, "odom")),
+      trunk(prefixed(tf_prefix, specification.links.front().name)),
+      base_link(prefixed(tf_prefix, "base_link")),
+      lidar(prefixed(tf_prefix, "lidar")),
+      camera(prefixed(tf_prefix, "camera")) {
+  for (const Link& link : specification.links) {
+    const bool is_trunk = &link == &specification.links.front();
+    if (link.name == "odom" || link.name == "lidar" || link.name == "camera" ||
+        (link.name == "base_link" && !is_trunk)) {
+      throw std::invalid_argument("link " + link.name + ": another frame has this name");
+    }
+    links.push_back(prefixed(tf_prefix, link.name));
+  }
+  for (const std::string& name : turned_links(specification)) {
+    turned.push_back(prefixed(tf_prefix, name));
+  }
+}
+
+void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+          walker_sim::Transition& message) {
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.environment = state.environment;
+  message.episode = state.episode;
+  message.step = state.step;
+  message.action = state.action;
+  message.observation = state.observation;
+  message.reward = state.reward;
+  message.episode_return = state.episode_return;
+  message.terminated = state.terminated;
+  message.truncated = state.truncated;
+  message.info = state.info;
+  message.error = state.error;
+}
+
+void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+          walker_sim::Episode& message) {
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.environment = state.environment;
+  message.episode = state.episode;
+  message.has_seed = state.seed.has_value();
+  message.seed = state.seed.value_or(0);
+  std::copy(state.generator_state.begin(), state.generator_state.end(),
+            message.generator_state.begin());
+  message.length = state.step;
+  message.episode_return = state.episode_return;
+  message.end_reason = state.end_reason;
+}
+
+void fill(const Specification& specification, const ServerOptions& options,
+          walker_sim::EnvironmentSpec& message) {
+  message.interface_version = walker_sim::EnvironmentSpec::INTERFACE_VERSION;
+  message.id = specification.id;
+  message.num_envs = options.num_envs;
+  message.parameter_names.clear();
+  message.parameter_values.clear();
+  for (const auto& [name, value] : specification.parameters) {
+    message.parameter_names.push_back(name);
+    message.parameter_values.push_back(to_string(value));
+  }
+  message.observation_size = static_cast<std::uint32_t>(specification.observation_size());
+  message.observation_dtype = specification.observation_dtype;
+  message.observation_low = specification.observation_low;
+  message.observation_high = specification.observation_high;
+  message.action_size = static_cast<std::uint32_t>(specification.action_size());
+  message.action_low = specification.action_low;
+  message.action_high = specification.action_high;
+  message.dt = specification.dt;
+  message.max_episode_steps = specification.max_episode_steps;
+  message.reward_threshold = specification.reward_threshold;
+  message.joint_names.clear();
+  for (const Joint& joint : specification.joints) message.joint_names.push_back(joint.name);
+  message.info_names = specification.info_names;
+  message.mode = to_text(options.mode);
+  message.autoreset_mode = to_text(options.autoreset_mode);
+  message.engine = specification.engine;
+  message.engine_version = specification.engine_version;
+  message.engine_path = specification.engine_path;
+  message.version = version();
+}
+
+void fill(const Specification& specification, const Sensors& sensors, ros::Time stamp,
+          sensor_msgs::JointState& message) {
+  message.header.stamp = stamp;
+  message.name.resize(specification.joints.size());
+  std::transform(specification.joints.begin(), specification.joints.end(), message.name.begin(),
+                 [](const Joint& joint) { return joint.name; });
+  message.position = sensors.joint_position;
+  message.velocity = sensors.joint_velocity;
+  message.effort = sensors.joint_effort;
+}
+
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, walker_sim::Contacts& message) {
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.links = specification.contact_links;
+  message.in_contact.assign(sensors.contacts.begin(), sensors.contacts.end());
+}
+
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, sensor_msgs::LaserScan& message) {
+  const RangeFinder& finder = specification.range_finder;
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.lidar;
+  message.angle_min = static_cast<float>(finder.angle_minimum);
+  message.angle_max = static_cast<float>(
+      finder.angle_minimum + static_cast<double>(finder.num_rays - 1) * finder.angle_increment);
+  message.angle_increment = static_cast<float>(finder.angle_increment);
+  message.time_increment = 0;  // all rays at once
+  message.scan_time = static_cast<float>(specification.dt);
+  message.range_min = 0;
+  message.range_max = static_cast<float>(finder.maximum_range);
+  message.ranges.resize(sensors.ranges.size());
+  std::transform(sensors.ranges.begin(), sensors.ranges.end(), message.ranges.begin(),
+                 [](double range) { return static_cast<float>(range); });
+}
+
+void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+          sensor_msgs::Imu& message) {
+  const Quaternion& attitude = sensors.link_poses.front().orientation;
+  const Quaternion to_trunk = conjugate(attitude);
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.trunk;
+  set(attitude, message.orientation);
+  set(rotate(to_trunk, sensors.angular_velocity), message.angular_velocity);
+  set(rotate(to_trunk, subtract(sensors.linear_acceleration, sensors.gravity)),
+      message.linear_acceleration);
+}
+
+void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+          nav_msgs::Odometry& message) {
+  const Pose& trunk = sensors.link_poses.front();
+  const Quaternion to_trunk = conjugate(trunk.orientation);
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.odometry;
+  message.child_frame_id = frames.trunk;
+  set(trunk.position, message.pose.pose.position);
+  set(trunk.orientation, message.pose.pose.orientation);
+  set(rotate(to_trunk, sensors.linear_velocity), message.twist.twist.linear);
+  set(rotate(to_trunk, sensors.angular_velocity), message.twist.twist.angular);
+}
+
+void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
+          ros::Time stamp, tf2_msgs::TFMessage& message) {
+  const Pose& trunk = sensors.link_poses.front();
+  message.transforms.clear();
+  message.transforms.push_back(transform(frames.odometry, frames.trunk, trunk, stamp));
+  append_joints(specification, sensors, frames, stamp, message);
+  if (specification.range_finder.num_rays != 0) {
+    message.transforms.push_back(
+        transform(frames.trunk, frames.lidar, relative(trunk, lidar_pose(trunk)), stamp));
+  }
+}
+
+void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message) {
+  const bool has_depth = !image.depth.empty();
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.camera;
+  message.width = image.width;
+  message.height = image.height;
+  if (has_depth) {
+    message.encoding = sensor_msgs::image_encodings::TYPE_32FC1;
+    message.step = message.width * static_cast<std::uint32_t>(sizeof(float));
+    message.data.resize(image.depth.size() * sizeof(float));
+    std::memcpy(message.data.data(), image.depth.data(), message.data.size());
+  } else {
+    message.encoding = sensor_msgs::image_encodings::RGB8;
+    message.step = message.width * 3;
+    message.data.swap(image.rgb);
+  }
+}
+
+void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
+          sensor_msgs::CameraInfo& message) {
+  message = sensor_msgs::CameraInfo();
+  message.header.stamp = stamp;
+  message.header.frame_id = frames.camera;
+  message.width = camera.width;
+  message.height = camera.height;
+  constexpr std::size_t kPlumbBobCoefficients = 5;
+  message.distortion_model = sensor_msgs::distortion_models::PLUMB_BOB;
+  message.D.assign(kPlumbBobCoefficients, 0);
+  if (camera.focal_length == 0) return;
+  const double f = camera.focal_length;
+  const double x = (camera.width - 1.0) / 2;
+  const double y = (camera.height - 1.0) / 2;
+  message.K = {f, 0, x, 0, f, y, 0, 0, 1};
+  message.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  message.P = {f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0};
+}
+
+void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message) {
+  message.transforms.assign(1, transform(frames.odometry, frames.camera, camera, stamp));
+}
+
+tf2_msgs::TFMessage static_transforms(const Specification& specification, const Frames& frames,
+                                      ros::Time stamp) {
+  tf2_msgs::TFMessage message;
+  if (frames.base_link != frames.trunk) {
+    message.transforms.push_back(transform(frames.trunk, frames.base_link, Pose{}, stamp));
+  }
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    if (!is_mounted(frames, i)) continue;
+    message.transforms.push_back(transform(frames.turned[i], frames.links[i + 1],
+                                           specification.joints[i].child_frame, stamp));
+  }
+  return message;
+}
+
+}  // namespace walker

@@ -1,0 +1,207 @@
+#include "server/topics/diagnostics.h"
+
+#include <exception>
+#include <optional>
+#include <sstream>
+#include <string>
+
+#include <ros/console.h>
+
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+using diagnostic_updater::DiagnosticStatusWrapper;
+
+/// A time of a report in microseconds, or a dash where there is none.
+template <typename Times>
+void add_microseconds(DiagnosticStatusWrapper& status, const char* key,
+                      const std::optional<Times>& times, double Times::*seconds) {
+  constexpr double kPerSecond = 1e6;
+  if (times) {
+    status.add(key, (*times).*seconds * kPerSecond);
+  } else {
+    status.add(key, "-");
+  }
+}
+
+/// Of the values' texts, as `status.add` writes numbers.
+template <typename... Values>
+std::string sentence(const Values&... values) {
+  std::ostringstream text;
+  (text << ... << values);
+  return text.str();
+}
+
+/// E.g. "1 deadline", "2 deadlines".
+std::string counted(std::uint64_t count, const char* what) {
+  return sentence(count, ' ', what, count == 1 ? "" : "s");
+}
+
+const char* to_text(EffortCommand::State state) {
+  switch (state) {
+    case EffortCommand::State::held:
+      return "held";
+    case EffortCommand::State::timed_out:
+      return "timed out: zero torque";
+    default:
+      return "none: zero torque";
+  }
+}
+
+}  // namespace
+
+Diagnostics::Diagnostics(ros::NodeHandle& node, const DiagnosedServer& server) : server_(server) {
+  updater_.setHardwareID(server_.shown.specification().id);
+  updater_.add("simulation", this, &Diagnostics::describe_simulation);
+  updater_.add("pace", this, &Diagnostics::describe_pace);
+  updater_.add("commands", this, &Diagnostics::describe_commands);
+  updater_.add("episodes", this, &Diagnostics::describe_episodes);
+  timer_ = node.createWallTimer(ros::WallDuration(updater_.getPeriod()),
+                                [this](const ros::WallTimerEvent&) { report(); });
+}
+
+void Diagnostics::report() {
+  try {
+    updater_.force_update();
+  } catch (const std::exception& error) {
+    // The updater adds its period to a /clock that may be anything up to the end of ROS time.
+    ROS_ERROR_STREAM("No diagnostics at /clock = " << ros::Time::now() << " s: " << error.what());
+    return;
+  }
+  reported_ = server_.counters;
+  reported_at_ = std::chrono::steady_clock::now();
+}
+
+void Diagnostics::describe_simulation(Status& status) {
+  const EpisodeState& state = server_.shown.state();
+  const std::uint64_t errors = server_.counters.simulation_errors - reported_.simulation_errors;
+  if (!state.error.empty()) {
+    status.summary(
+        DiagnosticStatus::ERROR,
+        (state.failed_at_reset() ? "simulation failed at its reset: " : "simulation failed: ") +
+            state.error);
+  } else if (errors > 0) {
+    status.summary(DiagnosticStatus::ERROR,
+                   "simulation failed " + counted(errors, "time") + " since the last report");
+  } else if (!server_.shown.has_episode()) {
+    status.summary(DiagnosticStatus::OK, "waits for the first reset");
+  } else if (state.has_ended()) {
+    status.summary(DiagnosticStatus::OK, state.end_reason);
+  } else {
+    status.summary(DiagnosticStatus::OK, server_.paused ? "paused" : "running");
+  }
+  const std::string unrecorded = server_.recorder.complaint();
+  if (!unrecorded.empty()) {
+    const bool waits = !server_.shown.has_episode();
+    status.mergeSummary(DiagnosticStatus::WARN,
+                        (waits ? "nothing moves yet: " : "not recorded: ") + unrecorded);
+  }
+  const Specification& specification = server_.shown.specification();
+  status.add("environment", specification.id);
+  status.add("engine", specification.engine);
+  status.add("engine_version", specification.engine_version);
+  status.add("version", version());
+  status.add("mode", walker::to_text(server_.options.mode));
+  status.add("num_envs", server_.options.num_envs);
+  status.add("paused", server_.paused);
+  status.add("episode", state.episode);
+  status.add("step", state.step);
+  status.add("episode_return", state.episode_return);
+  status.add("steps", server_.counters.steps);
+  status.add("simulation_errors", server_.counters.simulation_errors);
+  status.add("pictures", server_.pictures.num_drawn());
+  status.add("pictures_skipped", server_.pictures.num_skipped());
+}
+
+/// Since the last report.
+double Diagnostics::real_time_factor() const {
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - reported_at_;
+  const double simulated = static_cast<double>(server_.counters.advances - reported_.advances) *
+                           server_.shown.specification().dt;
+  return wall.count() > 0 ? simulated / wall.count() : 0;
+}
+
+/// What sets the pace.
+const char* Diagnostics::pace() const {
+  if (server_.options.mode == Mode::lockstep) return "who calls ~step sets the pace";
+  if (server_.paused) return "paused";
+  if (server_.follows_clock) return "follows /clock";
+  return server_.pacer.real_time_factor() == 0 ? "as fast as it goes" : "keeps up";
+}
+
+void Diagnostics::describe_pace(Status& status) {
+  const double factor = real_time_factor();
+  const std::uint64_t missed = server_.counters.missed_deadlines - reported_.missed_deadlines;
+  status.summary(DiagnosticStatus::OK, pace());
+  if (missed > 0) {
+    status.mergeSummary(DiagnosticStatus::WARN,
+                        sentence("cannot keep up: ", counted(missed, "deadline"),
+                                 " missed since the last report, ", factor, " times real time"));
+  }
+  const std::string waiting = server_.paused ? "" : server_.follower.complaint();
+  if (!waiting.empty()) status.mergeSummary(DiagnosticStatus::WARN, waiting);
+  const std::string unreserved = server_.clock.complaint();
+  if (!unreserved.empty()) status.mergeSummary(DiagnosticStatus::WARN, unreserved);
+  status.add("real_time_factor", factor);
+  if (server_.options.mode == Mode::free && !server_.follows_clock) {
+    status.add("real_time_factor_wanted", server_.pacer.real_time_factor());
+  } else {
+    status.add("real_time_factor_wanted", "-");
+  }
+  status.add("missed_deadlines", server_.counters.missed_deadlines);
+  const StepTiming::Report timing = server_.timing.report();
+  add_microseconds(status, "jitter_p50_us", timing.jitter, &StepTiming::Jitter::median);
+  add_microseconds(status, "jitter_p99_us", timing.jitter, &StepTiming::Jitter::percentile_99);
+  add_microseconds(status, "jitter_p999_us", timing.jitter, &StepTiming::Jitter::percentile_999);
+  add_microseconds(status, "jitter_max_us", timing.jitter, &StepTiming::Jitter::largest);
+  add_microseconds(status, "step_time_mean_us", timing.duration, &StepTiming::Duration::mean);
+  add_microseconds(status, "step_time_max_us", timing.duration, &StepTiming::Duration::largest);
+}
+
+void Diagnostics::describe_commands(Status& status) {
+  const ServerCounters& counters = server_.counters;
+  const EffortCommand::State state = server_.command.state();
+  const bool takes_commands = server_.options.mode == Mode::free;
+  const std::string text = takes_commands ? to_text(state) : "refused: ~step drives the walker";
+  status.summary(DiagnosticStatus::OK, "effort command: " + text);
+  const std::uint64_t refused = counters.refused_commands - reported_.refused_commands;
+  if (refused > 0) {
+    status.mergeSummary(DiagnosticStatus::WARN,
+                        counted(refused, "effort command") + " refused since the last report");
+  }
+  if (state == EffortCommand::State::timed_out ||
+      counters.command_timeouts != reported_.command_timeouts) {
+    status.mergeSummary(
+        DiagnosticStatus::WARN,
+        sentence("no effort command for ", server_.options.command_timeout, " s: zero torque"));
+  }
+  status.add("effort_command", text);
+  status.add("refused_commands", counters.refused_commands);
+  status.add("clamped_commands", counters.clamped_commands);
+  status.add("command_timeouts", counters.command_timeouts);
+}
+
+void Diagnostics::describe_episodes(Status& status) {
+  const EpisodeStatistics::Summary summary = server_.episodes.summary();
+  if (summary.episodes == 0) {
+    status.summary(DiagnosticStatus::OK, "no episode has come to its end yet");
+  } else {
+    status.summary(DiagnosticStatus::OK,
+                   sentence("mean return ", summary.return_mean, " over the last ",
+                            counted(summary.episodes, "episode")));
+  }
+  status.add("finished_episodes", summary.episodes);
+  status.add("return_mean", summary.return_mean);
+  status.add("return_std", summary.return_deviation);
+  status.add("return_min", summary.return_min);
+  status.add("return_max", summary.return_max);
+  status.add("length_mean", summary.length_mean);
+  status.add("terminated", summary.terminated);
+  status.add("truncated", summary.truncated);
+  status.add("failed", summary.failed);
+}
+
+}  // namespace walker

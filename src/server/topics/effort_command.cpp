@@ -1,0 +1,72 @@
+#include "server/topics/effort_command.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace walker {
+
+EffortCommand::EffortCommand(const Specification& specification, double timeout, bool in_wall_time)
+    : specification_(specification),
+      timeout_(timeout),
+      in_wall_time_(in_wall_time),
+      action_(specification.action_size()),
+      zero_(specification.action_size()) {}
+
+void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
+  if (efforts.size() != action_.size()) {
+    throw std::invalid_argument("effort command has " + std::to_string(efforts.size()) +
+                                " values; must have " + std::to_string(action_.size()) +
+                                ", one per joint");
+  }
+  for (std::size_t i = 0; i < efforts.size(); ++i) {
+    if (!std::isfinite(efforts[i])) {
+      throw std::invalid_argument("effort command[" + std::to_string(i) + "] (" +
+                                  specification_.joints[i].name +
+                                  ") = " + std::to_string(efforts[i]) + " N m; must be finite");
+    }
+  }
+  for (std::size_t i = 0; i < efforts.size(); ++i) {
+    // Motors weaker than 1 N m turn the largest efforts into an infinite action.
+    constexpr double kLargest = std::numeric_limits<double>::max();
+    const double action = efforts[i] / specification_.effort_per_action[i];
+    action_[i] = std::clamp(action, -kLargest, kLargest);
+  }
+  state_ = State::held;
+  set_at_ = time(now);
+}
+
+/// Now, by the clock that counts [ns].
+std::int64_t EffortCommand::time(std::uint64_t now) const {
+  if (!in_wall_time_) return static_cast<std::int64_t>(now);
+  const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::nanoseconds(since_boot).count();
+}
+
+void EffortCommand::count_in_wall_time(bool in_wall_time, std::uint64_t now) {
+  const std::int64_t age = time(now) - set_at_;
+  in_wall_time_ = in_wall_time;
+  set_at_ = time(now) - age;
+}
+
+bool EffortCommand::expire(std::uint64_t now) {
+  if (state_ != State::held || timeout_ == 0) return false;
+  const std::chrono::duration<double> age = std::chrono::nanoseconds(time(now) - set_at_);
+  if (age.count() < timeout_) return false;
+  state_ = State::timed_out;
+  return true;
+}
+
+bool is_clamped(const Specification& specification, const double* action) {
+  for (std::size_t i = 0; i < specification.action_size(); ++i) {
+    if (action[i] < specification.action_low[i] || action[i] > specification.action_high[i]) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace walker

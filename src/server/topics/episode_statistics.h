@@ -1,0 +1,54 @@
+// How the latest episodes went. No ROS.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "server/environments/shown_environment.h"
+
+namespace walker {
+
+/// Of the last 100 episodes that came to an end. One that a reset cut short tells nothing of the
+/// walker and is left out.
+class EpisodeStatistics {
+ public:
+  static constexpr std::size_t kCapacity = 100;
+
+  /// The numbers below `episodes` are 0 without any.
+  struct Summary {
+    std::size_t episodes = 0;  ///< at most `kCapacity`
+    double return_mean = 0;
+    double return_deviation = 0;  ///< standard deviation as NumPy's std: of these episodes
+    double return_min = 0;
+    double return_max = 0;
+    double length_mean = 0;  ///< [steps]
+    // Every episode counts once.
+    std::size_t terminated = 0;  ///< also where the time limit came with the same step
+    std::size_t truncated = 0;
+    std::size_t failed = 0;  ///< the simulation had to end it
+  };
+
+  enum class End { terminated, truncated, failed };
+
+  /// Takes account of an episode.
+  /// @param length [steps]
+  void add(double episode_return, std::uint32_t length, End end);
+
+  /// The same. @param state right after its last step
+  void add(const EpisodeState& state);
+
+  Summary summary() const;
+
+ private:
+  struct Episode {
+    double episode_return;
+    std::uint32_t length;
+    End end;
+  };
+
+  std::array<Episode, kCapacity> episodes_{};  // a ring
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace walker

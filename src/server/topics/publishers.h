@@ -1,0 +1,77 @@
+// The topics: what is published of each state, and only where somebody listens.
+#pragma once
+
+#include <string>
+
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <std_msgs/Float64.h>
+#include <std_msgs/Float64MultiArray.h>
+
+#include "server/environments/shown_environment.h"
+#include "server/markers/marker_topics.h"
+#include "server/parameter_reader.h"
+#include "server/topics/converters.h"
+#include "server/topics/recorder_watch.h"
+#include "walker_sim/EpisodeRecord.h"
+
+namespace walker {
+
+/// Publishes the states of one environment. Messages keep their memory from state to state.
+class Publishers {
+ public:
+  Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const ServerOptions& options);
+
+  /// Latched: the specification and the static transforms.
+  void publish_constants(ros::Time stamp);
+
+  /// The state right after a reset, with the episode (latched) and the scene.
+  void publish_reset(ros::Time stamp);
+
+  /// The same after a restore, with the record (latched), by which a bag can repeat the episode.
+  void publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp);
+
+  /// The state after a step; at the episode's end also the episode (latched).
+  void publish_step(ros::Time stamp);
+
+  const Frames& frames() const { return frames_; }
+  const RecorderWatch& recorder() const { return recorder_; }
+
+ private:
+  void publish_state(ros::Time stamp);
+  void publish_sensors(ros::Time stamp);
+  void publish_episode(ros::Time stamp);
+
+  ShownEnvironment& shown_;
+  ServerOptions options_;
+  Frames frames_;
+  RecorderWatch recorder_;  // of the topics from which a bag is replayed
+
+  ros::Publisher joint_states_publisher_;
+  ros::Publisher scan_publisher_;
+  ros::Publisher imu_publisher_;
+  ros::Publisher contacts_publisher_;
+  ros::Publisher odometry_publisher_;
+  ros::Publisher reward_publisher_;
+  ros::Publisher observation_publisher_;
+  ros::Publisher transition_publisher_;
+  ros::Publisher episode_publisher_;
+  ros::Publisher restored_publisher_;
+  ros::Publisher spec_publisher_;
+  ros::Publisher tf_publisher_;
+  ros::Publisher tf_static_publisher_;
+  MarkerTopics markers_;
+
+  sensor_msgs::JointState joint_states_;
+  sensor_msgs::LaserScan scan_;
+  sensor_msgs::Imu imu_;
+  walker_sim::Contacts contacts_;
+  nav_msgs::Odometry odometry_;
+  std_msgs::Float64 reward_;
+  std_msgs::Float64MultiArray observation_;
+  walker_sim::Transition transition_;
+  walker_sim::Episode episode_;
+  tf2_msgs::TFMessage transforms_;
+};
+
+}  // namespace walker

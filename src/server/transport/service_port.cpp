@@ -1,0 +1,168 @@
+#include "server/transport/service_port.h"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+#include <utility>
+
+#include <ros/console.h>
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/this_node.h>
+#include <ros/transport/transport_tcp.h>
+#include <ros/xmlrpc_manager.h>
+
+#include "core/checked.h"
+
+namespace walker {
+namespace {
+
+// As roscpp's own, so that a client's machine that vanished is noticed within minutes.
+constexpr int kIdleSeconds = 60;
+constexpr int kProbeSeconds = 10;
+constexpr int kProbes = 9;
+
+/// Where roscpp listens: everywhere, unless ROS_HOSTNAME or ROS_IP keep it on this machine.
+bool is_local_only() {
+  const std::string& host = ros::network::getHost();
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
+/// @param port out: chosen by the system
+/// @return a listening socket
+int listen_anywhere(std::uint16_t& port) {
+  const bool is_ipv6 = ros::TransportTCP::s_use_ipv6_;
+  const int descriptor =
+      checked(socket(is_ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0),
+              "service port: socket");
+  sockaddr_in ipv4{};
+  ipv4.sin_family = AF_INET;
+  ipv4.sin_addr.s_addr = htonl(is_local_only() ? INADDR_LOOPBACK : INADDR_ANY);
+  sockaddr_in6 ipv6{};
+  ipv6.sin6_family = AF_INET6;
+  ipv6.sin6_addr = is_local_only() ? in6addr_loopback : in6addr_any;
+  auto* const address =
+      is_ipv6 ? reinterpret_cast<sockaddr*>(&ipv6) : reinterpret_cast<sockaddr*>(&ipv4);
+  socklen_t size = is_ipv6 ? sizeof(ipv6) : sizeof(ipv4);
+  checked(bind(descriptor, address, size), "service port: bind");
+  checked(listen(descriptor, SOMAXCONN), "service port: listen");
+  checked(getsockname(descriptor, address, &size), "service port: getsockname");
+  port = ntohs(is_ipv6 ? ipv6.sin6_port : ipv4.sin_port);
+  return descriptor;
+}
+
+void set(int descriptor, int level, int option, int value) {
+  // Without them the connection works as well.
+  setsockopt(descriptor, level, option, &value, sizeof(value));
+}
+
+/// @return whether the master took it
+bool tell_master(const std::string& method, const std::string& service, const std::string& uri) {
+  const bool is_registration = method == "registerService";
+  XmlRpc::XmlRpcValue request;
+  request[0] = ros::this_node::getName();
+  request[1] = service;
+  request[2] = uri;
+  if (is_registration) request[3] = ros::XMLRPCManager::instance()->getServerURI();
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue payload;
+  return ros::master::execute(method, request, response, payload, is_registration);
+}
+
+}  // namespace
+
+ServicePort::ServicePort() {
+  std::uint16_t port = 0;
+  listener_ = listen_anywhere(port);
+  uri_ = "rosrpc://" + ros::network::getHost() + ":" + std::to_string(port);
+}
+
+ServicePort::~ServicePort() {
+  for (const auto& [name, service] : services_) {
+    if (!tell_master("unregisterService", name, uri_)) break;  // it has gone
+  }
+  close(listener_);
+}
+
+void ServicePort::add(const std::string& name, OfferedService service) {
+  if (!services_.emplace(name, std::move(service)).second) {
+    throw std::invalid_argument("service " + name +
+                                ": is advertised already; two names are "
+                                "remapped to one");
+  }
+  tell_master("registerService", name, uri_);
+}
+
+bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
+  wait(other, longest);
+  if (polled_[2].revents != 0) answer_is_given_->clear();  // before the sessions look
+  using Outcome = ServiceSession::Outcome;
+  constexpr std::size_t kFirstSession = 3;
+  bool is_any_over = false;
+  for (std::size_t i = 0; i < sessions_.size(); ++i) {
+    const short events = polled_[kFirstSession + i].revents;
+    if (events == 0 && !sessions_[i]->has_work()) continue;
+    // On one core the client runs as soon as it has its answer, and has asked again by now: then
+    // its next calls need no poll. A few, for others wait.
+    constexpr int kMostCalls = 8;
+    Outcome outcome = sessions_[i]->advance((events & ~POLLOUT) != 0);
+    for (int calls = 1; outcome == Outcome::called && calls < kMostCalls; ++calls) {
+      outcome = sessions_[i]->advance(true);
+    }
+    if (outcome == Outcome::over) {
+      sessions_[i].reset();
+      is_any_over = true;
+    }
+  }
+  if (is_any_over) {
+    sessions_.erase(std::remove(sessions_.begin(), sessions_.end(), nullptr), sessions_.end());
+  }
+  if (polled_[0].revents != 0) accept_clients();
+  return polled_[1].revents != 0;
+}
+
+void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
+  const bool accepts = Clock::now() >= accepts_from_;
+  polled_.clear();
+  polled_.push_back({accepts ? listener_ : -1, POLLIN, 0});
+  polled_.push_back({other, POLLIN, 0});
+  polled_.push_back({answer_is_given_->get(), POLLIN, 0});
+  for (const std::unique_ptr<ServiceSession>& session : sessions_) {
+    polled_.push_back({session->descriptor(), session->events(), 0});
+    if (session->has_work()) longest = std::chrono::nanoseconds::zero();
+  }
+  constexpr std::int64_t kPerSecond = 1000000000;
+  const std::int64_t left = std::max<std::int64_t>(longest.count(), 0);
+  const timespec timeout{left / kPerSecond, left % kPerSecond};
+  // Interrupted by a signal, it has written nothing to revents.
+  ppoll(polled_.data(), polled_.size(), &timeout, nullptr);
+}
+
+void ServicePort::accept_clients() {
+  constexpr int kMostAtOnce = 64;  // whoever is connected is not to wait for all of them
+  for (int i = 0; i < kMostAtOnce; ++i) {
+    const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (descriptor < 0) {
+      if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
+      // No descriptors or no memory: the listener stays readable, and polling it would spin.
+      ROS_ERROR_STREAM("No further client of the services can be accepted: "
+                       << std::generic_category().message(errno));
+      accepts_from_ = Clock::now() + std::chrono::seconds(1);
+      return;
+    }
+    set(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
+    set(descriptor, SOL_SOCKET, SO_KEEPALIVE, 1);
+    set(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
+    set(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
+    set(descriptor, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
+    sessions_.push_back(std::make_unique<ServiceSession>(descriptor, services_));
+  }
+}
+
+}  // namespace walker

@@ -1,0 +1,109 @@
+// The services of this node, served by the thread that waits for them.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <poll.h>
+
+#include <ros/serialization.h>
+#include <ros/service_traits.h>
+
+#include "ros/checked_stream.h"
+#include "server/transport/event_descriptor.h"
+#include "server/transport/pending_answer.h"
+#include "server/transport/service_session.h"
+
+namespace walker {
+
+/// Listens where roscpp would, and registers services at the master. Between the socket and the
+/// handler there is no other thread: with roscpp's a round trip makes four hops, and its writes
+/// from outside its network thread make that thread spin (docs/transport.md).
+class ServicePort {
+ public:
+  /// @throws std::system_error when nothing can listen
+  ServicePort();
+  ServicePort(const ServicePort&) = delete;
+  ServicePort& operator=(const ServicePort&) = delete;
+  /// Takes the services off the master and closes all connections.
+  ~ServicePort();
+
+  /// @tparam Service  generated class
+  /// @param  name     resolved
+  /// @param  handler  fills the response, or throws a std::exception that says why there is none
+  /// @throws std::invalid_argument for a name that is advertised already
+  template <typename Service>
+  void advertise(
+      const std::string& name,
+      const std::function<void(typename Service::Request&, typename Service::Response&)>& handler) {
+    offer<Service>(name,
+                   [handler](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
+                     typename Service::Request request;
+                     read_exactly(bytes, size, "the request", request);
+                     typename Service::Response response;
+                     handler(request, response);
+                     append_response(response, answer);
+                     return nullptr;
+                   });
+  }
+
+  /// The same for what takes its time: everybody else is served until the response comes.
+  /// @param handler sees to it that the reply is given, once, in whatever thread
+  template <typename Service>
+  void advertise_pending(
+      const std::string& name,
+      const std::function<void(typename Service::Request&,
+                               const Reply<typename Service::Response>&)>& handler) {
+    offer<Service>(name,
+                   [handler, event = answer_is_given_](const std::uint8_t* bytes, std::size_t size,
+                                                       tcpros::Bytes& /*answer*/) {
+                     typename Service::Request request;
+                     read_exactly(bytes, size, "the request", request);
+                     auto pending = std::make_shared<PendingAnswer>(event);
+                     handler(request, Reply<typename Service::Response>(pending));
+                     return pending;
+                   });
+  }
+
+  /// Waits until a client wants something, `other` is readable or the time is over; then gives each
+  /// client that wants something one turn.
+  /// @param other a descriptor
+  /// @return whether it is readable
+  bool serve(int other, std::chrono::nanoseconds longest);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// With the type's names.
+  template <typename Service, typename Call>
+  void offer(const std::string& name, const Call& call) {
+    namespace traits = ros::service_traits;
+    OfferedService service;
+    service.type = traits::datatype<Service>();
+    service.md5sum = traits::md5sum<Service>();
+    service.request_type = ros::message_traits::datatype<typename Service::Request>();
+    service.response_type = ros::message_traits::datatype<typename Service::Response>();
+    service.call = call;
+    add(name, std::move(service));
+  }
+
+  void add(const std::string& name, OfferedService service);
+  void wait(int other, std::chrono::nanoseconds longest);
+  void accept_clients();
+
+  int listener_;
+  std::string uri_;
+  OfferedServices services_;
+  std::vector<std::unique_ptr<ServiceSession>> sessions_;
+  std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
+  std::vector<pollfd> polled_;        // the listener, the other, answers, and the sessions in order
+  Clock::time_point accepts_from_{};  // not before: there were no descriptors left
+};
+
+}  // namespace walker

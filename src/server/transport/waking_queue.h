@@ -1,0 +1,28 @@
+// roscpp's callbacks, for a thread that waits on sockets too.
+#pragma once
+
+#include <cstdint>
+
+#include <ros/callback_queue.h>
+
+#include "server/transport/event_descriptor.h"
+
+namespace walker {
+
+/// A queue that a poll can wait on: for who waits inside ros::CallbackQueue hears nothing else.
+class WakingQueue : public ros::CallbackQueue {
+ public:
+  /// Readable while callbacks may wait to be called.
+  int descriptor() const { return event_.get(); }
+
+  /// From any thread, roscpp's above all.
+  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner) override;
+
+  /// Calls what has come so far, in this thread.
+  void call();
+
+ private:
+  EventDescriptor event_;
+};
+
+}  // namespace walker

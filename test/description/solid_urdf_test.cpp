@@ -1,0 +1,312 @@
+// Robot descriptions of engines that know three dimensions, read by urdfdom: solids, whole
+// inertias, and links whose frames are not their joints'. First for a made-up body, then for
+// Walker2d, whose committed description must be what the running world gives.
+#include <gtest/gtest.h>
+#include <urdf/model.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "description/urdf.h"
+#include "description/urdf_geometry.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kTolerance = 1e-14;  // of an angle that went through roll, pitch and yaw [rad, m]
+
+void expect_equal(const Vector3& expected, const urdf::Vector3& actual, const std::string& what) {
+  EXPECT_EQ(expected, (Vector3{actual.x, actual.y, actual.z})) << what;
+}
+
+void expect_near(const Vector3& expected, const urdf::Vector3& actual, const std::string& what) {
+  EXPECT_NEAR(expected[0], actual.x, kTolerance) << what;
+  EXPECT_NEAR(expected[1], actual.y, kTolerance) << what;
+  EXPECT_NEAR(expected[2], actual.z, kTolerance) << what;
+}
+
+void expect_joints(const Specification& specification, const urdf::Model& model) {
+  for (const Joint& joint : specification.joints) {
+    const urdf::JointConstSharedPtr found = model.getJoint(joint.name);
+    ASSERT_TRUE(found && found->limits) << joint.name;
+    EXPECT_EQ(found->parent_link_name, joint.parent);
+    expect_equal(joint.origin, found->parent_to_joint_origin_transform.position, joint.name);
+    expect_equal(joint.axis, found->axis, joint.name);
+    EXPECT_EQ(found->limits->effort, joint.maximum_effort);
+    if (std::isfinite(joint.lower)) {
+      EXPECT_EQ(found->type, urdf::Joint::REVOLUTE) << joint.name;
+      EXPECT_EQ(found->limits->lower, joint.lower);
+      EXPECT_EQ(found->limits->upper, joint.upper);
+    } else {
+      EXPECT_EQ(found->type, urdf::Joint::CONTINUOUS) << joint.name;
+    }
+    for (const double angle : {0.0, 0.7, -2.5}) {
+      urdf::Pose hinge = about(joint.axis, angle);
+      hinge.position = to_urdf(joint.origin);
+      urdf::Pose mount;
+      mount.position = to_urdf(joint.child_frame.position);
+      mount.rotation = to_urdf(joint.child_frame.orientation);
+      expect_same_pose(compose(hinge, mount), pose_of_child(model, joint, angle), kTolerance,
+                       joint.name);
+    }
+  }
+}
+
+void expect_masses(const Specification& specification, const urdf::Model& model) {
+  for (const Link& link : specification.links) {
+    const urdf::LinkConstSharedPtr found = model.getLink(link.name);
+    ASSERT_TRUE(found && found->inertial) << link.name;
+    const urdf::Inertial& body = *found->inertial;
+    EXPECT_EQ(body.mass, link.mass) << link.name;
+    expect_equal(link.center_of_mass, body.origin.position, link.name);
+    EXPECT_EQ(body.origin.rotation.w, 1) << link.name;
+    EXPECT_EQ(body.ixx, link.inertia.xx) << link.name;
+    EXPECT_EQ(body.iyy, link.inertia.yy) << link.name;
+    EXPECT_EQ(body.izz, link.inertia.zz) << link.name;
+    EXPECT_EQ(body.ixy, link.inertia.xy) << link.name;
+    EXPECT_EQ(body.ixz, link.inertia.xz) << link.name;
+    EXPECT_EQ(body.iyz, link.inertia.yz) << link.name;
+  }
+}
+
+/// A trunk with every kind of solid, and two limbs: one hangs by its origin, one askew.
+Specification made_up() {
+  Specification specification;
+  specification.id = "Test-v0";
+  specification.joints_are_exact = true;
+  Link trunk;
+  trunk.name = "trunk";
+  trunk.mass = 1.0 / 3;
+  trunk.center_of_mass = {0.1, -0.2, 1.0 / 7};
+  trunk.inertia = {0.3, 0.2, 0.25, 0.01, -1.0 / 30, 0.03};
+  trunk.color = {0.1, 0.2, 0.3, 0.4};
+  const double c = std::sqrt(0.5);
+  trunk.solids = {{Solid::Kind::box, {{1, 2, 3}, {0.5, 0.5, 0.5, 0.5}}, {0.1, 0.2, 0.3}},
+                  {Solid::Kind::capsule, {{-0.1, 0, 0.1}, {0, -c, 0, c}}, {0.06, 0.1, 0}},
+                  {Solid::Kind::cylinder, {{0, 1, 0}, {c, 0, 0, c}}, {0.05, 0.2, 0}},
+                  {Solid::Kind::sphere, {{4, 5, 6}, {0, 0, 0, 1}}, {0.7, 0, 0}}};
+  Link limb = trunk;
+  limb.name = "limb";
+  limb.solids.clear();
+  Link askew = limb;
+  askew.name = "askew";
+  specification.links = {trunk, limb, askew};
+  specification.joints = {{"free",
+                           "trunk",
+                           "limb",
+                           {0, 0.1, -0.2},
+                           {0, -1, 0},
+                           -kInfinity,
+                           kInfinity,
+                           100,
+                           kInfinity,
+                           {}},
+                          {"bent",
+                           "limb",
+                           "askew",
+                           {0, 0, -0.7},
+                           {0, -1, 0},
+                           -1.0 / 3,
+                           0.5,
+                           40,
+                           3,
+                           {{0.1, 1.0 / 3, -0.25}, {0.5, 0.5, -0.5, 0.5}}}};
+  return specification;
+}
+
+class MadeUpUrdf : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(model_.initString(make_urdf(specification_, "x").urdf)); }
+
+  Specification specification_ = made_up();
+  urdf::Model model_;
+};
+
+TEST_F(MadeUpUrdf, HasTheMassesToTheLastBit) { expect_masses(specification_, model_); }
+
+TEST_F(MadeUpUrdf, HasTheJointsAndTheFramesOfTheLinks) {
+  expect_joints(specification_, model_);
+  EXPECT_EQ(model_.getJoint("free")->child_link_name, "limb");
+  EXPECT_EQ(model_.getJoint("free")->limits->velocity, 10000) << "stands for none";
+  EXPECT_EQ(model_.getJoint("bent")->limits->velocity, 3);
+  EXPECT_EQ(model_.links_.size(), 4U);
+}
+
+TEST_F(MadeUpUrdf, ShowsNothingOfALinkWithoutShapes) {
+  EXPECT_TRUE(model_.getLink("limb")->visual_array.empty());
+  EXPECT_TRUE(model_.getLink("limb")->collision_array.empty());
+}
+
+TEST_F(MadeUpUrdf, ShowsEverySolidAndCollidesWithIt) {
+  const urdf::LinkConstSharedPtr trunk = model_.getLink("trunk");
+  ASSERT_EQ(trunk->visual_array.size(), 6U) << "a capsule is three";
+  ASSERT_EQ(trunk->collision_array.size(), 6U);
+  EXPECT_EQ(trunk->visual->material->color.r, 0.1F);
+  EXPECT_EQ(trunk->visual->material->color.a, 0.4F);
+  for (std::size_t i = 0; i < trunk->visual_array.size(); ++i) {
+    const urdf::Visual& visual = *trunk->visual_array[i];
+    const urdf::Collision& collision = *trunk->collision_array[i];
+    EXPECT_EQ(visual.geometry->type, collision.geometry->type);
+    expect_same_pose(visual.origin, collision.origin, kTolerance, "collision");
+  }
+  const auto expect_origin = [&](std::size_t index, const Pose& pose) {
+    urdf::Pose expected;
+    expected.position = to_urdf(pose.position);
+    expected.rotation = to_urdf(pose.orientation);
+    expect_same_pose(expected, trunk->visual_array[index]->origin, kTolerance,
+                     std::to_string(index));
+  };
+  const auto& box = dynamic_cast<const urdf::Box&>(*trunk->visual_array[0]->geometry);
+  expect_equal({0.2, 0.4, 0.6}, box.dim, "box");
+  expect_origin(0, specification_.links[0].solids[0].pose);
+  const auto& body = dynamic_cast<const urdf::Cylinder&>(*trunk->visual_array[1]->geometry);
+  EXPECT_EQ(body.radius, 0.06);
+  EXPECT_EQ(body.length, 0.2);
+  expect_origin(1, specification_.links[0].solids[1].pose);
+  // The capsule's axis, its z, points along -x.
+  for (const auto& [index, x] : {std::pair<std::size_t, double>{2, -0.2}, {3, 0.0}}) {
+    const auto& cap = dynamic_cast<const urdf::Sphere&>(*trunk->visual_array[index]->geometry);
+    EXPECT_EQ(cap.radius, 0.06);
+    expect_near({x, 0, 0.1}, trunk->visual_array[index]->origin.position, "cap");
+  }
+  const auto& cylinder = dynamic_cast<const urdf::Cylinder&>(*trunk->visual_array[4]->geometry);
+  EXPECT_EQ(cylinder.length, 0.4);
+  expect_origin(4, specification_.links[0].solids[2].pose);
+  EXPECT_EQ(dynamic_cast<const urdf::Sphere&>(*trunk->visual_array[5]->geometry).radius, 0.7);
+}
+
+TEST_F(MadeUpUrdf, TakesNamesThatXmlWouldReadAsItsOwn) {
+  specification_.links[1].name = specification_.joints[0].child = "a<b & \"c\"";
+  specification_.joints[1].parent = specification_.links[1].name;
+  urdf::Model model;
+  ASSERT_TRUE(model.initString(make_urdf(specification_, "x").urdf));
+  EXPECT_TRUE(model.getLink("a<b & \"c\""));
+}
+
+TEST_F(MadeUpUrdf, InventsNoNameThatALinkOrAnotherHingeHas) {
+  const auto turned = std::find_if(specification_.joints.begin(), specification_.joints.end(),
+                                   [](const Joint& joint) {
+                                     return joint.child_frame.position != Vector3{0, 0, 0};
+                                   });
+  ASSERT_NE(turned, specification_.joints.end());
+  const auto other = std::find_if(specification_.joints.begin(), specification_.joints.end(),
+                                  [&](const Joint& joint) { return joint.child != turned->child; });
+  ASSERT_NE(other, specification_.joints.end());
+  const std::string taken = turned->child + "_hinge";
+  for (Link& link : specification_.links) {
+    if (link.name == other->child) link.name = taken;
+  }
+  for (Joint& joint : specification_.joints) {
+    if (joint.parent == other->child) joint.parent = taken;
+  }
+  other->child = taken;
+  urdf::Model model;
+  ASSERT_TRUE(model.initString(make_urdf(specification_, "x").urdf));
+  ASSERT_TRUE(model.getLink(taken) && model.getLink(taken + "_hinge"));
+  EXPECT_TRUE(model.getLink(taken)->inertial);
+  EXPECT_FALSE(model.getLink(taken + "_hinge")->inertial);
+  // The link with that name would call its own hinge as the first link's is called.
+  other->child_frame = turned->child_frame;
+  ASSERT_TRUE(model.initString(make_urdf(specification_, "x").urdf));
+  EXPECT_EQ(model.links_.size(), specification_.links.size() + 2);
+}
+
+// ---------------------------------------------------------------- Walker2d
+
+std::string without_comment(const std::string& urdf) { return urdf.substr(urdf.find("-->")); }
+
+class Walker2dUrdf : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    std::ifstream file(std::string(WALKER_SIM_SOURCE_DIR) + "/urdf/walker2d.urdf",
+                       std::ios::binary);
+    ASSERT_TRUE(file) << "urdf/walker2d.urdf cannot be read";
+    std::ostringstream content;
+    content << file.rdbuf();
+    text_ = content.str();
+    ASSERT_TRUE(model_.initString(text_));
+  }
+
+  const Specification& specification() const { return environment_->specification(); }
+
+  std::unique_ptr<Environment> environment_ = make(GetParam());
+  std::string text_;
+  urdf::Model model_;
+};
+
+TEST_P(Walker2dUrdf, IsWhatTheRunningWorldGives) {
+  const UrdfFiles files = make_urdf(specification(), robot_name(GetParam()));
+  EXPECT_EQ(without_comment(files.urdf), without_comment(text_));
+  EXPECT_TRUE(files.meshes.empty());
+  if (GetParam() == "Walker2d-v5") {
+    EXPECT_EQ(files.urdf, text_);
+  }
+}
+
+TEST_P(Walker2dUrdf, HasTheMassesOfTheModelToTheLastBit) { expect_masses(specification(), model_); }
+
+TEST_P(Walker2dUrdf, HasTheJointsOfTheModelAndTheFramesOfItsBodies) {
+  expect_joints(specification(), model_);
+  EXPECT_EQ(model_.getRoot()->name, "torso");
+  EXPECT_EQ(model_.getName(), "walker2d");
+}
+
+// What Gymnasium's model says, in case the specification itself went astray.
+TEST_P(Walker2dUrdf, HasGymnasiumsNumbers) {
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  for (const std::string side : {"", "_left"}) {
+    const auto limits = [&](const std::string& name) {
+      return *model_.getJoint(name + side + "_joint")->limits;
+    };
+    for (const char* name : {"thigh", "leg"}) {
+      EXPECT_NEAR(limits(name).lower, -150 * kDegree, kTolerance);
+      EXPECT_EQ(limits(name).upper, 0);
+    }
+    EXPECT_NEAR(limits("foot").lower, -45 * kDegree, kTolerance);
+    EXPECT_NEAR(limits("foot").upper, 45 * kDegree, kTolerance);
+    for (const char* name : {"thigh", "leg", "foot"}) EXPECT_EQ(limits(name).effort, 100);
+    // Capsules of density 1000 kg/m^3: pi r^2 (length + 4/3 r).
+    const auto mass = [&](const std::string& link) { return model_.getLink(link)->inertial->mass; };
+    const auto capsule = [](double r, double length) {
+      return 1000 * 3.14159265358979323846 * r * r * (length + 4 * r / 3);
+    };
+    EXPECT_NEAR(mass("torso"), capsule(0.05, 0.4), 1e-12);
+    EXPECT_NEAR(mass("thigh" + side), capsule(0.05, 0.45), 1e-12);
+    EXPECT_NEAR(mass("leg" + side), capsule(0.04, 0.5), 1e-12);
+    EXPECT_NEAR(mass("foot" + side), capsule(0.06, 0.2), 1e-12);
+  }
+}
+
+TEST_P(Walker2dUrdf, ShowsACapsulePerLink) {
+  for (const Link& link : specification().links) {
+    const urdf::LinkConstSharedPtr found = model_.getLink(link.name);
+    EXPECT_EQ(found->visual_array.size(), 3U) << link.name;
+    EXPECT_EQ(found->collision_array.size(), 3U) << link.name;
+  }
+  // The foot reaches from 0.2 m behind its frame to it, 0.1 m above, and the caps beyond.
+  std::vector<double> ends;
+  for (const urdf::VisualSharedPtr& visual : model_.getLink("foot")->visual_array) {
+    if (visual->geometry->type != urdf::Geometry::SPHERE) continue;
+    EXPECT_NEAR(visual->origin.position.z, 0.1, kTolerance);
+    ends.push_back(visual->origin.position.x);
+  }
+  ASSERT_EQ(ends.size(), 2U);
+  EXPECT_NEAR(std::min(ends[0], ends[1]), -0.2, kTolerance);
+  EXPECT_NEAR(std::max(ends[0], ends[1]), 0, kTolerance);
+}
+
+INSTANTIATE_TEST_SUITE_P(Versions, Walker2dUrdf, testing::Values("Walker2d-v4", "Walker2d-v5"),
+                         [](const testing::TestParamInfo<std::string>& id) {
+                           return id.param.substr(id.param.find('v'));
+                         });
+
+}  // namespace
+}  // namespace walker

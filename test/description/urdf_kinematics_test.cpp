@@ -1,0 +1,144 @@
+// The description puts every link where the engine has its body: the chain of joints, turned by the
+// angles that the joint states tell, against the bodies' own poses. The server's transforms are
+// those of the description.
+#include <gtest/gtest.h>
+#include <urdf/model.h>
+
+#include <unistd.h>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <random>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "description/description_transforms.h"
+#include "description/poses.h"
+#include "description/urdf.h"
+#include "description/urdf_geometry.h"
+#include "server/topics/converters.h"
+#include "stepper.h"
+
+namespace walker {
+namespace {
+
+constexpr double kTolerance = 1e-13;  // [m], also of a point 1 m away from a link's origin
+
+/// Those of one state: all links', in one message of one stamp, besides what never moves.
+void expect_transforms_of(const urdf::Model& model, const Specification& specification,
+                          const Sensors& sensors) {
+  const Frames frames(specification, "robot");
+  const ros::Time stamp(1, 2);
+  tf2_msgs::TFMessage state;
+  fill(specification, sensors, frames, stamp, state);
+  std::size_t hinges = 0;
+  std::map<std::string, double> angles;
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    angles[specification.joints[i].name] = sensors.joint_position[i];
+    hinges += is_identity(specification.joints[i].child_frame) ? 0 : 1;
+  }
+  ASSERT_EQ(state.transforms.size(), 1 + angles.size());
+  for (const auto& transform : state.transforms) EXPECT_EQ(transform.header.stamp, stamp);
+  ASSERT_EQ(model.links_.size(), specification.links.size() + hinges);
+  expect_the_kinematics_of(model, "robot/", angles, state,
+                           static_transforms(specification, frames, stamp), kTolerance);
+}
+
+/// Steps with random actions, falls and lies, and compares after each step.
+void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
+  parameters["terminate_when_unhealthy"] = false;
+  Stepper stepper(id, parameters);
+  const Specification& specification = stepper.environment->specification();
+  urdf::Model model;
+  ASSERT_TRUE(model.initString(make_urdf(specification, "walker").urdf));
+  std::mt19937 draws(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Sensors sensors;
+  stepper.reset(1);
+  for (int step = 0; step < 300; ++step) {
+    stepper.environment->sense(sensors);
+    const auto to_pose = [](const Pose& pose) {
+      urdf::Pose result;
+      result.position = to_urdf(pose.position);
+      result.rotation = to_urdf(pose.orientation);
+      return result;
+    };
+    const std::function<urdf::Pose(const std::string&)> pose_of = [&](const std::string& link) {
+      for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+        const Joint& joint = specification.joints[i];
+        if (joint.child != link) continue;
+        return compose(pose_of(joint.parent),
+                       pose_of_child(model, joint, sensors.joint_position[i]));
+      }
+      return to_pose(sensors.link_poses[0]);
+    };
+    for (std::size_t i = 0; i < specification.links.size(); ++i) {
+      const std::string& link = specification.links[i].name;
+      expect_same_pose(to_pose(sensors.link_poses[i]), pose_of(link), kTolerance, link);
+    }
+    expect_transforms_of(model, specification, sensors);
+    if (testing::Test::HasFailure()) return;
+    std::vector<double> action(specification.action_size());
+    for (double& value : action) value = uniform(draws);
+    stepper.step(action);
+  }
+}
+
+TEST(UrdfKinematics, AreTheEnginesForWalker2d) {
+  expect_poses_of_the_engine("Walker2d-v4", {});
+  expect_poses_of_the_engine("Walker2d-v5", {});
+}
+
+/// A model of one's own, whose bodies are turned and hang elsewhere, also by bodies without a
+/// joint, and whose angles do not begin at 0.
+TEST(UrdfKinematics, AreTheEnginesForAModelOfOnesOwn) {
+  std::ifstream builtin(std::string(WALKER_SIM_SOURCE_DIR) + "/assets/walker2d_v5.xml");
+  std::ostringstream content;
+  content << builtin.rdbuf();
+  std::string text = content.str();
+  for (const auto& [old, changed] : std::vector<std::pair<std::string, std::string>>{
+           {"<body name=\"thigh\" pos", "<body name=\"thigh\" euler=\"0 20 0\" pos"},
+           {"<body name=\"leg_left\" pos", "<body name=\"shin &amp; co\" euler=\"0 -35 0\" pos"},
+           {"<joint name=\"leg_joint\" pos=\"0 0 0.25\"",
+            "<joint name=\"leg_joint\" pos=\"0.03 0.01 0.2\" ref=\"-30\""},
+           {"<joint name=\"foot_joint\" pos", "<joint name=\"foot_joint\" axis=\"0 1 0\" pos"},
+           {"<body name=\"thigh_left\" pos",
+            "<body name=\"hip\" pos=\"0.02 0.1 0\" euler=\"5 10 0\"/>\n"
+            "<body name=\"pelvis\" pos=\"0 -0.1 0\" euler=\"0 7 0\"><body name=\"thigh_left\" pos"},
+           {"</body>\n    </body>\n  </worldbody>", "</body></body></body></worldbody>"},
+           // The order of the actuators is that of the actions.
+           {"<motor joint=\"thigh_joint\"/>", "<motor joint=\"foot_joint\"/>"},
+           {"<motor joint=\"foot_joint\"/>\n    <motor joint=\"thigh_left",
+            "<motor joint=\"thigh_joint\"/>\n    <motor joint=\"thigh_left"}}) {
+    const std::size_t place = text.find(old);
+    ASSERT_NE(place, std::string::npos) << old;
+    text.replace(place, old.size(), changed);
+  }
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("walker_" + std::to_string(getpid()) + ".xml");
+  std::ofstream(path) << text;
+  expect_poses_of_the_engine("Walker2d-v5", {{"xml_file", path.string()}});
+  std::filesystem::remove(path);
+}
+
+/// Its joints give, so the poses are the bodies' (sensors_test compares them).
+TEST(UrdfKinematics, HaveTheTreeOfBipedalWalkersTransforms) {
+  Stepper stepper("BipedalWalker-v3", {});
+  const Specification& specification = stepper.environment->specification();
+  urdf::Model model;
+  ASSERT_TRUE(model.initString(make_urdf(specification, "walker").urdf));
+  Sensors sensors;
+  stepper.reset(1);
+  stepper.environment->sense(sensors);
+  const Frames frames(specification, "");
+  tf2_msgs::TFMessage state;
+  fill(specification, sensors, frames, ros::Time(1), state);
+  expect_the_tree_of(model, "", state, static_transforms(specification, frames, ros::Time(1)));
+  EXPECT_EQ(state.transforms.size(), model.links_.size() + 1) << "the links and lidar";
+}
+
+}  // namespace
+}  // namespace walker

@@ -1,0 +1,381 @@
+// The committed robot description is the one that the running world gives, and it says what the
+// world says: numbers are read from the file by urdfdom and compared with the specification.
+#include "description/urdf.h"
+
+#include <gtest/gtest.h>
+#include <urdf/model.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+// The engine computes in single precision, and so are the file's numbers. Another version of the
+// engine rounds elsewhere.
+constexpr double kPinnedTolerance = 2e-7;  // of the number
+constexpr double kSystemTolerance = 5e-6;  // of the number
+// Numbers derived from several singles: sizes and angles of the shapes [m, rad].
+constexpr double kShapeTolerance = 1e-6;
+
+std::string read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) ADD_FAILURE() << path << ": cannot be read";
+  std::ostringstream content;
+  content << file.rdbuf();
+  return content.str();
+}
+
+std::string source(const std::string& path) {
+  return std::string(WALKER_SIM_SOURCE_DIR) + "/" + path;
+}
+
+/// A section's corners, anywhere in y.
+using Corners = std::vector<std::array<double, 2>>;
+
+/// Whether both hold the same corners, in any order.
+void expect_same_corners(const Corners& expected, const Corners& actual, const std::string& what) {
+  ASSERT_EQ(expected.size(), actual.size()) << what;
+  for (const auto& corner : expected) {
+    const bool found = std::any_of(actual.begin(), actual.end(), [&](const auto& other) {
+      return std::hypot(corner[0] - other[0], corner[1] - other[1]) < kShapeTolerance;
+    });
+    EXPECT_TRUE(found) << what << ": no corner at " << corner[0] << ", " << corner[1];
+  }
+}
+
+Corners corners_of(const urdf::Box& box, const urdf::Pose& pose) {
+  Corners corners;
+  for (const double x : {-0.5, 0.5}) {
+    for (const double z : {-0.5, 0.5}) {
+      const urdf::Vector3 corner = pose.rotation * urdf::Vector3(x * box.dim.x, 0, z * box.dim.z);
+      EXPECT_NEAR(corner.y, 0, kShapeTolerance);
+      corners.push_back({corner.x + pose.position.x, corner.z + pose.position.z});
+    }
+  }
+  return corners;
+}
+
+struct Mesh {
+  std::vector<std::array<Vector3, 3>> triangles;
+};
+
+/// Reads a binary STL, with an own reader.
+Mesh read_stl(const std::string& path) {
+  constexpr std::size_t kHeader = 80;
+  constexpr std::size_t kFacet = 50;
+  constexpr std::size_t kNormal = 12;
+  const std::string file = read_file(path);
+  EXPECT_NE(file.compare(0, 5, "solid"), 0) << "readers would take it for a text";
+  std::uint32_t count = 0;
+  std::memcpy(&count, file.data() + kHeader, sizeof(count));
+  EXPECT_EQ(file.size(), kHeader + sizeof(count) + count * kFacet);
+  Mesh mesh;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<float, 9> values{};
+    std::memcpy(values.data(), file.data() + kHeader + sizeof(count) + i * kFacet + kNormal,
+                sizeof(values));
+    std::array<Vector3, 3> triangle{};
+    for (std::size_t k = 0; k < values.size(); ++k) triangle[k / 3][k % 3] = double{values[k]};
+    mesh.triangles.push_back(triangle);
+  }
+  return mesh;
+}
+
+/// The numbers in the first element that begins so.
+std::vector<double> numbers_in(const std::string& file, const std::string& begin) {
+  const std::size_t start = file.find('>', file.find(begin) + begin.size() - 1) + 1;
+  std::istringstream text(file.substr(start, file.find('<', start) - start));
+  return {std::istream_iterator<double>(text), {}};
+}
+
+/// Reads a COLLADA file of ours, and checks its normals.
+Mesh read_collada(const std::string& path) {
+  const std::string file = read_file(path);
+  EXPECT_NE(file.find("<up_axis>Z_UP</up_axis>"), std::string::npos);
+  const std::vector<double> corners = numbers_in(file, "<float_array id=\"corners_values\"");
+  const std::vector<double> normals = numbers_in(file, "<float_array id=\"normals_values\"");
+  const std::vector<double> indices = numbers_in(file, "<p>");
+  EXPECT_EQ(corners.size(), normals.size());
+  EXPECT_EQ(3 * indices.size(), corners.size());
+  Mesh mesh;
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+    std::array<Vector3, 3> triangle{};
+    for (std::size_t k = 0; k < 9; ++k) {
+      triangle[k / 3][k % 3] = corners.at(3 * static_cast<std::size_t>(indices[i + k / 3]) + k % 3);
+    }
+    for (std::size_t edge = 0; edge < 2; ++edge) {
+      double along = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        along += (triangle[edge + 1][k] - triangle[edge][k]) * normals.at(3 * i + k);
+      }
+      EXPECT_NEAR(along, 0, kShapeTolerance) << "a normal that stands askew";
+    }
+    mesh.triangles.push_back(triangle);
+  }
+  return mesh;
+}
+
+Mesh read_mesh(const std::string& path) {
+  return path.substr(path.size() - 4) == ".stl" ? read_stl(path) : read_collada(path);
+}
+
+Corners corners_of(const Mesh& mesh) {
+  Corners corners;
+  for (const auto& triangle : mesh.triangles) {
+    for (const Vector3& point : triangle) {
+      const std::array<double, 2> corner{point[0], point[2]};
+      if (std::find(corners.begin(), corners.end(), corner) == corners.end()) {
+        corners.push_back(corner);
+      }
+    }
+  }
+  return corners;
+}
+
+double volume_of(const Mesh& mesh) {
+  double volume = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+               a[2] * (b[0] * c[1] - b[1] * c[0])) /
+              6;
+  }
+  return volume;
+}
+
+double area_of(const Prism& prism) {
+  double area = 0;
+  for (std::size_t i = 0; i < prism.vertices.size(); ++i) {
+    const auto [x0, z0] = prism.vertices[i];
+    const auto [x1, z1] = prism.vertices[(i + 1) % prism.vertices.size()];
+    area += (x0 * z1 - x1 * z0) / 2;
+  }
+  return area;
+}
+
+class CommittedUrdf : public testing::Test {
+ protected:
+  void SetUp() override {
+    text_ = read_file(source("urdf/bipedal_walker.urdf"));
+    ASSERT_TRUE(model_.initString(text_));
+  }
+
+  const Specification& specification() const { return environment_->specification(); }
+
+  bool is_pinned() const {
+    return specification().engine_version.find("pinned") != std::string::npos;
+  }
+
+  void expect_single(double expected, double actual, const std::string& what) const {
+    const double tolerance = is_pinned() ? kPinnedTolerance : kSystemTolerance;
+    EXPECT_NEAR(actual, expected, tolerance * std::abs(expected)) << what;
+  }
+
+  std::unique_ptr<Environment> environment_ = make("BipedalWalker-v3");
+  std::string text_;
+  urdf::Model model_;
+};
+
+TEST_F(CommittedUrdf, IsWhatTheRunningWorldGives) {
+  if (!is_pinned()) GTEST_SKIP() << "the files are those of the pinned engine";
+  const UrdfFiles files = make_urdf(specification(), "bipedal_walker");
+  EXPECT_EQ(files.urdf, text_);
+  ASSERT_EQ(files.meshes.size(), specification().links.size() + 1) << "to be seen, and to collide";
+  for (const auto& [name, content] : files.meshes) {
+    EXPECT_TRUE(content == read_file(source("assets/" + name))) << name << " differs";
+  }
+}
+
+TEST_F(CommittedUrdf, FitsTheHardcoreVariantToo) {
+  const auto hardcore = make("BipedalWalkerHardcore-v3");
+  const auto body = [](const UrdfFiles& files) {
+    return files.urdf.substr(files.urdf.find("-->"));
+  };
+  EXPECT_EQ(body(make_urdf(hardcore->specification(), "bipedal_walker")),
+            body(make_urdf(specification(), "bipedal_walker")));
+}
+
+TEST_F(CommittedUrdf, HasTheLinksAndJointsOfTheSpecificationAndNoOthers) {
+  EXPECT_EQ(model_.getName(), "bipedal_walker");
+  EXPECT_EQ(model_.getRoot()->name, specification().links.front().name);
+  EXPECT_EQ(model_.links_.size(), specification().links.size());
+  EXPECT_EQ(model_.joints_.size(), specification().joints.size());
+}
+
+TEST_F(CommittedUrdf, HasTheMassesOfTheWorld) {
+  for (const Link& link : specification().links) {
+    const urdf::LinkConstSharedPtr found = model_.getLink(link.name);
+    ASSERT_TRUE(found && found->inertial) << link.name;
+    const urdf::Inertial& inertial = *found->inertial;
+    expect_single(link.mass, inertial.mass, link.name + " mass");
+    expect_single(link.inertia.yy, inertial.iyy, link.name + " iyy");
+    expect_single(link.center_of_mass[0], inertial.origin.position.x, link.name + " centre x");
+    expect_single(link.center_of_mass[1], inertial.origin.position.y, link.name + " centre y");
+    expect_single(link.center_of_mass[2], inertial.origin.position.z, link.name + " centre z");
+    const urdf::Rotation& rotation = inertial.origin.rotation;
+    EXPECT_EQ(rotation.w, 1) << link.name << ": the moments are given along the link's axes";
+  }
+}
+
+// A rigid body's moments about any two axes sum to at least that about the third; with the product
+// ixz turned away too, for the y axis is a principal one.
+TEST_F(CommittedUrdf, HasInertiasThatABodyCanHave) {
+  for (const auto& [name, link] : model_.links_) {
+    const urdf::Inertial& body = *link->inertial;
+    EXPECT_EQ(body.ixy, 0) << name;
+    EXPECT_EQ(body.iyz, 0) << name;
+    const double mean = (body.ixx + body.izz) / 2;
+    const double radius = std::hypot((body.ixx - body.izz) / 2, body.ixz);
+    const double low = mean - radius;
+    const double high = mean + radius;
+    EXPECT_GT(low, 0) << name;
+    EXPECT_GE(low + high, body.iyy) << name;
+    EXPECT_GE(low + body.iyy, high) << name;
+  }
+}
+
+// For a uniform prism of the drawn depth the moment about y, known from the engine, must come out
+// of the other two: ixx + izz = iyy + m d^2 / 6.
+TEST_F(CommittedUrdf, HasTheInertiasOfUniformPrisms) {
+  const UrdfDepths depths;
+  for (const Link& link : specification().links) {
+    const urdf::Inertial& body = *model_.getLink(link.name)->inertial;
+    const double depth = &link == &specification().links.front() ? depths.trunk : depths.limb;
+    EXPECT_NEAR(body.ixx + body.izz, body.iyy + body.mass * depth * depth / 6, 1e-6) << link.name;
+  }
+}
+
+TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
+  for (const Link& link : specification().links) {
+    const urdf::LinkConstSharedPtr found = model_.getLink(link.name);
+    ASSERT_EQ(link.prisms.size(), 1U) << link.name;
+    ASSERT_EQ(found->visual_array.size(), 1U) << link.name;
+    ASSERT_EQ(found->collision_array.size(), 1U) << link.name;
+    const std::array<std::pair<urdf::GeometrySharedPtr, urdf::Pose>, 2> drawn{
+        {{found->visual->geometry, found->visual->origin},
+         {found->collision->geometry, found->collision->origin}}};
+    for (const auto& [geometry, pose] : drawn) {
+      if (geometry->type == urdf::Geometry::BOX) {
+        const auto& box = static_cast<const urdf::Box&>(*geometry);
+        expect_same_corners(link.prisms[0].vertices, corners_of(box, pose), link.name);
+        continue;
+      }
+      ASSERT_EQ(geometry->type, urdf::Geometry::MESH) << link.name;
+      const std::string url = static_cast<const urdf::Mesh&>(*geometry).filename;
+      const std::string package = "package://walker_sim/";
+      ASSERT_EQ(url.rfind(package, 0), 0U) << url;
+      EXPECT_EQ(pose.position.x, 0);
+      EXPECT_EQ(pose.position.z, 0);
+      EXPECT_EQ(pose.rotation.w, 1);
+      const Mesh mesh = read_mesh(source(url.substr(package.size())));
+      expect_same_corners(link.prisms[0].vertices, corners_of(mesh), link.name);
+      const double depth = link.name == "hull" ? UrdfDepths().trunk : UrdfDepths().limb;
+      EXPECT_NEAR(volume_of(mesh), area_of(link.prisms[0]) * depth, kShapeTolerance);
+    }
+  }
+}
+
+/// What the viewer's light reaches fully has the link's colour, and no face is black.
+TEST_F(CommittedUrdf, MeshesHaveTheLinksColours) {
+  for (const Link& link : specification().links) {
+    SCOPED_TRACE(link.name);
+    const std::string file = read_file(source("assets/bipedal_walker_" + link.name + ".dae"));
+    const std::vector<double> own = numbers_in(file, "<emission><color");
+    const std::vector<double> lit = numbers_in(file, "<diffuse><color");
+    ASSERT_EQ(own.size(), 4U);
+    ASSERT_EQ(lit.size(), 4U);
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(own[k] + lit[k], link.color[k], 1e-6);
+      EXPECT_GT(own[k], link.color[k] / 2);
+    }
+  }
+}
+
+// Both legs lie in one plane; drawn there they would hide each other.
+TEST_F(CommittedUrdf, DrawsTheLegsBesideTheHull) {
+  const auto y = [this](const std::string& link) {
+    return model_.getLink(link)->visual->origin.position.y;
+  };
+  const UrdfDepths depths;
+  EXPECT_EQ(y("hull"), 0);
+  EXPECT_GT(y("upper_leg_1"), (depths.trunk + depths.limb) / 2);
+  EXPECT_LT(y("upper_leg_2"), -(depths.trunk + depths.limb) / 2);
+  EXPECT_EQ(y("lower_leg_1"), y("upper_leg_1"));
+  EXPECT_EQ(y("lower_leg_2"), y("upper_leg_2"));
+}
+
+TEST_F(CommittedUrdf, HasTheJointsOfTheWorld) {
+  for (const Joint& joint : specification().joints) {
+    const urdf::JointConstSharedPtr found = model_.getJoint(joint.name);
+    ASSERT_TRUE(found && found->limits) << joint.name;
+    EXPECT_EQ(found->type, urdf::Joint::REVOLUTE);
+    EXPECT_EQ(found->parent_link_name, joint.parent);
+    EXPECT_EQ(found->child_link_name, joint.child);
+    const urdf::Pose& origin = found->parent_to_joint_origin_transform;
+    expect_single(joint.origin[0], origin.position.x, joint.name + " x");
+    expect_single(joint.origin[1], origin.position.y, joint.name + " y");
+    expect_single(joint.origin[2], origin.position.z, joint.name + " z");
+    EXPECT_EQ(origin.rotation.w, 1) << joint.name;
+    EXPECT_EQ(found->axis.x, joint.axis[0]);
+    EXPECT_EQ(found->axis.y, joint.axis[1]);
+    EXPECT_EQ(found->axis.z, joint.axis[2]);
+    expect_single(joint.lower, found->limits->lower, joint.name + " lower");
+    expect_single(joint.upper, found->limits->upper, joint.name + " upper");
+    EXPECT_EQ(found->limits->effort, joint.maximum_effort);
+    EXPECT_EQ(found->limits->velocity, joint.maximum_velocity);
+  }
+}
+
+// What Gymnasium's source says, in case the specification itself went astray.
+TEST_F(CommittedUrdf, HasGymnasiumsLimits) {
+  for (const char* leg : {"1", "2"}) {
+    const urdf::JointLimits& hip = *model_.getJoint(std::string("hip_") + leg)->limits;
+    const urdf::JointLimits& knee = *model_.getJoint(std::string("knee_") + leg)->limits;
+    EXPECT_EQ((std::array<double, 4>{hip.lower, hip.upper, hip.effort, hip.velocity}),
+              (std::array<double, 4>{-0.8, 1.1, 80, 4}));
+    EXPECT_EQ((std::array<double, 4>{knee.lower, knee.upper, knee.effort, knee.velocity}),
+              (std::array<double, 4>{-1.6, -0.1, 80, 6}));
+  }
+}
+
+// ---------------------------------------------------------------- make_urdf by itself
+
+TEST(MakeUrdf, RefusesAJointWithoutParent) {
+  Specification specification = make("BipedalWalker-v3")->specification();
+  specification.joints.front().parent = "tail";
+  EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
+}
+
+TEST(MakeUrdf, RefusesACircleOfJoints) {
+  Specification specification = make("BipedalWalker-v3")->specification();
+  specification.joints[0].parent = specification.joints[1].child;
+  EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
+}
+
+TEST(MakeUrdf, RefusesALinkWithoutShape) {
+  Specification specification = make("BipedalWalker-v3")->specification();
+  specification.links.back().prisms.clear();
+  EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
+}
+
+TEST(RobotName, IsTheIdWithoutVersionInSnakeCase) {
+  EXPECT_EQ(robot_name("BipedalWalker-v3"), "bipedal_walker");
+  EXPECT_EQ(robot_name("BipedalWalkerHardcore-v3"), "bipedal_walker_hardcore");
+  EXPECT_EQ(robot_name("Walker2d-v4"), "walker2d");
+}
+
+}  // namespace
+}  // namespace walker

@@ -1,0 +1,411 @@
+// The markers of every environment are fit for rviz, which draws nothing, or ends, where a marker
+// is not.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ros/serialization.h>
+
+#include "description/urdf.h"
+#include "server/markers/link_points.h"
+#include "server/markers/scene_markers.h"
+#include "server/markers/state_markers.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+bool is_finite(const geometry_msgs::Point& point) {
+  return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
+}
+
+std_msgs::Header header() {
+  std_msgs::Header header;
+  header.frame_id = "somewhere/odom";
+  header.stamp = ros::Time(12, 340000000);
+  return header;
+}
+
+std::size_t points_per_element(int type) {
+  if (type == Marker::TRIANGLE_LIST) return 3;
+  return type == Marker::LINE_LIST ? 2 : 1;
+}
+
+void expect_drawable(const Marker& marker) {
+  SCOPED_TRACE(marker.ns);
+  EXPECT_EQ(marker.header.frame_id, header().frame_id);
+  EXPECT_EQ(marker.header.stamp, header().stamp);
+  if (marker.action != Marker::ADD) return;
+  EXPECT_TRUE(is_finite(marker.pose.position));
+  EXPECT_EQ(marker.pose.orientation.w, 1);
+  EXPECT_GT(marker.color.a, 0);
+  if (marker.type == Marker::TEXT_VIEW_FACING) {
+    EXPECT_FALSE(marker.text.empty());
+    return;
+  }
+  EXPECT_FALSE(marker.points.empty());
+  EXPECT_EQ(marker.points.size() % points_per_element(marker.type), 0U);
+  EXPECT_TRUE(std::all_of(marker.points.begin(), marker.points.end(), is_finite));
+  EXPECT_TRUE(marker.colors.empty() || marker.colors.size() == marker.points.size());
+  for (const std_msgs::ColorRGBA& color : marker.colors) {
+    for (const float part : {color.r, color.g, color.b, color.a}) {
+      EXPECT_TRUE(part >= 0 && part <= 1) << part;
+    }
+  }
+}
+
+const Marker* find(const MarkerArray& array, const std::string& name) {
+  const auto found = std::find_if(array.markers.begin(), array.markers.end(),
+                                  [&](const Marker& marker) { return marker.ns == name; });
+  return found == array.markers.end() ? nullptr : &*found;
+}
+
+/// A walker right after a reset.
+struct World {
+  explicit World(const std::string& id) : environment(make(id)) {
+    const Specification& specification = environment->specification();
+    std::vector<double> observation(specification.observation_size());
+    std::vector<double> info(specification.info_names.size());
+    Result result;
+    result.observation = observation.data();
+    result.info = info.data();
+    environment->reset(0, result);
+    environment->sense(sensors);
+    environment->scene(scene);
+  }
+
+  MarkerArray state() const {
+    return state_markers(environment->specification(), sensors, status, header());
+  }
+
+  std::unique_ptr<Environment> environment;
+  Sensors sensors;
+  Scene scene;
+  EpisodeStatus status{environment->specification().id, 3, 7, 1.25, "42", ""};
+};
+
+class EveryEnvironment : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryEnvironment, HasADrawableScene) {
+  const World world(GetParam());
+  const MarkerArray array = scene_markers(world.scene, header());
+  ASSERT_FALSE(array.markers.empty());
+  EXPECT_EQ(array.markers.front().action, Marker::DELETEALL) << "the last episode's would remain";
+  for (const Marker& marker : array.markers) expect_drawable(marker);
+  EXPECT_EQ(find(array, "ground") != nullptr, !world.scene.ground.empty());
+  EXPECT_EQ(find(array, "obstacles") != nullptr, !world.scene.obstacles.empty());
+  EXPECT_EQ(find(array, "clouds") != nullptr, !world.scene.clouds.empty());
+  EXPECT_EQ(find(array, "flags") != nullptr, !world.scene.flags.empty());
+  EXPECT_TRUE(!world.scene.ground.empty() || world.scene.floor) << "nothing to walk on";
+}
+
+TEST_P(EveryEnvironment, HasADrawableState) {
+  const World world(GetParam());
+  const MarkerArray array = world.state();
+  for (const Marker& marker : array.markers) expect_drawable(marker);
+  const Marker* text = find(array, "episode");
+  ASSERT_NE(text, nullptr);
+  for (const std::string& part :
+       {GetParam(), std::string("episode 3"), std::string("seed 42"), std::string("step 7")}) {
+    EXPECT_NE(text->text.find(part), std::string::npos) << part;
+  }
+}
+
+std::vector<std::string> ids() {
+  std::vector<std::string> ids;
+  for (const Registration& registration : registrations()) ids.push_back(registration.id);
+  return ids;
+}
+
+/// Test names have no place for a hyphen.
+std::string test_name(const testing::TestParamInfo<std::string>& environment) {
+  std::string name = environment.param;
+  name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryEnvironment, testing::ValuesIn(ids()), test_name);
+
+TEST(SceneMarkers, StandOnTheSurfaceThatTheWalkerWalksOn) {
+  const World world("BipedalWalker-v3");
+  const MarkerArray array = scene_markers(world.scene, header());
+  const Marker& ground = *find(array, "ground");
+  for (const ScenePolygon& piece : world.scene.ground) {
+    const auto& start = piece.points[0];
+    EXPECT_TRUE(
+        std::any_of(ground.points.begin(), ground.points.end(),
+                    [&](const auto& point) { return point.x == start[0] && point.z == start[1]; }))
+        << "no surface at x = " << start[0];
+  }
+}
+
+TEST(SceneMarkers, LeaveOutWhatIsNotFinite) {
+  World world("BipedalWalkerHardcore-v3");
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  world.scene.ground[3].points[1][1] = nan;
+  world.scene.obstacles[0].points[0][0] = nan;
+  world.scene.clouds[0].points[0][0] = std::numeric_limits<double>::infinity();
+  world.scene.flags[0].height = nan;
+  for (const Marker& marker : scene_markers(world.scene, header()).markers) {
+    expect_drawable(marker);
+  }
+}
+
+TEST(SceneMarkers, OfAnEmptySceneOnlyDelete) {
+  const MarkerArray array = scene_markers(Scene{}, header());
+  ASSERT_EQ(array.markers.size(), 1U);
+  EXPECT_EQ(array.markers[0].action, Marker::DELETEALL);
+}
+
+TEST(StateMarkers, ShowRaysFromTheHullToWhatTheyMet) {
+  World world("BipedalWalker-v3");
+  const RangeFinder& finder = world.environment->specification().range_finder;
+  const Vector3& hull = world.sensors.link_poses[0].position;
+  std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(), 2.0);
+  world.sensors.ranges.back() = std::numeric_limits<double>::infinity();
+  const MarkerArray array = world.state();
+
+  const Marker& rays = *find(array, "rays");
+  ASSERT_EQ(rays.points.size(), 2 * (finder.num_rays - 1));
+  EXPECT_EQ(rays.points[0].x, hull[0]);
+  EXPECT_EQ(rays.points[0].z, hull[2]);
+  // The first ray points straight down.
+  EXPECT_NEAR(rays.points[1].x, hull[0], 1e-9);
+  EXPECT_NEAR(rays.points[1].z, hull[2] - 2, 1e-9);
+  EXPECT_EQ(find(array, "hits")->points.size(), finder.num_rays - 1);
+
+  // The last met nothing: drawn forward to the range's end, and fainter.
+  const Marker& missed = *find(array, "missed_rays");
+  ASSERT_EQ(missed.points.size(), 2U);
+  const double length = std::hypot(missed.points[1].x - hull[0], missed.points[1].z - hull[2]);
+  EXPECT_NEAR(length, finder.maximum_range, 1e-9);
+  EXPECT_GT(missed.points[1].x, hull[0]);
+  EXPECT_LT(missed.color.a, rays.color.a);
+}
+
+TEST(StateMarkers, TakeTheHitsBackWhereNothingIsMet) {
+  World world("BipedalWalker-v3");
+  std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(),
+            std::numeric_limits<double>::infinity());
+  EXPECT_EQ(find(world.state(), "hits")->action, Marker::DELETE);
+  EXPECT_EQ(find(world.state(), "rays")->action, Marker::DELETE);
+}
+
+TEST(StateMarkers, LeaveOutWhatIsNotFinite) {
+  World world("BipedalWalker-v3");
+  world.sensors.ranges[4] = std::numeric_limits<double>::quiet_NaN();
+  for (const Marker& marker : world.state().markers) expect_drawable(marker);
+  world.sensors.link_poses[0].position[2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(world.state().markers.empty());
+}
+
+TEST(StateMarkers, TellHowTheEpisodeEnded) {
+  World world("BipedalWalker-v3");
+  world.status.end_reason = "terminated: hull touched the ground";
+  world.status.seed.clear();
+  const MarkerArray array = world.state();
+  const std::string& text = find(array, "episode")->text;
+  EXPECT_NE(text.find(world.status.end_reason), std::string::npos);
+  EXPECT_EQ(text.find(" seed "), std::string::npos);
+}
+
+TEST(StateMarkers, KeepTheTextWhereItIsWhateverTheNumbers) {
+  // rviz centres the block of lines: it stays where it is as long as its widest line is the same.
+  World world("Walker2d-v5");
+  const auto lines = [&](std::uint32_t step, double episode_return) {
+    world.status.step = step;
+    world.status.episode_return = episode_return;
+    const MarkerArray array = world.state();
+    const std::string text = find(array, "episode")->text;
+    const std::size_t end = text.find('\n');
+    return std::make_pair(text.substr(0, end), text.substr(end + 1));
+  };
+  for (const char* seed : {"7", ""}) {
+    world.status.seed = seed;
+    const auto [first, second] = lines(1, 0);
+    const auto [later_first, later_second] = lines(1000, -1234.5);
+    EXPECT_EQ(first, later_first);
+    EXPECT_NE(second, later_second);
+    EXPECT_GE(first.size(), later_second.size());
+  }
+}
+
+// ---------------------------------------------------------------- contacts
+
+/// The height of a link's lowest point, from the corners of its prisms alone.
+double lowest_corner(const Link& link, const Pose& pose) {
+  const Quaternion& q = pose.orientation;  // a turn about y
+  const double angle = 2 * std::atan2(q[1], q[3]);
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Prism& prism : link.prisms) {
+    for (const auto& [x, z] : prism.vertices) {
+      lowest = std::min(lowest, pose.position[2] - x * std::sin(angle) + z * std::cos(angle));
+    }
+  }
+  return lowest;
+}
+
+TEST(ContactMarkers, AreAtTheLowestPointOfEachFootThatTouchesTheGround) {
+  World world("BipedalWalker-v3");
+  const Specification& specification = world.environment->specification();
+  const std::map<std::string, Place> places = place_links(specification);
+  ASSERT_EQ(specification.contact_links.size(), 2U);
+  for (std::size_t foot = 0; foot < 2; ++foot) {
+    const std::string& name = specification.contact_links[foot];
+    SCOPED_TRACE(name);
+    world.sensors.contacts = {0, 0};
+    world.sensors.contacts[foot] = 1;
+    const MarkerArray array = world.state();
+    const Marker& contacts = *find(array, "contacts");
+    ASSERT_EQ(contacts.points.size(), 1U);
+    const auto& links = specification.links;
+    const auto link = std::find_if(links.begin(), links.end(),
+                                   [&](const Link& other) { return other.name == name; });
+    const Pose& pose = world.sensors.link_poses[static_cast<std::size_t>(link - links.begin())];
+    EXPECT_NEAR(contacts.points[0].z, lowest_corner(*link, pose), 1e-9);
+    EXPECT_NEAR(contacts.points[0].y, places.at(name).y, 1e-12)
+        << "not beside the leg that is drawn";
+  }
+  world.sensors.contacts = {1, 1};
+  EXPECT_EQ(find(world.state(), "contacts")->points.size(), 2U);
+  world.sensors.contacts = {0, 0};
+  EXPECT_EQ(find(world.state(), "contacts")->action, Marker::DELETE);
+}
+
+TEST(ContactMarkers, AreOnTheFloorWhereTheEngineReportsAContact) {
+  World world("Walker2d-v5");
+  const std::vector<double> still(world.environment->specification().action_size());
+  std::vector<double> observation(world.environment->specification().observation_size());
+  std::vector<double> info(world.environment->specification().info_names.size());
+  Result result;
+  result.observation = observation.data();
+  result.info = info.data();
+  std::size_t seen = 0;
+  for (int i = 0; i < 40; ++i) {
+    world.environment->step(still.data(), still.size(), result);
+    world.environment->sense(world.sensors);
+    const MarkerArray array = world.state();
+    const Marker& contacts = *find(array, "contacts");
+    if (contacts.action != Marker::ADD) continue;
+    for (const geometry_msgs::Point& point : contacts.points) {
+      ++seen;
+      EXPECT_NEAR(point.z, world.scene.floor->z, 0.01) << "a contact gives way a little";
+    }
+  }
+  EXPECT_GT(seen, 20U);
+}
+
+/// With known numbers: by which point of each solid it touches the ground.
+TEST(LowestPoint, OfEverySolid) {
+  constexpr double kAngle = 0.5;  // about +y: turns x down
+  const Pose tilted{{1, 2, 3}, {0, std::sin(kAngle / 2), 0, std::cos(kAngle / 2)}};
+  const auto height = [&](Solid::Kind kind, const Vector3& size) {
+    Link link;
+    link.solids.push_back({kind, {{0.1, 0, 0}, {0, 0, 0, 1}}, size});
+    return (*lowest_point(link, 0, tilted))[2] - (3 - 0.1 * std::sin(kAngle));
+  };
+  const double s = std::sin(kAngle);
+  const double c = std::cos(kAngle);
+  EXPECT_NEAR(height(Solid::Kind::sphere, {0.2, 0, 0}), -0.2, 1e-12);
+  EXPECT_NEAR(height(Solid::Kind::capsule, {0.2, 0.5, 0}), -0.5 * c - 0.2, 1e-12);
+  EXPECT_NEAR(height(Solid::Kind::cylinder, {0.2, 0.5, 0}), -0.5 * c - 0.2 * s, 1e-12);
+  EXPECT_NEAR(height(Solid::Kind::box, {0.2, 0.4, 0.5}), -0.5 * c - 0.2 * s, 1e-12);
+  EXPECT_FALSE(lowest_point(Link{}, 0, tilted)) << "a link without a shape";
+}
+
+// ---------------------------------------------------------------- floor
+
+const Floor kFloor{0.25, 0.5, {{{1, 1, 1, 1}, {0, 0, 0, 1}}}};
+
+/// The tones of the tiles nearest to the viewer, which are not paled, by where they begin [tile].
+std::map<long, float> nearest_tiles(double walker_x) {
+  const Marker marker = floor_marker(kFloor, floor_center(kFloor, walker_x), header());
+  expect_drawable(marker);
+  constexpr std::size_t kTilePoints = 6;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& point : marker.points) nearest = std::min(nearest, point.y);
+  std::map<long, float> tones;
+  for (std::size_t i = 0; i < marker.points.size(); i += kTilePoints) {
+    double x = marker.points[i].x;
+    double y = marker.points[i].y;
+    for (std::size_t k = i; k < i + kTilePoints; ++k) {
+      EXPECT_EQ(marker.points[k].z, kFloor.z);
+      x = std::min(x, marker.points[k].x);
+      y = std::min(y, marker.points[k].y);
+    }
+    if (y == nearest) tones[std::lround(x / kFloor.tile)] = marker.colors[i].r;
+  }
+  return tones;
+}
+
+TEST(FloorMarker, HasTilesOfTwoColoursInTurn) {
+  const std::map<long, float> tones = nearest_tiles(0);
+  ASSERT_GT(tones.size(), 20U);
+  for (auto next = std::next(tones.begin()); next != tones.end(); ++next) {
+    EXPECT_EQ(next->first, std::prev(next)->first + 1) << "a gap";
+    EXPECT_NE(next->second, std::prev(next)->second);
+  }
+}
+
+TEST(FloorMarker, GoesAlongWithoutMovingItsTiles) {
+  const std::map<long, float> at_home = nearest_tiles(0);
+  for (const double x : {-1000.3, -2.0, 0.9, 1.1, 3.7, 123456.7}) {
+    SCOPED_TRACE(x);
+    const std::map<long, float> tones = nearest_tiles(x);
+    // The picture shows about 4 m to either side.
+    EXPECT_LT(static_cast<double>(tones.begin()->first) * kFloor.tile, x - 5);
+    EXPECT_GT(static_cast<double>(tones.rbegin()->first) * kFloor.tile, x + 5);
+    for (const auto& [tile, tone] : tones) {
+      EXPECT_EQ(tone, tile % 2 == 0 ? at_home.at(0) : at_home.at(1)) << tile;
+    }
+  }
+  EXPECT_EQ(floor_center(kFloor, 0.3), floor_center(kFloor, -0.3)) << "drawn anew at every step";
+}
+
+TEST(FloorMarker, IsSmall) {
+  const Marker marker = floor_marker(kFloor, 0, header());
+  EXPECT_LT(ros::serialization::serializationLength(marker), 250000U);
+}
+
+// ---------------------------------------------------------------- path
+
+TEST(PathMarker, HasAPointWhereverTheTrunkHasGoneSomeWay) {
+  Path path;
+  EXPECT_TRUE(path.add({0, 0, 1}));
+  EXPECT_EQ(path.marker(header()).action, Marker::DELETE) << "one point is no line";
+  EXPECT_FALSE(path.add({Path::kSpacing / 2, 0, 1}));
+  EXPECT_TRUE(path.add({Path::kSpacing, 0, 1}));
+  EXPECT_TRUE(path.add({Path::kSpacing, 0, 1 + Path::kSpacing}));
+  EXPECT_FALSE(path.add({std::numeric_limits<double>::quiet_NaN(), 0, 1}));
+  const Marker marker = path.marker(header());
+  expect_drawable(marker);
+  ASSERT_EQ(marker.points.size(), 3U);
+  EXPECT_EQ(marker.points[0].z, 1);
+  EXPECT_EQ(marker.points[2].z, 1 + Path::kSpacing);
+}
+
+TEST(PathMarker, ForgetsWhatLiesFarBack) {
+  Path path;
+  const auto most = static_cast<int>(Path::kMostPoints);
+  for (int i = 0; i < most + 10; ++i) EXPECT_TRUE(path.add({1.0 * i, 0, 1}));
+  const Marker marker = path.marker(header());
+  ASSERT_EQ(marker.points.size(), Path::kMostPoints);
+  EXPECT_EQ(marker.points.front().x, 10);
+  EXPECT_EQ(marker.points.back().x, most + 9);
+  path.clear();
+  EXPECT_EQ(path.marker(header()).action, Marker::DELETE);
+}
+
+}  // namespace
+}  // namespace walker

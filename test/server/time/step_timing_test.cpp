@@ -1,0 +1,115 @@
+// Jitter and step times of made-up steps.
+#include "server/time/step_timing.h"
+
+#include <gtest/gtest.h>
+
+namespace walker {
+namespace {
+
+using std::chrono::hours;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Time = StepTiming::Clock::time_point;
+using Duration = StepTiming::Clock::duration;
+
+constexpr double kMicrosecond = 1e-6;
+constexpr double kTolerance = 1e-12;
+const Time kStart{hours(1000)};
+
+TEST(StepTiming, JitterIsTheDeviationFromThePeriodInEitherDirection) {
+  StepTiming timing;
+  Time now = kStart;
+  timing.step_begins(now, milliseconds(20));
+  // 1 us too long, 2 us too short, 3 us too long, ... 2000 us too short.
+  for (int i = 1; i <= 2000; ++i) {
+    now += milliseconds(20) + (i % 2 == 1 ? i : -i) * microseconds(1);
+    timing.step_begins(now, milliseconds(20));
+  }
+  const auto jitter = timing.report().jitter;
+  ASSERT_TRUE(jitter);
+  EXPECT_NEAR(jitter->median, 1000 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(jitter->percentile_99, 1980 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(jitter->percentile_999, 1998 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(jitter->largest, 2000 * kMicrosecond, kTolerance);
+}
+
+TEST(StepTiming, OneIntervalIsEnough) {
+  StepTiming timing;
+  timing.step_begins(kStart, milliseconds(8));
+  EXPECT_FALSE(timing.report().jitter) << "one step has no interval";
+  timing.step_begins(kStart + microseconds(8007),
+                     milliseconds(8));  // the report does not part the two
+  const auto jitter = timing.report().jitter;
+  ASSERT_TRUE(jitter);
+  EXPECT_NEAR(jitter->median, 7 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(jitter->percentile_99, 7 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(jitter->percentile_999, 7 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(jitter->largest, 7 * kMicrosecond, kTolerance);
+}
+
+TEST(StepTiming, AnInterruptionIsNoInterval) {
+  StepTiming timing;
+  timing.step_begins(kStart, milliseconds(20));
+  timing.interrupt();
+  timing.step_begins(kStart + seconds(10), milliseconds(20));
+  EXPECT_FALSE(timing.report().jitter);
+}
+
+TEST(StepTiming, WithoutAPlanThereIsNoJitter) {
+  StepTiming timing;
+  timing.step_begins(kStart, milliseconds(20));
+  timing.step_begins(kStart + milliseconds(1), milliseconds(0));
+  timing.step_begins(kStart + milliseconds(2), milliseconds(0));
+  timing.step_begins(kStart + milliseconds(3), milliseconds(20));
+  EXPECT_FALSE(timing.report().jitter);
+}
+
+TEST(StepTiming, BeyondItsCapacityQuantilesAreOfTheLatestIntervals) {
+  StepTiming timing;
+  Time now = kStart;
+  const auto add = [&](std::size_t intervals, Duration deviation) {
+    for (std::size_t i = 0; i < intervals; ++i) {
+      now += milliseconds(1) + deviation;
+      timing.step_begins(now, milliseconds(1));
+    }
+  };
+  timing.step_begins(now, milliseconds(1));
+  add(StepTiming::kCapacity, microseconds(500));
+  add(StepTiming::kCapacity, microseconds(3));
+  const auto jitter = timing.report().jitter;
+  ASSERT_TRUE(jitter);
+  EXPECT_NEAR(jitter->percentile_99, 3 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(jitter->largest, 500 * kMicrosecond, kTolerance) << "the largest is of all";
+}
+
+TEST(StepTiming, MeanAndLargestStepTime) {
+  StepTiming timing;
+  EXPECT_FALSE(timing.report().duration);
+  for (const Duration duration :
+       {Duration(microseconds(100)), Duration(microseconds(500)), Duration(microseconds(300))}) {
+    timing.step_took(duration);
+  }
+  const auto duration = timing.report().duration;
+  ASSERT_TRUE(duration);
+  EXPECT_NEAR(duration->mean, 300 * kMicrosecond, kTolerance);
+  EXPECT_NEAR(duration->largest, 500 * kMicrosecond, kTolerance);
+}
+
+TEST(StepTiming, AReportBeginsAnew) {
+  StepTiming timing;
+  timing.step_begins(kStart, milliseconds(20));
+  timing.step_begins(kStart + milliseconds(90), milliseconds(20));
+  timing.step_took(milliseconds(70));
+  timing.report();
+  EXPECT_FALSE(timing.report().jitter);
+  EXPECT_FALSE(timing.report().duration);
+  timing.step_begins(kStart + milliseconds(110), milliseconds(20));
+  timing.step_took(milliseconds(1));
+  const StepTiming::Report report = timing.report();
+  EXPECT_EQ(report.jitter->largest, 0);
+  EXPECT_NEAR(report.duration->largest, 1e-3, kTolerance);
+}
+
+}  // namespace
+}  // namespace walker

@@ -1,0 +1,170 @@
+// Reserved time, with keepers that are quick, slow, silent and back again.
+#include "server/time/time_reservation.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "server/gate.h"
+
+namespace walker {
+namespace {
+
+using test::Gate;
+
+constexpr std::uint64_t kSecond = 1'000'000'000;
+constexpr std::uint64_t kBegin = 100 * kSecond;
+constexpr std::uint64_t kEnd = std::numeric_limits<std::uint64_t>::max();
+
+/// Keeps what is reserved, and does it as a test wants.
+class Keeper {
+ public:
+  TimeReservation::Write write() {
+    return [this](std::uint64_t until) {
+      gate.pass();
+      const std::lock_guard<std::mutex> lock(mutex_);
+      asked_.push_back(until);
+      changed_.notify_all();
+      if (is_silent_) throw std::runtime_error("timed out");
+    };
+  }
+
+  void be_silent(bool is_silent) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_silent_ = is_silent;
+  }
+
+  /// All that was asked, once it is so much.
+  std::vector<std::uint64_t> asked(std::size_t count) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    constexpr std::chrono::seconds kLongest{30};  // only a failing test waits as long
+    EXPECT_TRUE(changed_.wait_for(lock, kLongest, [&] { return asked_.size() >= count; }));
+    return asked_;
+  }
+
+  Gate gate;
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::uint64_t> asked_;
+  bool is_silent_ = false;
+};
+
+class TimeReservationTest : public testing::Test {
+ protected:
+  TimeReservationTest() { keeper_.gate.open(); }
+  ~TimeReservationTest() override { keeper_.gate.open(); }
+
+  void begin(std::uint64_t end = kEnd) {
+    reservation_ = std::make_unique<TimeReservation>(kBegin, end, keeper_.write());
+  }
+
+  /// Until the complaint is there, or gone.
+  std::string wait_for_complaint(bool is_wanted) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (reservation_->complaint().empty() == is_wanted) {
+      if (std::chrono::steady_clock::now() > until) {
+        ADD_FAILURE() << reservation_->complaint();
+        break;
+      }
+      std::this_thread::yield();
+    }
+    return reservation_->complaint();
+  }
+
+  Keeper keeper_;
+  std::unique_ptr<TimeReservation> reservation_;
+};
+
+TEST_F(TimeReservationTest, IsThereFromTheBeginning) {
+  begin();
+  EXPECT_EQ(keeper_.asked(1), std::vector<std::uint64_t>{kBegin + 10 * kSecond});
+  EXPECT_EQ(reservation_->complaint(), "");
+}
+
+TEST_F(TimeReservationTest, IsRenewedWhileHalfIsLeft) {
+  begin();
+  for (std::uint64_t now = kBegin; now <= kBegin + 5 * kSecond; now += kSecond) {
+    reservation_->use(now);
+  }
+  EXPECT_EQ(keeper_.asked(1).size(), 1U);
+  reservation_->use(kBegin + 6 * kSecond);
+  EXPECT_GE(keeper_.asked(2).back(), kBegin + 16 * kSecond);
+}
+
+TEST_F(TimeReservationTest, IsAheadOfWhoeverIsQuick) {
+  begin();
+  for (std::uint64_t now = kBegin; now < kBegin + 10000 * kSecond; now += kSecond / 50) {
+    reservation_->use(now);
+    ASSERT_GE(keeper_.asked(1).back(), now);
+  }
+}
+
+TEST_F(TimeReservationTest, IsGivenBackWhereItWasNotUsed) {
+  begin();
+  reservation_->use(kBegin + kSecond);
+  reservation_.reset();
+  EXPECT_EQ(keeper_.asked(2).back(), kBegin + kSecond);
+}
+
+TEST_F(TimeReservationTest, IsNotWaitedForWithoutEnd) {
+  begin();
+  keeper_.gate.close();
+  for (std::uint64_t now = kBegin; now < kBegin + 1000 * kSecond; now += kSecond / 50) {
+    reservation_->use(now);
+  }
+  EXPECT_EQ(keeper_.asked(1).size(), 1U);
+  EXPECT_EQ(reservation_->complaint(), "") << "nobody knows yet";
+  keeper_.gate.open();
+  reservation_->use(kBegin + 1001 * kSecond);
+  reservation_->use(kBegin + 1002 * kSecond);
+  while (keeper_.asked(1).back() < kBegin + 1002 * kSecond) keeper_.asked(2);
+  EXPECT_EQ(reservation_->complaint(), "");
+}
+
+TEST_F(TimeReservationTest, WhereItFailsItIsMissedAndAnHourIsAskedFor) {
+  begin();
+  keeper_.be_silent(true);
+  reservation_->use(kBegin + 8 * kSecond);
+  EXPECT_EQ(wait_for_complaint(true),
+            "the ROS master does not answer (timed out): simulation time is reserved up to 110.00 "
+            "s only, and a server that is started after this one may begin there");
+  EXPECT_GE(keeper_.asked(3)[2], kBegin + 3608 * kSecond);
+  reservation_->use(kBegin + 5000 * kSecond);
+  const std::vector<std::uint64_t> asked = keeper_.asked(4);
+  EXPECT_GE(asked[3], kBegin + 8600 * kSecond) << "an hour ahead of what is used";
+  keeper_.be_silent(false);
+  EXPECT_EQ(wait_for_complaint(false), "");
+  const std::vector<std::uint64_t> answered = keeper_.asked(6);
+  EXPECT_GE(answered[4], kBegin + 8600 * kSecond);
+  EXPECT_LT(answered[5], answered[4]) << "a short one again";
+  EXPECT_GT(answered[5], kBegin + 5000 * kSecond);
+}
+
+TEST_F(TimeReservationTest, FailsAtTheBeginningTooAndGoesOn) {
+  keeper_.be_silent(true);
+  begin();
+  EXPECT_NE(reservation_->complaint().find("up to 100.00 s"), std::string::npos);
+  reservation_->use(kBegin + kSecond);
+  keeper_.be_silent(false);
+  EXPECT_EQ(wait_for_complaint(false), "");
+}
+
+TEST_F(TimeReservationTest, EndsWithTime) {
+  const std::uint64_t end = kBegin + 3 * kSecond;
+  begin(end);
+  for (std::uint64_t now = kBegin; now <= end; now += kSecond / 50) reservation_->use(now);
+  EXPECT_EQ(keeper_.asked(1), std::vector<std::uint64_t>{end}) << "and is not asked for again";
+}
+
+}  // namespace
+}  // namespace walker
