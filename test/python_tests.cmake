@@ -8,15 +8,13 @@ set(short_suites
   python/answers_test
   python/bits_bipedal_walker_test
   python/bits_ros_test
-  python/bits_walker2d_test
+  python/bits_mujoco_test
   python/environment_test
   python/package_test
   python/refusals_ros_test
   python/vector_environment_test
   readme_test
-  walker2d/spaces_gymnasium_test)
-# They measure time, so each has the machine for itself.
-set(timed_suites bench/bench_test)
+  mujoco/spaces_gymnasium_test)
 # The pinned Box2D only: its bits, and its hidden symbols.
 set(pinned_suites
   bipedal_walker/coexistence_test
@@ -59,9 +57,6 @@ function(walker_sim_add_suite path)
     list(APPEND tools benchmarks)
   endif()
   walker_sim_label(${name} ${label} ${tools})
-  if(path IN_LIST timed_suites)
-    set_tests_properties(${name} PROPERTIES RUN_SERIAL TRUE)
-  endif()
   if(NOT WALKER_SIM_ROS)
     get_filename_component(folder ${python_package} DIRECTORY)
     set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "recording.h"
@@ -39,12 +40,22 @@ inline std::uint64_t short_hash(const std::vector<double>& row) {
   return hash.value() & 0xFFFFFFFFU;
 }
 
+/// Of a player for robots of several sizes, or of one.
+template <typename Actions>
+Actions make_actions(const Headline& episode, int size) {
+  if constexpr (std::is_constructible_v<Actions, std::string, std::uint64_t, int>) {
+    return Actions(episode.kind, episode.action_seed, size);
+  } else {
+    return Actions(episode.kind, episode.action_seed);
+  }
+}
+
 /// Plays a recorded episode again and calls `compare(i, action)` after the reset (i = 0, with
 /// zeros) and after each step, until one of them fails fatally.
 template <typename Actions, typename Compare>
 void replay(const Headline& episode, Stepper& walker, Compare compare) {
-  Actions actions(episode.kind, episode.action_seed);
   std::vector<double> action(walker.environment->specification().action_size(), 0);
+  auto actions = make_actions<Actions>(episode, static_cast<int>(action.size()));
   for (std::size_t i = 0; i <= episode.steps; ++i) {
     if (i == 0) {
       walker.reset(episode.reset_seed());

@@ -101,7 +101,7 @@ walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} LEFT_OUT pool_race_te
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_types_test)
 walker_sim_add_unit_tests(bipedal_walker LIBRARIES ${core_libraries}
   LEFT_OUT shortcuts_test ${not_these_engines})
-walker_sim_add_unit_tests(walker2d LIBRARIES ${core_libraries})
+walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d)
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   include(test/bipedal_walker/shortcuts.cmake)
   include(test/core/race_test.cmake)

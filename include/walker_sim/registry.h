@@ -2,10 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "walker_sim/agent.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/observation_builder.h"
 #include "walker_sim/renderer.h"
@@ -16,17 +19,28 @@ namespace walker {
 struct Registration {
   std::string id;
   std::vector<ParameterDescription> parameters;  ///< its own; `max_episode_steps` is added
-  std::uint32_t max_episode_steps;               ///< default limit; 0: none
+  std::uint32_t max_episode_steps = 0;           ///< default limit; 0: none
+  /// What Gymnasium calls solved; NaN: it does not say.
+  double reward_threshold = std::numeric_limits<double>::quiet_NaN();
+  /// Reward of a step that ends an episode in a failure; one that ends with another has arrived.
+  /// None: every end but the time limit's is of one kind.
+  std::optional<double> failure_reward;
   /// Builds an environment from its complete parameters.
   std::function<std::unique_ptr<Environment>(const std::string& id, const Parameters&)> create;
   /// Builds what makes that environment's observation out of sensors' measurements.
   std::function<std::unique_ptr<ObservationBuilder>(const std::string& id, const Parameters&)>
       create_observation_builder;
+  /// Builds the agent "heuristic", a gait for that environment; empty: there is none.
+  /// @throws std::invalid_argument for an environment with parameters that it does not fit
+  std::function<std::unique_ptr<Agent>(const Specification&)> create_gait;
   std::vector<ParameterDescription> camera_parameters;
   /// Builds what draws that environment, with a complete set of camera parameters.
   std::function<std::unique_ptr<Renderer>(const std::string& id, const Parameters&,
                                           const Parameters& camera)>
       create_renderer;
+  // What Gymnasium's own environment of this id offers of pictures.
+  std::vector<std::string> render_modes;
+  bool takes_default_camera_config = false;  ///< as a keyword
 };
 
 /// All registrations, in the order of registry.cpp.

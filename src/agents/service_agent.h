@@ -7,10 +7,10 @@
 #include <ros/node_handle.h>
 #include <ros/service_client.h>
 
-#include "agents/agent.h"
 #include "agents/options.h"
 #include "core/pacer.h"
 #include "walker_sim/Transition.h"
+#include "walker_sim/agent.h"
 
 namespace walker {
 

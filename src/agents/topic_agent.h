@@ -10,10 +10,10 @@
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 
-#include "agents/agent.h"
 #include "agents/options.h"
 #include "agents/sensor_topics.h"
 #include "walker_sim/Episode.h"
+#include "walker_sim/agent.h"
 #include "walker_sim/observation_builder.h"
 
 namespace walker {

@@ -1,6 +1,8 @@
 #include "bipedal_walker/registration.h"
 
 #include "bipedal_walker/bipedal_walker.h"
+#include "bipedal_walker/constants.h"
+#include "bipedal_walker/heuristic.h"
 #include "bipedal_walker/observation_builder.h"
 #include "bipedal_walker/renderer.h"
 
@@ -25,20 +27,44 @@ Options to_options(const std::string& id, const Parameters& parameters) {
   return options;
 }
 
+/// Gymnasium's heuristic, one for each episode.
+class Gait : public Agent {
+ public:
+  explicit Gait(std::size_t action_size) : action_(action_size) {}
+
+  void reset() override { heuristic_ = {}; }
+
+  const std::vector<double>& act(const std::vector<double>& observation) override {
+    heuristic_.act(observation.data(), action_.data());
+    return action_;
+  }
+
+ private:
+  Heuristic heuristic_;
+  std::vector<double> action_;
+};
+
 Registration registration(const std::string& id, bool hardcore, std::uint32_t max_episode_steps) {
-  return {id,
-          parameters(hardcore),
-          max_episode_steps,
-          [](const std::string& name, const Parameters& given) {
-            return std::make_unique<BipedalWalker>(to_options(name, given));
-          },
-          [](const std::string& name, const Parameters& given) {
-            return make_observation_builder(to_options(name, given));
-          },
-          camera_parameters(),
-          [](const std::string& /*name*/, const Parameters& /*given*/, const Parameters& camera) {
-            return make_renderer(camera);
-          }};
+  Registration made;
+  made.id = id;
+  made.parameters = parameters(hardcore);
+  made.max_episode_steps = max_episode_steps;
+  made.reward_threshold = kRewardThreshold;
+  made.failure_reward = kFallReward;
+  made.create = [](const std::string& name, const Parameters& given) {
+    return std::make_unique<BipedalWalker>(to_options(name, given));
+  };
+  made.create_observation_builder = [](const std::string& name, const Parameters& given) {
+    return make_observation_builder(to_options(name, given));
+  };
+  made.create_gait = [](const Specification& specification) {
+    return std::make_unique<Gait>(specification.action_size());
+  };
+  made.camera_parameters = camera_parameters();
+  made.create_renderer = [](const std::string& /*name*/, const Parameters& /*given*/,
+                            const Parameters& camera) { return make_renderer(camera); };
+  made.render_modes = {"human", "rgb_array"};
+  return made;
 }
 
 }  // namespace

@@ -10,7 +10,6 @@ namespace walker::bipedal_walker {
 
 double Reward::of_step(double x, double angle, bool fell, const double* action) {
   constexpr double kTorqueCost = 0.00035 * kMotorTorque;
-  constexpr double kFallReward = -100;
   double shaping = 130 * x / kScale;
   shaping -= 5.0 * std::abs(angle);
   float reward = previous_shaping_ ? static_cast<float>(shaping - *previous_shaping_) : 0.0F;

@@ -14,7 +14,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-constexpr double kRewardThreshold = 300;  // Gymnasium's registration, both variants
 
 Color rgb(double red, double green, double blue) {
   constexpr double kFull = 255;

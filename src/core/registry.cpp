@@ -7,6 +7,7 @@
 
 #include "bipedal_walker/registration.h"
 #include "core/episode_rules.h"
+#include "hopper/registration.h"
 #include "walker2d/registration.h"
 
 namespace walker {
@@ -29,6 +30,7 @@ const std::vector<Registration>& registrations() {
     std::vector<Registration> all;
     append(all, bipedal_walker::registrations());
     append(all, walker2d::registrations());
+    append(all, hopper::registrations());
     return all;
   }();
   return kAll;

@@ -68,6 +68,16 @@ py::list camera_parameters_of(const std::string& id) {
   return to_list(camera_parameter_descriptions(id));
 }
 
+/// What depends on the id alone, by the names of Registration's fields.
+py::dict registration_of(const std::string& id) {
+  const Registration& registration = find_registration(id);
+  py::dict dict;
+  dict["failure_reward"] = registration.failure_reward;
+  dict["render_modes"] = registration.render_modes;
+  dict["takes_default_camera_config"] = registration.takes_default_camera_config;
+  return dict;
+}
+
 }  // namespace
 
 // cppcheck-suppress syntaxError  // which knows no macro of pybind11
@@ -77,6 +87,7 @@ PYBIND11_MODULE(_core, module) {
   module.def("ids", &ids);
   module.def("parameters_of", &parameters_of, py::arg("id"));
   module.def("camera_parameters_of", &camera_parameters_of, py::arg("id"));
+  module.def("registration_of", &registration_of, py::arg("id"));
   bind_renderer(module);
   bind_environment(module);
   bind_pool(module);

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "agents/agent.h"
 #include "python/arrays.h"
 #include "python/conversions.h"
+#include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {

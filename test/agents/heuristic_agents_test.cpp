@@ -15,9 +15,9 @@
 #include "bipedal_walker/heuristic.h"
 #include "server/inbox.h"
 #include "server/twin.h"
-#include "walker2d/heuristic.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
+#include "walker_sim/agent.h"
 
 namespace walker::test {
 namespace {
@@ -25,21 +25,15 @@ namespace {
 const std::vector<std::uint64_t> kSeeds{0, 3, 6};  // as in heuristic_agents_test.test
 
 /// The heuristic's whole episode in process.
-template <typename Heuristic>
 Twin play(const std::string& id, std::uint64_t seed, std::uint32_t& length) {
   Twin twin(id);
-  Heuristic heuristic;
-  std::vector<double> action(twin.environment().specification().action_size());
+  const auto heuristic = make_agent("heuristic", twin.environment().specification(), 0);
   twin.reset(seed);
-  for (length = 0; !twin.has_ended(); ++length) {
-    heuristic.act(twin.observation().data(), action.data());
-    twin.step(action);
-  }
+  for (length = 0; !twin.has_ended(); ++length) twin.step(heuristic->act(twin.observation()));
   return twin;
 }
 
 /// What the agent plays in the namespace is what the heuristic plays in process.
-template <typename Heuristic>
 void expect_equal_episodes(const std::string& name_space, const std::string& id) {
   ros::NodeHandle node;
   Inbox<walker_sim::Episode> episodes(node, name_space + "/episode");
@@ -55,7 +49,7 @@ void expect_equal_episodes(const std::string& name_space, const std::string& id)
     if (told.length == 0) continue;
     ++ends[told.seed];
     std::uint32_t length = 0;
-    const Twin twin = play<Heuristic>(id, told.seed, length);
+    const Twin twin = play(id, told.seed, length);
     EXPECT_EQ(told.length, length) << "seed " << told.seed;
     EXPECT_EQ(bits({told.episode_return}), bits({twin.episode_return()})) << "seed " << told.seed;
     EXPECT_NE(told.end_reason.find(twin.end_reason()), std::string::npos) << told.end_reason;
@@ -64,11 +58,11 @@ void expect_equal_episodes(const std::string& name_space, const std::string& id)
 }
 
 TEST(ServiceAgent, PlaysBipedalWalkersHeuristicToTheBit) {
-  expect_equal_episodes<bipedal_walker::Heuristic>("/lockstep", "BipedalWalker-v3");
+  expect_equal_episodes("/lockstep", "BipedalWalker-v3");
 }
 
 TEST(ServiceAgent, PlaysWalker2dsHeuristicToTheBit) {
-  expect_equal_episodes<walker2d::Heuristic>("/lockstep_walker2d", "Walker2d-v5");
+  expect_equal_episodes("/lockstep_walker2d", "Walker2d-v5");
 }
 
 TEST(ServiceAgent, WithoutSeedsTheGeneratorContinues) {

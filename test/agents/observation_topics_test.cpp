@@ -14,9 +14,9 @@
 
 #include <ros/ros.h>
 
-#include "agents/agent.h"
 #include "agents/sensor_topics.h"
 #include "server/remote.h"
+#include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 
 namespace walker::test {

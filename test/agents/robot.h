@@ -15,11 +15,11 @@
 #include <ros/publisher.h>
 #include <std_msgs/Float64MultiArray.h>
 
-#include "agents/agent.h"
 #include "agents/sensor_messages.h"
 #include "server/inbox.h"
 #include "server/topics/converters.h"
 #include "server/twin.h"
+#include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 
 namespace walker::test {

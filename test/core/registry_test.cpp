@@ -12,7 +12,7 @@ namespace {
 
 const std::vector<std::string>& known_ids() {
   static const std::vector<std::string> kIds{"BipedalWalker-v3", "BipedalWalkerHardcore-v3",
-                                             "Walker2d-v4", "Walker2d-v5"};
+                                             "Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"};
   return kIds;
 }
 

@@ -34,6 +34,8 @@ ROBOTS = {
     "BipedalWalkerHardcore-v3": "bipedal_walker",
     "Walker2d-v4": "walker2d",
     "Walker2d-v5": "walker2d",
+    "Hopper-v4": "hopper",
+    "Hopper-v5": "hopper",
 }
 ENGINE_S_MODEL = os.path.join(ROOT, "assets", "walker2d_v5.xml")
 
@@ -372,6 +374,7 @@ class TenWalkersTest(unittest.TestCase):
 VIEWS = {
     "bipedal_walker": ("hull", ["scene_markers", "state_markers", "scan", "camera/image_raw"]),
     "walker2d": ("base_link", ["scene_markers", "state_markers", "camera/image_raw"]),
+    "hopper": ("base_link", ["scene_markers", "state_markers", "camera/image_raw"]),
 }
 
 

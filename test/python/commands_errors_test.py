@@ -4,12 +4,12 @@ import pytest
 from walker_sim.commands import main
 
 WALKER = "BipedalWalker-v3"
-IDS = "BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4, Walker2d-v5"
+IDS = "BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4, Walker2d-v5, Hopper-v4, Hopper-v5"
 SHOULD_BE = [
     ("", "the following arguments are required: COMMAND"),
     ("fly", "invalid choice: 'fly'"),
     ("evaluate", f"no ID is given; must be one of {IDS}"),
-    ("evaluate Hopper-v5", f"ID = Hopper-v5: must be one of {IDS}"),
+    ("evaluate Ant-v5", f"ID = Ant-v5: must be one of {IDS}"),
     (f"evaluate {WALKER} Walker2d-v4", f"{WALKER} Walker2d-v4: only one ID can be given"),
     (f"evaluate {WALKER} hard=1", "parameter hard = 1: unknown"),
     (f"evaluate {WALKER} hardcore=1", "parameter hardcore = 1: must be true or false"),

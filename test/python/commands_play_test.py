@@ -187,7 +187,7 @@ def test_a_signal_to_end_ends_it():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["Hopper-v4"], "Hopper-v4: must be one of"),
+        (["Ant-v4"], "Ant-v4: must be one of"),
         (["--speed", "0"], "0: must be a number above 0"),
         (["--speed", "100"], "--speed 100: must be from 0.015625 to 64"),
         (["--policy", "smoke"], "--policy smoke: must be heuristic"),

@@ -12,7 +12,7 @@ import xmlrpc.client
 import pytest
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
-sys.path += [str(TEST / folder) for folder in ("bench", "bipedal_walker", "recordings", "walker2d")]
+sys.path += [str(TEST / folder) for folder in ("bench", "bipedal_walker", "mujoco", "recordings")]
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from walker_sim import WalkerEnv, _core
 from walker_sim.rendering import ALL_MODES, camera_parameters_of, to_depth_buffer
 from walkers import IDS, follow, make_ours, make_theirs, random_actions
 
-ROBOTS = [env_id for env_id in IDS if env_id.startswith("Walker2d")]
+ROBOTS = [env_id for env_id in IDS if env_id.startswith(("Walker2d", "Hopper"))]
 PAIRS = pytest.mark.parametrize("env_id", IDS)
 
 

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 import walker_sim  # registers the ids
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from mujoco_reference import MODELS
 from vector_comparison import assert_same
-from walker2d.walker2d_reference import MODELS
 
 NUM_ENVS = 5
 NUM_STEPS = 300
 MODEL = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
 WORDS = "MuJoCo: Stack overflow"
 MODES = ["next_step", "same_step", "disabled"]
-LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 25, "Walker2d-v5": 25}  # some fall, some do not
+LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 25, "Walker2d-v5": 25, "Hopper-v5": 25}  # some fall, some do not
 OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
 GYMNASIUMS = [("BipedalWalker-v3", LIMITS["BipedalWalker-v3"], {"reuse_world": True})]
 HAS_GYMNASIUMS_BITS = os.environ.get("WALKER_SIM_ENGINES", "pinned") == "pinned"
@@ -101,7 +101,7 @@ def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
     """Another MuJoCo stops its solver elsewhere, unless that runs to the end (see
-    test/walker2d/episodes_gymnasium_test.py); the episodes are too short for the rest to grow."""
+    test/mujoco/episodes_gymnasium_test.py); the episodes are too short for the rest to grow."""
     converging = tmp_path / "converging.xml"
     model = MODELS["Walker2d-v5"].read_text()
     converging.write_text(model.replace("<option ", '<option tolerance="0" ', 1))

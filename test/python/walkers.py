@@ -6,7 +6,10 @@ import gymnasium
 import numpy as np
 import pytest
 
-IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
+IDS = (
+    *("BipedalWalker-v3", "BipedalWalkerHardcore-v3"),
+    *("Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"),
+)
 
 
 def make_ours(environment_id, **parameters):
@@ -33,7 +36,7 @@ def make_reference(environment_id):
 
 def random_actions(environment_id, count, seed=0):
     """Shape (count, action size), float32."""
-    size = 6 if environment_id.startswith("Walker2d") else 4
+    size = {"Walker2d": 6, "Hopper": 3}.get(environment_id.partition("-")[0], 4)
     return np.random.default_rng(seed).uniform(-1, 1, (count, size)).astype(np.float32)
 
 

@@ -3,7 +3,7 @@
     PYTHONPATH=test:test/bipedal_walker python test/recordings/record_bipedal_walker.py
 
 needs gymnasium[box2d] 1.4.0 with box2d 2.3.10 and NumPy 2. `bits` are the IEEE 754 bits in
-hexadecimal. record_walker2d.py makes the recordings of the other walker.
+hexadecimal. record_mujoco.py makes those of the others.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Makes the pictures in the folder beside it: what Gymnasium draws, for tests that need none of it.
 
-    PYTHONPATH=test:test/bipedal_walker:test/walker2d python test/recordings/record_pictures.py
+    PYTHONPATH=test:test/bipedal_walker:test/mujoco python test/recordings/record_pictures.py
 
 needs gymnasium[box2d,mujoco] 1.4.0 with box2d 2.3.10, pygame 2.6.1, mujoco 4.0.0, OpenGL, NumPy 2
 and pillow. test/pictures.h reads them. A picture's name is ID_KIND_SEED_STEP. Walker2d's are seen
@@ -12,8 +12,8 @@ from __future__ import annotations
 import pathlib
 
 import bipedal_walker_reference
+import mujoco_reference
 import numpy as np
-import walker2d_reference
 from PIL import Image
 
 FOLDER = pathlib.Path(__file__).parent / "pictures"
@@ -27,8 +27,8 @@ BIPEDAL_WALKER = (
     (bipedal_walker_reference.IDS[1], "saturated", 9, (82,)),
 )
 WALKER2D = (
-    (walker2d_reference.IDS[0], "balance", 1, (0, 60)),
-    (walker2d_reference.IDS[1], "saturated", 2, (0, 10, 20)),
+    (mujoco_reference.IDS[0], "balance", 1, (0, 60)),
+    (mujoco_reference.IDS[1], "saturated", 2, (0, 10, 20)),
 )
 SHRINKING = 4
 
@@ -53,7 +53,7 @@ def record_bipedal_walker():
 
 def record_walker2d():
     for environment_id, kind, seed, steps in WALKER2D:
-        episode = walker2d_reference.draw_episode(
+        episode = mujoco_reference.draw_episode(
             environment_id, kind, seed, steps, camera_name="track"
         )
         for step, (_, picture) in zip(steps, episode):

@@ -13,6 +13,7 @@ WALKERS = {
     "BipedalWalker-v3": "bipedal_walker",
     "BipedalWalkerHardcore-v3": "bipedal_walker",
     "Walker2d-v5": "walker2d",
+    "Hopper-v5": "hopper",
 }
 # What is said by others than this package's configuration, and cannot be had otherwise.
 ALLOWED = [

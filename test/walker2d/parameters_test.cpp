@@ -7,12 +7,12 @@
 
 #include "error_message.h"
 #include "stepper.h"
-#include "walker2d/constants.h"
 
 namespace walker::walker2d {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::size_t kX = 0;  // in the observation with the positions
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 const char* const kIds[] = {"Walker2d-v4", "Walker2d-v5"};
 
@@ -224,13 +224,13 @@ TEST(Walker2dParameters, FrameSkipIsTheLengthOfAStep) {
   two.reset(1);
   const List action{1, -1, 0.5, 0, -0.5, 1};
   for (int i = 0; i < 5; ++i) {
-    const double start = four.observation[kRootX];
+    const double start = four.observation[kX];
     four.step(action);
     two.step(action);
-    EXPECT_EQ(two.info[2], (two.observation[kRootX] - start) / 0.004);
+    EXPECT_EQ(two.info[2], (two.observation[kX] - start) / 0.004);
     two.step(action);
     EXPECT_EQ(four.observation, two.observation);
-    EXPECT_EQ(four.info[2], (four.observation[kRootX] - start) / 0.008);
+    EXPECT_EQ(four.info[2], (four.observation[kX] - start) / 0.008);
   }
 }
 

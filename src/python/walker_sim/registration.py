@@ -23,6 +23,8 @@ _REGISTRATIONS = {
     "BipedalWalkerHardcore-v3": Registration(2000, 300.0),
     "Walker2d-v4": Registration(1000, None),
     "Walker2d-v5": Registration(1000, None),
+    "Hopper-v4": Registration(1000, 3800.0),
+    "Hopper-v5": Registration(1000, 3800.0),
 }
 
 

@@ -31,7 +31,8 @@ ALL_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
 
 def render_modes_of(env_id: str) -> list[str]:
     """Those of Gymnasium's own environment of this id."""
-    return list(ALL_MODES if _is_spatial(env_id) else ALL_MODES[:2])
+    modes: list[str] = _core.registration_of(env_id)["render_modes"]
+    return modes
 
 
 def metadata_of(specification: Mapping[str, Any]) -> dict[str, Any]:
@@ -53,8 +54,7 @@ def split_keywords(
         For an unknown id.
     """
     names = {known["name"] for known in _core.camera_parameters_of(env_id)} - {*_FREE_CAMERA}
-    # As in Gymnasium, where v4 knows no such keyword.
-    if _is_spatial(env_id) and env_id != "Walker2d-v4":
+    if _core.registration_of(env_id)["takes_default_camera_config"]:
         names.add("default_camera_config")
     camera = {name: value for name, value in keywords.items() if name in names}
     return {name: keywords[name] for name in keywords if name not in camera}, camera
@@ -222,8 +222,3 @@ def warn_of_no_mode(name: str) -> None:
         "render: there is no picture, as render_mode is None; choose a mode when the environment "
         f'is made, e.g. gymnasium.make("{name}", render_mode="rgb_array")'
     )
-
-
-def _is_spatial(env_id: str) -> bool:
-    """Whether its camera sees depth."""
-    return any(known["name"] == "camera_id" for known in _core.camera_parameters_of(env_id))

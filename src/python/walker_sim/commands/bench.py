@@ -196,7 +196,7 @@ def _conditions(env_id: str, words: Sequence[str], seconds: float) -> list[str]:
     versions = [f"Python {platform.python_version()}", f"NumPy {np.__version__}"]
     versions.append(f"walker_sim {walker_sim.__version__}")
     versions.append(f"{specification['engine']} {specification['engine_version']}")
-    versions.append(f"Gymnasium {gymnasium.__version__}{_peer_engine(env_id)}")
+    versions.append(f"Gymnasium {gymnasium.__version__}{_peer_engine(specification["engine"])}")
     parameters = [word for word in words if "=" in word]
     return [
         f"{' '.join([env_id, *parameters])}: random actions, medians of {ROUNDS} rounds, "
@@ -206,8 +206,8 @@ def _conditions(env_id: str, words: Sequence[str], seconds: float) -> list[str]:
     ]
 
 
-def _peer_engine(env_id: str) -> str:
-    name = "mujoco" if env_id.startswith("Walker2d") else "Box2D"
+def _peer_engine(engine: str) -> str:
+    name = "mujoco" if engine == "MuJoCo" else engine  # of its Python package
     try:
         return f" on {name} {importlib.import_module(name).__version__}"
     except (ImportError, AttributeError):

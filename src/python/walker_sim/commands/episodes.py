@@ -7,14 +7,11 @@ from typing import Any, Callable, Iterator, NamedTuple, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from walker_sim import _core
 from walker_sim.transport import Batch, Walkers, by_name
 
 Policy = Callable[[NDArray[Any]], NDArray[Any]]
 """From an observation, shape (observation size,), to an action, float32 (action size,)."""
-
-FALL_REWARD = (
-    -100.0
-)  # BipedalWalker's, of the step on which it falls; arriving keeps the step's own
 
 
 class Steps(NamedTuple):
@@ -93,9 +90,10 @@ def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
     # Over ROS the error itself is not told, but what the core puts in place of the numbers.
     if walkers.error(environment) or (reward == 0 and np.isnan(batch.info[environment]).all()):
         return "failed"
-    if not walkers.specification["id"].startswith("BipedalWalker"):
+    failure_reward = _core.registration_of(walkers.specification["id"])["failure_reward"]
+    if failure_reward is None:
         return "terminated"
-    return "fell" if reward == FALL_REWARD else "arrived"
+    return "fell" if reward == failure_reward else "arrived"
 
 
 def _refused(running: _Running, error: str) -> Episode:

@@ -1,0 +1,160 @@
+#include "mujoco/layout.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <sstream>
+
+#include "mujoco/model.h"
+#include "mujoco/planar_base.h"
+
+namespace walker::mujoco {
+namespace {
+
+std::string name_of(const mjModel& model, int type, int index) {
+  const char* const name = mj_id2name(&model, type, index);
+  return name != nullptr ? name : "number " + std::to_string(index);
+}
+
+std::string wrong_sizes(const mjModel& model, const PlanarModel& source) {
+  const int num_joints = kBaseJoints + source.num_hinges;
+  const bool fits = model.nq == num_joints && model.nv == num_joints && model.njnt == num_joints &&
+                    model.nu == source.num_hinges && model.na == 0;
+  if (fits) return "";
+  std::ostringstream text;
+  text << "nq = " << model.nq << ", nv = " << model.nv << ", nu = " << model.nu
+       << ", na = " << model.na << "; must be nq = nv = " << num_joints
+       << ", nu = " << source.num_hinges << ", na = 0, as in " << source.example;
+  return text.str();
+}
+
+/// Simulation time is published in whole nanoseconds and has to grow.
+std::string wrong_timestep(const mjModel& model) {
+  constexpr double kShortest = 1e-6;  // [s]
+  if (model.opt.timestep >= kShortest) return "";
+  std::ostringstream text;
+  text << "timestep = " << model.opt.timestep << " s; must be at least " << kShortest << " s";
+  return text.str();
+}
+
+/// Whether a joint of the trunk has the world's axis 0 (x), 1 (y) or 2 (z).
+bool has_axis(const mjModel& model, int joint, std::size_t axis) {
+  constexpr double kRounding = 1e-6;
+  std::array<mjtNum, 3> direction{};
+  mju_rotVecQuat(direction.data(), at(model.jnt_axis, joint, 3),
+                 at(model.body_quat, model.jnt_bodyid[joint], 4));
+  return direction[axis] > 1 - kRounding;
+}
+
+std::string wrong_base(const mjModel& model) {
+  const int trunk = model.jnt_bodyid[kBaseX];
+  const bool is_planar =
+      model.jnt_type[kBaseX] == mjJNT_SLIDE && model.jnt_type[kBaseZ] == mjJNT_SLIDE &&
+      model.jnt_type[kBasePitch] == mjJNT_HINGE && model.jnt_bodyid[kBaseZ] == trunk &&
+      model.jnt_bodyid[kBasePitch] == trunk && model.body_parentid[trunk] == 0;
+  if (!is_planar) {
+    return "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)";
+  }
+  if (!has_axis(model, kBaseX, 0) || !has_axis(model, kBaseZ, 2) ||
+      !has_axis(model, kBasePitch, 1)) {
+    return "the trunk must slide along the world's x, then z, and turn about its y";
+  }
+  const mjtNum* const anchor = at(model.jnt_pos, kBasePitch, 3);
+  if (anchor[0] != 0 || anchor[1] != 0 || anchor[2] != 0) {
+    return "joint " + name_of(model, mjOBJ_JOINT, kBasePitch) +
+           ": must turn about the trunk's origin (pos 0 0 0)";
+  }
+  return "";
+}
+
+std::string wrong_limb(const mjModel& model, int joint) {
+  const int body = model.jnt_bodyid[joint];
+  if (model.jnt_type[joint] != mjJNT_HINGE || model.body_jntnum[body] != 1) {
+    return "joint " + name_of(model, mjOBJ_JOINT, joint) +
+           ": must be a hinge, and the only joint of its body";
+  }
+  if (carrier_of(model, model.body_parentid[body]) == 0) {
+    return "joint " + name_of(model, mjOBJ_JOINT, joint) + ": must carry a limb of the trunk";
+  }
+  return "";
+}
+
+int joint_of(const mjModel& model, int actuator) {
+  return at(model.actuator_trnid, actuator, 2)[0];
+}
+
+/// A small number as it stands in a sentence.
+std::string spelled(int number) {
+  constexpr std::array<const char*, 13> kWords{"no",   "one",    "two",   "three", "four",
+                                               "five", "six",    "seven", "eight", "nine",
+                                               "ten",  "eleven", "twelve"};
+  const auto index = static_cast<std::size_t>(number);
+  return index < kWords.size() ? kWords[index] : std::to_string(number);
+}
+
+/// An effort must follow from an action, and the action's bounds from the model.
+std::string wrong_actuator(const mjModel& model, int actuator) {
+  const int joint = joint_of(model, actuator);
+  const std::string name = "actuator " + name_of(model, mjOBJ_ACTUATOR, actuator);
+  if (model.actuator_trntype[actuator] != mjTRN_JOINT || joint < kBaseJoints) {
+    return name + ": must drive one of the " + spelled(model.nu) + " hinges";
+  }
+  for (int other = 0; other < actuator; ++other) {
+    if (joint_of(model, other) == joint) {
+      return name + ": drives a joint that actuator " + name_of(model, mjOBJ_ACTUATOR, other) +
+             " drives already";
+    }
+  }
+  if (model.actuator_gaintype[actuator] != mjGAIN_FIXED ||
+      model.actuator_biastype[actuator] != mjBIAS_NONE) {
+    return name + ": must be a motor";
+  }
+  if (model.actuator_ctrllimited[actuator] == 0) return name + ": must have a ctrlrange";
+  if (effort_per_control(model, actuator) == 0) return name + ": must have a gear other than 0";
+  return "";
+}
+
+/// In words that end a sentence about the file; empty: it is such a robot.
+std::string describe_misfit(const mjModel& model, const PlanarModel& source) {
+  std::string misfit = wrong_sizes(model, source);
+  if (misfit.empty()) misfit = wrong_timestep(model);
+  if (misfit.empty()) misfit = wrong_base(model);
+  for (int joint = kBaseJoints; misfit.empty() && joint < model.njnt; ++joint) {
+    misfit = wrong_limb(model, joint);
+  }
+  for (int actuator = 0; misfit.empty() && actuator < model.nu; ++actuator) {
+    misfit = wrong_actuator(model, actuator);
+  }
+  return misfit;
+}
+
+}  // namespace
+
+ModelPointer load_planar_model(const PlanarModel& source) {
+  ModelPointer model = load_model(source.xml_file);
+  const std::string misfit = describe_misfit(*model, source);
+  if (!misfit.empty()) refuse_model(source.xml_file, misfit);
+  return model;
+}
+
+Layout::Layout(const mjModel& model) : trunk(model.jnt_bodyid[kBaseX]) {
+  for (int i = 0; i < model.nu; ++i) {
+    joints.push_back(joint_of(model, i));
+    limbs.push_back(model.jnt_bodyid[joints.back()]);
+  }
+  const auto carries_another = [&](int body) {
+    return std::any_of(limbs.begin(), limbs.end(), [&](int limb) {
+      return carrier_of(model, model.body_parentid[limb]) == body;
+    });
+  };
+  std::copy_if(limbs.begin(), limbs.end(), std::back_inserter(feet),
+               [&](int limb) { return !carries_another(limb); });
+}
+
+int carrier_of(const mjModel& model, int body) { return model.body_weldid[body]; }
+
+double effort_per_control(const mjModel& model, int actuator) {
+  return at(model.actuator_gainprm, actuator, mjNGAIN)[0] * at(model.actuator_gear, actuator, 6)[0];
+}
+
+}  // namespace walker::mujoco

@@ -1,0 +1,21 @@
+// Compiled models, shared by all environments that use them.
+#pragma once
+
+#include <string>
+
+#include "mujoco/engine.h"
+
+namespace walker::mujoco {
+
+/// Compiles a model, or returns the compiled one that another environment still holds.
+///
+/// @param xml_file name of a built-in model, such as "walker2d_v5.xml", else the path of an MJCF
+///                 file; it may begin with ~/
+/// @throws std::invalid_argument with the file's name and MuJoCo's words where it does not compile
+ModelPointer load_model(const std::string& xml_file);
+
+/// @param reason may be MuJoCo's words, which have several lines
+/// @throws std::invalid_argument with the file's name and, in one line, the reason
+[[noreturn]] void refuse_model(const std::string& xml_file, std::string reason);
+
+}  // namespace walker::mujoco

@@ -1,0 +1,80 @@
+// A robot in a plane: what Gymnasium's Hopper, Walker2d and HalfCheetah have in common.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/random.h"
+#include "mujoco/layout.h"
+#include "mujoco/physics.h"
+#include "walker_sim/environment.h"
+
+namespace walker::mujoco {
+
+/// What distinguishes one such robot from another but its reward and its termination.
+struct PlanarOptions {
+  std::string id;
+  std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< complete, to be told
+  PlanarModel model;
+  int frame_skip = 1;            ///< engine steps a step
+  double reset_noise_scale = 0;  ///< largest deviation of a position or velocity at a reset
+  bool exclude_current_positions_from_observation = true;
+  /// Observed velocities are clipped there [m/s, rad/s].
+  double velocity_limit = std::numeric_limits<double>::infinity();
+  std::vector<std::string> info_names;
+  double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
+  std::uint32_t max_episode_steps = 0;  ///< for the specification; EpisodeRules enforces it
+};
+
+/// Positions, without the trunk's x where that is excluded, then velocities, these limited.
+/// @param position, velocity MuJoCo's qpos and qvel
+void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
+                       const double* velocity, double* observation);
+
+/// Stepped, observed and measured; what a step is worth, and when the episode ends, a robot adds.
+class PlanarRobot : public Environment {
+ public:
+  /// @throws std::invalid_argument when the model is none of such a robot
+  explicit PlanarRobot(const PlanarOptions& options);
+
+  const Specification& specification() const override { return specification_; }
+  void reset(std::optional<std::uint64_t> seed, Result& result) override;
+
+  /// @throws std::runtime_error when the simulation is unstable; then only a reset is allowed
+  void step(const double* action, std::size_t size, Result& result) override;
+  void sense(Sensors& sensors) override;
+  void scene(Scene& scene) const override;
+  GeneratorState generator_state() const override;
+  void set_generator_state(const GeneratorState& state) override { generator_.emplace(state); }
+
+ protected:
+  const mjModel& model() const { return physics_.model(); }
+  /// MuJoCo's qpos and qvel, as they are now.
+  const double* position() const { return physics_.data().qpos; }
+  const double* velocity() const { return physics_.data().qvel; }
+
+ private:
+  /// What the info has right after a reset; all of it is absent before.
+  virtual void write_reset_info(double* info) const = 0;
+
+  /// Reward, info, and whether and why the step ends the episode.
+  /// @param action     as given, not limited to the actuators' ranges
+  /// @param x_velocity of the trunk, mean over the step [m/s]
+  virtual void conclude_step(const double* action, double x_velocity, Result& result) const = 0;
+
+  void draw_noise(std::vector<double>& noise);
+
+  PlanarOptions options_;
+  Physics physics_;
+  Layout layout_;
+  Specification specification_;
+  std::optional<Generator> generator_;        // none before the first reset
+  std::vector<double> first_position_;        // of this episode
+  std::vector<double> velocity_before_step_;  // MuJoCo's qvel
+};
+
+}  // namespace walker::mujoco

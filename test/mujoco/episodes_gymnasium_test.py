@@ -1,0 +1,98 @@
+"""Episodes against the Gymnasium and the MuJoCo that are installed: resets to the bit, then the
+first steps as near as another version of MuJoCo comes. recordings_test.cpp compares whole episodes
+with MuJoCo 2.2.2, to the bit.
+
+MuJoCo's solver stops once an iteration improves its cost by less than a tolerance, 1e-8. Where two
+versions stop after different numbers of iterations, they differ by what is left: rarely while the
+walker flies or falls, often while it stands, and a thousandfold more after some steps. With a
+tolerance of 0, on the same models otherwise, that source is gone: then all must agree.
+"""
+
+import pathlib
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium_reference import Plan, Session, equal_bits
+from mujoco_reference import IDS, MODELS, OTHER_PARAMETERS, own_model, play, robot_of
+
+STEPS = 20
+NEAR = 1e-9
+ASSETS = pathlib.Path(__file__).parents[2] / "assets"
+
+
+def largest_differences(rollout, ours, theirs):
+    """One number an episode of two sessions with the same plans: the largest difference of any
+    observation, reward and info of its steps. Resets must be equal, and the episodes' lengths."""
+    ours, theirs = (
+        session._replace(parameters={"max_episode_steps": STEPS, **session.parameters})
+        for session in (ours, theirs)
+    )
+    rollout.make(ours.environment_id, **ours.parameters)
+    differences = []
+    for plan, episode in zip(theirs.plans, play(theirs)):
+        assert equal_bits(rollout.reset(plan.seed), episode.rows[0]), plan
+        rows = rollout.step(episode.actions)
+        assert rows.shape == episode.rows[1:].shape, (plan, "ended at another step")
+        differences.append(np.abs(rows - episode.rows[1:]).max())
+    return np.array(differences)
+
+
+def plans_of(kind, count, first=5000):
+    return [Plan(kind, seed, seed) for seed in range(first, first + count)]
+
+
+@pytest.mark.parametrize("model", IDS)
+@pytest.mark.parametrize("kind", ["random", "saturated", "outside", "smooth", "zero"])
+def test_first_steps_of_a_solver_that_converges(rollout, tmp_path, model, kind):
+    sessions = []
+    for name, file in (("ours", ASSETS / own_model(model)), ("theirs", MODELS[model])):
+        converging = tmp_path / f"{name}.xml"
+        converging.write_text(file.read_text().replace("<option ", '<option tolerance="0" ', 1))
+        parameters = {"xml_file": str(converging)}
+        sessions.append(Session(f"{robot_of(model)}-v5", parameters, plans_of(kind, 40)))
+    assert (largest_differences(rollout, *sessions) <= NEAR).all()
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize(
+    ("kind", "near", "far"),
+    [
+        ("random", NEAR, 1e-5),
+        ("saturated", NEAR, 1e-5),
+        ("outside", NEAR, 1e-5),
+        ("zero", 1e-3, 1e-2),
+    ],
+)
+def test_first_steps(rollout, environment_id, kind, near, far):
+    session = Session(environment_id, {}, plans_of(kind, 200))
+    differences = largest_differences(rollout, session, session)
+    assert (differences <= near).mean() >= 0.98
+    assert (differences <= far).all()
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize("parameters", OTHER_PARAMETERS, ids=str)
+def test_parameters(rollout, environment_id, parameters):
+    """Several resets in one environment."""
+    plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
+    session = Session(environment_id, parameters, plans)
+    assert (largest_differences(rollout, session, session) <= NEAR).mean() >= 0.96
+
+
+@pytest.mark.parametrize("environment_id", IDS[1::2])
+@pytest.mark.parametrize("frame_skip", [1, 2, 5])
+def test_frame_skip(rollout, environment_id, frame_skip):
+    session = Session(environment_id, {"frame_skip": frame_skip}, plans_of("random", 30))
+    assert (largest_differences(rollout, session, session) <= NEAR).mean() >= 0.96
+
+
+def test_generator_state_is_numpys(rollout):
+    environment = gymnasium.make("Walker2d-v5")
+    environment.reset(seed=2**63 + 5)
+    state = environment.unwrapped.np_random.bit_generator.state
+    rollout.make("Walker2d-v5")
+    rollout.reset(2**63 + 5)
+    high_low = [divmod(state["state"][name], 2**64) for name in ("state", "inc")]
+    expected = [*high_low[0], *high_low[1], state["has_uint32"], state["uinteger"]]
+    assert rollout.generator_state().tolist() == expected

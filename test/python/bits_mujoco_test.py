@@ -1,0 +1,127 @@
+"""Robots on MuJoCo through Gymnasium's own interface: whole episodes against the recordings of Gymnasium on
+MuJoCo 2.2.2, to the bit, and against the Gymnasium and MuJoCo that are installed: resets to the
+bit, then the first steps, as near as another version of MuJoCo comes (see
+test/mujoco/episodes_gymnasium_test.py)."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")  # without which Gymnasium's own module, and so the reference, fails
+
+from gymnasium_reference import (
+    Plan,
+    Session,
+    equal_bits,
+    first_difference,
+    hashes,
+    play_episode,
+)
+from mujoco_reference import (
+    IDS,
+    INFO_NAMES,
+    KINDS,
+    OTHER_PARAMETERS,
+    Actions,
+    action_size,
+    comparable,
+    play,
+    robot_of,
+)
+from recording_file import read_sessions
+from walkers import make_ours, make_reference, random_actions
+
+STEPS = 20
+NEAR = 1e-9
+
+
+def play_ours(session):
+    """Plays a session in one environment of ours. Returns a list of Episode."""
+    environment = make_ours(session.environment_id, **session.parameters)
+    info_names = INFO_NAMES[session.environment_id]
+    size = action_size(session.environment_id)
+    return [
+        play_episode(environment, plan, Actions(plan.kind, plan.action_seed, size), info_names)
+        for plan in session.plans
+    ]
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_every_recorded_step(environment_id):
+    """All kinds of actions, all parameters, several resets in one environment."""
+    kinds = []
+    for session, recorded in read_sessions(f"{robot_of(environment_id).lower()}_episodes.txt"):
+        if session.environment_id != environment_id:
+            continue
+        for plan, episode, expected in zip(session.plans, play_ours(session), recorded):
+            rows = comparable(environment_id, plan.kind, episode.rows)
+            ours = hashes(rows) & np.uint64(0xFFFFFFFF)
+            assert ours.tolist() == expected.tolist(), (session, plan)
+            kinds.append(plan.kind)
+    assert len(kinds) >= 120
+    assert set(kinds) == set(KINDS)
+
+
+def largest_differences(session):
+    """One number an episode: the largest difference of any observation, reward and info of its
+    first steps. Resets must be equal, and the episodes' lengths."""
+    make_reference(session.environment_id)
+    session = session._replace(parameters={"max_episode_steps": STEPS, **session.parameters})
+    differences = []
+    for plan, ours, theirs in zip(session.plans, play_ours(session), play(session)):
+        assert equal_bits(ours.rows[0], theirs.rows[0]), plan
+        assert ours.rows.shape == theirs.rows.shape, (plan, "ended at another step")
+        differences.append(np.abs(ours.rows[1:] - theirs.rows[1:]).max())
+    return np.array(differences)
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize("kind", ["random", "saturated", "outside"])
+def test_first_steps(environment_id, kind):
+    plans = [Plan(kind, seed, seed) for seed in range(5000, 5100)]
+    differences = largest_differences(Session(environment_id, {}, plans))
+    assert (differences <= NEAR).mean() >= 0.98
+    assert (differences <= 1e-5).all()
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize("parameters", OTHER_PARAMETERS, ids=str)
+def test_parameters(environment_id, parameters):
+    """Several resets in one environment."""
+    plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
+    session = Session(environment_id, parameters, plans)
+    assert (largest_differences(session) <= NEAR).mean() >= 0.96
+
+
+@pytest.mark.parametrize("mode", ["sync", "async"])
+@pytest.mark.parametrize("environment_id", IDS)
+def test_gymnasiums_vector_environments(environment_id, mode):
+    """Each walker in them goes its way as it does alone, to the bit, over ends of episodes."""
+    if not hasattr(gymnasium.vector, "AutoresetMode"):
+        pytest.skip("this Gymnasium's make_vec is another one")
+    seeds = [5, 6, 7]
+    vector = gymnasium.make_vec(f"walker_sim/{environment_id}", 3, vectorization_mode=mode)
+    alone = [make_ours(environment_id) for _ in seeds]
+    vector.reset(seed=seeds)
+    for environment, seed in zip(alone, seeds):
+        environment.reset(seed=seed)
+    ended = np.zeros(3, bool)
+    ends = 0
+    for actions in random_actions(environment_id, 3 * 150).reshape(150, 3, -1):
+        observations, rewards, terminated, truncated, infos = vector.step(actions)
+        for i, environment in enumerate(alone):
+            if ended[i]:
+                observation, info = environment.reset()
+                expected = np.array([*observation, 0, 0, 0])
+            else:
+                observation, *outcome, info = environment.step(actions[i])
+                expected = np.array([*observation, *outcome])
+            row = np.array([*observations[i], rewards[i], terminated[i], truncated[i]])
+            assert equal_bits(row, expected), first_difference(row[None], expected[None])
+            for name, value in info.items():
+                assert infos[f"_{name}"][i]
+                assert equal_bits(infos[name][i], value), name
+        ended = terminated | truncated
+        ends += ended.sum()
+    vector.close()
+    assert ends >= 6
