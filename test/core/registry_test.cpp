@@ -38,7 +38,7 @@ TEST(Registry, KnowsBothWalkers) {
 
 TEST(Registry, UnknownIdsGetASuggestion) {
   const std::string known =
-      " Known: BipedalWalker-v3 BipedalWalkerHardcore-v3 Walker2d-v4 Walker2d-v5";
+      " Known: BipedalWalker-v3 BipedalWalkerHardcore-v3 Walker2d-v4 Walker2d-v5 Hopper-v4 Hopper-v5";
   EXPECT_EQ(refusal("BipedalWalker-v2"),
             "environment BipedalWalker-v2: unknown; did you mean BipedalWalker-v3?" + known);
   EXPECT_EQ(refusal("Walker2D-v5"),

@@ -7,7 +7,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium_reference import equal_bits
-from mujoco_reference import IDS, action_size
+from mujoco_reference import IDS, action_size, own_model
 
 # Gymnasium's parameters that concern its pictures.
 PICTURES = {"default_camera_config", "kwargs"}
@@ -65,6 +65,8 @@ def test_parameters_and_their_defaults(rollout, environment_id):
     rollout.make(environment_id)
     _, ours = rollout.description()
     assert list(ours) == list(theirs)
+    if "xml_file" in theirs:
+        theirs["xml_file"] = own_model(environment_id)  # the same, under a name with a version
     rollout.make(environment_id, **theirs)  # Gymnasium's defaults are values of ours
     _, completed = rollout.description()
     assert ours == completed

@@ -196,7 +196,7 @@ def _conditions(env_id: str, words: Sequence[str], seconds: float) -> list[str]:
     versions = [f"Python {platform.python_version()}", f"NumPy {np.__version__}"]
     versions.append(f"walker_sim {walker_sim.__version__}")
     versions.append(f"{specification['engine']} {specification['engine_version']}")
-    versions.append(f"Gymnasium {gymnasium.__version__}{_peer_engine(specification["engine"])}")
+    versions.append(f"Gymnasium {gymnasium.__version__}{_peer_engine(specification['engine'])}")
     parameters = [word for word in words if "=" in word]
     return [
         f"{' '.join([env_id, *parameters])}: random actions, medians of {ROUNDS} rounds, "
