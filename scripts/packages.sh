@@ -3,8 +3,9 @@
 # top, its lints and the rest of --all; and what watching the walker in rviz needs. Read by setup.sh.
 # shellcheck disable=SC2034  # used by setup.sh
 
-common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev libosmesa6-dev ninja-build
-  pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools python3-venv python3-wheel)
+common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev libeigen3-dev libosmesa6-dev
+  libtinyxml2-dev ninja-build pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools
+  python3-venv python3-wheel)
 # A screen without a monitor, and where the windows on it are.
 screen_packages=(x11-utils xvfb)
 common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev)
@@ -22,7 +23,8 @@ packages_of_debian_12() {
     libroscpp-dev libroslib-dev librospack-dev rospack-tools python3-rospy python3-roslaunch
     libdiagnostic-updater-dev libmessage-filters-dev libimage-transport-dev librosbag-storage-dev
     python3-rosbag libstd-srvs-dev ros-std-srvs python3-std-srvs
-    libros-rosgraph-msgs-dev ros-rosgraph-msgs python3-rosgraph-msgs libtf2-msgs-dev python3-tf2-msgs)
+    libros-rosgraph-msgs-dev ros-rosgraph-msgs python3-rosgraph-msgs
+    libtf2-eigen-dev libtf2-msgs-dev python3-tf2-msgs)
   for x in "${message_packages[@]}"; do
     base_packages+=("lib$x-msgs-dev" "ros-$x-msgs" "python3-$x-msgs")
   done
@@ -38,7 +40,7 @@ packages_of_ubuntu_20_04() {
   local x
   base_packages=("${common_packages[@]}" ros-noetic-catkin ros-noetic-ros-core)
   for x in diagnostic-updater image-transport message-filters message-generation message-runtime \
-    rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch rospy std-srvs tf2-msgs; do
+    rosbash rosbag rosbag-storage roscpp rosgraph-msgs roslaunch roslib rospy std-srvs tf2-eigen tf2-msgs; do
     base_packages+=("ros-noetic-$x")
   done
   for x in "${message_packages[@]}"; do base_packages+=("ros-noetic-$x-msgs"); done

@@ -7,7 +7,7 @@ walker_sim_add_unit_tests(server
   WITH description replay ros
   ALSO test/client/service_types_test.cpp)
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
-foreach(path launch/launch_test scripts/choose_master_test)
+foreach(path launch/launch_test scripts/choose_master_test scripts/make_meshes_test)
   catkin_add_nosetests(test/${path}.py DEPENDENCIES walker_sim_nodes)
   string(REPLACE "/" "." name ${path}.py)
   walker_sim_label(_ctest_${PROJECT_NAME}_nosetests_test.${name} short walker_sim_nodes)

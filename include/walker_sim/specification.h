@@ -56,6 +56,8 @@ struct Link {
   std::vector<Prism> prisms;
   std::vector<Solid> solids;
   Color color{};
+  std::string mesh;  ///< of the prisms, by files in the package's assets: `mesh`.dae to be seen,
+                     ///< `mesh`.stl to collide with where no box does
 };
 
 /// A hinge between two links, with the actuator that drives it. Its frame turns with the child and

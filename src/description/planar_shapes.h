@@ -1,9 +1,8 @@
 // What follows from the shapes of a planar world's bodies.
 #pragma once
 
-#include <array>
+#include <Eigen/Core>
 #include <optional>
-#include <vector>
 
 #include "walker_sim/specification.h"
 
@@ -11,23 +10,13 @@ namespace walker {
 
 /// A rectangle in the x,z plane.
 struct Rectangle {
-  std::array<double, 2> center;  ///< x, z [m]
-  std::array<double, 2> size;    ///< along its own x and z [m]
-  double pitch;                  ///< of its own axes, about +y, at most pi/4 either way [rad]
+  Eigen::Vector2d center;  ///< x, z [m]
+  Eigen::Vector2d size;    ///< along its own x and z [m]
+  double pitch;            ///< of its own axes, about +y, at most pi/4 either way [rad]
 };
 
 /// The prism's section as a rectangle, if it is one to the engine's single precision.
 std::optional<Rectangle> to_rectangle(const Prism& prism);
-
-/// Corners, counter-clockwise seen from outside [m].
-using Triangle = std::array<Vector3, 3>;
-
-/// The prism's surface, `depth` long along y and half of it on either side of y = 0.
-std::vector<Triangle> surface_of(const Prism& prism, double depth);
-
-/// Unit vector to the side from which the corners run counter-clockwise; zero where they lie on a
-/// line.
-Vector3 normal_of(const Triangle& triangle);
 
 /// The whole inertia of a body of which the engine knows the moment about y alone. The rest is that
 /// of a prism of this depth whose density does not vary: iyy, the moment in the plane, is shared

@@ -1,30 +1,31 @@
-// Rotations and frames.
+// The specification's poses as Eigen's types.
 #pragma once
+
+#include <Eigen/Geometry>
 
 #include "walker_sim/specification.h"
 
 namespace walker {
 
-Quaternion conjugate(const Quaternion& q);
-Quaternion multiply(const Quaternion& a, const Quaternion& b);
+inline Eigen::Vector3d to_eigen(const Vector3& vector) { return Eigen::Vector3d(vector.data()); }
 
-/// `v` turned by the unit quaternion `q`.
-Vector3 rotate(const Quaternion& q, const Vector3& v);
+/// Eigen, too, keeps x, y, z, w in memory.
+inline Eigen::Quaterniond to_eigen(const Quaternion& quaternion) {
+  return Eigen::Quaterniond(quaternion.data());
+}
 
-Vector3 add(const Vector3& a, const Vector3& b);
-Vector3 subtract(const Vector3& a, const Vector3& b);
-
-/// `pose`, given in `base`, in the frame that `base` is given in.
-Pose compose(const Pose& base, const Pose& pose);
-
-/// `pose` seen from `base`, both given in the same frame.
-Pose relative(const Pose& base, const Pose& pose);
+/// From the frame's coordinates to those of the frame that it is given in.
+inline Eigen::Isometry3d to_eigen(const Pose& pose) {
+  return Eigen::Translation3d(to_eigen(pose.position)) * to_eigen(pose.orientation);
+}
 
 /// Whether the pose moves nothing at all.
-bool is_identity(const Pose& pose);
+inline bool is_identity(const Pose& pose) {
+  return to_eigen(pose).matrix() == Eigen::Matrix4d::Identity();
+}
 
 /// URDF's angles: turns about the fixed x, y and z axes, in this order [rad]. Where pitch is a
 /// quarter turn and only a sum of roll and yaw is defined, yaw is 0.
-Vector3 roll_pitch_yaw(const Quaternion& q);
+Vector3 roll_pitch_yaw(const Quaternion& quaternion);
 
 }  // namespace walker

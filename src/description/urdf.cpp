@@ -1,18 +1,20 @@
 #include "description/urdf.h"
 
+#include <tinyxml2.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "description/collada.h"
+#include "description/link_tree.h"
 #include "description/planar_shapes.h"
 #include "description/poses.h"
-#include "description/stl.h"
 #include "description/urdf_text.h"
 
 namespace walker {
@@ -33,143 +35,156 @@ constexpr const char* kExactNotes =
     "     back as the engine's own, double. The motors give their torque at any speed; URDF\n"
     "     demands a velocity limit, and 10000 stands for none.\n";
 
-/// The link with which the joint's branch of the trunk begins. Joints are in action order, which
-/// need not lead from the trunk outwards.
-std::string branch_of(const Specification& specification, const Joint& joint) {
-  const Joint* inner = &joint;
-  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
-    if (inner->parent == specification.links.front().name) return inner->child;
-    const auto next =
-        std::find_if(specification.joints.begin(), specification.joints.end(),
-                     [&](const Joint& other) { return other.child == inner->parent; });
-    if (next == specification.joints.end()) {
-      throw std::invalid_argument("joint " + inner->name + ": unknown parent " + inner->parent);
-    }
-    inner = &*next;
-  }
-  throw std::invalid_argument("joint " + joint.name + ": hangs in a circle of joints");
-}
+/// An XML element without content.
+struct Element {
+  const char* name;
+  std::vector<std::pair<const char*, std::string>> attributes;
+};
 
+class Printer : public tinyxml2::XMLPrinter {
+ public:
+  void open(const Element& element) {
+    OpenElement(element.name);
+    for (const auto& [name, value] : element.attributes) PushAttribute(name, value.c_str());
+  }
+
+  void close() { CloseElement(); }
+
+  void write(const Element& element) {
+    open(element);
+    close();
+  }
+
+ protected:
+  void PrintSpace(int depth) override {
+    for (int i = 0; i < depth; ++i) Write("  ");
+  }
+};
+
+/// Writes numbers itself: urdfdom's exportURDF keeps six digits of them.
 class Writer {
  public:
-  Writer(const Specification& specification, std::string name, std::string mesh_folder)
-      : specification_(specification),
-        name_(std::move(name)),
-        mesh_folder_(std::move(mesh_folder)) {}
+  explicit Writer(const Specification& specification) : specification_(specification) {}
 
-  UrdfFiles write(const UrdfDepths& depths) {
-    xml_ << "<?xml version=\"1.0\"?>\n"
-            "<!-- Written by `rosrun walker_sim describe "
-         << specification_.id << "` out of the running world; do not edit.\n"
-         << (specification_.joints_are_exact ? kExactNotes : kPlanarNotes) << "-->\n<robot name=\""
-         << name_ << "\">\n";
-    const std::map<std::string, Place> places = place_links(specification_, depths);
+  UrdfFiles write(const std::string& name) {
+    xml_.PushDeclaration("xml version=\"1.0\"");
+    xml_.PushComment((" Written by `rosrun walker_sim describe " + specification_.id +
+                      "` out of the running world; do not edit.\n" +
+                      (specification_.joints_are_exact ? kExactNotes : kPlanarNotes))
+                         .c_str());
+    xml_.open({"robot", {{"name", name}}});
+    const std::map<std::string, Place> places = place_links(specification_);
     for (const Link& link : specification_.links) write_link(link, places.at(link.name));
     const std::vector<std::string> turned = turned_links(specification_);
     for (std::size_t i = 0; i < turned.size(); ++i) {
       write_joint(specification_.joints[i], turned[i]);
     }
-    xml_ << "</robot>\n";
-    files_.urdf = xml_.str();
-    return std::move(files_);
+    xml_.close();
+    return {xml_.CStr(), std::move(meshes_)};
   }
 
  private:
   // ---------------------------------------------------------------- links
 
   void write_link(const Link& link, const Place& place) {
-    xml_ << "  <link name=\"" << attribute_text(link.name) << "\">\n    <inertial>\n      "
-         << origin(link.center_of_mass) << "\n      <mass value=\"" << text(link.mass)
-         << "\"/>\n      " << inertia_element(link, place) << "\n    </inertial>\n";
-    for (std::size_t i = 0; i < link.prisms.size(); ++i) write_prism(link, i, place);
+    xml_.open({"link", {{"name", link.name}}});
+    xml_.open({"inertial", {}});
+    xml_.write(origin(link.center_of_mass));
+    xml_.write({"mass", {{"value", text(link.mass)}}});
+    xml_.write(inertia(link, place));
+    xml_.close();
+    write_prisms(link, place);
     for (const Solid& solid : link.solids) write_solid(link, solid);
-    xml_ << "  </link>\n";
+    xml_.close();
   }
 
-  std::string inertia_element(const Link& link, const Place& place) const {
+  Element inertia(const Link& link, const Place& place) const {
     Inertia inertia = link.inertia;
     if (std::isnan(inertia.xx)) {
       if (link.prisms.empty()) throw std::invalid_argument("link " + link.name + ": has no shape");
       inertia = planar_inertia(link, place.depth);
     }
-    return "<inertia ixx=\"" + text(inertia.xx) + "\" ixy=\"" + text(inertia.xy) + "\" ixz=\"" +
-           text(inertia.xz) + "\" iyy=\"" + text(inertia.yy) + "\" iyz=\"" + text(inertia.yz) +
-           "\" izz=\"" + text(inertia.zz) + "\"/>";
+    return {"inertia",
+            {{"ixx", text(inertia.xx)},
+             {"ixy", text(inertia.xy)},
+             {"ixz", text(inertia.xz)},
+             {"iyy", text(inertia.yy)},
+             {"iyz", text(inertia.yz)},
+             {"izz", text(inertia.zz)}}};
   }
 
-  /// The meshes join the files.
-  void write_prism(const Link& link, std::size_t index, const Place& place) {
-    const Prism& prism = link.prisms[index];
-    const std::string number = link.prisms.size() == 1 ? "" : "_" + std::to_string(index + 1);
-    const std::string name = name_ + "_" + link.name + number;
-    const std::string in_place = origin({0, place.y, 0});
-    files_.meshes[name + ".dae"] = make_collada(prism, place.depth, link.color);
-    write_visual(link, in_place, mesh(name + ".dae"));
-    if (const std::optional<Rectangle> box = to_rectangle(prism)) {
-      write_collision(
-          origin({box->center[0], place.y, box->center[1]}, {0, box->pitch, 0}),
-          "<box size=\"" + list(Vector3{box->size[0], place.depth, box->size[1]}) + "\"/>");
-      return;
+  void write_prisms(const Link& link, const Place& place) {
+    if (link.prisms.empty()) return;
+    const Element in_place = origin({0, place.y, 0});
+    write_visual(link, in_place, mesh(link.mesh + ".dae"));
+    for (const Prism& prism : link.prisms) {
+      if (const std::optional<Rectangle> box = to_rectangle(prism)) {
+        write_collision(origin({box->center.x(), place.y, box->center.y()}, {0, box->pitch, 0}),
+                        {"box", {{"size", list({box->size.x(), place.depth, box->size.y()})}}});
+      } else {
+        write_collision(in_place, mesh(link.mesh + ".stl"));
+      }
     }
-    files_.meshes[name + ".stl"] = make_stl(prism, place.depth);
-    write_collision(in_place, mesh(name + ".stl"));
   }
 
-  std::string mesh(const std::string& file) const {
-    return "<mesh filename=\"" + mesh_folder_ + "/" + file + "\"/>";
+  Element mesh(const std::string& file) {
+    meshes_.insert(file);
+    return {"mesh", {{"filename", "package://walker_sim/assets/" + file}}};
   }
 
   void write_solid(const Link& link, const Solid& solid) {
-    const Vector3& center = solid.pose.position;
-    const std::string turned = origin(center, roll_pitch_yaw(solid.pose.orientation));
     const auto [first, second, third] = solid.size;
-    const std::string cylinder =
-        "<cylinder radius=\"" + text(first) + "\" length=\"" + text(2 * second) + "\"/>";
-    const std::string sphere = "<sphere radius=\"" + text(first) + "\"/>";
+    const Element turned = origin(solid.pose.position, roll_pitch_yaw(solid.pose.orientation));
+    const Element cylinder{"cylinder", {{"radius", text(first)}, {"length", text(2 * second)}}};
+    const Element sphere{"sphere", {{"radius", text(first)}}};
     switch (solid.kind) {
       case Solid::Kind::sphere:
-        write_shape(link, origin(center), sphere);
+        write_shape(link, origin(solid.pose.position), sphere);
         break;
       case Solid::Kind::capsule:
         write_shape(link, turned, cylinder);
         for (const double z : {second, -second}) {
-          const Vector3 to_cap = rotate(solid.pose.orientation, {0, 0, z});
-          write_shape(link, origin(add(center, to_cap)), sphere);
+          const Eigen::Vector3d to_cap =
+              to_eigen(solid.pose.orientation) * Eigen::Vector3d(0, 0, z);
+          const Eigen::Vector3d cap = to_eigen(solid.pose.position) + to_cap;
+          write_shape(link, origin({cap.x(), cap.y(), cap.z()}), sphere);
         }
         break;
       case Solid::Kind::cylinder:
         write_shape(link, turned, cylinder);
         break;
       case Solid::Kind::box:
-        write_shape(link, turned,
-                    "<box size=\"" + list(Vector3{2 * first, 2 * second, 2 * third}) + "\"/>");
+        write_shape(link, turned, {"box", {{"size", list({2 * first, 2 * second, 2 * third})}}});
         break;
     }
   }
 
   /// What is seen is what collides.
-  void write_shape(const Link& link, const std::string& origin_element,
-                   const std::string& geometry) {
-    write_visual(link, origin_element, geometry);
-    write_collision(origin_element, geometry);
+  void write_shape(const Link& link, const Element& pose, const Element& geometry) {
+    write_visual(link, pose, geometry);
+    write_collision(pose, geometry);
   }
 
-  void write_visual(const Link& link, const std::string& origin_element,
-                    const std::string& geometry) {
-    xml_ << "    <visual>\n"
-         << placed(origin_element, geometry) << "      <material name=\""
-         << attribute_text(link.name) << "\">\n        <color rgba=\""
-         << list_text(link.color, Precision::in_single)
-         << "\"/>\n      </material>\n    </visual>\n";
+  void write_visual(const Link& link, const Element& pose, const Element& geometry) {
+    xml_.open({"visual", {}});
+    write_placed(pose, geometry);
+    xml_.open({"material", {{"name", link.name}}});
+    xml_.write({"color", {{"rgba", list_text(link.color, Precision::in_single)}}});
+    xml_.close();
+    xml_.close();
   }
 
-  void write_collision(const std::string& origin_element, const std::string& geometry) {
-    xml_ << "    <collision>\n" << placed(origin_element, geometry) << "    </collision>\n";
+  void write_collision(const Element& pose, const Element& geometry) {
+    xml_.open({"collision", {}});
+    write_placed(pose, geometry);
+    xml_.close();
   }
 
-  static std::string placed(const std::string& origin_element, const std::string& geometry) {
-    return "      " + origin_element + "\n      <geometry>\n        " + geometry +
-           "\n      </geometry>\n";
+  void write_placed(const Element& pose, const Element& geometry) {
+    xml_.write(pose);
+    xml_.open({"geometry", {}});
+    xml_.write(geometry);
+    xml_.close();
   }
 
   // ---------------------------------------------------------------- joints
@@ -177,27 +192,29 @@ class Writer {
   /// @param turned the link that it turns
   void write_joint(const Joint& joint, const std::string& turned) {
     const bool is_limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
-    begin_joint(joint.name, is_limited ? "revolute" : "continuous", joint.parent, turned);
-    xml_ << "    " << origin(joint.origin) << "\n    <axis xyz=\"" << list(joint.axis)
-         << "\"/>\n    <limit ";
+    open_joint(joint.name, is_limited ? "revolute" : "continuous", joint.parent, turned);
+    xml_.write(origin(joint.origin));
+    xml_.write({"axis", {{"xyz", list(joint.axis)}}});
+    Element limit{"limit", {}};
     if (is_limited) {
-      xml_ << "lower=\"" << text(joint.lower) << "\" upper=\"" << text(joint.upper) << "\" ";
+      limit.attributes = {{"lower", text(joint.lower)}, {"upper", text(joint.upper)}};
     }
-    xml_ << "effort=\"" << text(joint.maximum_effort) << "\" velocity=\""
-         << text(std::min(joint.maximum_velocity, kAnyVelocity)) << "\"/>\n  </joint>\n";
+    limit.attributes.emplace_back("effort", text(joint.maximum_effort));
+    limit.attributes.emplace_back("velocity", text(std::min(joint.maximum_velocity, kAnyVelocity)));
+    xml_.write(limit);
+    xml_.close();
     if (turned == joint.child) return;
-    xml_ << "  <link name=\"" << attribute_text(turned) << "\"/>\n";
-    begin_joint(turned + "_mount", "fixed", turned, joint.child);
-    xml_ << "    "
-         << origin(joint.child_frame.position, roll_pitch_yaw(joint.child_frame.orientation))
-         << "\n  </joint>\n";
+    xml_.write({"link", {{"name", turned}}});
+    open_joint(turned + "_mount", "fixed", turned, joint.child);
+    xml_.write(origin(joint.child_frame.position, roll_pitch_yaw(joint.child_frame.orientation)));
+    xml_.close();
   }
 
-  void begin_joint(const std::string& name, const char* type, const std::string& parent,
-                   const std::string& child) {
-    xml_ << "  <joint name=\"" << attribute_text(name) << "\" type=\"" << type
-         << "\">\n    <parent link=\"" << attribute_text(parent) << "\"/>\n    <child link=\""
-         << attribute_text(child) << "\"/>\n";
+  void open_joint(const std::string& name, const char* type, const std::string& parent,
+                  const std::string& child) {
+    xml_.open({"joint", {{"name", name}, {"type", type}}});
+    xml_.write({"parent", {{"link", parent}}});
+    xml_.write({"child", {{"link", child}}});
   }
 
   // ---------------------------------------------------------------- text
@@ -207,23 +224,16 @@ class Writer {
   }
 
   std::string text(double value) const { return number_text(value, precision()); }
+  std::string list(const Vector3& vector) const { return list_text(vector, precision()); }
 
-  template <typename Numbers>
-  std::string list(const Numbers& numbers) const {
-    return list_text(numbers, precision());
-  }
-
-  std::string origin(const Vector3& xyz) const { return "<origin xyz=\"" + list(xyz) + "\"/>"; }
-
-  std::string origin(const Vector3& xyz, const Vector3& rpy) const {
-    return "<origin xyz=\"" + list(xyz) + "\" rpy=\"" + list(rpy) + "\"/>";
+  Element origin(const Vector3& xyz) const { return {"origin", {{"xyz", list(xyz)}}}; }
+  Element origin(const Vector3& xyz, const Vector3& rpy) const {
+    return {"origin", {{"xyz", list(xyz)}, {"rpy", list(rpy)}}};
   }
 
   const Specification& specification_;
-  std::string name_;
-  std::string mesh_folder_;
-  std::ostringstream xml_;
-  UrdfFiles files_;
+  Printer xml_;
+  std::set<std::string> meshes_;
 };
 
 }  // namespace
@@ -238,46 +248,8 @@ std::string robot_name(const std::string& id) {
   return name;
 }
 
-std::map<std::string, Place> place_links(const Specification& specification,
-                                         const UrdfDepths& depths) {
-  const std::string& trunk = specification.links.front().name;
-  std::map<std::string, Place> places{{trunk, {0, depths.trunk}}};
-  std::vector<std::string> branches;  // by the link with which each begins
-  for (const Joint& joint : specification.joints) {
-    if (joint.parent == trunk) branches.push_back(joint.child);
-  }
-  const double spacing = depths.trunk + depths.limb + 2 * depths.gap;
-  const double first = static_cast<double>(branches.size() + 1) / 2 * spacing;
-  for (const Joint& joint : specification.joints) {
-    const auto branch =
-        std::find(branches.begin(), branches.end(), branch_of(specification, joint));
-    const auto number = static_cast<double>(branch - branches.begin() + 1);
-    places[joint.child] = {first - number * spacing, depths.limb};
-  }
-  return places;
-}
-
-std::vector<std::string> turned_links(const Specification& specification) {
-  std::vector<std::string> names;
-  const auto is_taken = [&](const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end() ||
-           std::any_of(specification.links.begin(), specification.links.end(),
-                       [&](const Link& link) { return link.name == name; });
-  };
-  for (const Joint& joint : specification.joints) {
-    std::string name = joint.child;
-    if (!is_identity(joint.child_frame)) {
-      do name += "_hinge";
-      while (is_taken(name));
-    }
-    names.push_back(name);
-  }
-  return names;
-}
-
-UrdfFiles make_urdf(const Specification& specification, const std::string& name,
-                    const std::string& mesh_folder, const UrdfDepths& depths) {
-  return Writer(specification, name, mesh_folder).write(depths);
+UrdfFiles make_urdf(const Specification& specification, const std::string& name) {
+  return Writer(specification).write(name);
 }
 
 }  // namespace walker

@@ -1,9 +1,9 @@
-// Numbers and names of a robot description as text.
+// Numbers of a robot description as text.
 #pragma once
 
 #include <string>
 
-#include "walker_sim/specification.h"
+#include "core/shortest_text.h"
 
 namespace walker {
 
@@ -11,7 +11,11 @@ namespace walker {
 enum class Precision { in_single, in_double };
 
 /// Shortest text that reads back as the same number of this precision; 0 also for -0.
-std::string number_text(double value, Precision precision);
+inline std::string number_text(double value, Precision precision) {
+  if (value == 0) value = 0;
+  if (precision == Precision::in_single) return shortest_text(static_cast<float>(value));
+  return shortest_text(value);
+}
 
 /// The numbers with blanks between.
 template <typename Numbers>
@@ -22,8 +26,5 @@ std::string list_text(const Numbers& numbers, Precision precision) {
   }
   return text;
 }
-
-/// A name as the value of an XML attribute.
-std::string attribute_text(const std::string& name);
 
 }  // namespace walker

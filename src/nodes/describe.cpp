@@ -1,11 +1,15 @@
 // Writes an environment's robot description out of its running world. Needs no ROS master.
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
+
+#include <ros/package.h>
 
 #include "core/parameter_text.h"
 #include "description/urdf.h"
@@ -18,7 +22,9 @@ constexpr const char* kUsage =
     "Describes environment ID (BipedalWalker-v3) as URDF, read off its running world.\n"
     "  NAME=VALUE       parameters of the environment, e.g. xml_file=/path/model.xml\n"
     "  --urdf FILE      writes the URDF there; without, it goes to the terminal\n"
-    "  --meshes FOLDER  writes the meshes there (an existing folder); without, none are written\n";
+    "  --meshes FOLDER  copies the package's meshes there (an existing folder), under the names "
+    "that\n"
+    "                   the URDF has for them\n";
 
 struct Options {
   std::string id = "BipedalWalker-v3";
@@ -55,6 +61,15 @@ void write(const std::string& path, const std::string& content) {
   if (!file) throw std::runtime_error(path + ": could not be written");
 }
 
+void copy_mesh(const std::string& name, const std::string& folder) {
+  using std::filesystem::copy_options;
+  const std::string path = folder + "/" + name;
+  std::error_code error;
+  std::filesystem::copy_file(ros::package::getPath("walker_sim") + "/assets/" + name, path,
+                             copy_options::overwrite_existing, error);
+  if (error) throw std::runtime_error(path + ": could not be written: " + error.message());
+}
+
 void describe(const Options& options) {
   const auto environment = walker::make(
       options.id,
@@ -67,7 +82,7 @@ void describe(const Options& options) {
     write(options.urdf, files.urdf);
   }
   if (options.meshes.empty()) return;
-  for (const auto& [name, content] : files.meshes) write(options.meshes + "/" + name, content);
+  for (const std::string& name : files.meshes) copy_mesh(name, options.meshes);
 }
 
 }  // namespace

@@ -19,13 +19,14 @@ urdf::Rotation to_urdf(const Quaternion& q) {
 }
 
 /// Whether both turn everything alike; the sign of a quaternion does not matter.
-void expect_same_rotation(const Quaternion& expected, const urdf::Rotation& actual) {
+template <typename Rotation>
+void expect_same_rotation(const Rotation& expected, const urdf::Rotation& actual) {
   for (const Vector3& axis : {Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{0, 0, 1}}) {
-    const Vector3 turned = rotate(expected, axis);
+    const Eigen::Vector3d turned = expected * to_eigen(axis);
     const urdf::Vector3 other = actual * urdf::Vector3(axis[0], axis[1], axis[2]);
-    EXPECT_NEAR(turned[0], other.x, kTolerance);
-    EXPECT_NEAR(turned[1], other.y, kTolerance);
-    EXPECT_NEAR(turned[2], other.z, kTolerance);
+    EXPECT_NEAR(turned.x(), other.x, kTolerance);
+    EXPECT_NEAR(turned.y(), other.y, kTolerance);
+    EXPECT_NEAR(turned.z(), other.z, kTolerance);
   }
 }
 
@@ -46,9 +47,9 @@ TEST_F(Rotations, MultiplyAndRotateAsUrdfdomsDo) {
   for (int i = 0; i < 100; ++i) {
     const Quaternion a = draw();
     const Quaternion b = draw();
-    expect_same_rotation(a, to_urdf(a));
-    expect_same_rotation(multiply(a, b), to_urdf(a) * to_urdf(b));
-    expect_same_rotation(conjugate(a), to_urdf(a).GetInverse());
+    expect_same_rotation(to_eigen(a), to_urdf(a));
+    expect_same_rotation(to_eigen(a) * to_eigen(b), to_urdf(a) * to_urdf(b));
+    expect_same_rotation(to_eigen(a).conjugate(), to_urdf(a).GetInverse());
   }
 }
 
@@ -65,7 +66,7 @@ TEST_F(Rotations, RollPitchYawReadsBackAsTheSameRotation) {
     const Vector3 angles = roll_pitch_yaw(q);
     urdf::Rotation read;
     read.setFromRPY(angles[0], angles[1], angles[2]);
-    expect_same_rotation(q, read);
+    expect_same_rotation(to_eigen(q), read);
   }
 }
 
@@ -79,19 +80,19 @@ TEST_F(Rotations, ComposeGoesOnFromTheBaseAndRelativeIsTheWayFromIt) {
   for (int i = 0; i < 100; ++i) {
     const Pose base{{1, 2, 3}, draw()};
     const Pose step{{-0.5, 0.25, 4}, draw()};
-    const Pose pose = compose(base, step);
+    const Eigen::Isometry3d pose = to_eigen(base) * to_eigen(step);
     const urdf::Vector3 turned =
         to_urdf(base.orientation) *
         urdf::Vector3(step.position[0], step.position[1], step.position[2]);
-    EXPECT_NEAR(pose.position[0], base.position[0] + turned.x, kTolerance);
-    EXPECT_NEAR(pose.position[1], base.position[1] + turned.y, kTolerance);
-    EXPECT_NEAR(pose.position[2], base.position[2] + turned.z, kTolerance);
-    expect_same_rotation(pose.orientation, to_urdf(base.orientation) * to_urdf(step.orientation));
-    const Pose found = relative(base, pose);
-    for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_NEAR(found.position[k], step.position[k], kTolerance);
+    EXPECT_NEAR(pose.translation().x(), base.position[0] + turned.x, kTolerance);
+    EXPECT_NEAR(pose.translation().y(), base.position[1] + turned.y, kTolerance);
+    EXPECT_NEAR(pose.translation().z(), base.position[2] + turned.z, kTolerance);
+    expect_same_rotation(pose.linear(), to_urdf(base.orientation) * to_urdf(step.orientation));
+    const Eigen::Isometry3d found = to_eigen(base).inverse() * pose;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(found.translation()[k], step.position[static_cast<std::size_t>(k)], kTolerance);
     }
-    expect_same_rotation(found.orientation, to_urdf(step.orientation));
+    expect_same_rotation(found.linear(), to_urdf(step.orientation));
   }
   EXPECT_TRUE(is_identity(Pose{}));
   EXPECT_FALSE(is_identity({{0, 0, 1e-300}, {0, 0, 0, 1}}));

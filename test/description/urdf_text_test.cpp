@@ -38,10 +38,5 @@ TEST(ListText, HasBlanksBetween) {
   EXPECT_EQ(list_text(std::vector<double>{1, -0.5, 0}, Precision::in_double), "1 -0.5 0");
 }
 
-TEST(AttributeText, HidesWhatXmlWouldReadAsItsOwn) {
-  EXPECT_EQ(attribute_text("left_foot"), "left_foot");
-  EXPECT_EQ(attribute_text("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
-}
-
 }  // namespace
 }  // namespace walker

@@ -6,7 +6,10 @@
 #include <map>
 #include <sstream>
 
-#include "description/urdf.h"
+#include <tf2_eigen/tf2_eigen.h>
+
+#include "description/link_tree.h"
+#include "description/poses.h"
 #include "server/markers/link_points.h"
 #include "server/markers/marker_shapes.h"
 
@@ -31,14 +34,10 @@ constexpr Color kContactColor{1, 0.8, 0.1, 1};
 constexpr Color kPathColor{0.1, 0.25, 0.75, 0.6};
 constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
 
-bool is_somewhere(const Vector3& vector) {
-  return std::all_of(vector.begin(), vector.end(), [](double v) { return std::isfinite(v); });
-}
-
 /// Red rays to what they met, faint ones as far as the range finder reaches; a ball at each hit.
 void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
                  MarkerArray& array) {
-  const Vector3& origin = sensors.link_poses.front().position;
+  const Eigen::Vector3d origin = to_eigen(sensors.link_poses.front().position);
   // rviz ignores a single line's alpha, so the faint ones need a marker of their own.
   Marker rays = make_marker(header, "rays", Marker::LINE_LIST);
   Marker missed_rays = make_marker(header, "missed_rays", Marker::LINE_LIST);
@@ -48,15 +47,15 @@ void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_ms
   rays.color = to_color(kRayColor);
   missed_rays.color = to_color(kMissedRayColor);
   hits.color = to_color(with_alpha(kRayColor, 1));
-  const geometry_msgs::Point from = to_point({origin[0], origin[2]}, origin[1]);
+  const geometry_msgs::Point from = tf2::toMsg(origin);
   for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
     if (std::isnan(sensors.ranges[i])) continue;
     const bool is_hit = std::isfinite(sensors.ranges[i]);
     const double range = is_hit ? sensors.ranges[i] : finder.maximum_range;
     const double angle = finder.angle_minimum + static_cast<double>(i) * finder.angle_increment;
     // The lidar frame's X is the world's x, its Y the world's z.
-    const geometry_msgs::Point to = to_point(
-        {origin[0] + range * std::cos(angle), origin[2] + range * std::sin(angle)}, origin[1]);
+    const Eigen::Vector3d direction(std::cos(angle), 0, std::sin(angle));
+    const geometry_msgs::Point to = tf2::toMsg(Eigen::Vector3d(origin + range * direction));
     Marker& lines = is_hit ? rays : missed_rays;
     lines.points.push_back(from);
     lines.points.push_back(to);
@@ -82,11 +81,9 @@ Marker contacts_marker(const Specification& specification, const Sensors& sensor
     const auto index = static_cast<std::size_t>(sensor);
     if (index >= std::min(names.size(), sensors.contacts.size())) continue;
     if (sensors.contacts[index] == 0) continue;
-    const std::optional<Vector3> lowest =
+    const std::optional<Eigen::Vector3d> lowest =
         lowest_point(link, places.at(link.name).y, sensors.link_poses[i]);
-    if (lowest && is_somewhere(*lowest)) {
-      marker.points.push_back(to_point({(*lowest)[0], (*lowest)[2]}, (*lowest)[1]));
-    }
+    if (lowest && lowest->allFinite()) marker.points.push_back(tf2::toMsg(*lowest));
   }
   return marker.points.empty() ? deletion(header, "contacts") : marker;
 }
@@ -102,10 +99,11 @@ std::string text_of(const EpisodeStatus& status) {
   return text.str();
 }
 
-Marker text_marker(const Vector3& trunk, double reach, const EpisodeStatus& status,
+Marker text_marker(const Eigen::Vector3d& trunk, double reach, const EpisodeStatus& status,
                    const std_msgs::Header& header) {
   Marker marker = make_marker(header, "episode", Marker::TEXT_VIEW_FACING);
-  marker.pose.position = to_point({trunk[0], trunk[2] + kTextAltitude * reach}, trunk[1]);
+  const Eigen::Vector3d above(0, 0, kTextAltitude * reach);
+  marker.pose.position = tf2::toMsg(Eigen::Vector3d(trunk + above));
   marker.scale.z = kTextHeight * reach;
   marker.color = to_color(kTextColor);
   marker.text = text_of(status);
@@ -118,8 +116,8 @@ MarkerArray state_markers(const Specification& specification, const Sensors& sen
                           const EpisodeStatus& status, const std_msgs::Header& header) {
   MarkerArray array;
   if (sensors.link_poses.empty()) return array;
-  const Vector3& trunk = sensors.link_poses.front().position;
-  if (!is_somewhere(trunk)) return array;
+  const Eigen::Vector3d trunk = to_eigen(sensors.link_poses.front().position);
+  if (!trunk.allFinite()) return array;
   const double reach = reach_of(specification);
   if (specification.range_finder.num_rays != 0) {
     append_rays(specification.range_finder, sensors, header, array);
@@ -131,8 +129,8 @@ MarkerArray state_markers(const Specification& specification, const Sensors& sen
 }
 
 bool Path::add(const Vector3& trunk) {
-  if (!is_somewhere(trunk)) return false;
-  const geometry_msgs::Point point = to_point({trunk[0], trunk[2]}, trunk[1]);
+  if (!to_eigen(trunk).allFinite()) return false;
+  const geometry_msgs::Point point = tf2::toMsg(to_eigen(trunk));
   if (!points_.empty()) {
     const geometry_msgs::Point& last = points_.back();
     if (std::hypot(point.x - last.x, point.y - last.y, point.z - last.z) < kSpacing) return false;

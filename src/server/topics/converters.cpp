@@ -9,36 +9,21 @@
 
 #include <sensor_msgs/distortion_models.h>
 #include <sensor_msgs/image_encodings.h>
+#include <tf2_eigen/tf2_eigen.h>
 
+#include "description/link_tree.h"
 #include "description/poses.h"
-#include "description/urdf.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
 namespace {
 
-template <typename Message>
-void set(const Vector3& vector, Message& message) {
-  message.x = vector[0];
-  message.y = vector[1];
-  message.z = vector[2];
-}
-
-void set(const Quaternion& quaternion, geometry_msgs::Quaternion& message) {
-  message.x = quaternion[0];
-  message.y = quaternion[1];
-  message.z = quaternion[2];
-  message.w = quaternion[3];
-}
-
 geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
-                                          const Pose& pose, ros::Time stamp) {
-  geometry_msgs::TransformStamped message;
+                                          const Eigen::Isometry3d& pose, ros::Time stamp) {
+  geometry_msgs::TransformStamped message = tf2::eigenToTransform(pose);
   message.header.stamp = stamp;
   message.header.frame_id = parent;
   message.child_frame_id = child;
-  set(pose.position, message.transform.translation);
-  set(pose.orientation, message.transform.rotation);
   return message;
 }
 
@@ -47,10 +32,10 @@ bool is_mounted(const Frames& frames, std::size_t joint) {
   return frames.turned[joint] != frames.links[joint + 1];
 }
 
-/// Gravity-aligned at the trunk's origin: X forward, Y up, whatever the trunk's attitude.
-Pose lidar_pose(const Pose& trunk) {
-  const double half = std::sqrt(0.5);
-  return {trunk.position, {half, 0, 0, half}};  // rolled by +pi/2
+/// In the trunk: at its origin and gravity-aligned, X forward, Y up, whatever the trunk's attitude.
+Eigen::Isometry3d lidar_pose(const Quaternion& attitude) {
+  const Eigen::AngleAxisd roll(M_PI / 2, Eigen::Vector3d::UnitX());
+  return Eigen::Isometry3d(to_eigen(attitude).conjugate() * roll);
 }
 
 /// Each joint from the bodies' own poses: what it turns, in its parent.
@@ -61,10 +46,11 @@ void append_joints(const Specification& specification, const Sensors& sensors, c
     const auto parent = std::find_if(specification.links.begin(), specification.links.end(),
                                      [&](const Link& link) { return link.name == joint.parent; });
     const auto index = static_cast<std::size_t>(parent - specification.links.begin());
-    Pose turned = sensors.link_poses[i + 1];
-    if (is_mounted(frames, i)) turned = compose(turned, relative(joint.child_frame, Pose{}));
-    message.transforms.push_back(transform(frames.links[index], frames.turned[i],
-                                           relative(sensors.link_poses[index], turned), stamp));
+    const Eigen::Isometry3d base = to_eigen(sensors.link_poses[index]);
+    const Eigen::Isometry3d turned =
+        to_eigen(sensors.link_poses[i + 1]) * to_eigen(joint.child_frame).inverse();
+    message.transforms.push_back(
+        transform(frames.links[index], frames.turned[i], base.inverse() * turned, stamp));
   }
 }
 
@@ -192,38 +178,40 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
 
 void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
           sensor_msgs::Imu& message) {
-  const Quaternion& attitude = sensors.link_poses.front().orientation;
-  const Quaternion to_trunk = conjugate(attitude);
+  const Eigen::Quaterniond attitude = to_eigen(sensors.link_poses.front().orientation);
+  const Eigen::Quaterniond to_trunk = attitude.conjugate();
+  const Eigen::Vector3d gravity = to_eigen(sensors.gravity);
   message.header.stamp = stamp;
   message.header.frame_id = frames.trunk;
-  set(attitude, message.orientation);
-  set(rotate(to_trunk, sensors.angular_velocity), message.angular_velocity);
-  set(rotate(to_trunk, subtract(sensors.linear_acceleration, sensors.gravity)),
-      message.linear_acceleration);
+  message.orientation = tf2::toMsg(attitude);
+  tf2::toMsg(to_trunk * to_eigen(sensors.angular_velocity), message.angular_velocity);
+  tf2::toMsg(to_trunk * (to_eigen(sensors.linear_acceleration) - gravity),
+             message.linear_acceleration);
 }
 
 void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
           nav_msgs::Odometry& message) {
   const Pose& trunk = sensors.link_poses.front();
-  const Quaternion to_trunk = conjugate(trunk.orientation);
+  const Eigen::Quaterniond attitude = to_eigen(trunk.orientation);
+  const Eigen::Quaterniond to_trunk = attitude.conjugate();
   message.header.stamp = stamp;
   message.header.frame_id = frames.odometry;
   message.child_frame_id = frames.trunk;
-  set(trunk.position, message.pose.pose.position);
-  set(trunk.orientation, message.pose.pose.orientation);
-  set(rotate(to_trunk, sensors.linear_velocity), message.twist.twist.linear);
-  set(rotate(to_trunk, sensors.angular_velocity), message.twist.twist.angular);
+  message.pose.pose.position = tf2::toMsg(to_eigen(trunk.position));
+  message.pose.pose.orientation = tf2::toMsg(attitude);
+  tf2::toMsg(to_trunk * to_eigen(sensors.linear_velocity), message.twist.twist.linear);
+  tf2::toMsg(to_trunk * to_eigen(sensors.angular_velocity), message.twist.twist.angular);
 }
 
 void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
           ros::Time stamp, tf2_msgs::TFMessage& message) {
   const Pose& trunk = sensors.link_poses.front();
   message.transforms.clear();
-  message.transforms.push_back(transform(frames.odometry, frames.trunk, trunk, stamp));
+  message.transforms.push_back(transform(frames.odometry, frames.trunk, to_eigen(trunk), stamp));
   append_joints(specification, sensors, frames, stamp, message);
   if (specification.range_finder.num_rays != 0) {
     message.transforms.push_back(
-        transform(frames.trunk, frames.lidar, relative(trunk, lidar_pose(trunk)), stamp));
+        transform(frames.trunk, frames.lidar, lidar_pose(trunk.orientation), stamp));
   }
 }
 
@@ -265,19 +253,20 @@ void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
 }
 
 void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message) {
-  message.transforms.assign(1, transform(frames.odometry, frames.camera, camera, stamp));
+  message.transforms.assign(1, transform(frames.odometry, frames.camera, to_eigen(camera), stamp));
 }
 
 tf2_msgs::TFMessage static_transforms(const Specification& specification, const Frames& frames,
                                       ros::Time stamp) {
   tf2_msgs::TFMessage message;
   if (frames.base_link != frames.trunk) {
-    message.transforms.push_back(transform(frames.trunk, frames.base_link, Pose{}, stamp));
+    message.transforms.push_back(
+        transform(frames.trunk, frames.base_link, Eigen::Isometry3d::Identity(), stamp));
   }
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
     if (!is_mounted(frames, i)) continue;
     message.transforms.push_back(transform(frames.turned[i], frames.links[i + 1],
-                                           specification.joints[i].child_frame, stamp));
+                                           to_eigen(specification.joints[i].child_frame), stamp));
   }
   return message;
 }

@@ -6,7 +6,10 @@
 namespace walker {
 
 void EpisodeStatistics::add(double episode_return, std::uint32_t length, End end) {
-  episodes_[count_ % kCapacity] = {episode_return, length, end};
+  const std::size_t place = count_ % kCapacity;
+  returns_(place) = episode_return;
+  lengths_(place) = length;
+  ends_[place] = end;
   ++count_;
 }
 
@@ -20,23 +23,19 @@ EpisodeStatistics::Summary EpisodeStatistics::summary() const {
   Summary summary;
   if (count_ == 0) return summary;
   summary.episodes = std::min<std::uint64_t>(count_, kCapacity);
-  summary.return_min = summary.return_max = episodes_[0].episode_return;
-  double squares = 0;  // of the distances from the mean, after Welford: no large numbers cancel
-  for (std::size_t i = 0; i < summary.episodes; ++i) {
-    const Episode& episode = episodes_[i];
-    const double value = episode.episode_return;
-    const auto count = static_cast<double>(i + 1);
-    const double distance = value - summary.return_mean;
-    summary.return_mean += distance / count;
-    squares += distance * (value - summary.return_mean);
-    summary.return_min = std::min(summary.return_min, value);
-    summary.return_max = std::max(summary.return_max, value);
-    summary.length_mean += (episode.length - summary.length_mean) / count;
-    if (episode.end == End::terminated) ++summary.terminated;
-    if (episode.end == End::truncated) ++summary.truncated;
-    if (episode.end == End::failed) ++summary.failed;
-  }
-  summary.return_deviation = std::sqrt(squares / static_cast<double>(summary.episodes));
+  const auto count = static_cast<Eigen::Index>(summary.episodes);
+  const auto returns = returns_.head(count);
+  summary.return_mean = returns.mean();
+  summary.return_deviation = std::sqrt((returns - summary.return_mean).square().mean());
+  summary.return_min = returns.minCoeff();
+  summary.return_max = returns.maxCoeff();
+  summary.length_mean = lengths_.head(count).mean();
+  const auto number_of = [&](End end) {
+    return static_cast<std::size_t>(std::count(ends_.begin(), ends_.begin() + count, end));
+  };
+  summary.terminated = number_of(End::terminated);
+  summary.truncated = number_of(End::truncated);
+  summary.failed = number_of(End::failed);
   return summary;
 }
 

@@ -1,6 +1,7 @@
 // How the latest episodes went. No ROS.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -41,13 +42,10 @@ class EpisodeStatistics {
   Summary summary() const;
 
  private:
-  struct Episode {
-    double episode_return;
-    std::uint32_t length;
-    End end;
-  };
-
-  std::array<Episode, kCapacity> episodes_{};  // a ring
+  // Rings.
+  Eigen::ArrayXd returns_ = Eigen::ArrayXd(kCapacity);
+  Eigen::ArrayXd lengths_ = Eigen::ArrayXd(kCapacity);  // [steps]
+  std::array<End, kCapacity> ends_{};
   std::uint64_t count_ = 0;
 };
 

@@ -14,7 +14,7 @@
 
 #include <ros/serialization.h>
 
-#include "description/urdf.h"
+#include "description/link_tree.h"
 #include "server/markers/link_points.h"
 #include "server/markers/scene_markers.h"
 #include "server/markers/state_markers.h"
