@@ -54,13 +54,29 @@ TREE = {
 }
 
 
-def add_tree(_, name, source):
-    if name != root_doc:
-        return
+def tree():
     for caption, pages in TREE.items():
         names = [page if page[0] == "/" else f"docs/{page}" for page in pages.split()]
-        lines = ["```{toctree}", ":hidden:", f":caption: {caption}", "", *names, "```"]
-        source[0] += "\n".join(["", *lines, ""])
+        yield from ("", "```{toctree}", ":hidden:", f":caption: {caption}", "", *names, "```")
+
+
+# All but what is private.
+SECTIONS = "briefdescription detaileddescription innernamespace innerclass enum typedef func"
+SECTIONS += " public-type public-func public-attrib public-static-func public-static-attrib"
+
+
+def headers():
+    """A section for each public one, whose first lines say what it is for."""
+    for path in sorted(ROOT.glob("include/walker_sim/*.h")):
+        title = f"walker_sim/{path.name}"
+        about = path.read_text().partition("\n#pragma once")[0].replace("// ", "")
+        yield from ("", title, "-" * len(title), "", about, "")
+        yield from (f".. doxygenfile:: {path.name}", f"   :sections: {SECTIONS}")
+
+
+def add_lines(_app, name, source):
+    lines = {root_doc: tree, "docs/cpp_api": headers}.get(name, tuple)()
+    source[0] += "\n".join([*lines, ""])
 
 
 def shorten(_app, _what, _name, _object, _options, *signature):
@@ -70,5 +86,5 @@ def shorten(_app, _what, _name, _object, _options, *signature):
 
 
 def setup(app):
-    app.connect("source-read", add_tree)
+    app.connect("source-read", add_lines)
     app.connect("autodoc-process-signature", shorten)
