@@ -13,6 +13,8 @@ lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
 cache_packages=(ccache)
+# All that ./scripts/docs needs, which builds nothing.
+docs_packages=(ca-certificates doxygen python3-pip python3-venv)
 
 message_packages=(diagnostic geometry nav sensor std visualization)
 

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# The set-up that run, env and test share: system, packages, engines, virtual environment, build.
+# The set-up that the commands share: system, packages, engines, virtual environment, build.
 # Source it, then call set_up. Every step looks first whether it is done; an interrupted one is done
 # again by the next command. What the tools say goes to build/log/, what this says to stderr.
 #
@@ -120,13 +120,13 @@ set_up_packages() {
   local wanted=("${base_packages[@]}" "${extra_packages[@]}") missing
   mapfile -t missing < <(missing_packages "${wanted[@]}")
   if [ ${#missing[@]} -eq 0 ]; then
-    say "[1/4] packages: all ${#wanted[@]} are installed"
+    say "packages: all ${#wanted[@]} are installed"
     return
   fi
   if [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null; then
     die "not root and no sudo, so these packages cannot be installed: ${missing[*]}"
   fi
-  say "[1/4] packages: installing ${#missing[@]} of ${#wanted[@]} and what they need"
+  say "packages: installing ${#missing[@]} of ${#wanted[@]} and what they need"
   quiet packages install_packages "${missing[@]}" 8>&- 9>&- # no daemon shall inherit a lock
 }
 
@@ -157,16 +157,16 @@ set_up_venv() {
 # set_up_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand.
 set_up_engine() {
   if [ -n "${!2:-}" ]; then
-    say "[2/4] engines: $1 from $2 = ${!2}"
+    say "[1/3] engines: $1 from $2 = ${!2}"
   else
-    say "[2/4] engines: the pinned $1"
+    say "[1/3] engines: the pinned $1"
     "$root/scripts/fetch_engines" "$1" >/dev/null
   fi
 }
 
 set_up_engines() {
   if [ "$engines" = system ]; then
-    say "[2/4] engines: the distribution's, on request; BipedalWalker's bits are not Gymnasium's"
+    say "[1/3] engines: the distribution's, on request; BipedalWalker's bits are not Gymnasium's"
   else
     set_up_engine box2d BOX2D_SOURCE_DIR && set_up_engine mujoco MUJOCO_DIR
   fi
@@ -202,9 +202,9 @@ build_in() {
 }
 
 set_up_build() {
-  say "[3/4] configure: build/.ros with the $engines engines"
+  say "[2/3] configure: build/.ros with the $engines engines"
   configure "$ros_build" "${ros_options[@]}" "${extra_options[@]}" || return
-  say "[4/4] build"
+  say "[3/3] build"
   build_in "$ros_build" "${build_targets[@]}"
 }
 

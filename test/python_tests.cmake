@@ -4,6 +4,7 @@ set(short_suites
   core/exported_symbols_test
   core/pool_gymnasium_test
   core/random_numpy_test
+  docs_test
   programs_test
   python/answers_test
   python/bits_bipedal_walker_test

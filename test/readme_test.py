@@ -1,6 +1,6 @@
-"""README's commands, typed as they stand there beside walkers started as it says.
+"""The commands in README and docs/, typed as they stand there beside walkers started as they say.
 
-What it shows of their output is compared; three dots stand for lines left out, or for a part of a
+What is shown of their output is compared; three dots stand for lines left out, or for a part of a
 line. Each scene has a ROS master and a folder of its own.
 """
 
@@ -23,40 +23,54 @@ from bare_ros import CALLER, PATIENCE, free_port, wait_for  # noqa: E402
 from launched import LoggedProcess  # noqa: E402
 
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+PAGES = {
+    str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
+    for path in (ROOT / "README.md", *sorted(ROOT.glob("docs/*.md")))
+}
+BLOCKS = [
+    (page, language, text)
+    for page, words in PAGES.items()
+    for language, text in re.findall(r"^```(\w*)\n(.*?)^```$", words, re.MULTILINE | re.DOTALL)
+]
 
-# Some words of each block that a scene types.
-BY_HAND = "/walker_sim/reset '{has_seed: true, seed: 42}'"
-GYMNASIUM = "./scripts/env python -c '"
-USUAL_TOOLS = "/walker_sim/unpause"
-BATCH = "/walker_sim/step_batch"
-SNAPSHOT = "/walker_sim/snapshot"
-REPLAY = "rosrun walker_sim replay walk.bag"
-CAMERA = "/walker_sim/render"
-TYPED = [BY_HAND, GYMNASIUM, USUAL_TOOLS, BATCH, SNAPSHOT, REPLAY, CAMERA]
+# The page and some words of each block that a scene types.
+README, GUIDE, CLI = "README.md", "docs/ros_guide.md", "docs/cli.md"
+AT_FIRST = (README, "/walker_sim/step")
+BY_HAND = (GUIDE, "/walker_sim/reset '{has_seed: true, seed: 42}'")
+GYMNASIUM = (GUIDE, "./scripts/env python -c '")
+USUAL_TOOLS = (GUIDE, "/walker_sim/unpause")
+BATCH = (GUIDE, "/walker_sim/step_batch")
+SNAPSHOT = (GUIDE, "/walker_sim/snapshot")
+REPLAY = (GUIDE, "rosrun walker_sim replay walk.bag")
+CAMERA = ("docs/ros_interface.md", "/walker_sim/render")
+TYPED = [AT_FIRST, BY_HAND, GYMNASIUM, USUAL_TOOLS, BATCH, SNAPSHOT, REPLAY, CAMERA]
 # Those that none does: the reason.
 NOT_TYPED = {
-    "walker_sim evaluate": "takes long; test/python/commands_evaluate_test.py",
-    "walker_sim bench": "measures, and `record` takes long; test/python/commands_*_test.py",
-    "walker_sim play": "needs a window; test/python/commands_play_test.py",
-    "ten_walkers.launch": "needs the machine for itself; test/server/ten_walkers_test.py",
+    (CLI, "walker_sim evaluate"): "takes long; test/python/commands_evaluate_test.py",
+    (CLI, "walker_sim record"): "takes long; test/python/commands_record_test.py",
+    (CLI, "walker_sim bench"): "measures; test/python/commands_bench_test.py",
+    (CLI, "walker_sim play"): "needs a window; test/python/commands_play_test.py",
+    ("docs/adding_an_environment.md", "describe"): "test_rosrun_finds_each_program_once does",
+    (GUIDE, "ten_walkers.launch"): "needs the machine for itself; test/server/ten_walkers_test.py",
 }
 # A shell in which nothing is sourced.
 SOURCED = "CMAKE_PREFIX_PATH LD_LIBRARY_PATH PKG_CONFIG_PATH PYTHONPATH ROS_PACKAGE_PATH DISPLAY"
 SHELL = ["env", *(f"-u{name}" for name in SOURCED.split())]
 
 
-def block(words, language=""):
-    """The one that has these words."""
-    found = [text for its, text in BLOCKS if its == language and words in text]
-    assert len(found) == 1, f"{len(found)} blocks of README have `{words}`; must be 1"
+def block(place, language=""):
+    """The one on this page that has these words."""
+    page, words = place
+    found = [text for its_page, its, text in BLOCKS if (its_page, its) == (page, language)]
+    found = [text for text in found if words in text]
+    assert len(found) == 1, f"{len(found)} blocks of {page} have `{words}`; must be 1"
     return found[0]
 
 
-def inline(command):
-    """The command, which README has in a sentence."""
-    assert f"`{command}`" in README, f"README has no `{command}`"
+def inline(command, *pages):
+    """The command, which these pages have in a sentence."""
+    for page in pages:
+        assert f"`{command}`" in PAGES[page], f"{page} has no `{command}`"
     return command
 
 
@@ -92,7 +106,7 @@ def compare(command, output, reading=str.rstrip):
         pattern += "(.*\n)*?" if line.strip() == "..." else words + "\n"
     lines = "".join(reading(line) + "\n" for line in output.splitlines())
     if command.shown and not re.fullmatch(pattern, lines):
-        pytest.fail("\n".join(["README shows otherwise:", f"$ {command.text}", *command.shown]))
+        pytest.fail("\n".join(["a page shows otherwise:", f"$ {command.text}", *command.shown]))
 
 
 class Program(LoggedProcess):
@@ -178,28 +192,45 @@ def terminal(tmp_path, ready):
 
 
 def test_every_block_with_commands_is_typed_or_has_a_reason():
-    for _, text in BLOCKS:
+    for page, _, text in BLOCKS:
         if re.search(r"^\$ ", text, re.MULTILINE):
-            known = [words for words in (*TYPED, *NOT_TYPED) if words in text]
-            assert len(known) == 1, f"{known} are in this block of README; must be 1:\n{text}"
-    for words in (*TYPED, *NOT_TYPED):
-        block(words)
+            known = [words for its, words in (*TYPED, *NOT_TYPED) if its == page and words in text]
+            assert len(known) == 1, f"{known} are in this block of {page}; must be 1:\n{text}"
+    for place in (*TYPED, *NOT_TYPED):
+        block(place)
+
+
+def test_one_string_changes(terminal):
+    text = block((README, "for name in"), "python")
+    shown = block((README, "208 steps"))
+    page = "docs/python.md"
+    assert (text, shown) == (block((page, "for name in"), "python"), block((page, "208 steps")))
+    (terminal.folder / "compare.py").write_text(text)
+    assert terminal.type(inline("./scripts/env python compare.py", README)) == shown
+
+
+def test_at_first(terminal):
+    with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep", README)):
+        terminal.type_all(commands_of(block(AT_FIRST)))
 
 
 def test_by_hand_and_again(terminal):
-    with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep")):
-        for words in (BY_HAND, GYMNASIUM):
-            terminal.type_all(commands_of(block(words)))
+    with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep", GUIDE)):
+        for place in (BY_HAND, GYMNASIUM):
+            terminal.type_all(commands_of(block(place)))
         snapshot, restore = commands_of(block(SNAPSHOT))
         terminal.type(snapshot.text)
         assert "success: True" in terminal.type(restore.text).splitlines()
-        (terminal.folder / "episode.py").write_text(block("rospy.init_node", "python"))
-        steps, episode_return = terminal.type(inline("./scripts/env python episode.py")).split()
+        episode = block((README, "rospy.init_node"), "python")
+        assert episode == block((GUIDE, "rospy.init_node"), "python")
+        (terminal.folder / "episode.py").write_text(episode)
+        command = inline("./scripts/env python episode.py", README, GUIDE)
+        steps, episode_return = terminal.type(command).split()
         assert int(steps) > 1 and float(episode_return) < 0
 
 
 def test_usual_tools_and_camera(terminal):
-    with terminal.walker(inline("./scripts/run mode:=free")):
+    with terminal.walker(inline("./scripts/run mode:=free", GUIDE)):
         tools = commands_of(block(USUAL_TOOLS))
         index = next(i for i, tool in enumerate(tools) if "rosbag record" in tool.text)
         terminal.type_all(tools[:index], without_numbers)

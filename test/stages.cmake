@@ -51,6 +51,9 @@ foreach(version RANGE 10 13)
   endforeach()
 endforeach()
 
+# ---------------------------------------------------------------- the documentation's site
+walker_sim_add_check(docs_site long ${CMAKE_CURRENT_SOURCE_DIR}/scripts/docs)
+
 # ---------------------------------------------------------------- examples
 # Each file of examples/ as a user runs it, and the suites that need the same large packages.
 function(walker_sim_add_example name learner suite)

@@ -115,7 +115,7 @@ def run_sections(names, settings):
 
 
 def write(arguments, machine, rows):
-    """The tables, the JSON, the plot, and README."""
+    """The tables, the JSON, the plot, README and its page about speed."""
     arguments.output.mkdir(parents=True, exist_ok=True)
     with open(arguments.output / "bench.json", "w", encoding="utf-8") as file:
         json.dump(report.as_json(machine, rows, is_quick=arguments.quick), file, indent=1)
@@ -126,7 +126,8 @@ def write(arguments, machine, rows):
 
         plot.draw(rows, machine, picture)
     if arguments.update_readme:
-        report.update(ROOT / "README.md", report.as_markdown(machine, rows))
+        report.update(ROOT / "README.md", report.as_summary(rows))
+        report.update(ROOT / "docs/benchmark.md", report.as_markdown(machine, rows))
         shutil.copyfile(picture, ROOT / "docs/benchmark.png")
 
 

@@ -1,4 +1,4 @@
-"""The benchmark as a picture for README."""
+"""The benchmark as a picture for docs/benchmark.md."""
 
 from matplotlib.figure import Figure
 from targets import BIPEDAL, WALKER2D, find

@@ -181,19 +181,29 @@ def as_text(machine, rows):
     return "\n\n".join(parts)
 
 
+def as_summary(rows):
+    """README's few rows."""
+    lines = [["steps per second", "times as many"]]
+    for target in TARGETS:
+        if target.is_in_readme:
+            value, verdict = target.verdict(rows)
+            lines.append([target.what, verdict if value is None else f"{value:.2f}"])
+    return markdown(lines)
+
+
 def as_markdown(machine, rows):
-    """The picture and the targets in the open, the rest folded."""
+    """All of it, beside the picture."""
     parts = [
-        "![Steps per second beside EnvPool and Gymnasium](docs/benchmark.png)",
+        "![Steps per second beside EnvPool and Gymnasium](benchmark.png)",
         f"Measured on: {machine_line(machine)}.",
         markdown(target_grid(rows)),
-        f"<details><summary>All of it</summary>\n\n{NOTE}",
+        f"## All of it\n\n{NOTE}",
     ]
     for table in TABLES:
         lines = grid(table, rows)
         if lines:
-            parts.append(f"**{table.title}.** {table.note}\n\n{markdown(lines)}")
-    return "\n\n".join([*parts, "</details>"])
+            parts.append(f"### {table.title}\n\n{table.note}\n\n{markdown(lines)}")
+    return "\n\n".join(parts)
 
 
 def as_json(machine, rows, is_quick):
@@ -218,12 +228,12 @@ def as_json(machine, rows, is_quick):
     }
 
 
-def update(readme, text):
+def update(page, text):
     """Puts the text between the two comments of a file.
     Raises ValueError where it has not both of them, once each."""
-    old = readme.read_text(encoding="utf-8")
+    old = page.read_text(encoding="utf-8")
     if old.count(BEGIN) != 1 or old.count(END) != 1:
-        raise ValueError(f"{readme}: must have {BEGIN} and {END}, once each")
+        raise ValueError(f"{page}: must have {BEGIN} and {END}, once each")
     before, rest = old.split(BEGIN)
     after = rest.split(END)[1]
-    readme.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")

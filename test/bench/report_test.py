@@ -126,6 +126,10 @@ def test_all_that_is_written_says_what_was_not_reached():
         assert "NOT REACHED" in text
         assert "not measured" in text
         assert "made up" in text
+    head, _, first, *others = report.as_summary(rows).splitlines()
+    assert head == "| steps per second | times as many |"
+    assert first == "| one core, BipedalWalker, against EnvPool | 0.50 |"
+    assert {line.split(" | ")[1] for line in others} == {"not measured |"}
     written = json.loads(json.dumps(report.as_json(machine, rows, is_quick=True)))
     assert written["rows"][0]["ratio"] == 0.5
     assert written["rows"][0]["peer"] == "EnvPool, 16"

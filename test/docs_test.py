@@ -1,0 +1,82 @@
+"""The documentation holds together: its links and anchors lead somewhere, and README is short."""
+
+import pathlib
+import re
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PAGES = sorted(
+    [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.rst")]
+    + [*ROOT.glob("docs/*.md")]
+)
+LONGEST_README = 220
+
+
+def prose(path):
+    """The page without its code."""
+    text = path.read_text(encoding="utf-8")
+    text = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`]+`(?!_)", "", text)
+
+
+def links(path):
+    """What a page leads to or shows, as it is written there."""
+    pattern = r"\]\(([^)\s]+)\)"
+    if path.suffix == ".rst":
+        pattern = r"`[^`]*<([^>]+)>`_"
+    return re.findall(pattern, prose(path))
+
+
+def anchors(path):
+    """The headings of a page, as GitHub calls them."""
+    text = re.sub(r"^```.*?^```$", "", path.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
+    found = []
+    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
+        slug = re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-")
+        repeated = found.count(slug)
+        found.append(slug)
+        if repeated:
+            found.append(f"{slug}-{repeated}")
+    return found
+
+
+def wrong_with(path, link):
+    """Why it leads nowhere; empty where it does."""
+    if re.match(r"[a-z]+:", link):
+        return ""  # of the world outside: ./scripts/docs --external
+    file, _, anchor = link.partition("#")
+    target = (path.parent / file).resolve() if file else path
+    if ROOT not in target.parents or not target.exists():
+        return f"{file} is not there"
+    if anchor and (target.suffix != ".md" or anchor not in anchors(target)):
+        return f"{target.name} has no heading {anchor}"
+    return ""
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_every_link_leads_somewhere(path):
+    wrong = {link: wrong_with(path, link) for link in links(path)}
+    assert not {link: why for link, why in wrong.items() if why}
+
+
+def test_readme_is_short_and_leads_to_every_page():
+    readme = ROOT / "README.md"
+    assert len(readme.read_text(encoding="utf-8").splitlines()) <= LONGEST_README
+    linked = {(ROOT / link.partition("#")[0]).resolve() for link in links(readme)}
+    assert set(PAGES) - {readme} <= linked
+
+
+@pytest.mark.parametrize(
+    ("link", "why"),
+    [
+        ("docs/python.md#keywords", ""),
+        ("#quick-start", ""),
+        ("https://gymnasium.farama.org", ""),
+        ("docs/pyton.md", "docs/pyton.md is not there"),
+        ("docs/python.md#no-such-thing", "python.md has no heading no-such-thing"),
+        ("../elsewhere.md", "../elsewhere.md is not there"),
+    ],
+)
+def test_a_link_that_leads_nowhere_is_found(link, why):
+    assert wrong_with(ROOT / "README.md", link) == why
