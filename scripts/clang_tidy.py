@@ -21,8 +21,12 @@ import sys
 import tempfile
 
 GROUP = 20  # files
-# The compiler, its precompiled header, and what it writes.
-NOT_FOR_CLANG = re.compile(r"^.*?(?= -)|-Winvalid-pch|-include \S*cmake_pch\.hxx| -o \S+ -c \S+")
+# The compiler, its precompiled header, what it writes, and what it makes of the code.
+NOT_FOR_CLANG = re.compile(
+    r"^.*?(?= -)|-Winvalid-pch|-include \S*cmake_pch\.hxx| -o \S+ -c \S+"
+    r"| -(?:O\d|fPI[CE]|fvisibility\S*|D\w+_EXPORTS)\b"
+)
+NAMESPACE = re.compile(r"^namespace [\w:]+", re.MULTILINE)
 # What a file defines outside classes and functions, by its unindented lines: no members, no tests.
 TOP_LEVEL_NAME = re.compile(
     r"^(?:struct|class|enum class|enum|union) (\w+)|^using (\w+) =|"
@@ -71,7 +75,9 @@ def grouped(files, commands):
     """Lists of files that are compiled alike and seem to have no name in common."""
     groups = []
     for file in files:
-        names = {"".join(found) for found in TOP_LEVEL_NAME.findall(read(file))}
+        text = read(file)
+        namespace = "".join(NAMESPACE.findall(text)[:1])
+        names = {namespace + "".join(found) for found in TOP_LEVEL_NAME.findall(text)}
         for command, members, taken in groups:
             if command == commands[file] and len(members) < GROUP and not names & taken:
                 members.append(file)
