@@ -39,7 +39,7 @@ constexpr double kFlagHeight = 50 / kScale;  // of the pole, pixels in `render` 
 constexpr double kStartX = kTerrainStep * kTerrainStartPad / 2;  // of the hull [m]
 constexpr double kStartY = kTerrainHeight + 2 * kLegHeight;      // of the hull [m]
 
-constexpr double kFallReward = -100;     // of the step on which it falls
+constexpr double kFallReward = -100;      // of the step on which it falls
 constexpr double kRewardThreshold = 300;  // Gymnasium's registration, both variants
 
 }  // namespace walker::bipedal_walker

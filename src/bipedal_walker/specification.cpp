@@ -14,7 +14,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-
 Color rgb(double red, double green, double blue) {
   constexpr double kFull = 255;
   return {red / kFull, green / kFull, blue / kFull, 1};

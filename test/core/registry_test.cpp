@@ -12,7 +12,8 @@ namespace {
 
 const std::vector<std::string>& known_ids() {
   static const std::vector<std::string> kIds{"BipedalWalker-v3", "BipedalWalkerHardcore-v3",
-                                             "Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"};
+                                             "Walker2d-v4",      "Walker2d-v5",
+                                             "Hopper-v4",        "Hopper-v5"};
   return kIds;
 }
 
@@ -38,7 +39,8 @@ TEST(Registry, KnowsBothWalkers) {
 
 TEST(Registry, UnknownIdsGetASuggestion) {
   const std::string known =
-      " Known: BipedalWalker-v3 BipedalWalkerHardcore-v3 Walker2d-v4 Walker2d-v5 Hopper-v4 Hopper-v5";
+      " Known: BipedalWalker-v3 BipedalWalkerHardcore-v3 Walker2d-v4 Walker2d-v5 Hopper-v4 "
+      "Hopper-v5";
   EXPECT_EQ(refusal("BipedalWalker-v2"),
             "environment BipedalWalker-v2: unknown; did you mean BipedalWalker-v3?" + known);
   EXPECT_EQ(refusal("Walker2D-v5"),

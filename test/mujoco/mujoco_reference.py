@@ -53,7 +53,6 @@ def action_size(environment_id):
     return {"Walker2d": 6, "Hopper": 3}[robot_of(environment_id)]
 
 
-
 class Actions:
     """The actions of one episode: float32 values in float64, but for the kind `double`.
 

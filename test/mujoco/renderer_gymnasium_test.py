@@ -8,9 +8,9 @@ import os
 
 import numpy as np
 import pytest
+from mujoco_reference import IDS, draw_episode
 from picture_comparison import compare
 from rollout_tool import Refused, Rollout
-from mujoco_reference import IDS, draw_episode
 
 SIZE = 480
 # Kind of the actions, seed, steps: standing, reaching out, falling forwards and backwards.

@@ -50,7 +50,10 @@ def test_infos(rollout, environment_id):
     rollout.make(environment_id)
     names, _ = rollout.description()
     assert names == list(step_info)
-    reset_row, (step_row,) = rollout.reset(0), rollout.step(np.zeros((1, action_size(environment_id))))
+    reset_row, (step_row,) = (
+        rollout.reset(0),
+        rollout.step(np.zeros((1, action_size(environment_id)))),
+    )
     given = [n for n, v in zip(names, reset_row[-len(names) :]) if not np.isnan(v)]
     assert given == list(reset_info)
     assert not np.isnan(step_row).any()

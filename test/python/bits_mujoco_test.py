@@ -1,6 +1,6 @@
-"""Robots on MuJoCo through Gymnasium's own interface: whole episodes against the recordings of Gymnasium on
-MuJoCo 2.2.2, to the bit, and against the Gymnasium and MuJoCo that are installed: resets to the
-bit, then the first steps, as near as another version of MuJoCo comes (see
+"""Robots on MuJoCo through Gymnasium's own interface: whole episodes against the recordings of
+Gymnasium on MuJoCo 2.2.2, to the bit, and against the Gymnasium and MuJoCo that are installed:
+resets to the bit, then the first steps, as near as another version of MuJoCo comes (see
 test/mujoco/episodes_gymnasium_test.py)."""
 
 import gymnasium

@@ -13,7 +13,11 @@ from walkers import IDS, follow, make_ours, make_reference, random_actions
 LARGEST_SEED = 2**64 - 1
 MODES = ("next_step", "same_step", "disabled")
 NUM_ENVS = 3
-LIMITS = {"BipedalWalker-v3": 60, "Walker2d-v5": 20, "Hopper-v5": 20}  # some fall before, some do not
+LIMITS = {
+    "BipedalWalker-v3": 60,
+    "Walker2d-v5": 20,
+    "Hopper-v5": 20,
+}  # some fall before, some do not
 
 
 def first_episode(environment, seed, actions):

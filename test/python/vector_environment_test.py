@@ -20,7 +20,12 @@ NUM_STEPS = 300
 MODEL = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
 WORDS = "MuJoCo: Stack overflow"
 MODES = ["next_step", "same_step", "disabled"]
-LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 25, "Walker2d-v5": 25, "Hopper-v5": 25}  # some fall, some do not
+LIMITS = {
+    "BipedalWalker-v3": 90,
+    "Walker2d-v4": 25,
+    "Walker2d-v5": 25,
+    "Hopper-v5": 25,
+}  # some fall, some do not
 OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
 GYMNASIUMS = [("BipedalWalker-v3", LIMITS["BipedalWalker-v3"], {"reuse_world": True})]
 HAS_GYMNASIUMS_BITS = os.environ.get("WALKER_SIM_ENGINES", "pinned") == "pinned"

@@ -136,7 +136,9 @@ def full_episode_lines(ids):
         first_flag = episode.rows.shape[1] - len(INFO_NAMES[environment_id]) - 2
         yield session_line(session)
         yield headline(plan, episode)
-        for action, row in zip([np.zeros(action_size(environment_id)), *episode.actions], episode.rows):
+        for action, row in zip(
+            [np.zeros(action_size(environment_id)), *episode.actions], episode.rows
+        ):
             flags = [str(int(flag)) for flag in row[first_flag : first_flag + 2]]
             numbers = [map(double_bits, row[:first_flag]), flags]
             numbers.append(map(double_bits, row[first_flag + 2 :]))

@@ -2,7 +2,8 @@
 
 Importing this registers ``walker_sim/BipedalWalker-v3``, ``walker_sim/BipedalWalkerHardcore-v3``,
 ``walker_sim/Walker2d-v4``, ``walker_sim/Walker2d-v5``, ``walker_sim/Hopper-v4`` and
-``walker_sim/Hopper-v5`` with Gymnasium, where that is installed. Where it is not, the ROS messages and services of this package are there all the same.
+``walker_sim/Hopper-v5`` with Gymnasium, where that is installed. Where it is not, the ROS messages
+and services of this package are there all the same.
 """
 
 from __future__ import annotations

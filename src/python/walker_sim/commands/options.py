@@ -16,9 +16,10 @@ AT_ONCE = 16  # environments in process, where nobody says otherwise
 TIMEOUT = 10.0  # of a call over ROS [s of wall time]
 
 WALKER_HELP = f"""\
-ID is one of {', '.join(_core.ids()[:3])},
-{', '.join(_core.ids()[3:])}, with or without "walker_sim/" before it. NAME=VALUE sets a parameter of the environment: hardcore=true,
-ctrl_cost_weight=0.01, "healthy_z_range=[0.7, .inf]", xml_file=my.xml, max_episode_steps=200.
+ID, with or without "walker_sim/" before it, is one of
+{", ".join(_core.ids())}.
+NAME=VALUE sets a parameter of the environment: hardcore=true, ctrl_cost_weight=0.01,
+"healthy_z_range=[0.7, .inf]", xml_file=my.xml, max_episode_steps=200.
 """
 
 
