@@ -11,8 +11,6 @@ namespace {
 
 /// Gymnasium's numbers (gymnasium/envs/mujoco/hopper_v4.py, hopper_v5.py, 1.4.0).
 mujoco::HealthyRobotKind make_kind() {
-  using mujoco::kBasePitch;
-  using mujoco::kBaseZ;
   mujoco::HealthyRobotKind kind;
   kind.name = "Hopper";
   kind.robot = "hopper";
@@ -21,28 +19,17 @@ mujoco::HealthyRobotKind make_kind() {
   kind.camera_distance = 3;
   kind.gait = gait;
   const int state_size = 2 * (mujoco::kBaseJoints + kind.num_hinges);
+  const double infinity = std::numeric_limits<double>::infinity();
   kind.healthy_ranges = {
       {"healthy_state_range",
        "rad, m/s, rad/s",
        "Between these is each number of a healthy hopper's state, from the torso's angle on.",
        {-100.0, 100.0},
-       kBasePitch,
+       mujoco::kBasePitch,
        state_size,
        "a number of the state left healthy_state_range"},
-      {"healthy_z_range",
-       "m",
-       "Heights of the torso between which the hopper is healthy.",
-       {0.7, std::numeric_limits<double>::infinity()},
-       kBaseZ,
-       kBaseZ + 1,
-       "the torso's height left healthy_z_range"},
-      {"healthy_angle_range",
-       "rad",
-       "Angles of the torso between which the hopper is healthy.",
-       {-0.2, 0.2},
-       kBasePitch,
-       kBasePitch + 1,
-       "the torso's angle left healthy_angle_range"}};
+      mujoco::height_range("hopper", 0.7, infinity),
+      mujoco::angle_range("hopper", -0.2, 0.2)};
   return kind;
 }
 

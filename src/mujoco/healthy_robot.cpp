@@ -19,6 +19,26 @@ enum InfoIndex : std::size_t {
 
 }  // namespace
 
+HealthyRange height_range(const std::string& robot, double low, double high) {
+  return {"healthy_z_range",
+          "m",
+          "Heights of the torso between which the " + robot + " is healthy.",
+          {low, high},
+          kBaseZ,
+          kBaseZ + 1,
+          "the torso's height left healthy_z_range"};
+}
+
+HealthyRange angle_range(const std::string& robot, double low, double high) {
+  return {"healthy_angle_range",
+          "rad",
+          "Angles of the torso between which the " + robot + " is healthy.",
+          {low, high},
+          kBasePitch,
+          kBasePitch + 1,
+          "the torso's angle left healthy_angle_range"};
+}
+
 HealthyRobot::HealthyRobot(const PlanarOptions& options, const RewardOptions& reward,
                            std::vector<HealthyRange> healthy_ranges, bool is_v5)
     : PlanarRobot(options),

@@ -24,6 +24,11 @@ struct HealthyRange {
   const char* end_reason;  ///< static text
 };
 
+/// healthy_z_range and healthy_angle_range, which each of them has.
+/// @param robot what it is called in a sentence
+HealthyRange height_range(const std::string& robot, double low, double high);
+HealthyRange angle_range(const std::string& robot, double low, double high);
+
 /// What distinguishes one of these robots from another, from its constants to its gait.
 struct HealthyRobotKind {
   std::string name;    ///< of the ids, e.g. Walker2d

@@ -1,7 +1,6 @@
 #include "walker2d/registration.h"
 
 #include "mujoco/healthy_robot.h"
-#include "mujoco/planar_base.h"
 #include "walker2d/gait.h"
 
 namespace walker::walker2d {
@@ -9,28 +8,14 @@ namespace {
 
 /// Gymnasium's numbers (gymnasium/envs/mujoco/walker2d_v4.py, walker2d_v5.py, 1.4.0).
 mujoco::HealthyRobotKind make_kind() {
-  using mujoco::kBasePitch;
-  using mujoco::kBaseZ;
   mujoco::HealthyRobotKind kind;
   kind.name = "Walker2d";
   kind.robot = "walker2d";
   kind.num_hinges = 6;
   kind.camera_distance = 4;
   kind.gait = gait;
-  kind.healthy_ranges = {{"healthy_z_range",
-                          "m",
-                          "Heights of the torso between which the walker is healthy.",
-                          {0.8, 2.0},
-                          kBaseZ,
-                          kBaseZ + 1,
-                          "the torso's height left healthy_z_range"},
-                         {"healthy_angle_range",
-                          "rad",
-                          "Angles of the torso between which the walker is healthy.",
-                          {-1.0, 1.0},
-                          kBasePitch,
-                          kBasePitch + 1,
-                          "the torso's angle left healthy_angle_range"}};
+  kind.healthy_ranges = {mujoco::height_range("walker", 0.8, 2.0),
+                         mujoco::angle_range("walker", -1.0, 1.0)};
   return kind;
 }
 
