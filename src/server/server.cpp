@@ -69,18 +69,19 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
                const MakeRenderer& make_renderer)
     : options_(options),
       node_(make_node(callbacks_)),
-      environments_(make_environments(options_, make_environment)),
-      shown_(environments_->shown()),
+      environments_(options_, make_environment),
+      shown_(environments_.shown()),
       dt_(to_duration(shown_.specification().dt)),
       clock_(options.publish_clock ? SimulationClock::owner(node_) : SimulationClock::silent()),
       publishers_(node_, shown_, options_),
-      pictures_(node_, *environments_, publishers_.frames(), options_, make_renderer),
+      pictures_(node_, environments_, publishers_.frames(), options_, make_renderer),
       pacer_(shown_.specification().dt, options.real_time_factor),
       follower_(static_cast<std::uint64_t>(dt_.toNSec())),
       command_(shown_.specification(), options.command_timeout, options.real_time_factor == 0),
       paused_(options.mode == Mode::free && options.paused),
-      batch_calls_(*environments_, options_, counters_, episodes_),
-      restores_(*environments_, [this](auto& response) { show_restored(response); }),
+      batch_calls_(environments_, options_, counters_, episodes_),
+      restores_(environments_, make_environment,
+                [this](auto& restored, auto& response) { show_restored(restored, response); }),
       diagnostics_(
           node_, {options_, shown_, pacer_, command_, paused_, counters_, episodes_, timing_,
                   follower_, clock_, follows_clock(), pictures_.thread(), publishers_.recorder()}),
@@ -156,7 +157,7 @@ Pacer::Clock::duration Server::until_due(Pacer::Clock::time_point now) const {
 
 /// Waits for requests and callbacks, and answers what has come.
 void Server::serve(Pacer::Clock::duration longest) {
-  if (restores_.are_under_way()) longest = Pacer::Clock::duration::zero();
+  if (restores_.are_in_flight()) longest = Pacer::Clock::duration::zero();
   if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
   restores_.go_on();
 }
@@ -213,7 +214,7 @@ void Server::step_freely() {
 void Server::begin_episode(std::optional<std::uint64_t> seed) {
   clock_.require(dt_);
   const bool failed_before = shown_.state().failed_at_reset();
-  environments_->only("reset").reset(seed);
+  environments_.only("reset").reset(seed);
   ++counters_.resets;
   if (shown_.state().failed_at_reset()) take_failed_reset(failed_before);
   show_reset();
@@ -234,7 +235,7 @@ void Server::take_failed_reset(bool failed_before) {
 
 void Server::advance(const std::vector<double>& action) {
   clock_.require(dt_);
-  Simulation& simulation = environments_->only("step");
+  EpisodeRecorder& simulation = environments_.only("step");
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   simulation.step(action);
   timing_.step_took(StepTiming::Clock::now() - begin);
@@ -324,7 +325,7 @@ void Server::step_batch(const std::vector<double>& actions,
 
 walker_sim::EpisodeRecord Server::snapshot() const {
   walker_sim::EpisodeRecord message;
-  message.actions = environments_->only("snapshot").record().actions;
+  message.actions = environments_.only("snapshot").record().actions;
   tell(message.spec);
   fill(shown_.state(), publishers_.frames(), clock_.now(), message.episode);
   return message;
@@ -335,9 +336,9 @@ void Server::restore(const walker_sim::EpisodeRecord& record,
   restores_.add(record, reply);
 }
 
-void Server::show_restored(walker_sim::Restore::Response& response) {
+void Server::show_restored(EpisodeRecorder& restored, walker_sim::Restore::Response& response) {
   clock_.require(dt_);
-  environments_->only("restore").finish_restore();
+  environments_.only("restore").take_over(restored);
   ++counters_.resets;
   pass_time_after_reset();
   publishers_.publish_restored(snapshot(), clock_.now());

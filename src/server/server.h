@@ -17,7 +17,6 @@
 #include "server/environments/batch_calls.h"
 #include "server/environments/environments.h"
 #include "server/environments/restores.h"
-#include "server/environments/simulation.h"
 #include "server/parameter_reader.h"
 #include "server/services.h"
 #include "server/time/clock_follower.h"
@@ -39,7 +38,6 @@ namespace walker {
 /// calls `run`, so that nothing moves while a service answers. Only pictures are drawn elsewhere.
 class Server {
  public:
-  using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
   using MakeRenderer = DrawingThread::MakeRenderer;
 
   /// @throws std::exception when the environment cannot be made or /clock has another publisher
@@ -103,7 +101,7 @@ class Server {
   void pass_time_after_reset();
   void show_step();
   void show_reset();
-  void show_restored(walker_sim::Restore::Response& response);
+  void show_restored(EpisodeRecorder& restored, walker_sim::Restore::Response& response);
   void refuse_while_it_runs(const std::string& service) const;
   void on_effort_command(const std_msgs::Float64MultiArray& message);
   void restart_schedule();
@@ -113,8 +111,8 @@ class Server {
   ServerOptions options_;
   WakingQueue callbacks_;
   ros::NodeHandle node_;
-  std::unique_ptr<Environments> environments_;
-  ShownEnvironment& shown_;
+  Environments environments_;
+  EpisodeRecorder& shown_;
   ros::Duration dt_;
   SimulationClock clock_;
   Publishers publishers_;

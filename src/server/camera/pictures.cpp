@@ -48,6 +48,10 @@ Parameters camera_of(const walker_sim::Render::Request& request, const ServerOpt
   return complete_parameters(descriptions, given);
 }
 
+void take_down(EpisodeRecorder& recorder, Instant& instant) {
+  look(recorder, recorder.state().step, instant);
+}
+
 /// @param rate [1/s]; 0: of every state, for these are farther apart than a nanosecond
 /// @return [ns]
 std::uint64_t period_of(double rate) {
@@ -85,7 +89,7 @@ void Pictures::show(ros::Time stamp) {
 
 void Pictures::ask_for_picture(ros::Time stamp) {
   Drawing drawing;
-  environments_.look(options_.shown_environment, drawing.instant);
+  take_down(environments_.shown(), drawing.instant);
   drawing.camera = options_.camera;
   drawing.may_be_skipped = true;
   drawing.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
@@ -109,15 +113,11 @@ void Pictures::publish(const Camera& camera, Image& image, ros::Time stamp) {
 
 void Pictures::render(const walker_sim::Render::Request& request, ros::Time stamp,
                       const Reply<walker_sim::Render::Response>& reply) {
-  if (request.environment >= environments_.size()) {
-    throw std::invalid_argument(
-        "environment = " + std::to_string(request.environment) +
-        "; must be below num_envs = " + std::to_string(environments_.size()));
-  }
+  environments_.check_index("environment", request.environment);
   Drawing drawing;
   drawing.channels = channels_of(request.encoding);
   drawing.camera = camera_of(request, options_);
-  environments_.look(request.environment, drawing.instant);
+  take_down(environments_[request.environment], drawing.instant);
   drawing.is_wanted = [reply] { return reply.is_awaited(); };
   drawing.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
     walker_sim::Render::Response response;

@@ -13,8 +13,8 @@
 namespace walker {
 namespace {
 
-std::string element(const char* field, std::size_t index, std::uint32_t value) {
-  return std::string(field) + "[" + std::to_string(index) + "] = " + std::to_string(value);
+std::string element(const char* field, std::size_t index) {
+  return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
 void append_row(const std::vector<double>& rows, std::size_t row, std::size_t width,
@@ -46,7 +46,7 @@ std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch:
 BatchCalls::BatchCalls(Environments& environments, const ServerOptions& options,
                        ServerCounters& counters, EpisodeStatistics& episodes)
     : environments_(environments),
-      specification_(environments.shown().specification()),
+      specification_(environments.specification()),
       options_(options),
       counters_(counters),
       episodes_(episodes),
@@ -75,12 +75,9 @@ void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
   const std::vector<std::uint32_t>& listed = request.environments;
   std::vector<bool> is_listed(all_.size());
   for (std::size_t i = 0; i < listed.size(); ++i) {
-    if (listed[i] >= all_.size()) {
-      throw std::invalid_argument(element("environments", i, listed[i]) +
-                                  "; must be below num_envs = " + std::to_string(all_.size()));
-    }
+    environments_.check_index(element("environments", i), listed[i]);
     if (is_listed[listed[i]]) {
-      throw std::invalid_argument(element("environments", i, listed[i]) +
+      throw std::invalid_argument(element("environments", i) + " = " + std::to_string(listed[i]) +
                                   "; is listed before, and each may be listed once");
     }
     is_listed[listed[i]] = true;
@@ -154,13 +151,9 @@ void BatchCalls::account(const std::vector<double>& actions,
 }
 
 void BatchCalls::end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response) {
-  using End = EpisodeStatistics::End;
-  End end = response.terminated[environment] != 0 ? End::terminated : End::truncated;
-  if (!environments_.error(environment).empty()) {
-    end = End::failed;
-    note_failure(environment, kStepFailed, response.status_message);
-  }
-  episodes_.add(environments_.episode_return(environment), response.steps[environment], end);
+  const EpisodeState& state = environments_[environment].state();
+  if (!state.error.empty()) note_failure(environment, kStepFailed, response.status_message);
+  episodes_.add(state);
   ended_.push_back(environment);
 }
 
@@ -177,7 +170,7 @@ void BatchCalls::note_failure(std::uint32_t environment, const char* what,
                               std::string& status_message) {
   ++counters_.simulation_errors;
   const std::string words =
-      std::to_string(environment) + ": " + what + ": " + environments_.error(environment);
+      std::to_string(environment) + ": " + what + ": " + environments_[environment].state().error;
   if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << words);
   if (!status_message.empty()) status_message += '\n';
   status_message += "environment " + words;
@@ -187,7 +180,7 @@ void BatchCalls::account_resets(const std::vector<std::uint32_t>& environments,
                                 std::string& status_message) {
   counters_.resets += environments.size();
   for (const std::uint32_t environment : environments) {
-    if (environments_.error(environment).empty()) continue;
+    if (environments_[environment].state().error.empty()) continue;
     note_failure(environment, kResetFailed, status_message);
   }
 }

@@ -8,6 +8,11 @@
 
 namespace walker {
 
+Restores::Restores(Environments& environments, const MakeEnvironment& make, TakePlace take_place)
+    : environments_(environments), take_place_(std::move(take_place)) {
+  if (environments.size() == 1) scratch_.emplace(make());
+}
+
 void Restores::add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply) {
   environments_.only("restore");  // throws where there are many
   waiting_.push_back({to_record(record), reply});
@@ -21,7 +26,7 @@ void Restores::go_on() {
   Response response;
   try {
     if (!repeat(first)) return;
-    take_place_(response);
+    take_place_(*scratch_, response);
     response.success = 1;
   } catch (const std::exception& error) {
     response = Response();
@@ -33,11 +38,10 @@ void Restores::go_on() {
 
 /// @return whether it has come to the record's end
 bool Restores::repeat(Waiting& waiting) {
-  Simulation& simulation = environments_.only("restore");
-  if (!std::exchange(waiting.has_begun, true)) simulation.begin_restore(std::move(waiting.record));
+  if (!std::exchange(waiting.has_begun, true)) scratch_->begin(waiting.record);
   // Others wait for it, and so may a step that is due.
   constexpr std::chrono::milliseconds kSlice{1};
-  return simulation.go_on_restoring(std::chrono::steady_clock::now() + kSlice);
+  return scratch_->repeat(waiting.record, std::chrono::steady_clock::now() + kSlice);
 }
 
 }  // namespace walker

@@ -3,7 +3,7 @@
 
 #include <deque>
 #include <functional>
-#include <utility>
+#include <optional>
 
 #include "server/environments/environments.h"
 #include "server/transport/pending_answer.h"
@@ -13,23 +13,26 @@
 namespace walker {
 
 /// Repeats records one after the other, in the order in which they were asked for, a slice of a
-/// millisecond at a time. The present episode goes on meanwhile as if nothing had been asked.
+/// millisecond at a time, in a scratch environment: the present episode goes on meanwhile as if
+/// nothing had been asked, and stays where a record turns out wrong.
 class Restores {
  public:
   using Response = walker_sim::Restore::Response;
 
+  /// Lets the repeated episode take the present one's place and fills the response, or throws a
+  /// std::exception that says why not.
+  using TakePlace = std::function<void(EpisodeRecorder& repeated, Response& response)>;
+
   /// @param environments outlive this
-  /// @param take_place   lets the repeated episode take the present one's place and fills the
-  ///                     response, or throws a std::exception that says why not
-  Restores(Environments& environments, std::function<void(Response&)> take_place)
-      : environments_(environments), take_place_(std::move(take_place)) {}
+  /// @param make         makes the scratch environment, as the others
+  Restores(Environments& environments, const MakeEnvironment& make, TakePlace take_place);
 
   /// @throws std::exception that says why this record cannot be repeated here
   void add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply);
 
-  bool are_under_way() const { return !waiting_.empty(); }
+  bool are_in_flight() const { return !waiting_.empty(); }
 
-  /// One slice. Nothing, where none is under way.
+  /// One slice. Nothing, where none is in flight.
   void go_on();
 
  private:
@@ -42,8 +45,9 @@ class Restores {
   bool repeat(Waiting& waiting);
 
   Environments& environments_;
-  std::function<void(Response&)> take_place_;
-  std::deque<Waiting> waiting_;  // the first is under way
+  std::optional<EpisodeRecorder> scratch_;  // none beside many
+  TakePlace take_place_;
+  std::deque<Waiting> waiting_;  // the first is in flight
 };
 
 }  // namespace walker

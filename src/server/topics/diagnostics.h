@@ -8,9 +8,9 @@
 #include <ros/node_handle.h>
 #include <ros/wall_timer.h>
 
+#include "core/episode_recorder.h"
 #include "core/pacer.h"
 #include "server/camera/drawing_thread.h"
-#include "server/environments/shown_environment.h"
 #include "server/parameter_reader.h"
 #include "server/time/clock_follower.h"
 #include "server/time/simulation_clock.h"
@@ -36,7 +36,7 @@ struct ServerCounters {
 /// All that the diagnostics read; outlives them.
 struct DiagnosedServer {
   const ServerOptions& options;
-  const ShownEnvironment& shown;
+  const EpisodeRecorder& shown;
   const Pacer& pacer;
   const EffortCommand& command;
   const bool& paused;

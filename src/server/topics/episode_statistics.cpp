@@ -5,15 +5,11 @@
 
 namespace walker {
 
-void EpisodeStatistics::add(double episode_return, std::uint32_t length, End end) {
-  episodes_[count_ % kCapacity] = {episode_return, length, end};
-  ++count_;
-}
-
 void EpisodeStatistics::add(const EpisodeState& state) {
   End end = state.terminated ? End::terminated : End::truncated;
   if (!state.error.empty()) end = End::failed;
-  add(state.episode_return, state.step, end);
+  episodes_[count_ % kCapacity] = {state.episode_return, state.step, end};
+  ++count_;
 }
 
 EpisodeStatistics::Summary EpisodeStatistics::summary() const {

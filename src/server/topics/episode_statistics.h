@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "server/environments/shown_environment.h"
+#include "core/episode_recorder.h"
 
 namespace walker {
 
@@ -29,21 +29,17 @@ class EpisodeStatistics {
     std::size_t failed = 0;  ///< the simulation had to end it
   };
 
-  enum class End { terminated, truncated, failed };
-
   /// Takes account of an episode.
-  /// @param length [steps]
-  void add(double episode_return, std::uint32_t length, End end);
-
-  /// The same. @param state right after its last step
+  /// @param state right after its last step
   void add(const EpisodeState& state);
 
   Summary summary() const;
 
  private:
+  enum class End { terminated, truncated, failed };
   struct Episode {
     double episode_return;
-    std::uint32_t length;
+    std::uint32_t length;  // [steps]
     End end;
   };
 

@@ -19,7 +19,7 @@ void publish_if_heard(const ros::Publisher& publisher, Message& message,
 
 }  // namespace
 
-Publishers::Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const ServerOptions& options)
+Publishers::Publishers(ros::NodeHandle& node, EpisodeRecorder& shown, const ServerOptions& options)
     : shown_(shown),
       options_(options),
       frames_(shown.specification(), options.tf_prefix),

@@ -8,7 +8,7 @@
 #include <std_msgs/Float64.h>
 #include <std_msgs/Float64MultiArray.h>
 
-#include "server/environments/shown_environment.h"
+#include "core/episode_recorder.h"
 #include "server/markers/marker_topics.h"
 #include "server/parameter_reader.h"
 #include "server/topics/converters.h"
@@ -20,7 +20,7 @@ namespace walker {
 /// Publishes the states of one environment. Messages keep their memory from state to state.
 class Publishers {
  public:
-  Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const ServerOptions& options);
+  Publishers(ros::NodeHandle& node, EpisodeRecorder& shown, const ServerOptions& options);
 
   /// Latched: the specification and the static transforms.
   void publish_constants(ros::Time stamp);
@@ -42,7 +42,7 @@ class Publishers {
   void publish_sensors(ros::Time stamp);
   void publish_episode(ros::Time stamp);
 
-  ShownEnvironment& shown_;
+  EpisodeRecorder& shown_;
   ServerOptions options_;
   Frames frames_;
   RecorderWatch recorder_;  // of the topics from which a bag is replayed
