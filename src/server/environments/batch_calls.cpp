@@ -17,20 +17,8 @@ std::string element(const char* field, std::size_t index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
-void append_row(const std::vector<double>& rows, std::size_t row, std::size_t width,
-                std::vector<double>& to) {
-  const auto begin = rows.begin() + static_cast<std::ptrdiff_t>(row * width);
-  to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(width));
-}
-
-void clear_rows(walker_sim::StepBatch::Response& response) {
-  response.observations.clear();
-  response.rewards.clear();
-  response.terminated.clear();
-  response.truncated.clear();
-  response.episodes.clear();
-  response.steps.clear();
-  response.info.clear();
+void append(const std::vector<double>& row, std::vector<double>& rows) {
+  rows.insert(rows.end(), row.begin(), row.end());
 }
 
 std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch::Request& request) {
@@ -62,12 +50,11 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   check(request);
   const std::vector<std::uint32_t>& listed =
       request.environments.empty() ? all_ : request.environments;
-  environments_.reset(listed, seeds_of(request), rows_of(spare_));
+  environments_.reset(listed, seeds_of(request));
   account_resets(listed, response.status_message);
   for (const std::uint32_t environment : listed) {
-    append_row(spare_.observations, environment, specification_.observation_size(),
-               response.observations);
-    append_row(spare_.info, environment, specification_.info_names.size(), response.info);
+    append(environments_[environment].state().observation, response.observations);
+    append(environments_[environment].state().info, response.info);
   }
 }
 
@@ -98,12 +85,7 @@ void BatchCalls::step(const std::vector<double>& actions,
   response.final_observations.clear();
   response.final_info.clear();
   response.status_message.clear();
-  try {
-    environments_.step(actions, rows_of(response));
-  } catch (...) {
-    clear_rows(response);
-    throw;
-  }
+  environments_.step(actions, rows_of(response));
   account(actions, response);
 }
 
@@ -145,7 +127,9 @@ void BatchCalls::account(const std::vector<double>& actions,
       if (has_ended) end_episode(environment, response);
     }
     if (has_ended && options_.autoreset_mode == AutoresetMode::same_step) {
-      add_final_row(environment, response);
+      response.final_environments.push_back(environment);
+      append(environments_[environment].state().observation, response.final_observations);
+      append(environments_[environment].state().info, response.final_info);
     }
   }
 }
@@ -155,14 +139,6 @@ void BatchCalls::end_episode(std::uint32_t environment, walker_sim::StepBatch::R
   if (!state.error.empty()) note_failure(environment, kStepFailed, response.status_message);
   episodes_.add(state);
   ended_.push_back(environment);
-}
-
-void BatchCalls::add_final_row(std::uint32_t environment,
-                               walker_sim::StepBatch::Response& response) const {
-  response.final_environments.push_back(environment);
-  append_row(response.observations, environment, specification_.observation_size(),
-             response.final_observations);
-  append_row(response.info, environment, specification_.info_names.size(), response.final_info);
 }
 
 /// Counts and logs it, and tells it in a line of its own.

@@ -27,6 +27,11 @@ PoolOptions pool_options(const ServerOptions& options) {
   return own;
 }
 
+template <typename From, typename To>
+void write(const From* values, std::size_t size, To* to) {
+  if (to != nullptr) std::copy_n(values, size, to);
+}
+
 }  // namespace
 
 Environments::Environments(const ServerOptions& options, const MakeEnvironment& make)
@@ -93,14 +98,13 @@ bool Environments::only_is_reset_by_step() const {
 
 void Environments::write_only(const Batch& rows) const {
   const EpisodeState& state = only_->state();
-  std::copy(state.observation.begin(), state.observation.end(), rows.observations);
-  std::copy(state.info.begin(), state.info.end(), rows.info);
-  *rows.episodes = state.episode;
-  *rows.steps = state.step;
-  if (rows.rewards == nullptr) return;
-  *rows.rewards = state.reward;
-  *rows.terminated = static_cast<std::uint8_t>(state.terminated);
-  *rows.truncated = static_cast<std::uint8_t>(state.truncated);
+  write(state.observation.data(), state.observation.size(), rows.observations);
+  write(state.info.data(), state.info.size(), rows.info);
+  write(&state.reward, 1, rows.rewards);
+  write(&state.terminated, 1, rows.terminated);
+  write(&state.truncated, 1, rows.truncated);
+  write(&state.episode, 1, rows.episodes);
+  write(&state.step, 1, rows.steps);
 }
 
 }  // namespace walker

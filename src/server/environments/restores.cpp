@@ -8,32 +8,33 @@
 
 namespace walker {
 
-Restores::Restores(Environments& environments, const MakeEnvironment& make, TakePlace take_place)
-    : environments_(environments), take_place_(std::move(take_place)) {
-  if (environments.size() == 1) scratch_.emplace(make());
+Restores::Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironment& make)
+    : simulation_(simulation), outputs_(outputs) {
+  if (simulation.environments().size() == 1) scratch_.emplace(make());
 }
 
 void Restores::add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply) {
-  environments_.only("restore");  // throws where there are many
+  simulation_.environments().only("restore");  // throws where there are many
   waiting_.push_back({to_record(record), reply});
 }
 
-void Restores::go_on() {
+bool Restores::go_on() {
   // A client that has gone wants it no more.
   while (!waiting_.empty() && !waiting_.front().reply.is_awaited()) waiting_.pop_front();
-  if (waiting_.empty()) return;
+  if (waiting_.empty()) return false;
   Waiting& first = waiting_.front();
   Response response;
   try {
-    if (!repeat(first)) return;
-    take_place_(*scratch_, response);
+    if (!repeat(first)) return false;
+    simulation_.restore(*scratch_);
+    response.transition = outputs_.take_transition();
     response.success = 1;
   } catch (const std::exception& error) {
-    response = Response();
     response.status_message = error.what();
   }
   first.reply(response);
   waiting_.pop_front();
+  return response.success != 0;
 }
 
 /// @return whether it has come to the record's end

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <optional>
 
-#include "server/environments/environments.h"
+#include "server/outputs.h"
+#include "server/simulation.h"
 #include "server/transport/pending_answer.h"
 #include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/Restore.h"
@@ -19,13 +19,9 @@ class Restores {
  public:
   using Response = walker_sim::Restore::Response;
 
-  /// Lets the repeated episode take the present one's place and fills the response, or throws a
-  /// std::exception that says why not.
-  using TakePlace = std::function<void(EpisodeRecorder& repeated, Response& response)>;
-
-  /// @param environments outlive this
-  /// @param make         makes the scratch environment, as the others
-  Restores(Environments& environments, const MakeEnvironment& make, TakePlace take_place);
+  /// @param simulation, outputs outlive this
+  /// @param make makes the scratch environment, as the others
+  Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironment& make);
 
   /// @throws std::exception that says why this record cannot be repeated here
   void add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply);
@@ -33,7 +29,8 @@ class Restores {
   bool are_in_flight() const { return !waiting_.empty(); }
 
   /// One slice. Nothing, where none is in flight.
-  void go_on();
+  /// @return whether an episode has been restored
+  bool go_on();
 
  private:
   struct Waiting {
@@ -44,10 +41,10 @@ class Restores {
 
   bool repeat(Waiting& waiting);
 
-  Environments& environments_;
+  Simulation& simulation_;
+  Outputs& outputs_;
   std::optional<EpisodeRecorder> scratch_;  // none beside many
-  TakePlace take_place_;
-  std::deque<Waiting> waiting_;  // the first is in flight
+  std::deque<Waiting> waiting_;             // the first is in flight
 };
 
 }  // namespace walker
