@@ -12,6 +12,7 @@
 #include "core/episode_record.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/export.h"
+#include "walker_sim/renderer.h"
 
 namespace walker {
 
@@ -76,6 +77,8 @@ class WALKER_SIM_EXPORT EpisodeRecorder : public Environment {
   const Sensors& sensors();
   /// Surroundings of the present episode. @throws as `sensors`
   const Scene& scene();
+  /// Copies both, for a picture. @throws as `sensors`
+  void capture(StateCapture& captured) { walker::capture(*this, state_.step, captured); }
 
   // Records.
 

@@ -87,11 +87,11 @@ py::tuple RecordedEnvironment::step(py::handle action, py::handle observation, p
   return py::make_tuple(result.reward, result.terminated, result.truncated, error);
 }
 
-Instant RecordedEnvironment::look() {
-  Instant instant;
+StateCapture RecordedEnvironment::capture() {
+  StateCapture captured;
   const Unlocked unlocked(mutex_);
-  walker::look(recorder_, recorder_.state().step, instant);
-  return instant;
+  recorder_.capture(captured);
+  return captured;
 }
 
 py::tuple RecordedEnvironment::state() const {
@@ -156,7 +156,7 @@ void bind_environment(py::module& module) {
            py::arg("info"))
       .def("step", &RecordedEnvironment::step, py::arg("action"), py::arg("observation"),
            py::arg("info"))
-      .def("look", &RecordedEnvironment::look)
+      .def("capture", &RecordedEnvironment::capture)
       .def(py::pickle(
           [](const RecordedEnvironment& environment) { return environment.state(); },
           [](const py::tuple& state) { return RecordedEnvironment::from_state(state); }));

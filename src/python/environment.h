@@ -33,7 +33,7 @@ class RecordedEnvironment {
 
   /// What a picture is drawn from.
   /// @throws ResetNeeded where there is no state to be seen
-  Instant look();
+  StateCapture capture();
 
   /// For pickle and copy: how to come to the present state.
   /// @throws ValueError where the episode depends on those before it, or is too long

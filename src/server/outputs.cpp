@@ -22,7 +22,7 @@ void publish_if_heard(const ros::Publisher& publisher, Message& message,
 }  // namespace
 
 Outputs::Outputs(ros::NodeHandle& node, Environments& environments, const ServerOptions& options,
-                 const DrawingThread::MakeRenderer& make_renderer)
+                 const RenderThread::MakeRenderer& make_renderer)
     : shown_(environments.shown()),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),
@@ -44,7 +44,7 @@ Outputs::Outputs(ros::NodeHandle& node, Environments& environments, const Server
       tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kRecord)),
       tf_static_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
       markers_(node, shown_, frames_.odometry),
-      pictures_(node, environments, frames_, options, make_renderer) {
+      camera_(node, environments, frames_, options, make_renderer) {
   if (shown_.specification().range_finder.num_rays != 0) {
     scan_publisher_ = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
@@ -59,7 +59,7 @@ void Outputs::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
   if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is none to tell of
   publish_state(stamp);
-  pictures_.show(stamp);
+  camera_.show(stamp);
 }
 
 void Outputs::publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp) {
@@ -70,7 +70,7 @@ void Outputs::publish_restored(const walker_sim::EpisodeRecord& record, ros::Tim
 void Outputs::publish_step(ros::Time stamp) {
   publish_state(stamp);
   if (shown_.state().has_ended()) publish_episode(stamp);
-  pictures_.show(stamp);
+  camera_.show(stamp);
 }
 
 void Outputs::publish_state(ros::Time stamp) {

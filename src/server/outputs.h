@@ -6,7 +6,7 @@
 #include <std_msgs/Float64.h>
 #include <std_msgs/Float64MultiArray.h>
 
-#include "server/camera/pictures.h"
+#include "server/camera/camera.h"
 #include "server/environments/environments.h"
 #include "server/markers/marker_topics.h"
 #include "server/parameter_reader.h"
@@ -22,7 +22,7 @@ class Outputs {
  public:
   /// @param environments outlive this
   Outputs(ros::NodeHandle& node, Environments& environments, const ServerOptions& options,
-          const DrawingThread::MakeRenderer& make_renderer);
+          const RenderThread::MakeRenderer& make_renderer);
 
   /// Latched: the specification and the static transforms.
   void publish_constants(ros::Time stamp);
@@ -43,8 +43,8 @@ class Outputs {
   /// @param record of the present episode
   walker_sim::EpisodeRecord message(EpisodeRecord record, ros::Time stamp) const;
 
-  Pictures& pictures() { return pictures_; }
-  const Pictures& pictures() const { return pictures_; }
+  ServerCamera& camera() { return camera_; }
+  const ServerCamera& camera() const { return camera_; }
   const RecorderWatch& recorder() const { return recorder_; }
 
  private:
@@ -72,7 +72,7 @@ class Outputs {
   ros::Publisher tf_publisher_;
   ros::Publisher tf_static_publisher_;
   MarkerTopics markers_;
-  Pictures pictures_;
+  ServerCamera camera_;
 
   sensor_msgs::JointState joint_states_;
   sensor_msgs::LaserScan scan_;

@@ -22,7 +22,7 @@ namespace walker {
 /// pictures are drawn elsewhere.
 class Server {
  public:
-  using MakeRenderer = DrawingThread::MakeRenderer;
+  using MakeRenderer = RenderThread::MakeRenderer;
 
   /// @throws std::exception when the environment cannot be made or /clock has another publisher
   explicit Server(const ServerOptions& options);

@@ -121,7 +121,7 @@ void advertise_records(const Served& served, ServicePort& port) {
                                          });
   advertise_pending<walker_sim::Render>(
       port, "render", [served](const auto& request, const auto& reply) {
-        served.outputs.pictures().render(request, served.simulation.clock().now(), reply);
+        served.outputs.camera().render(request, served.simulation.clock().now(), reply);
       });
 }
 

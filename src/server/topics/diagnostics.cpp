@@ -115,8 +115,8 @@ void Diagnostics::describe_simulation(Status& status) {
   status.add("episode_return", state.episode_return);
   status.add("steps", simulation_.counters().steps);
   status.add("simulation_errors", simulation_.counters().simulation_errors);
-  status.add("pictures", outputs_.pictures().thread().num_drawn());
-  status.add("pictures_skipped", outputs_.pictures().thread().num_skipped());
+  status.add("pictures", outputs_.camera().thread().num_rendered());
+  status.add("pictures_skipped", outputs_.camera().thread().num_skipped());
 }
 
 /// Since the last report.
