@@ -58,9 +58,9 @@ inline Image read_picture(const std::string& name) {
   return image;
 }
 
-inline Image draw(Renderer& renderer, const Instant& instant) {
+inline Image draw(Renderer& renderer, const StateCapture& captured) {
   Image image;
-  renderer.render(instant, {}, image);
+  renderer.render(captured, {}, image);
   return image;
 }
 

@@ -102,10 +102,10 @@ class Session {
       renderer_ = walker::make_renderer(id, {}, camera);
       camera_ = camera;
     }
-    walker::Instant instant;
-    walker::look(*walker().environment, steps_, instant);
+    walker::StateCapture captured;
+    walker::capture(*walker().environment, steps_, captured);
     walker::Image image;
-    renderer_->render(instant, {}, image);
+    renderer_->render(captured, {}, image);
     Answer answer;
     answer.add(std::string(image.rgb.begin(), image.rgb.end()));
     return answer;

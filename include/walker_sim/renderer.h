@@ -12,15 +12,16 @@
 namespace walker {
 
 /// All that a picture is drawn from. A copy: the walker may go on while it is drawn.
-struct Instant {
+struct StateCapture {
   Sensors sensors;
   Scene scene;
   std::uint32_t step = 0;  ///< since the reset
 };
 
-/// Takes down what an environment is like now. Changes nothing that a later step depends on.
+/// Captures what an environment is like now. Changes nothing that a later step depends on.
 /// @param step since the reset
-WALKER_SIM_EXPORT void look(Environment& environment, std::uint32_t step, Instant& instant);
+WALKER_SIM_EXPORT void capture(Environment& environment, std::uint32_t step,
+                               StateCapture& captured);
 
 /// What a picture is made of.
 struct Channels {
@@ -46,7 +47,7 @@ struct Camera {
   double far = 0;            ///< largest one [m]
 };
 
-/// Draws environments of one kind. A picture depends on the instant alone.
+/// Draws environments of one kind. A picture depends on the capture alone.
 ///
 /// Any thread may draw, one at a time. Nothing is loaded or allocated for it before the first
 /// picture.
@@ -62,7 +63,7 @@ class WALKER_SIM_EXPORT Renderer {
   /// @param image keeps its memory from picture to picture
   /// @throws std::invalid_argument for a channel that there is none of; std::runtime_error where no
   ///         picture can be drawn on this machine, saying what to install
-  virtual void render(const Instant& instant, const Channels& channels, Image& image) = 0;
+  virtual void render(const StateCapture& captured, const Channels& channels, Image& image) = 0;
 };
 
 }  // namespace walker

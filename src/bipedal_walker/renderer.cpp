@@ -59,20 +59,20 @@ class SideView : public Renderer {
 
   const Camera& camera() const override { return camera_; }
 
-  void render(const Instant& instant, const Channels& channels, Image& image) override {
+  void render(const StateCapture& captured, const Channels& channels, Image& image) override {
     if (channels.depth) {
       throw std::invalid_argument("depth: BipedalWalker's pictures have none, only color");
     }
     get_ready();
-    check(instant);
-    follow(instant.sensors.link_poses[0].position[0]);
+    check(captured);
+    follow(captured.sensors.link_poses[0].position[0]);
     image.width = camera_.width;
     image.height = camera_.height;
     image.rgb.clear();
     image.depth.clear();
     image.camera_pose = camera_pose();
     if (!channels.color) return;
-    draw(instant);
+    draw(captured);
     canvas_->read(image.rgb);
   }
 
@@ -83,10 +83,10 @@ class SideView : public Renderer {
     canvas_.emplace(camera_.width, camera_.height, std::max(zoom_, 1.0));
   }
 
-  /// @throws std::invalid_argument for an instant of another kind of walker
-  void check(const Instant& instant) const {
-    const std::size_t links = instant.sensors.link_poses.size();
-    const std::size_t rays = instant.sensors.ranges.size();
+  /// @throws std::invalid_argument for a state of another kind of walker
+  void check(const StateCapture& captured) const {
+    const std::size_t links = captured.sensors.link_poses.size();
+    const std::size_t rays = captured.sensors.ranges.size();
     if (links == specification_->links.size() && rays == specification_->range_finder.num_rays) {
       return;
     }
@@ -110,20 +110,20 @@ class SideView : public Renderer {
   }
 
   /// From the back to the front, as Gymnasium.
-  void draw(const Instant& instant) {
+  void draw(const StateCapture& captured) {
     draw_sky();
-    for (const ScenePolygon& cloud : instant.scene.clouds) draw_cloud(cloud);
-    for (const ScenePolygon& ground : instant.scene.ground) draw_ground(ground);
-    draw_ray(instant);
-    draw_surfaces(instant.scene);
-    for (auto i = instant.scene.obstacles.rbegin(); i != instant.scene.obstacles.rend(); ++i) {
+    for (const ScenePolygon& cloud : captured.scene.clouds) draw_cloud(cloud);
+    for (const ScenePolygon& ground : captured.scene.ground) draw_ground(ground);
+    draw_ray(captured);
+    draw_surfaces(captured.scene);
+    for (auto i = captured.scene.obstacles.rbegin(); i != captured.scene.obstacles.rend(); ++i) {
       draw_solid(i->points, i->color, kObstacleOutline);
     }
     for (std::size_t link = 1; link < specification_->links.size(); ++link) {
-      draw_link(instant, link, link < 3 ? kLeg1Outline : kLeg2Outline);
+      draw_link(captured, link, link < 3 ? kLeg1Outline : kLeg2Outline);
     }
-    draw_link(instant, 0, kHullOutline);
-    for (const Flag& flag : instant.scene.flags) draw_flag(flag);
+    draw_link(captured, 0, kHullOutline);
+    for (const Flag& flag : captured.scene.flags) draw_flag(flag);
   }
 
   /// Left of x = 4 m the hull leaves its place in the picture, for that does not go left of the
@@ -156,15 +156,15 @@ class SideView : public Renderer {
     draw_body(ground.color);
   }
 
-  void draw_ray(const Instant& instant) {
+  void draw_ray(const StateCapture& captured) {
     // There and back through the rays, then none for a while.
     const RangeFinder& finder = specification_->range_finder;
-    const std::size_t picture = (instant.step + 1) % kRayPeriod;
+    const std::size_t picture = (captured.step + 1) % kRayPeriod;
     if (picture >= 2 * finder.num_rays) return;
     const std::size_t ray = picture < finder.num_rays ? picture : 2 * finder.num_rays - 1 - picture;
-    const double range = std::min(instant.sensors.ranges[ray], finder.maximum_range);
+    const double range = std::min(captured.sensors.ranges[ray], finder.maximum_range);
     const double angle = finder.angle_minimum + finder.angle_increment * static_cast<double>(ray);
-    const Vector3& from = instant.sensors.link_poses[0].position;
+    const Vector3& from = captured.sensors.link_poses[0].position;
     canvas_->draw_line(whole(from[0] * scale_, from[2] * scale_),
                        whole((from[0] + std::cos(angle) * range) * scale_,
                              (from[2] + std::sin(angle) * range) * scale_),
@@ -181,12 +181,12 @@ class SideView : public Renderer {
     }
   }
 
-  void draw_link(const Instant& instant, std::size_t index, const Color& outline) {
+  void draw_link(const StateCapture& captured, std::size_t index, const Color& outline) {
     const Link& link = specification_->links[index];
     for (const Prism& prism : link.prisms) {
       corners_.clear();
       for (const auto& vertex : prism.vertices) {
-        corners_.push_back(to_world(instant.sensors.link_poses[index], vertex));
+        corners_.push_back(to_world(captured.sensors.link_poses[index], vertex));
       }
       draw_solid(corners_, link.color, outline);
     }

@@ -26,8 +26,8 @@ void EpisodeRules::step(const double* action, std::size_t size, Result& result) 
   check_action(specification(), action, size);
   try {
     wrapped_->step(action, size, result);
-  } catch (const std::exception& error) {
-    fail(error, result);
+  } catch (...) {
+    fail(std::current_exception(), result);
     return;
   }
   conclude(result);
@@ -55,21 +55,12 @@ void EpisodeRules::step_together(StepCall* const* calls, std::size_t count,
   }
   if (num_allowed != 0) wrapped_->step_together(wrapped.data(), num_allowed, size);
   for (std::size_t i = 0; i < num_allowed; ++i) {
-    static_cast<EpisodeRules&>(*allowed[i]->environment).conclude_together(*allowed[i]);
-  }
-}
-
-void EpisodeRules::conclude_together(StepCall& call) {
-  if (!wrapped_call_.failure) {
-    conclude(*call.result);
-    return;
-  }
-  try {
-    std::rethrow_exception(std::exchange(wrapped_call_.failure, nullptr));
-  } catch (const std::exception& error) {
-    fail(error, *call.result);
-  } catch (...) {
-    call.failure = std::current_exception();
+    auto& rules = static_cast<EpisodeRules&>(*allowed[i]->environment);
+    if (rules.wrapped_call_.failure) {
+      rules.fail(std::exchange(rules.wrapped_call_.failure, nullptr), *allowed[i]->result);
+    } else {
+      rules.conclude(*allowed[i]->result);
+    }
   }
 }
 
@@ -83,9 +74,9 @@ void EpisodeRules::conclude(Result& result) {
   if (result.terminated || result.truncated) phase_ = Phase::ended;
 }
 
-void EpisodeRules::fail(const std::exception& error, Result& result) {
+void EpisodeRules::fail(const std::exception_ptr& thrown, Result& result) {
   phase_ = Phase::failed;  // there is no state to sense or to step on
-  error_ = error.what();
+  error_ = words_of(thrown);
   fail_step(error_.c_str(), specification(), result);
 }
 

@@ -40,9 +40,8 @@ class EpisodeRules : public Environment {
 
   void check_phase() const;
   void conclude(Result& result);
-  void conclude_together(StepCall& call);
   void need_state_for(const char* call) const;
-  void fail(const std::exception& error, Result& result);
+  void fail(const std::exception_ptr& thrown, Result& result);
 
   std::unique_ptr<Environment> wrapped_;
   Phase phase_ = Phase::before_reset;

@@ -8,14 +8,14 @@
 #include <utility>
 
 #include "core/action_check.h"
-#include "core/crew.h"
 #include "core/parking.h"
 #include "core/pool_members.h"
+#include "core/thread_pool.h"
 
 namespace walker {
 namespace {
 
-static_assert(Environment::kLargestGroup <= Crew::kLargestGroup);
+static_assert(Environment::kLargestGroup <= ThreadPool::kLargestGroup);
 
 constexpr std::size_t kMostEnvironments = 1U << 20U;
 constexpr std::size_t kMostThreads = 1024;
@@ -62,7 +62,7 @@ std::optional<AutoresetMode> find_autoreset_mode(const std::string& text) {
   return std::nullopt;
 }
 
-/// Checks the caller's requests and hands them to the crew.
+/// Checks the caller's requests and hands them to the threads.
 class Pool::Implementation {
  public:
   Implementation(const std::function<std::unique_ptr<Environment>()>& make,
@@ -73,8 +73,9 @@ class Pool::Implementation {
         last_list_(options_.num_envs),
         all_(options_.num_envs),
         arrived_(options_.num_envs),
-        crew_(options_.num_envs, options_.num_threads, members_.group_size(),
-              [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
+        threads_(
+            options_.num_envs, options_.num_threads, members_.group_size(),
+            [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
     std::iota(all_.begin(), all_.end(), 0U);
   }
 
@@ -126,7 +127,7 @@ class Pool::Implementation {
   std::vector<std::uint32_t> arrived_;
   std::vector<double> sent_actions_;                 // rows of all; none before the first `send`
   std::vector<std::optional<std::uint64_t>> seeds_;  // of all; none before the first `reset`
-  Crew crew_;  // the last: its threads end before what they use
+  ThreadPool threads_;  // the last: its threads end before what they use
 };
 
 void Pool::Implementation::work(const std::uint32_t* indices, std::size_t count) {
@@ -143,9 +144,9 @@ void Pool::Implementation::work(const std::uint32_t* indices, std::size_t count)
 
 void Pool::Implementation::run(const Task& task, const std::vector<std::uint32_t>& environments) {
   task_ = task;
-  for (const std::uint32_t index : environments) crew_.add(index);
-  crew_.start(num_groups(environments.size()) - 1);  // one is the caller's
-  crew_.collect(environments.size(), arrived_.data());
+  for (const std::uint32_t index : environments) threads_.add(index);
+  threads_.start(num_groups(environments.size()) - 1);  // one is the caller's
+  threads_.collect(environments.size(), arrived_.data());
 }
 
 std::size_t Pool::Implementation::num_groups(std::size_t count) const {
@@ -264,12 +265,12 @@ void Pool::Implementation::begin_sending() {
 
 void Pool::Implementation::put_under_way(std::uint32_t index) {
   is_under_way_[index] = 1;
-  crew_.add(index);
+  threads_.add(index);
 }
 
 void Pool::Implementation::start_sent(std::size_t count) {
   num_under_way_ += count;
-  crew_.start(num_groups(count));
+  threads_.start(num_groups(count));
 }
 
 void Pool::Implementation::recv(const Batch& batch, std::uint32_t* environments) {
@@ -279,7 +280,7 @@ void Pool::Implementation::recv(const Batch& batch, std::uint32_t* environments)
                            " environments are under way; must be at least " + std::to_string(size) +
                            ", the batch size");
   }
-  crew_.collect(size, environments);
+  threads_.collect(size, environments);
   for (std::size_t row = 0; row < size; ++row) {
     is_under_way_[environments[row]] = 0;
     members_.write(environments[row], batch, row);

@@ -2,10 +2,10 @@
 
 namespace walker {
 
-void look(Environment& environment, std::uint32_t step, Instant& instant) {
-  environment.sense(instant.sensors);
-  environment.scene(instant.scene);
-  instant.step = step;
+void capture(Environment& environment, std::uint32_t step, StateCapture& captured) {
+  environment.sense(captured.sensors);
+  environment.scene(captured.scene);
+  captured.step = step;
 }
 
 }  // namespace walker

@@ -103,9 +103,9 @@ class MujocoRenderer : public Renderer {
 
   const Camera& camera() const override { return camera_; }
 
-  void render(const Instant& instant, const Channels& channels, Image& image) override {
+  void render(const StateCapture& captured, const Channels& channels, Image& image) override {
     get_ready();
-    pose(instant.sensors);
+    pose(captured.sensors);
     mjvOption options;
     mjv_defaultOption(&options);
     mjv_updateScene(model_.get(), data_.get(), &options, nullptr, &chosen_, mjCAT_ALL,

@@ -1,9 +1,10 @@
 #include "python/environment.h"
 
-#include <cstddef>
 #include <cstring>
 #include <optional>
+#include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "python/arrays.h"
 #include "python/conversions.h"
@@ -13,9 +14,6 @@
 namespace walker::python {
 namespace py = pybind11;
 namespace {
-
-/// As for the server's records: then they are given up, for an episode may have no end.
-constexpr std::size_t kMostRecordedSteps = 1000000;
 
 std::string engine_of(const Specification& specification) {
   return specification.engine + " " + specification.engine_version;
@@ -42,102 +40,83 @@ bool have_equal_bits(const std::vector<double>& a, const std::vector<double>& b)
 RecordedEnvironment::RecordedEnvironment(std::string id, const py::dict& parameters)
     : id_(std::move(id)),
       parameters_(to_parameters(parameters)),
-      environment_(make(id_, parameters_)),
-      observation_(environment_->specification().observation_size()),
-      info_(environment_->specification().info_names.size()) {}
+      recorder_(make(id_, parameters_)) {}
 
-py::dict RecordedEnvironment::specification() const {
-  return to_dict(environment_->specification());
-}
+py::dict RecordedEnvironment::specification() const { return to_dict(recorder_.specification()); }
 
 py::tuple RecordedEnvironment::reset(const py::sequence& generator_state, py::handle observation,
                                      py::handle info) {
+  const EpisodeState& state = recorder_.state();
   const GeneratorState before = to_generator_state(generator_state);
-  Output observations(observation, "observation", observation_.size());
-  Output infos(info, "info", info_.size());
+  Output observations(observation, "observation", state.observation.size());
+  Output infos(info, "info", state.info.size());
   GeneratorState after{};
   {
     const Unlocked unlocked(mutex_);
     begin(before);
-    after = environment_->generator_state();
-    observations.take(observation_.data());
-    infos.take(info_.data());
+    after = recorder_.generator_state();
+    observations.take(state.observation.data());
+    infos.take(state.info.data());
   }
   return to_tuple(after);
 }
 
+/// @throws std::runtime_error with the engine's words where it fails
+void RecordedEnvironment::begin(const GeneratorState& generator_state) {
+  recorder_.begin(generator_state, std::nullopt);
+  if (recorder_.state().failed_at_reset()) throw std::runtime_error(recorder_.state().error);
+}
+
 py::tuple RecordedEnvironment::step(py::handle action, py::handle observation, py::handle info) {
+  const EpisodeState& state = recorder_.state();
   const Input actions(action, "action");
-  Output observations(observation, "observation", observation_.size());
-  Output infos(info, "info", info_.size());
+  Output observations(observation, "observation", state.observation.size());
+  Output infos(info, "info", state.info.size());
   Result result;
   std::string error;
   {
     const Unlocked unlocked(mutex_);
-    advance(actions.data(), actions.size(), result);
-    observations.take(observation_.data());
-    infos.take(info_.data());
-    error = result.error;
+    recorder_.step(actions.data(), actions.size());
+    observations.take(state.observation.data());
+    infos.take(state.info.data());
+    result.reward = state.reward;
+    result.terminated = state.terminated;
+    result.truncated = state.truncated;
+    error = state.error;
   }
   return py::make_tuple(result.reward, result.terminated, result.truncated, error);
 }
 
-void RecordedEnvironment::begin(const GeneratorState& generator_state) {
-  environment_->set_generator_state(generator_state);
-  episode_.has_begun = false;  // stays so where the reset throws
-  Result result;
-  result.observation = observation_.data();
-  result.info = info_.data();
-  environment_->reset(std::nullopt, result);
-  episode_.has_begun = true;
-  episode_.generator_state = generator_state;
-  episode_.actions.clear();
-  episode_.num_steps = 0;
-  episode_.is_too_long = false;
-}
-
-void RecordedEnvironment::advance(const double* action, std::size_t size, Result& result) {
-  result.observation = observation_.data();
-  result.info = info_.data();
-  environment_->step(action, size, result);
-  ++episode_.num_steps;
-  if (episode_.actions.size() >= kMostRecordedSteps * size) {
-    episode_.is_too_long = true;
-    episode_.actions = {};
-  }
-  if (!episode_.is_too_long) {
-    episode_.actions.insert(episode_.actions.end(), action, action + size);
-  }
-}
-
-Instant RecordedEnvironment::look() {
-  Instant instant;
+StateCapture RecordedEnvironment::capture() {
+  StateCapture captured;
   const Unlocked unlocked(mutex_);
-  walker::look(*environment_, episode_.num_steps, instant);
-  return instant;
+  recorder_.capture(captured);
+  return captured;
 }
 
 py::tuple RecordedEnvironment::state() const {
-  Episode episode;
-  std::vector<double> observation;
+  EpisodeState state;
+  std::vector<double> actions;
   {
     const Unlocked unlocked(mutex_);
-    episode = episode_;
-    observation = observation_;
+    state = recorder_.state();
+    actions = recorder_.actions();
   }
-  const Specification& specification = environment_->specification();
-  if (episode.has_begun && !specification.episodes_are_independent) {
+  const Specification& specification = recorder_.specification();
+  const bool has_begun = state.episode != 0 && !state.failed_at_reset();
+  if (has_begun && !specification.episodes_are_independent) {
     throw py::value_error(
         "with reuse_world an episode depends on those before it, so it cannot be copied or stored; "
         "only an environment before its first reset can");
   }
-  if (episode.is_too_long) {
-    throw py::value_error("an episode of more than " + std::to_string(kMostRecordedSteps) +
+  if (state.step > EpisodeRecorder::kMostRecordedSteps) {
+    throw py::value_error("an episode of more than " +
+                          std::to_string(EpisodeRecorder::kMostRecordedSteps) +
                           " steps cannot be copied or stored");
   }
-  return py::make_tuple(version(), engine_of(specification), id_, to_dict(parameters_),
-                        episode.has_begun, to_tuple(episode.generator_state),
-                        to_bytes(episode.actions), to_bytes(observation));
+  return py::make_tuple(version(), engine_of(specification), id_, to_dict(parameters_), has_begun,
+                        to_tuple(state.generator_state), to_bytes(actions),
+                        to_bytes(state.observation));
 }
 
 std::unique_ptr<RecordedEnvironment> RecordedEnvironment::from_state(const py::tuple& state) {
@@ -145,7 +124,7 @@ std::unique_ptr<RecordedEnvironment> RecordedEnvironment::from_state(const py::t
   if (state.size() != kFields) throw py::value_error("this is no stored environment");
   auto environment = std::make_unique<RecordedEnvironment>(state[2].cast<std::string>(),
                                                            state[3].cast<py::dict>());
-  const Specification& specification = environment->environment_->specification();
+  const Specification& specification = environment->recorder_.specification();
   const std::string engine = engine_of(specification);
   if (state[0].cast<std::string>() != version() || state[1].cast<std::string>() != engine) {
     throw py::value_error("stored by walker_sim " + state[0].cast<std::string>() + " on " +
@@ -159,13 +138,9 @@ std::unique_ptr<RecordedEnvironment> RecordedEnvironment::from_state(const py::t
   {
     const py::gil_scoped_release release;
     environment->begin(generator_state);
-    const std::size_t size = specification.action_size();
-    Result result;
-    for (std::size_t i = 0; i + size <= actions.size(); i += size) {
-      environment->advance(actions.data() + i, size, result);
-    }
+    environment->recorder_.repeat(actions);
   }
-  if (!have_equal_bits(environment->observation_, observation)) {
+  if (!have_equal_bits(environment->recorder_.state().observation, observation)) {
     throw py::value_error(
         "the stored episode of " + environment->id_ +
         " comes out differently here; has a file changed that its parameters name?");
@@ -181,7 +156,7 @@ void bind_environment(py::module& module) {
            py::arg("info"))
       .def("step", &RecordedEnvironment::step, py::arg("action"), py::arg("observation"),
            py::arg("info"))
-      .def("look", &RecordedEnvironment::look)
+      .def("capture", &RecordedEnvironment::capture)
       .def(py::pickle(
           [](const RecordedEnvironment& environment) { return environment.state(); },
           [](const py::tuple& state) { return RecordedEnvironment::from_state(state); }));

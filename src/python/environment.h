@@ -3,14 +3,11 @@
 
 #include <pybind11/pybind11.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <vector>
 
-#include "walker_sim/environment.h"
+#include "core/episode_recorder.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
 
@@ -36,7 +33,7 @@ class RecordedEnvironment {
 
   /// What a picture is drawn from.
   /// @throws ResetNeeded where there is no state to be seen
-  Instant look();
+  StateCapture capture();
 
   /// For pickle and copy: how to come to the present state.
   /// @throws ValueError where the episode depends on those before it, or is too long
@@ -46,25 +43,12 @@ class RecordedEnvironment {
   static std::unique_ptr<RecordedEnvironment> from_state(const pybind11::tuple& state);
 
  private:
-  /// What leads to the present state.
-  struct Episode {
-    bool has_begun = false;
-    GeneratorState generator_state{};  ///< before the reset
-    std::vector<double> actions;       ///< since the reset
-    std::uint32_t num_steps = 0;       ///< since the reset
-    bool is_too_long = false;          ///< the actions have been given up
-  };
-
   void begin(const GeneratorState& generator_state);
-  void advance(const double* action, std::size_t size, Result& result);
 
   std::string id_;
   Parameters parameters_;
-  std::unique_ptr<Environment> environment_;
   mutable std::mutex mutex_;
-  std::vector<double> observation_;  // the last
-  std::vector<double> info_;
-  Episode episode_;
+  EpisodeRecorder recorder_;
 };
 
 /// Adds the class to the module.

@@ -171,13 +171,13 @@ class VectorWalkers {
     copy_final(arrived_, observations, info);
   }
 
-  /// As Environment.look, of one of them.
-  Instant look(std::size_t index) {
-    Instant instant;
+  /// As Environment.capture, of one of them.
+  StateCapture capture(std::size_t index) {
+    StateCapture captured;
     const Unlocked unlocked(mutex_);
     Environment& environment = pool_.environment(index);
-    walker::look(environment, last_.steps[index], instant);
-    return instant;
+    walker::capture(environment, last_.steps[index], captured);
+    return captured;
   }
 
   std::string error(std::size_t index) {
@@ -295,7 +295,7 @@ void bind_pool(py::module& module) {
       .def("send_resets", &VectorWalkers::send_resets, py::arg("environments"))
       .def("recv", &VectorWalkers::recv, observations, rewards, terminated, truncated, info)
       .def("final_rows_received", &VectorWalkers::final_rows_received, observations, info)
-      .def("look", &VectorWalkers::look, py::arg("index"))
+      .def("capture", &VectorWalkers::capture, py::arg("index"))
       .def("error", &VectorWalkers::error, py::arg("index"))
       .def("reset_error", &VectorWalkers::reset_error, py::arg("index"))
       .def("generator_state", &VectorWalkers::generator_state, py::arg("index"))

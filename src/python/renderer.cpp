@@ -38,7 +38,7 @@ class SharedRenderer {
 
   /// @param rgb   height x width x 3, uint8; None: not wanted
   /// @param depth height x width, float32 [m]; None: not wanted
-  void render(const Instant& instant, const py::object& rgb, const py::object& depth) {
+  void render(const StateCapture& captured, const py::object& rgb, const py::object& depth) {
     const Camera& camera = renderer_->camera();
     const std::size_t num_pixels = static_cast<std::size_t>(camera.width) * camera.height;
     std::optional<ColorOutput> colors;
@@ -46,7 +46,7 @@ class SharedRenderer {
     if (!rgb.is_none()) colors.emplace(rgb, "rgb", 3 * num_pixels);
     if (!depth.is_none()) depths.emplace(depth, "depth", num_pixels);
     const Unlocked unlocked(mutex_);
-    renderer_->render(instant, {colors.has_value(), depths.has_value()}, image_);
+    renderer_->render(captured, {colors.has_value(), depths.has_value()}, image_);
     if (colors) colors->take(image_.rgb.data());
     if (depths) depths->take(image_.depth.data());
   }
@@ -60,12 +60,13 @@ class SharedRenderer {
 }  // namespace
 
 void bind_renderer(py::module& module) {
-  py::class_<Instant>(module, "Instant").def_readonly("step", &Instant::step);
+  py::class_<StateCapture>(module, "StateCapture").def_readonly("step", &StateCapture::step);
   py::class_<SharedRenderer>(module, "Renderer")
       .def(py::init<const std::string&, const py::dict&, const py::dict&>(), py::arg("id"),
            py::arg("parameters"), py::arg("camera_parameters"))
       .def_property_readonly("camera", &SharedRenderer::camera)
-      .def("render", &SharedRenderer::render, py::arg("instant"), py::arg("rgb"), py::arg("depth"));
+      .def("render", &SharedRenderer::render, py::arg("captured"), py::arg("rgb"),
+           py::arg("depth"));
 }
 
 }  // namespace walker::python

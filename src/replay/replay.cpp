@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
-#include <functional>
 #include <iomanip>
-#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -78,10 +76,6 @@ class Comparison {
   std::string first_;
 };
 
-std::function<std::unique_ptr<Environment>()> maker_of(const walker_sim::EnvironmentSpec& spec) {
-  return [id = spec.id, parameters = parameters_of(spec)] { return make(id, parameters); };
-}
-
 std::string compare_versions(const walker_sim::EnvironmentSpec& recorded,
                              const Specification& own) {
   const std::string then =
@@ -94,9 +88,9 @@ std::string compare_versions(const walker_sim::EnvironmentSpec& recorded,
 }  // namespace
 
 Replay::Replay(const walker_sim::EnvironmentSpec& spec)
-    : simulation_(maker_of(spec), 0),  // each episode brings its generator's state
-      other_versions_(compare_versions(spec, simulation_.specification())) {
-  if (simulation_.specification().episodes_are_independent) return;
+    : recorder_(make(spec.id, parameters_of(spec))),
+      other_versions_(compare_versions(spec, recorder_.specification())) {
+  if (recorder_.specification().episodes_are_independent) return;
   throw std::invalid_argument(
       "its episodes depend on those before them (parameter reuse_world), so none can be repeated "
       "alone");
@@ -118,12 +112,12 @@ void Replay::begin(const walker_sim::Episode& beginning, const std::vector<doubl
     return;
   }
   try {
-    simulation_.begin(state, seed);
+    recorder_.begin(state, seed);
   } catch (const std::exception& error) {
     difference_ = std::string("at the beginning: ") + error.what();
     return;
   }
-  const std::size_t size = simulation_.specification().action_size();
+  const std::size_t size = recorder_.specification().action_size();
   for (std::size_t i = 0; i < actions.size() && difference_.empty(); i += size) {
     const auto first = actions.begin() + static_cast<std::ptrdiff_t>(i);
     step({first, first + static_cast<std::ptrdiff_t>(std::min(size, actions.size() - i))});
@@ -132,10 +126,10 @@ void Replay::begin(const walker_sim::Episode& beginning, const std::vector<doubl
 
 void Replay::step(const std::vector<double>& action) {
   try {
-    simulation_.step(action);
+    recorder_.step(action);
   } catch (const std::exception& error) {
     // A refused action, or one after the repeated episode's end.
-    difference_ = "at step " + std::to_string(simulation_.state().step + 1) +
+    difference_ = "at step " + std::to_string(recorder_.state().step + 1) +
                   ", which is refused: " + error.what();
   }
 }
@@ -145,7 +139,7 @@ void Replay::compare(const walker_sim::Transition& recorded) {
   if (!is_at_beginning_) step(recorded.action);
   is_at_beginning_ = false;
   if (!difference_.empty()) return;
-  const EpisodeState& repeated = simulation_.state();
+  const EpisodeState& repeated = recorder_.state();
   Comparison comparison;
   comparison.compare<std::size_t>("step", recorded.step, repeated.step);
   comparison.compare("error", recorded.error, repeated.error);  // before what follows from it
@@ -154,14 +148,14 @@ void Replay::compare(const walker_sim::Transition& recorded) {
   comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);
   comparison.compare("terminated", recorded.terminated != 0, repeated.terminated);
   comparison.compare("truncated", recorded.truncated != 0, repeated.truncated);
-  comparison.compare("info", recorded.info, repeated.info, simulation_.specification().info_names);
+  comparison.compare("info", recorded.info, repeated.info, recorder_.specification().info_names);
   if (comparison.first().empty()) return;
   difference_ = "at step " + std::to_string(recorded.step) + ": " + comparison.first();
 }
 
 void Replay::compare_end(const walker_sim::Episode& recorded) {
   if (!difference_.empty()) return;
-  const EpisodeState& repeated = simulation_.state();
+  const EpisodeState& repeated = recorder_.state();
   Comparison comparison;
   comparison.compare<std::size_t>("length", recorded.length, repeated.step);
   comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "server/environments/simulation.h"
+#include "core/episode_recorder.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/EpisodeRecord.h"
@@ -44,7 +44,7 @@ class Replay {
   void begin(const walker_sim::Episode& beginning, const std::vector<double>& actions);
   void step(const std::vector<double>& action);
 
-  Simulation simulation_;
+  EpisodeRecorder recorder_;
   std::string other_versions_;
   std::string difference_;
   bool is_at_beginning_ = false;

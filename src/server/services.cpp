@@ -3,13 +3,33 @@
 #include <cstdint>
 #include <exception>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
+#include <ros/console.h>
 #include <ros/node_handle.h>
+#include <std_srvs/Empty.h>
+#include <std_srvs/Trigger.h>
 
-#include "server/server.h"
+#include "server/environments/restores.h"
+#include "server/loop.h"
+#include "server/outputs.h"
+#include "server/simulation.h"
+#include "server/transport/service_port.h"
+#include "walker_sim/GetSpec.h"
+#include "walker_sim/Render.h"
+#include "walker_sim/Reset.h"
+#include "walker_sim/ResetBatch.h"
+#include "walker_sim/Restore.h"
+#include "walker_sim/SetRealTimeFactor.h"
+#include "walker_sim/Snapshot.h"
+#include "walker_sim/Step.h"
+#include "walker_sim/StepBatch.h"
 
 namespace walker {
 namespace {
+
+std::string name(const char* service) { return ros::NodeHandle("~").resolveName(service); }
 
 /// Makes the call and tells how it went. What was half filled is not told.
 template <typename Response, typename Call>
@@ -23,99 +43,115 @@ void answer(Response& response, const Call& call) {
   }
 }
 
+/// @param call fills the response, or throws a std::exception
+template <typename Service, typename Call>
+void advertise(ServicePort& port, const char* service, const Call& call) {
+  port.advertise<Service>(name(service), [call](auto& request, auto& response) {
+    answer(response, [&] { call(request, response); });
+  });
+}
+
+/// @param call takes the reply with it, or throws a std::exception that says why there is none
+template <typename Service, typename Call>
+void advertise_pending(ServicePort& port, const char* service, const Call& call) {
+  port.advertise_pending<Service>(name(service), [call](auto& request, const auto& reply) {
+    typename Service::Response refusal;
+    answer(refusal, [&] { call(request, reply); });
+    if (refusal.success == 0) reply(refusal);
+  });
+}
+
+/// @param call returns what has changed
+template <typename Call>
+void advertise_trigger(ServicePort& port, const char* service, const Call& call) {
+  port.advertise<std_srvs::Trigger>(name(service), [call](auto& /*request*/, auto& response) {
+    response.message = call();
+    response.success = 1;
+  });
+}
+
+/// An empty response has no room for a reason: it is logged, and the client's call fails with it.
+/// @param call throws a std::exception that says why not
+template <typename Call>
+void advertise_empty(ServicePort& port, const char* service, const Call& call) {
+  port.advertise<std_srvs::Empty>(name(service), [service, call](auto&, auto&) {
+    try {
+      call();
+    } catch (const std::exception& error) {
+      ROS_ERROR_STREAM(service << ": " << error.what());
+      throw;
+    }
+  });
+}
+
+void advertise_steps(const Served& served, ServicePort& port) {
+  advertise<walker_sim::Reset>(port, "reset", [served](const auto& request, auto& response) {
+    const std::optional<std::uint64_t> seed = request.seed;
+    served.loop.reset(request.has_seed != 0 ? seed : std::nullopt);
+    response.transition = served.outputs.take_transition();
+  });
+  advertise<walker_sim::Step>(port, "step", [served](const auto& request, auto& response) {
+    served.loop.refuse_while_it_runs("step");
+    served.simulation.step(request.action);
+    response.transition = served.outputs.take_transition();
+  });
+  advertise<walker_sim::ResetBatch>(port, "reset_batch",
+                                    [served](const auto& request, auto& response) {
+                                      served.simulation.reset_batch(request, response);
+                                      served.loop.restart_schedule();
+                                    });
+  advertise<walker_sim::StepBatch>(port, "step_batch",
+                                   [served](const auto& request, auto& response) {
+                                     served.loop.refuse_while_it_runs("step_batch");
+                                     served.simulation.step_batch(request.actions, response);
+                                   });
+}
+
+void advertise_records(const Served& served, ServicePort& port) {
+  port.advertise<walker_sim::GetSpec>(
+      name("get_spec"),
+      [served](auto& /*request*/, auto& response) { response.spec = served.outputs.spec(); });
+  advertise<walker_sim::Snapshot>(port, "snapshot",
+                                  [served](const auto& /*request*/, auto& response) {
+                                    response.record = served.simulation.snapshot();
+                                  });
+  advertise_pending<walker_sim::Restore>(port, "restore",
+                                         [served](const auto& request, const auto& reply) {
+                                           served.restores.add(request.record, reply);
+                                         });
+  advertise_pending<walker_sim::Render>(
+      port, "render", [served](const auto& request, const auto& reply) {
+        served.outputs.camera().render(request, served.simulation.clock().now(), reply);
+      });
+}
+
+void advertise_pace(Loop& loop, ServicePort& port) {
+  advertise<walker_sim::SetRealTimeFactor>(port, "set_real_time_factor",
+                                           [&loop](const auto& request, auto& /*response*/) {
+                                             loop.set_real_time_factor(request.factor);
+                                           });
+  advertise_trigger(port, "pause", [&loop] { return loop.pause(); });
+  advertise_trigger(port, "unpause", [&loop] { return loop.unpause(); });
+}
+
 }  // namespace
 
-Services::Services(Server& server, ServicePort& port) : server_(server) {
-  const ros::NodeHandle node("~");
-  const auto advertise = [&](auto service, const char* name, auto method) {
-    using Service = decltype(service);
-    port.advertise<Service>(node.resolveName(name), [this, method](auto& request, auto& response) {
-      (this->*method)(request, response);
-    });
-  };
-  advertise(walker_sim::Reset(), "reset", &Services::on_reset);
-  advertise(walker_sim::Step(), "step", &Services::on_step);
-  advertise(walker_sim::ResetBatch(), "reset_batch", &Services::on_reset_batch);
-  advertise(walker_sim::StepBatch(), "step_batch", &Services::on_step_batch);
-  advertise(walker_sim::GetSpec(), "get_spec", &Services::on_get_spec);
-  advertise(walker_sim::Snapshot(), "snapshot", &Services::on_snapshot);
-  port.advertise_pending<walker_sim::Restore>(
-      node.resolveName("restore"),
-      [this](auto& request, const auto& reply) { on_restore(request, reply); });
-  advertise(walker_sim::SetRealTimeFactor(), "set_real_time_factor",
-            &Services::on_set_real_time_factor);
-  port.advertise_pending<walker_sim::Render>(
-      node.resolveName("render"),
-      [this](auto& request, const auto& reply) { on_render(request, reply); });
-  advertise(std_srvs::Trigger(), "pause", &Services::on_pause);
-  advertise(std_srvs::Trigger(), "unpause", &Services::on_unpause);
+void advertise_services(const Served& served, ServicePort& port) {
+  advertise_steps(served, port);
+  advertise_records(served, port);
+  advertise_pace(served.loop, port);
 }
 
-void Services::on_reset(walker_sim::Reset::Request& request,
-                        walker_sim::Reset::Response& response) {
-  answer(response, [&] {
-    server_.reset(request.has_seed != 0 ? std::optional<std::uint64_t>(request.seed)
-                                        : std::nullopt);
-    server_.tell(response.transition);
+void advertise_gazebo_services(Loop& loop, Mode mode, ServicePort& port) {
+  const auto reset = [&loop] { loop.reset(std::nullopt); };
+  advertise_empty(port, "pause_physics", [&loop] { loop.pause(); });
+  advertise_empty(port, "unpause_physics", [&loop, mode] {
+    const std::string outcome = loop.unpause();
+    // A client that now waits for something to move would wait in vain.
+    if (mode == Mode::lockstep) throw std::logic_error(outcome);
   });
-}
-
-void Services::on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response) {
-  answer(response, [&] {
-    server_.step(request.action);
-    server_.tell(response.transition);
-  });
-}
-
-void Services::on_reset_batch(walker_sim::ResetBatch::Request& request,
-                              walker_sim::ResetBatch::Response& response) {
-  answer(response, [&] { server_.reset_batch(request, response); });
-}
-
-void Services::on_step_batch(walker_sim::StepBatch::Request& request,
-                             walker_sim::StepBatch::Response& response) {
-  answer(response, [&] { server_.step_batch(request.actions, response); });
-}
-
-void Services::on_get_spec(walker_sim::GetSpec::Request& /*request*/,
-                           walker_sim::GetSpec::Response& response) {
-  server_.tell(response.spec);
-}
-
-void Services::on_snapshot(walker_sim::Snapshot::Request& /*request*/,
-                           walker_sim::Snapshot::Response& response) {
-  answer(response, [&] { response.record = server_.snapshot(); });
-}
-
-void Services::on_restore(const walker_sim::Restore::Request& request,
-                          const Reply<walker_sim::Restore::Response>& reply) {
-  walker_sim::Restore::Response refusal;
-  answer(refusal, [&] { server_.restore(request.record, reply); });
-  if (refusal.success == 0) reply(refusal);
-}
-
-void Services::on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,
-                                       walker_sim::SetRealTimeFactor::Response& response) {
-  answer(response, [&] { server_.set_real_time_factor(request.factor); });
-}
-
-void Services::on_render(walker_sim::Render::Request& request,
-                         const Reply<walker_sim::Render::Response>& reply) {
-  walker_sim::Render::Response refusal;
-  answer(refusal, [&] { server_.render(request, reply); });
-  if (refusal.success == 0) reply(refusal);
-}
-
-void Services::on_pause(std_srvs::Trigger::Request& /*request*/,
-                        std_srvs::Trigger::Response& response) {
-  response.success = 1;
-  response.message = server_.pause();
-}
-
-void Services::on_unpause(std_srvs::Trigger::Request& /*request*/,
-                          std_srvs::Trigger::Response& response) {
-  response.success = 1;
-  response.message = server_.unpause();
+  advertise_empty(port, "reset_simulation", reset);
+  advertise_empty(port, "reset_world", reset);
 }
 
 }  // namespace walker

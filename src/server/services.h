@@ -1,48 +1,32 @@
-// The services: requests in, what the server made of them out.
+// The services: requests in, what came of them out.
 #pragma once
 
-#include <std_srvs/Trigger.h>
-
-#include "server/transport/service_port.h"
-#include "walker_sim/GetSpec.h"
-#include "walker_sim/Render.h"
-#include "walker_sim/Reset.h"
-#include "walker_sim/ResetBatch.h"
-#include "walker_sim/Restore.h"
-#include "walker_sim/SetRealTimeFactor.h"
-#include "walker_sim/Snapshot.h"
-#include "walker_sim/Step.h"
-#include "walker_sim/StepBatch.h"
+#include "server/parameter_reader.h"
 
 namespace walker {
 
-class Server;
+class Loop;
+class Outputs;
+class Restores;
+class ServicePort;
+class Simulation;
 
-/// Advertises the private services of a server. What it throws becomes `status_message`.
-class Services {
- public:
-  Services(Server& server, ServicePort& port);
-
- private:
-  void on_reset(walker_sim::Reset::Request& request, walker_sim::Reset::Response& response);
-  void on_step(walker_sim::Step::Request& request, walker_sim::Step::Response& response);
-  void on_reset_batch(walker_sim::ResetBatch::Request& request,
-                      walker_sim::ResetBatch::Response& response);
-  void on_step_batch(walker_sim::StepBatch::Request& request,
-                     walker_sim::StepBatch::Response& response);
-  void on_get_spec(walker_sim::GetSpec::Request& request, walker_sim::GetSpec::Response& response);
-  void on_snapshot(walker_sim::Snapshot::Request& request,
-                   walker_sim::Snapshot::Response& response);
-  void on_restore(const walker_sim::Restore::Request& request,
-                  const Reply<walker_sim::Restore::Response>& reply);
-  void on_set_real_time_factor(walker_sim::SetRealTimeFactor::Request& request,
-                               walker_sim::SetRealTimeFactor::Response& response);
-  void on_render(walker_sim::Render::Request& request,
-                 const Reply<walker_sim::Render::Response>& reply);
-  void on_pause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  void on_unpause(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-
-  Server& server_;
+/// Who does what the services ask for.
+struct Served {
+  Simulation& simulation;
+  Loop& loop;
+  Outputs& outputs;
+  Restores& restores;
 };
+
+/// Advertises the private services. What those throw becomes `status_message`.
+/// @param port outlives the calls, as does who is served
+void advertise_services(const Served& served, ServicePort& port);
+
+/// Those of type std_srvs/Empty under Gazebo's names, for a remap alone does not serve a client
+/// that expects another type: `pause_physics`, `unpause_physics`, `reset_simulation` and
+/// `reset_world`. Both resets begin an episode, and time goes on.
+/// @param loop, port outlive the calls
+void advertise_gazebo_services(Loop& loop, Mode mode, ServicePort& port);
 
 }  // namespace walker

@@ -24,34 +24,34 @@ using bipedal_walker::play;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The instant after this many steps of an episode.
-Instant instant_of(const std::string& id, const std::string& kind, std::uint64_t seed,
-                   std::uint32_t step) {
+/// The captured after this many steps of an episode.
+StateCapture capture_of(const std::string& id, const std::string& kind, std::uint64_t seed,
+                        std::uint32_t step) {
   Stepper walker(id);
   play(walker, seed, Actions(kind, seed), step);
-  Instant instant;
-  look(*walker.environment, step, instant);
-  return instant;
+  StateCapture captured;
+  capture(*walker.environment, step, captured);
+  return captured;
 }
 
-Image draw(const Instant& instant, const Parameters& camera = {}) {
-  return draw(*make_renderer("BipedalWalker-v3", {}, camera), instant);
+Image draw(const StateCapture& captured, const Parameters& camera = {}) {
+  return draw(*make_renderer("BipedalWalker-v3", {}, camera), captured);
 }
 
-std::vector<Image> draw_all(Renderer& renderer, const std::vector<Instant>& instants) {
-  std::vector<Image> images(instants.size());
-  for (std::size_t i = 0; i < images.size(); ++i) renderer.render(instants[i], {}, images[i]);
+std::vector<Image> draw_all(Renderer& renderer, const std::vector<StateCapture>& captures) {
+  std::vector<Image> images(captures.size());
+  for (std::size_t i = 0; i < images.size(); ++i) renderer.render(captures[i], {}, images[i]);
   return images;
 }
 
-/// Some instants of a walk.
-std::vector<Instant> some_instants() {
-  std::vector<Instant> instants;
+/// Some captures of a walk.
+std::vector<StateCapture> some_captures() {
+  std::vector<StateCapture> captures;
   for (const std::uint32_t step : {0U, 9U, 40U, 150U}) {
-    instants.push_back(instant_of("BipedalWalker-v3", "heuristic", 6, step));
-    instants.push_back(instant_of("BipedalWalkerHardcore-v3", "heuristic", 4, step));
+    captures.push_back(capture_of("BipedalWalker-v3", "heuristic", 6, step));
+    captures.push_back(capture_of("BipedalWalkerHardcore-v3", "heuristic", 4, step));
   }
-  return instants;
+  return captures;
 }
 
 /// A picture in test/recordings/pictures.
@@ -67,7 +67,7 @@ void expect_gymnasiums(const Recorded& recorded) {
   const std::string name =
       std::string(id) + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(step);
   SCOPED_TRACE(name);
-  const Image ours = draw(instant_of(id, kind, seed, step));
+  const Image ours = draw(capture_of(id, kind, seed, step));
   const Image theirs = read_picture(name);
   EXPECT_GT(structural_similarity(ours, theirs), 0.995);
   EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
@@ -91,24 +91,24 @@ TEST(RendererTest, EpisodesLookAsGymnasiums) {
 }
 #endif
 
-TEST(RendererTest, DependsOnTheInstantAlone) {
-  const std::vector<Instant> instants = some_instants();
+TEST(RendererTest, DependsOnTheCaptureAlone) {
+  const std::vector<StateCapture> captures = some_captures();
   const auto renderer = make_renderer("BipedalWalker-v3");
-  const std::vector<Image> forward = draw_all(*renderer, instants);
-  for (std::size_t i = instants.size(); i-- > 0;) {
-    EXPECT_EQ(draw(*renderer, instants[i]).rgb, forward[i].rgb) << i;
-    EXPECT_EQ(draw(instants[i]).rgb, forward[i].rgb) << i;
+  const std::vector<Image> forward = draw_all(*renderer, captures);
+  for (std::size_t i = captures.size(); i-- > 0;) {
+    EXPECT_EQ(draw(*renderer, captures[i]).rgb, forward[i].rgb) << i;
+    EXPECT_EQ(draw(captures[i]).rgb, forward[i].rgb) << i;
     EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
   }
 }
 
 TEST(RendererTest, TwoThreadsDrawAtTheSameTime) {
-  const std::vector<Instant> instants = some_instants();
-  const std::vector<Image> expected = draw_all(*make_renderer("BipedalWalker-v3"), instants);
+  const std::vector<StateCapture> captures = some_captures();
+  const std::vector<Image> expected = draw_all(*make_renderer("BipedalWalker-v3"), captures);
   const auto draw_often = [&](int& differing) {
     const auto renderer = make_renderer("BipedalWalker-v3");
     for (int round = 0; round < 10; ++round) {
-      const std::vector<Image> images = draw_all(*renderer, instants);
+      const std::vector<Image> images = draw_all(*renderer, captures);
       for (std::size_t i = 0; i < images.size(); ++i) {
         differing += images[i].rgb == expected[i].rgb ? 0 : 1;
       }
@@ -129,15 +129,15 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
     Stepper alone(id);
     const auto renderer = make_renderer(id);
     Actions actions("random", 2);
-    Instant instant;
+    StateCapture captured;
     Image image;
     std::vector<double> action;
     drawn.reset(2);
     alone.reset(2);
     std::uint32_t step = 0;
     for (; step < 1000 && !alone.has_ended(); ++step) {
-      look(*drawn.environment, step, instant);
-      renderer->render(instant, {}, image);
+      capture(*drawn.environment, step, captured);
+      renderer->render(captured, {}, image);
       actions.draw(alone.observation, action);
       drawn.step(action);
       alone.step(action);
@@ -153,11 +153,11 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
 
 /// The next ray at each step, there and back, then none up to the hundredth picture.
 TEST(RendererTest, RayFollowsFromTheStep) {
-  Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
-  for (Pose& link : instant.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
-  const auto red_pixels = [&instant](std::uint32_t step) {
-    instant.step = step;
-    const Image image = draw(instant);
+  StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  for (Pose& link : captured.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
+  const auto red_pixels = [&captured](std::uint32_t step) {
+    captured.step = step;
+    const Image image = draw(captured);
     int count = 0;
     for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
       count += image.rgb[i] == 255 && image.rgb[i + 1] == 0 && image.rgb[i + 2] == 0 ? 1 : 0;
@@ -179,25 +179,25 @@ TEST(RendererTest, RayFollowsFromTheStep) {
 }
 
 TEST(RendererTest, AnotherHeightScales) {
-  for (const Instant& instant : some_instants()) {
-    const Image image = draw(instant);
+  for (const StateCapture& captured : some_captures()) {
+    const Image image = draw(captured);
     const Image large =
-        draw(instant, {{"width", std::int64_t{1800}}, {"height", std::int64_t{1200}}});
+        draw(captured, {{"width", std::int64_t{1800}}, {"height", std::int64_t{1200}}});
     ASSERT_EQ(large.width, 1800U);
     ASSERT_EQ(large.height, 1200U);
     EXPECT_GT(structural_similarity(shrunk(large, 3), image), 0.97);
     const Image small =
-        draw(instant, {{"width", std::int64_t{300}}, {"height", std::int64_t{200}}});
+        draw(captured, {{"width", std::int64_t{300}}, {"height", std::int64_t{200}}});
     EXPECT_GT(structural_similarity(small, shrunk(image, 2)), 0.95);
   }
 }
 
 /// But for what cairo rounds otherwise where a shape leaves the picture.
 TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
-  for (const Instant& instant : some_instants()) {
-    const Image image = draw(instant);
+  for (const StateCapture& captured : some_captures()) {
+    const Image image = draw(captured);
     for (const std::uint32_t width : {1U, 300U, 1000U}) {
-      const Image other = draw(instant, {{"width", std::int64_t{width}}});
+      const Image other = draw(captured, {{"width", std::int64_t{width}}});
       ASSERT_EQ(other.width, width);
       ASSERT_EQ(other.height, image.height);
       double largest = 0;
@@ -214,14 +214,14 @@ TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
 
 /// The hull is where its pose and the camera's say, also where it is left of its place.
 TEST(RendererTest, CameraPoseLeadsToTheHull) {
-  std::vector<Instant> instants = some_instants();
-  instants.push_back(instants[0]);
-  for (Pose& link : instants.back().sensors.link_poses) link.position[0] -= 3;
+  std::vector<StateCapture> captures = some_captures();
+  captures.push_back(captures[0]);
+  for (Pose& link : captures.back().sensors.link_poses) link.position[0] -= 3;
   for (const std::int64_t height : {400, 700}) {
-    for (const Instant& instant : instants) {
-      const Image image = draw(instant, {{"height", height}});
+    for (const StateCapture& captured : captures) {
+      const Image image = draw(captured, {{"height", height}});
       const double scale = 30.0 * static_cast<double>(height) / 400;
-      const Vector3& hull = instant.sensors.link_poses[0].position;
+      const Vector3& hull = captured.sensors.link_poses[0].position;
       const Vector3& camera = image.camera_pose.position;
       const double x = image.width / 2.0 + (hull[0] - camera[0]) * scale;
       const double y = image.height / 2.0 - (hull[2] - camera[2]) * scale;
@@ -243,7 +243,7 @@ TEST(RendererTest, CameraIsParallelAndLooksAlongY) {
   EXPECT_EQ(renderer->camera().height, 400U);
   EXPECT_EQ(renderer->camera().focal_length, 0);
   EXPECT_EQ(renderer->camera().near, 0);
-  const Image image = draw(*renderer, instant_of("BipedalWalker-v3", "zero", 0, 0));
+  const Image image = draw(*renderer, capture_of("BipedalWalker-v3", "zero", 0, 0));
   const Quaternion expected{-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // -pi/2 about x: z becomes y
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_NEAR(image.camera_pose.orientation[i], expected[i], 1e-12);
@@ -252,11 +252,11 @@ TEST(RendererTest, CameraIsParallelAndLooksAlongY) {
 
 TEST(RendererTest, RefusesDepth) {
   const auto renderer = make_renderer("BipedalWalker-v3");
-  const Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
+  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
   Image image;
   for (const bool color : {true, false}) {
     const std::string message = message_of<std::invalid_argument>([&] {
-      renderer->render(instant, {color, true}, image);
+      renderer->render(captured, {color, true}, image);
     });
     EXPECT_EQ(message, "depth: BipedalWalker's pictures have none, only color");
   }
@@ -264,10 +264,10 @@ TEST(RendererTest, RefusesDepth) {
 
 TEST(RendererTest, DrawsNoColorWhereNoneIsAskedFor) {
   const auto renderer = make_renderer("BipedalWalker-v3");
-  const Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
-  Image image = draw(*renderer, instant);
+  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image = draw(*renderer, captured);
   const Pose pose = image.camera_pose;
-  renderer->render(instant, {false, false}, image);
+  renderer->render(captured, {false, false}, image);
   EXPECT_TRUE(image.rgb.empty());
   EXPECT_TRUE(image.depth.empty());
   EXPECT_EQ(image.width, 600U);
@@ -292,15 +292,15 @@ TEST(RendererTest, RefusesWrongParameters) {
   EXPECT_NE(message({{"widht", std::int64_t{600}}}).find("width"), std::string::npos);
 }
 
-TEST(RendererTest, RefusesAnInstantOfAnotherWalker) {
+TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
   const auto renderer = make_renderer("BipedalWalker-v3");
   Stepper walker("Walker2d-v5");
   walker.reset(0);
-  Instant instant;
-  look(*walker.environment, 0, instant);
+  StateCapture captured;
+  capture(*walker.environment, 0, captured);
   Image image;
   const std::string message =
-      message_of<std::invalid_argument>([&] { renderer->render(instant, {}, image); });
+      message_of<std::invalid_argument>([&] { renderer->render(captured, {}, image); });
   EXPECT_EQ(message,
             "instant with 7 links and 0 rays: not one of BipedalWalker, which has 5 and 10");
 }
@@ -308,17 +308,17 @@ TEST(RendererTest, RefusesAnInstantOfAnotherWalker) {
 /// As a broken world might leave it.
 TEST(RendererTest, DrawsWhatIsNowhere) {
   const auto renderer = make_renderer("BipedalWalkerHardcore-v3");
-  const Instant sound = instant_of("BipedalWalkerHardcore-v3", "heuristic", 4, 8);
+  const StateCapture sound = capture_of("BipedalWalkerHardcore-v3", "heuristic", 4, 8);
   const Image expected = draw(*renderer, sound);
   for (const double absurd : {std::nan(""), kInfinity, -kInfinity, 1e300, -1e300, 1e9, -1e9}) {
-    std::vector<Instant> instants(4, sound);
-    instants[0].sensors.link_poses[0].position[0] = absurd;
-    for (Pose& link : instants[1].sensors.link_poses) link.position.fill(absurd);
-    for (Pose& link : instants[2].sensors.link_poses) link.orientation.fill(absurd);
-    for (ScenePolygon& ground : instants[3].scene.ground) ground.points[0][1] = absurd;
-    instants[3].sensors.ranges.assign(10, absurd);
-    for (const Instant& instant : instants) {
-      const Image image = draw(*renderer, instant);
+    std::vector<StateCapture> captures(4, sound);
+    captures[0].sensors.link_poses[0].position[0] = absurd;
+    for (Pose& link : captures[1].sensors.link_poses) link.position.fill(absurd);
+    for (Pose& link : captures[2].sensors.link_poses) link.orientation.fill(absurd);
+    for (ScenePolygon& ground : captures[3].scene.ground) ground.points[0][1] = absurd;
+    captures[3].sensors.ranges.assign(10, absurd);
+    for (const StateCapture& captured : captures) {
+      const Image image = draw(*renderer, captured);
       EXPECT_EQ(image.rgb.size(), expected.rgb.size());
       EXPECT_NE(image.rgb, expected.rgb);
     }
@@ -328,10 +328,10 @@ TEST(RendererTest, DrawsWhatIsNowhere) {
 
 TEST(RendererTest, ImageKeepsItsMemory) {
   const auto renderer = make_renderer("BipedalWalker-v3");
-  const Instant instant = instant_of("BipedalWalker-v3", "zero", 0, 0);
-  Image image = draw(*renderer, instant);
+  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image = draw(*renderer, captured);
   const std::uint8_t* const memory = image.rgb.data();
-  renderer->render(instant, {}, image);
+  renderer->render(captured, {}, image);
   EXPECT_EQ(image.rgb.data(), memory);
 }
 

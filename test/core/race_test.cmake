@@ -19,7 +19,7 @@ set_target_properties(box2d_pinned_race PROPERTIES UNITY_BUILD ON)
 walker_sim_add_race_copy(walker_sim_core_objects)
 
 add_executable(core_pool_race_test EXCLUDE_FROM_ALL
-  test/unit_test_main.cpp test/core/crew_test.cpp test/core/pool_race_test.cpp)
+  test/unit_test_main.cpp test/core/thread_pool_test.cpp test/core/pool_race_test.cpp)
 target_include_directories(core_pool_race_test PRIVATE include src test)
 target_compile_options(core_pool_race_test PRIVATE -fsanitize=thread -g)
 target_link_options(core_pool_race_test PRIVATE -fsanitize=thread)

@@ -29,20 +29,20 @@ std::unique_ptr<Renderer> make_small_renderer(const std::string& xml_file = "wal
   return make_renderer("Walker2d-v5", {{"xml_file", xml_file}}, kSmall);
 }
 
-std::vector<Instant> some_instants() {
+std::vector<StateCapture> some_captures() {
   Stepper walker("Walker2d-v5", {{"terminate_when_unhealthy", false}});
   walker.reset(5);
-  std::vector<Instant> instants(4);
-  for (std::uint32_t i = 0; i < instants.size(); ++i) {
+  std::vector<StateCapture> captures(4);
+  for (std::uint32_t i = 0; i < captures.size(); ++i) {
     for (int step = 0; step < 15; ++step) walker.step({0.5, -0.5, 0, -0.5, 0.5, 0});
-    look(*walker.environment, i, instants[i]);
+    capture(*walker.environment, i, captures[i]);
   }
-  return instants;
+  return captures;
 }
 
-Image draw(Renderer& renderer, const Instant& instant) {
+Image draw(Renderer& renderer, const StateCapture& captured) {
   Image image;
-  renderer.render(instant, {true, true}, image);
+  renderer.render(captured, {true, true}, image);
   return image;
 }
 
@@ -54,34 +54,34 @@ void expect_equal(const Image& a, const Image& b) {
   EXPECT_EQ(a.camera_pose.orientation, b.camera_pose.orientation);
 }
 
-/// In the order of `instants`.
-std::vector<Image> draw_all(const std::vector<Instant>& instants) {
+/// In the order of `captures`.
+std::vector<Image> draw_all(const std::vector<StateCapture>& captures) {
   const auto renderer = make_small_renderer();
   std::vector<Image> images;
-  images.reserve(instants.size());
-  for (const Instant& instant : instants) images.push_back(draw(*renderer, instant));
+  images.reserve(captures.size());
+  for (const StateCapture& captured : captures) images.push_back(draw(*renderer, captured));
   return images;
 }
 
 TEST(RendererContexts, RenderersDrawInThreadsAtTheSameTime) {
-  const std::vector<Instant> instants = some_instants();
-  const std::vector<Image> alone = draw_all(instants);
+  const std::vector<StateCapture> captures = some_captures();
+  const std::vector<Image> alone = draw_all(captures);
   std::array<std::future<std::vector<Image>>, 4> threads;
   for (auto& thread : threads) {
-    thread = std::async(std::launch::async, [&] { return draw_all(instants); });
+    thread = std::async(std::launch::async, [&] { return draw_all(captures); });
   }
   for (auto& thread : threads) {
     const std::vector<Image> images = thread.get();
-    for (std::size_t i = 0; i < instants.size(); ++i) expect_equal(images[i], alone[i]);
+    for (std::size_t i = 0; i < captures.size(); ++i) expect_equal(images[i], alone[i]);
   }
 }
 
 TEST(RendererContexts, ARendererGoesFromThreadToThread) {
-  const std::vector<Instant> instants = some_instants();
-  const std::vector<Image> alone = draw_all(instants);
+  const std::vector<StateCapture> captures = some_captures();
+  const std::vector<Image> alone = draw_all(captures);
   auto renderer = make_small_renderer();
-  for (std::size_t i = 0; i < instants.size(); ++i) {
-    std::thread([&] { expect_equal(draw(*renderer, instants[i]), alone[i]); }).join();
+  for (std::size_t i = 0; i < captures.size(); ++i) {
+    std::thread([&] { expect_equal(draw(*renderer, captures[i]), alone[i]); }).join();
   }
   std::thread([&] { renderer.reset(); }).join();
 }
@@ -137,12 +137,12 @@ class CallersContext {
 };
 
 TEST(RendererContexts, TheCallersStaysCurrent) {
-  const std::vector<Instant> instants = some_instants();
-  const Image alone = draw_all(instants)[0];
+  const std::vector<StateCapture> captures = some_captures();
+  const Image alone = draw_all(captures)[0];
   const CallersContext context;
   ASSERT_TRUE(context.is_current());
   auto renderer = make_small_renderer();
-  expect_equal(draw(*renderer, instants[0]), alone);
+  expect_equal(draw(*renderer, captures[0]), alone);
   EXPECT_TRUE(context.is_current());
   renderer.reset();
   EXPECT_TRUE(context.is_current());
@@ -151,8 +151,8 @@ TEST(RendererContexts, TheCallersStaysCurrent) {
 /// MuJoCo refuses to draw what is seen from distance 0 on. The error leaves nothing behind that
 /// another picture would stumble over.
 TEST(RendererContexts, AnErrorLeavesNoneCurrent) {
-  const std::vector<Instant> instants = some_instants();
-  const Image alone = draw_all(instants)[0];
+  const std::vector<StateCapture> captures = some_captures();
+  const Image alone = draw_all(captures)[0];
   const Folder folder;
   const std::string broken =
       folder.write("broken.xml", replaced(builtin_text("walker2d_v5.xml"), "<worldbody>",
@@ -162,21 +162,21 @@ TEST(RendererContexts, AnErrorLeavesNoneCurrent) {
   const CallersContext context;
   for (int i = 0; i < 2; ++i) {
     EXPECT_NE(message_of<std::runtime_error>([&] {
-                draw(*refuses, instants[0]);
+                draw(*refuses, captures[0]);
               }).find("MuJoCo: mjvScene frustum_near too small"),
               std::string::npos);
     EXPECT_TRUE(context.is_current());
-    expect_equal(draw(*renderer, instants[0]), alone);
+    expect_equal(draw(*renderer, captures[0]), alone);
   }
 }
 
 /// MuJoCo looks for OpenGL's functions once: those of another library would not fit a context.
 TEST(RendererContexts, TheFirstChoiceStays) {
-  const std::vector<Instant> instants = some_instants();
-  const Image alone = draw_all(instants)[0];
+  const std::vector<StateCapture> captures = some_captures();
+  const Image alone = draw_all(captures)[0];
   for (const char* const library : {"osmesa", "egl", "glfw"}) {
     setenv("MUJOCO_GL", library, 1);
-    expect_equal(draw_all(instants)[0], alone);
+    expect_equal(draw_all(captures)[0], alone);
   }
 }
 

@@ -160,12 +160,12 @@ TEST_P(RendererDepthTest, IsThatOfTheFloorAndOfTheWalker) {
     actions.draw(walker.observation, action);
     walker.step(action);
     if (step % 12 != 0) continue;
-    Instant instant;
-    look(*walker.environment, step, instant);
+    StateCapture captured;
+    capture(*walker.environment, step, captured);
     Image image;
-    renderer->render(instant, {false, true}, image);
+    renderer->render(captured, {false, true}, image);
     const Comparison all{renderer->camera(), image, walker.environment->specification().links,
-                         instant.sensors};
+                         captured.sensors};
     std::array<int, 2> compared{};  // floor, walker
     for (std::uint32_t row = 0; row < image.height; ++row) {
       for (std::uint32_t column = 0; column < image.width; ++column) {
@@ -206,12 +206,12 @@ INSTANTIATE_TEST_SUITE_P(
                     View{"turning", sized({{"camera_name", std::string("turning")}}), false}),
     [](const auto& test) { return std::string(test.param.name); });
 
-Instant first_instant(const Parameters& parameters) {
+StateCapture first_capture(const Parameters& parameters) {
   Stepper walker("Walker2d-v5", parameters);
   walker.reset(1);
-  Instant instant;
-  look(*walker.environment, 0, instant);
-  return instant;
+  StateCapture captured;
+  capture(*walker.environment, 0, captured);
+  return captured;
 }
 
 /// The sky is drawn around the camera, nearer than `far`; without one nothing is.
@@ -227,7 +227,7 @@ TEST(RendererDepth, OfTheSkyIsFarAway) {
   for (const bool has_sky : {true, false}) {
     const Parameters parameters = has_sky ? Parameters{} : clear;
     const auto renderer = make_renderer("Walker2d-v5", parameters, upwards);
-    renderer->render(first_instant(parameters), {false, true}, image);
+    renderer->render(first_capture(parameters), {false, true}, image);
     const double far = renderer->camera().far;
     const auto [least, most] = std::minmax_element(image.depth.begin(), image.depth.end());
     EXPECT_GT(double{*least}, 0.5 * far);
@@ -238,13 +238,13 @@ TEST(RendererDepth, OfTheSkyIsFarAway) {
 
 TEST(RendererDepth, DoesNotDependOnTheColor) {
   const auto renderer = make_renderer("Walker2d-v5");
-  const Instant instant = first_instant({});
+  const StateCapture captured = first_capture({});
   Image depth;
   Image color;
   Image both;
-  renderer->render(instant, {false, true}, depth);
-  renderer->render(instant, {true, false}, color);
-  renderer->render(instant, {true, true}, both);
+  renderer->render(captured, {false, true}, depth);
+  renderer->render(captured, {true, false}, color);
+  renderer->render(captured, {true, true}, both);
   EXPECT_EQ(depth.depth, both.depth);
   EXPECT_EQ(color.rgb, both.rgb);
   EXPECT_TRUE(depth.rgb.empty());
@@ -265,7 +265,7 @@ TEST(RendererDepth, IsThatOfTendonsToo) {
     const Parameters parameters{{"xml_file", folder.write("rope.xml", has_rope ? rope : sites)}};
     Image image;
     make_renderer("Walker2d-v5", parameters)
-        ->render(first_instant(parameters), {false, true}, image);
+        ->render(first_capture(parameters), {false, true}, image);
     const std::size_t middle = (std::size_t{image.height} / 2) * image.width + image.width / 2;
     nearest.at(has_rope ? 1 : 0) = image.depth.at(middle);
   }

@@ -21,9 +21,9 @@ using mujoco::Actions;
 
 constexpr std::uint32_t kShrinking = 4;  // of the references, by record_pictures.py
 
-/// The instant after this many steps of an episode.
-Instant instant_of(const std::string& id, const std::string& kind, std::uint64_t seed,
-                   std::uint32_t steps) {
+/// The captured after this many steps of an episode.
+StateCapture capture_of(const std::string& id, const std::string& kind, std::uint64_t seed,
+                        std::uint32_t steps) {
   Stepper walker(id);
   Actions actions(kind, seed);
   std::vector<double> action;
@@ -32,9 +32,9 @@ Instant instant_of(const std::string& id, const std::string& kind, std::uint64_t
     actions.draw(walker.observation, action);
     walker.step(action);
   }
-  Instant instant;
-  look(*walker.environment, steps, instant);
-  return instant;
+  StateCapture captured;
+  capture(*walker.environment, steps, captured);
+  return captured;
 }
 
 void expect_gymnasiums(const std::string& id, const std::string& kind, std::uint64_t seed,
@@ -43,7 +43,7 @@ void expect_gymnasiums(const std::string& id, const std::string& kind, std::uint
       id + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(steps);
   SCOPED_TRACE(name);
   const Image ours =
-      shrunk(draw(*make_renderer(id), instant_of(id, kind, seed, steps)), kShrinking);
+      shrunk(draw(*make_renderer(id), capture_of(id, kind, seed, steps)), kShrinking);
   const Image theirs = read_picture(name);
   EXPECT_GT(structural_similarity(ours, theirs), 0.96);
   EXPECT_LT(share_of_other_pixels(ours, theirs), 0.002);
@@ -57,18 +57,18 @@ TEST(RendererTest, EpisodesLookAsGymnasiums) {
   expect_gymnasiums("Walker2d-v5", "saturated", 2, 20);
 }
 
-TEST(RendererTest, DependsOnTheInstantAlone) {
-  std::vector<Instant> instants;
+TEST(RendererTest, DependsOnTheCaptureAlone) {
+  std::vector<StateCapture> captures;
   for (const std::uint32_t steps : {0U, 7U, 15U}) {
-    instants.push_back(instant_of("Walker2d-v5", "saturated", 2, steps));
+    captures.push_back(capture_of("Walker2d-v5", "saturated", 2, steps));
   }
   const auto renderer = make_renderer("Walker2d-v5");
   std::vector<Image> forward;
-  forward.reserve(instants.size());
-  for (const Instant& instant : instants) forward.push_back(draw(*renderer, instant));
-  for (std::size_t i = instants.size(); i-- > 0;) {
-    EXPECT_EQ(draw(*renderer, instants[i]).rgb, forward[i].rgb) << i;
-    EXPECT_EQ(draw(*make_renderer("Walker2d-v5"), instants[i]).rgb, forward[i].rgb) << i;
+  forward.reserve(captures.size());
+  for (const StateCapture& captured : captures) forward.push_back(draw(*renderer, captured));
+  for (std::size_t i = captures.size(); i-- > 0;) {
+    EXPECT_EQ(draw(*renderer, captures[i]).rgb, forward[i].rgb) << i;
+    EXPECT_EQ(draw(*make_renderer("Walker2d-v5"), captures[i]).rgb, forward[i].rgb) << i;
     EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
   }
 }
@@ -80,15 +80,15 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
     const auto renderer =
         make_renderer(id, {}, {{"width", std::int64_t{32}}, {"height", std::int64_t{24}}});
     Actions actions("balance", 1);
-    Instant instant;
+    StateCapture captured;
     Image image;
     std::vector<double> action;
     drawn.reset(1);
     alone.reset(1);
     std::uint32_t step = 0;
     for (; step < 150 && !alone.has_ended(); ++step) {
-      look(*drawn.environment, step, instant);
-      renderer->render(instant, {true, true}, image);
+      capture(*drawn.environment, step, captured);
+      renderer->render(captured, {true, true}, image);
       actions.draw(alone.observation, action);
       drawn.step(action);
       alone.step(action);
@@ -105,11 +105,11 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
 TEST(RendererTest, DrawsAboveTheModelsOwnSize) {
   const auto renderer = make_renderer(
       "Walker2d-v5", {}, {{"width", std::int64_t{1000}}, {"height", std::int64_t{960}}});
-  const Instant instant = instant_of("Walker2d-v5", "saturated", 2, 10);
-  const Image large = draw(*renderer, instant);
+  const StateCapture captured = capture_of("Walker2d-v5", "saturated", 2, 10);
+  const Image large = draw(*renderer, captured);
   ASSERT_EQ(large.rgb.size(), std::size_t{1000} * 960 * kColors);
   const Image same =
-      draw(*make_renderer("Walker2d-v5", {}, {{"width", std::int64_t{500}}}), instant);
+      draw(*make_renderer("Walker2d-v5", {}, {{"width", std::int64_t{500}}}), captured);
   EXPECT_GT(structural_similarity(shrunk(large, 2), same), 0.9);
 }
 
@@ -142,26 +142,26 @@ TEST(RendererTest, RefusesWrongParameters) {
   }
 }
 
-TEST(RendererTest, RefusesAnInstantOfAnotherWalker) {
+TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
   const auto renderer = make_renderer("Walker2d-v5");
   Stepper walker("BipedalWalker-v3");
   walker.reset(0);
-  Instant instant;
-  look(*walker.environment, 0, instant);
+  StateCapture captured;
+  capture(*walker.environment, 0, captured);
   Image image;
-  EXPECT_EQ(message_of<std::invalid_argument>([&] { renderer->render(instant, {}, image); }),
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { renderer->render(captured, {}, image); }),
             "instant with 4 joints and 5 links: not one of Walker2d");
 }
 
-TEST(RendererTest, RefusesAnInstantThatIsNowhere) {
+TEST(RendererTest, RefusesACaptureThatIsNowhere) {
   const auto renderer = make_renderer("Walker2d-v5");
-  const Instant sound = instant_of("Walker2d-v5", "zero", 1, 0);
+  const StateCapture sound = capture_of("Walker2d-v5", "zero", 1, 0);
   const Image expected = draw(*renderer, sound);
   Image image;
   for (const double absurd : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    Instant instant = sound;
-    instant.sensors.link_poses[0].position[0] = absurd;
-    EXPECT_EQ(message_of<std::invalid_argument>([&] { renderer->render(instant, {}, image); }),
+    StateCapture captured = sound;
+    captured.sensors.link_poses[0].position[0] = absurd;
+    EXPECT_EQ(message_of<std::invalid_argument>([&] { renderer->render(captured, {}, image); }),
               "instant with a number that is not finite");
   }
   EXPECT_EQ(draw(*renderer, sound).rgb, expected.rgb);

@@ -27,10 +27,10 @@ def arrays(environment):
     return np.empty(size), np.empty(num_infos)
 
 
-def drawn(renderer, instant):
+def drawn(renderer, captured):
     camera = renderer.camera
     rgb = np.empty((camera["height"], camera["width"], 3), np.uint8)
-    renderer.render(instant, rgb, None)
+    renderer.render(captured, rgb, None)
     return rgb
 
 
@@ -48,20 +48,20 @@ def test_the_camera_is_known_before_the_first_picture(env_id):
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_a_picture_depends_on_its_instant_alone(env_id):
+def test_a_picture_depends_on_its_capture_alone(env_id):
     environment = begun(env_id)
     renderer = _core.Renderer(env_id, {}, {})
-    instants = [environment.look()]
+    captures = [environment.capture()]
     for action in random_actions(env_id, 3).astype(float):
         environment.step(action, *arrays(environment))
-        instants.append(environment.look())
-    assert [instant.step for instant in instants] == [0, 1, 2, 3]
-    assert pickle.loads(pickle.dumps(environment)).look().step == 3
-    pictures = [drawn(renderer, instant) for instant in instants]
+        captures.append(environment.capture())
+    assert [captured.step for captured in captures] == [0, 1, 2, 3]
+    assert pickle.loads(pickle.dumps(environment)).capture().step == 3
+    pictures = [drawn(renderer, captured) for captured in captures]
     assert not np.array_equal(pictures[0], pictures[3])
     other = _core.Renderer(env_id, {}, {})
-    for instant, picture in reversed([*zip(instants, pictures)]):
-        assert np.array_equal(drawn(other, instant), picture)
+    for captured, picture in reversed([*zip(captures, pictures)]):
+        assert np.array_equal(drawn(other, captured), picture)
 
 
 @pytest.mark.parametrize("env_id", IDS)
@@ -77,9 +77,9 @@ def test_a_pool_is_looked_at_as_a_single_environment(env_id):
         environment.step(action, *arrays(environment))
         pool.step(np.stack([action, action]), *batch, np.empty((2, num_infos)))
     renderer = _core.Renderer(env_id, {}, {})
-    picture = drawn(renderer, environment.look())  # the lidar's ray tells the step
-    assert np.array_equal(drawn(renderer, pool.look(1)), picture)
-    assert not np.array_equal(drawn(renderer, pool.look(0)), picture)
+    picture = drawn(renderer, environment.capture())  # the lidar's ray tells the step
+    assert np.array_equal(drawn(renderer, pool.capture(1)), picture)
+    assert not np.array_equal(drawn(renderer, pool.capture(0)), picture)
 
 
 def test_walkers_that_were_sent_are_looked_at_when_they_have_arrived():
@@ -90,35 +90,35 @@ def test_walkers_that_were_sent_are_looked_at_when_they_have_arrived():
     pool.reset([], np.empty((2, 24)), np.empty((2, 0)))
     pool.send(action, [1])
     with pytest.raises(RuntimeError, match="environment 1"):
-        pool.look(1)
+        pool.capture(1)
     row = (np.empty((1, 24)), np.empty(1), np.empty(1, bool), np.empty(1, bool), np.empty((1, 0)))
     assert pool.recv(*row) == [1]
     environment = begun(env_id)
     environment.step(action[0], *arrays(environment))
     renderer = _core.Renderer(env_id, {}, {})
-    assert np.array_equal(drawn(renderer, pool.look(1)), drawn(renderer, environment.look()))
+    assert np.array_equal(drawn(renderer, pool.capture(1)), drawn(renderer, environment.capture()))
 
 
 def test_bad_use():
     env_id = "BipedalWalker-v3"
     with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet"):
-        _core.Environment(env_id, {}).look()
+        _core.Environment(env_id, {}).capture()
     with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet"):
-        _core.Pool(env_id, {}, 1, 1, "next_step", 0).look(0)
+        _core.Pool(env_id, {}, 1, 1, "next_step", 0).capture(0)
     with pytest.raises(ValueError, match="environment 7"):
-        _core.Pool(env_id, {}, 1, 1, "next_step", 0).look(7)
+        _core.Pool(env_id, {}, 1, 1, "next_step", 0).capture(7)
     with pytest.raises(ValueError, match="width = 0: must be"):
         _core.Renderer(env_id, {}, {"width": 0})
     with pytest.raises(ValueError, match="zoom"):
         _core.Renderer(env_id, {}, {"zoom": 2})
     renderer = _core.Renderer(env_id, {}, {})
-    instant = begun(env_id).look()
+    captured = begun(env_id).capture()
     with pytest.raises(ValueError, match="rgb has 12 values; must have 720000"):
-        renderer.render(instant, np.empty((2, 2, 3), np.uint8), None)
+        renderer.render(captured, np.empty((2, 2, 3), np.uint8), None)
     with pytest.raises(TypeError, match="rgb: must be a C-contiguous array of uint8"):
-        renderer.render(instant, np.empty((400, 600, 3)), None)
+        renderer.render(captured, np.empty((400, 600, 3)), None)
     with pytest.raises(ValueError, match="depth"):
-        renderer.render(instant, None, np.empty((400, 600), np.float32))
+        renderer.render(captured, None, np.empty((400, 600), np.float32))
 
 
 def test_after_a_failure_of_the_engine_there_is_nothing_to_be_seen(tmp_path):
@@ -126,10 +126,10 @@ def test_after_a_failure_of_the_engine_there_is_nothing_to_be_seen(tmp_path):
     model = tmp_path / "strong.xml"
     model.write_text(text.replace('gear="100"', 'gear="1e14"'))
     environment = begun("Walker2d-v5", xml_file=model)
-    environment.look()
+    environment.capture()
     environment.step(np.ones(6), *arrays(environment))
     with pytest.raises(walker_sim.ResetNeeded, match="the simulation failed; reset first"):
-        environment.look()
+        environment.capture()
 
 
 def walk(environment, actions):
@@ -155,7 +155,7 @@ def test_pictures_in_other_threads_leave_a_walk_as_it_is(env_id):
     def draw(index):
         try:
             while not has_ended.is_set():
-                drawn(renderer, environment.look())
+                drawn(renderer, environment.capture())
                 counts[index] += 1
         except Exception as error:
             failures.append(error)
@@ -183,9 +183,9 @@ def test_others_run_while_a_picture_is_drawn():
     is_drawing, is_drawn = threading.Event(), threading.Event()
 
     def draw():
-        instant = environment.look()
+        captured = environment.capture()
         is_drawing.set()
-        renderer.render(instant, picture, None)
+        renderer.render(captured, picture, None)
         is_drawn.set()
 
     def steps_meanwhile():

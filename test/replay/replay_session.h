@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "server/environments/simulation.h"
+#include "restorable.h"
 #include "server/topics/converters.h"
 #include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/registry.h"
@@ -39,7 +39,7 @@ class Session {
   void start(std::string id, Parameters parameters) {
     id_ = std::move(id);
     options_.environment = std::move(parameters);
-    simulation_ = std::make_unique<Simulation>(
+    simulation_ = std::make_unique<Restorable>(
         [id = id_, given = options_.environment] { return make(id, given); }, 0);
     frames_ = std::make_unique<Frames>(simulation_->specification(), "");
     tick();
@@ -92,7 +92,7 @@ class Session {
     add("transition", told<walker_sim::Transition>());
   }
 
-  const Simulation& simulation() const { return *simulation_; }
+  const Restorable& simulation() const { return *simulation_; }
   std::vector<Entry>& entries() { return entries_; }
 
   /// The messages of this type, in order, to be changed.
@@ -170,7 +170,7 @@ class Session {
   std::string space_;
   std::string id_;
   ServerOptions options_{};
-  std::unique_ptr<Simulation> simulation_;
+  std::unique_ptr<Restorable> simulation_;
   std::unique_ptr<Frames> frames_;
   ros::Time now_{1};
   std::mt19937 generator_{1};

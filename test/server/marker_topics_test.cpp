@@ -6,12 +6,16 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <ros/callback_queue.h>
 
+#include "bare_environment.h"
 #include "server/inbox.h"
 
 namespace walker::test {
@@ -21,7 +25,7 @@ using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
 /// A walker of one link on ground and floor, that counts who looks.
-class CountingWalker : public ShownEnvironment {
+class CountingWalker : public BareEnvironment {
  public:
   CountingWalker() {
     specification_.id = "Fake-v0";
@@ -29,29 +33,28 @@ class CountingWalker : public ShownEnvironment {
     sensors_.link_poses.resize(1);
     scene_.ground.push_back({{{0, 0}, {1, 0}, {1, -1}, {0, -1}}, {0, 1, 0, 1}});
     scene_.floor = Floor{0, 0.5, {{{1, 1, 1, 1}, {0, 0, 0, 1}}}};
-    state_.episode = 1;
   }
 
-  const Specification& specification() const override { return specification_; }
-  const EpisodeState& state() const override { return state_; }
-  const Sensors& sensors() override {
-    ++sensed;
-    return sensors_;
+  void reset(std::optional<std::uint64_t> /*seed*/, Result& /*result*/) override {
+    if (is_broken) throw std::runtime_error("NaN");
   }
-  const Scene& scene() override {
+  void step(const double* /*action*/, std::size_t /*size*/, Result& /*result*/) override {}
+  void sense(Sensors& sensors) override {
+    ++sensed;
+    sensors = sensors_;
+  }
+  void scene(Scene& scene) const override {
     ++scenes;
-    return scene_;
+    scene = scene_;
   }
 
   double& x() { return sensors_.link_poses[0].position[0]; }
-  EpisodeState& account() { return state_; }
 
+  bool is_broken = false;
   int sensed = 0;
-  int scenes = 0;
+  mutable int scenes = 0;
 
  private:
-  Specification specification_;
-  EpisodeState state_;
   Sensors sensors_;
   Scene scene_;
 };
@@ -66,9 +69,12 @@ class MarkerTopicsTest : public testing::Test {
  protected:
   using Viewer = std::unique_ptr<Inbox<MarkerArray>>;
 
-  MarkerTopicsTest() {
+  MarkerTopicsTest() : MarkerTopicsTest(std::make_unique<CountingWalker>()) {}
+
+  explicit MarkerTopicsTest(std::unique_ptr<CountingWalker> walker)
+      : walker_(*walker), recorder_(std::move(walker)) {
     node_.setCallbackQueue(&callbacks_);
-    topics_ = std::make_unique<MarkerTopics>(node_, walker_, "odom");
+    topics_ = std::make_unique<MarkerTopics>(node_, recorder_, "odom");
   }
 
   /// A new viewer, with what it is shown as it comes.
@@ -90,12 +96,14 @@ class MarkerTopicsTest : public testing::Test {
 
   void begin_episode() {
     stamp_ += ros::Duration(1);
+    recorder_.reset(1);
     topics_->begin_episode(stamp_);
     topics_->publish_state(stamp_);
   }
 
   void step() {
     stamp_ += ros::Duration(1);
+    recorder_.step({});
     topics_->publish_state(stamp_);
   }
 
@@ -110,7 +118,8 @@ class MarkerTopicsTest : public testing::Test {
   ros::NodeHandle viewers_;
   ros::CallbackQueue callbacks_;
   ros::NodeHandle node_;
-  CountingWalker walker_;
+  CountingWalker& walker_;
+  EpisodeRecorder recorder_;
   ros::Time stamp_{100};
   std::unique_ptr<MarkerTopics> topics_;
 };
@@ -169,12 +178,11 @@ TEST_F(MarkerTopicsTest, WhoComesLateSeesTheStateAtOnce) {
 }
 
 TEST_F(MarkerTopicsTest, NothingIsShownBeforeTheFirstEpisodeNorOfABrokenSimulation) {
-  walker_.account().episode = 0;
   Inbox<MarkerArray> scenes(viewers_, "scene_markers");
   Inbox<MarkerArray> states(viewers_, "state_markers");
   for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
-  walker_.account().episode = 1;
-  walker_.account().error = "NaN";
+  walker_.is_broken = true;
+  recorder_.reset(1);
   Inbox<MarkerArray> others(viewers_, "state_markers");
   for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
   EXPECT_EQ(walker_.sensed + walker_.scenes, 0);

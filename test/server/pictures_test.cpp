@@ -49,17 +49,17 @@ class FakeRenderer : public Renderer {
  public:
   const Camera& camera() const override { return camera_; }
 
-  void render(const Instant& instant, const Channels& channels, Image& image) override {
+  void render(const StateCapture& captured, const Channels& channels, Image& image) override {
     the_gate.pass();
     if (is_broken) throw std::runtime_error("no OpenGL: install it");
-    drawn.add(std::to_string(instant.step));
+    drawn.add(std::to_string(captured.step));
     image.width = kWidth;
     image.height = kHeight;
     image.camera_pose.position = {1, 2, 3};
     image.rgb.clear();
     image.depth.clear();
-    if (channels.color) image.rgb.assign(3 * kPixels, static_cast<std::uint8_t>(instant.step));
-    if (channels.depth) image.depth.assign(kPixels, static_cast<float>(instant.step));
+    if (channels.color) image.rgb.assign(3 * kPixels, static_cast<std::uint8_t>(captured.step));
+    if (channels.depth) image.depth.assign(kPixels, static_cast<float>(captured.step));
   }
 
  private:
@@ -174,7 +174,7 @@ TEST_F(Pictures, StepsAreNeitherLostNorHeldUpByTheTopics) {
   ASSERT_TRUE(image) << "the newest state's picture";
   EXPECT_EQ(image->data,
             std::vector<std::uint8_t>(3 * kPixels, static_cast<std::uint8_t>(first + 100)));
-  ASSERT_EQ(images.messages().size(), 2U) << "that under way, and the newest";
+  ASSERT_EQ(images.messages().size(), 2U) << "that in flight, and the newest";
   for (std::uint32_t i = 0; i < 100; ++i) {
     EXPECT_TRUE(transitions.find([&](const auto& told) { return told.step == first + i + 1; }));
   }

@@ -77,7 +77,7 @@ class InProcessWalker:
         depth: NDArray[np.float32] | None,
     ) -> None:
         """The environment is only looked at; while it is drawn, others may step it."""
-        pictures.renderer.render(self._environment.look(), rgb, depth)
+        pictures.renderer.render(self._environment.capture(), rgb, depth)
 
     def close(self) -> None:
         """There is nothing to let go of before the object goes."""
@@ -136,7 +136,7 @@ class InProcessWalkers:
         rgb: NDArray[np.uint8] | None,
         depth: NDArray[np.float32] | None,
     ) -> None:
-        pictures.renderer.render(self._pool.look(environment), rgb, depth)
+        pictures.renderer.render(self._pool.capture(environment), rgb, depth)
 
     def send(self, actions: NDArray[np.float64], environments: list[int]) -> None:
         """Begins to step some; actions of shape (count, action size)."""

@@ -13,24 +13,12 @@
 namespace walker {
 namespace {
 
-std::string element(const char* field, std::size_t index, std::uint32_t value) {
-  return std::string(field) + "[" + std::to_string(index) + "] = " + std::to_string(value);
+std::string element(const char* field, std::size_t index) {
+  return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
-void append_row(const std::vector<double>& rows, std::size_t row, std::size_t width,
-                std::vector<double>& to) {
-  const auto begin = rows.begin() + static_cast<std::ptrdiff_t>(row * width);
-  to.insert(to.end(), begin, begin + static_cast<std::ptrdiff_t>(width));
-}
-
-void clear_rows(walker_sim::StepBatch::Response& response) {
-  response.observations.clear();
-  response.rewards.clear();
-  response.terminated.clear();
-  response.truncated.clear();
-  response.episodes.clear();
-  response.steps.clear();
-  response.info.clear();
+void append(const std::vector<double>& row, std::vector<double>& rows) {
+  rows.insert(rows.end(), row.begin(), row.end());
 }
 
 std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch::Request& request) {
@@ -46,7 +34,7 @@ std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch:
 BatchCalls::BatchCalls(Environments& environments, const ServerOptions& options,
                        ServerCounters& counters, EpisodeStatistics& episodes)
     : environments_(environments),
-      specification_(environments.shown().specification()),
+      specification_(environments.specification()),
       options_(options),
       counters_(counters),
       episodes_(episodes),
@@ -62,12 +50,11 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   check(request);
   const std::vector<std::uint32_t>& listed =
       request.environments.empty() ? all_ : request.environments;
-  environments_.reset(listed, seeds_of(request), rows_of(spare_));
+  environments_.reset(listed, seeds_of(request));
   account_resets(listed, response.status_message);
   for (const std::uint32_t environment : listed) {
-    append_row(spare_.observations, environment, specification_.observation_size(),
-               response.observations);
-    append_row(spare_.info, environment, specification_.info_names.size(), response.info);
+    append(environments_[environment].state().observation, response.observations);
+    append(environments_[environment].state().info, response.info);
   }
 }
 
@@ -75,12 +62,9 @@ void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
   const std::vector<std::uint32_t>& listed = request.environments;
   std::vector<bool> is_listed(all_.size());
   for (std::size_t i = 0; i < listed.size(); ++i) {
-    if (listed[i] >= all_.size()) {
-      throw std::invalid_argument(element("environments", i, listed[i]) +
-                                  "; must be below num_envs = " + std::to_string(all_.size()));
-    }
+    environments_.check_index(element("environments", i), listed[i]);
     if (is_listed[listed[i]]) {
-      throw std::invalid_argument(element("environments", i, listed[i]) +
+      throw std::invalid_argument(element("environments", i) + " = " + std::to_string(listed[i]) +
                                   "; is listed before, and each may be listed once");
     }
     is_listed[listed[i]] = true;
@@ -101,12 +85,7 @@ void BatchCalls::step(const std::vector<double>& actions,
   response.final_observations.clear();
   response.final_info.clear();
   response.status_message.clear();
-  try {
-    environments_.step(actions, rows_of(response));
-  } catch (...) {
-    clear_rows(response);
-    throw;
-  }
+  environments_.step(actions, rows_of(response));
   account(actions, response);
 }
 
@@ -148,28 +127,18 @@ void BatchCalls::account(const std::vector<double>& actions,
       if (has_ended) end_episode(environment, response);
     }
     if (has_ended && options_.autoreset_mode == AutoresetMode::same_step) {
-      add_final_row(environment, response);
+      response.final_environments.push_back(environment);
+      append(environments_[environment].state().observation, response.final_observations);
+      append(environments_[environment].state().info, response.final_info);
     }
   }
 }
 
 void BatchCalls::end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response) {
-  using End = EpisodeStatistics::End;
-  End end = response.terminated[environment] != 0 ? End::terminated : End::truncated;
-  if (!environments_.error(environment).empty()) {
-    end = End::failed;
-    note_failure(environment, kStepFailed, response.status_message);
-  }
-  episodes_.add(environments_.episode_return(environment), response.steps[environment], end);
+  const EpisodeState& state = environments_[environment].state();
+  if (!state.error.empty()) note_failure(environment, kStepFailed, response.status_message);
+  episodes_.add(state);
   ended_.push_back(environment);
-}
-
-void BatchCalls::add_final_row(std::uint32_t environment,
-                               walker_sim::StepBatch::Response& response) const {
-  response.final_environments.push_back(environment);
-  append_row(response.observations, environment, specification_.observation_size(),
-             response.final_observations);
-  append_row(response.info, environment, specification_.info_names.size(), response.final_info);
 }
 
 /// Counts and logs it, and tells it in a line of its own.
@@ -177,7 +146,7 @@ void BatchCalls::note_failure(std::uint32_t environment, const char* what,
                               std::string& status_message) {
   ++counters_.simulation_errors;
   const std::string words =
-      std::to_string(environment) + ": " + what + ": " + environments_.error(environment);
+      std::to_string(environment) + ": " + what + ": " + environments_[environment].state().error;
   if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << words);
   if (!status_message.empty()) status_message += '\n';
   status_message += "environment " + words;
@@ -187,7 +156,7 @@ void BatchCalls::account_resets(const std::vector<std::uint32_t>& environments,
                                 std::string& status_message) {
   counters_.resets += environments.size();
   for (const std::uint32_t environment : environments) {
-    if (environments_.error(environment).empty()) continue;
+    if (environments_[environment].state().error.empty()) continue;
     note_failure(environment, kResetFailed, status_message);
   }
 }

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "ros/throttle.h"
+#include "server/counters.h"
 #include "server/environments/environments.h"
 #include "server/parameter_reader.h"
-#include "server/topics/diagnostics.h"
 #include "server/topics/episode_statistics.h"
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/StepBatch.h"
@@ -26,14 +26,13 @@ class BatchCalls {
   BatchCalls(Environments& environments, const ServerOptions& options, ServerCounters& counters,
              EpisodeStatistics& episodes);
 
-  /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
-  /// has
-  ///         moved
+  /// @throws std::invalid_argument naming the field, its value and what is allowed; then
+  ///         nothing has moved
   void reset(const walker_sim::ResetBatch::Request& request,
              walker_sim::ResetBatch::Response& response);
 
   /// Steps all. Under same_step ended episodes stay as they are until `reset_ended`.
-  /// @throws as `Environments::step`; then the reply has no rows
+  /// @throws as `Environments::step`; then the reply is of no meaning
   void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
 
   /// Begins the episodes that same_step wants after this step.
@@ -45,7 +44,6 @@ class BatchCalls {
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
   void account_resets(const std::vector<std::uint32_t>& environments, std::string& status_message);
   void end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response);
-  void add_final_row(std::uint32_t environment, walker_sim::StepBatch::Response& response) const;
   void note_failure(std::uint32_t environment, const char* what, std::string& status_message);
 
   Environments& environments_;
@@ -53,9 +51,8 @@ class BatchCalls {
   const ServerOptions& options_;
   ServerCounters& counters_;
   EpisodeStatistics& episodes_;
-  std::vector<std::uint32_t> all_;         // indices
-  std::vector<std::uint32_t> ended_;       // in the last step
-  walker_sim::StepBatch::Response spare_;  // rows of a reset, of which the reply has some
+  std::vector<std::uint32_t> all_;    // indices
+  std::vector<std::uint32_t> ended_;  // in the last step
   Throttle throttle_;
 };
 

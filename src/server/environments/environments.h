@@ -1,4 +1,4 @@
-// What a server holds: one environment or many, and which of them is shown. No ROS.
+// The environments of a server, one or many, and which of them is shown. No ROS.
 #pragma once
 
 #include <cstddef>
@@ -9,61 +9,62 @@
 #include <string>
 #include <vector>
 
-#include "server/environments/shown_environment.h"
-#include "server/environments/simulation.h"
+#include "core/episode_recorder.h"
 #include "server/parameter_reader.h"
 #include "walker_sim/pool.h"
-#include "walker_sim/renderer.h"
 
 namespace walker {
 
-/// The environments of a server, stepped together.
+using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
+
+/// The environments of a server, stepped together. Each has a recorder, which tells of its episode.
+///
+/// Many are in a pool. One alone is not: its episode is replaced by restores and refused a step
+/// after its end, of both of which a pool that counts and resets by itself would know nothing.
 class Environments {
  public:
-  Environments() = default;
-  Environments(const Environments&) = delete;
-  Environments& operator=(const Environments&) = delete;
-  virtual ~Environments() = default;
+  /// @param make makes each of them, all alike
+  Environments(const ServerOptions& options, const MakeEnvironment& make);
 
-  virtual std::size_t size() const = 0;
-  virtual ShownEnvironment& shown() = 0;
+  std::size_t size() const { return recorders_.size(); }
+  const Specification& specification() const { return recorders_.front()->specification(); }
+  EpisodeRecorder& operator[](std::size_t index) const { return *recorders_[index]; }
+  EpisodeRecorder& shown() const { return *recorders_[options_.shown_environment]; }
 
   /// The only environment.
   /// @param service which wants it
   /// @throws std::logic_error where there are many, naming the service and what to call instead
-  virtual Simulation& only(const std::string& service) = 0;
+  EpisodeRecorder& only(const std::string& service) const;
+
+  /// @param field that has this index
+  /// @throws std::invalid_argument naming the field where it is none of an environment
+  void check_index(const std::string& field, std::uint32_t index) const;
 
   /// Begins episodes. Where an engine fails, its environment's has ended with that, and the others
   /// are as ever.
-  /// @param environments which, each at most once, below `size()`; rows of others stay as they are
-  ///                     and rewards and flags may be null
+  /// @param environments which, each at most once, below `size()`
+  /// @param rows where these are written; those of others stay as they are
   /// @param seeds one per listed environment, or empty; where there is none the generator
   ///              continues, and a first reset takes the server's seed + the environment's index
-  virtual void reset(const std::vector<std::uint32_t>& environments,
-                     const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& rows) = 0;
+  void reset(const std::vector<std::uint32_t>& environments,
+             const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& rows = {});
 
   /// Steps every environment once, or resets it where the autoreset mode is next_step and its
   /// episode has ended. In the mode same_step who calls resets those whose episodes ended, so that
   /// their last state can be looked at before; where that reset failed, the next step resets.
   /// @param actions size() x action size
   /// @throws InvalidAction, ResetNeeded; then nothing has moved
-  virtual void step(const std::vector<double>& actions, const Batch& rows) = 0;
+  void step(const std::vector<double>& actions, const Batch& rows);
 
-  /// Takes down what an environment is like now.
-  /// @param index below `size()`
-  /// @throws ResetNeeded where it has no episode, or its simulation failed
-  virtual void look(std::size_t index, Instant& instant) = 0;
+ private:
+  std::unique_ptr<EpisodeRecorder> record(std::unique_ptr<Environment> environment);
+  bool only_is_reset_by_step() const;
+  void write_only(const Batch& rows) const;
 
-  /// Sum of the rewards of the environment's present episode, or of one that has just ended.
-  virtual double episode_return(std::size_t index) const = 0;
-  /// Why the simulation had to end an episode that has just ended, in a step or at its reset;
-  /// empty: it had not to.
-  virtual std::string error(std::size_t index) const = 0;
+  ServerOptions options_;
+  std::vector<EpisodeRecorder*> recorders_;  // by index
+  std::unique_ptr<EpisodeRecorder> only_;    // null where there are many
+  std::optional<Pool> pool_;                 // of many
 };
-
-/// A simulation for one environment, a pool for many.
-/// @param make makes each of them, all alike
-std::unique_ptr<Environments> make_environments(
-    const ServerOptions& options, const std::function<std::unique_ptr<Environment>()>& make);
 
 }  // namespace walker

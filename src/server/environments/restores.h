@@ -2,10 +2,10 @@
 #pragma once
 
 #include <deque>
-#include <functional>
-#include <utility>
+#include <optional>
 
-#include "server/environments/environments.h"
+#include "server/outputs.h"
+#include "server/simulation.h"
 #include "server/transport/pending_answer.h"
 #include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/Restore.h"
@@ -13,24 +13,24 @@
 namespace walker {
 
 /// Repeats records one after the other, in the order in which they were asked for, a slice of a
-/// millisecond at a time. The present episode goes on meanwhile as if nothing had been asked.
+/// millisecond at a time, in a scratch environment: the present episode goes on meanwhile as if
+/// nothing had been asked, and stays where a record turns out wrong.
 class Restores {
  public:
   using Response = walker_sim::Restore::Response;
 
-  /// @param environments outlive this
-  /// @param take_place   lets the repeated episode take the present one's place and fills the
-  ///                     response, or throws a std::exception that says why not
-  Restores(Environments& environments, std::function<void(Response&)> take_place)
-      : environments_(environments), take_place_(std::move(take_place)) {}
+  /// @param simulation, outputs outlive this
+  /// @param make makes the scratch environment, as the others
+  Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironment& make);
 
   /// @throws std::exception that says why this record cannot be repeated here
   void add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply);
 
-  bool are_under_way() const { return !waiting_.empty(); }
+  bool are_in_flight() const { return !waiting_.empty(); }
 
-  /// One slice. Nothing, where none is under way.
-  void go_on();
+  /// One slice. Nothing, where none is in flight.
+  /// @return whether an episode has been restored
+  bool go_on();
 
  private:
   struct Waiting {
@@ -41,9 +41,10 @@ class Restores {
 
   bool repeat(Waiting& waiting);
 
-  Environments& environments_;
-  std::function<void(Response&)> take_place_;
-  std::deque<Waiting> waiting_;  // the first is under way
+  Simulation& simulation_;
+  Outputs& outputs_;
+  std::optional<EpisodeRecorder> scratch_;  // none beside many
+  std::deque<Waiting> waiting_;             // the first is in flight
 };
 
 }  // namespace walker

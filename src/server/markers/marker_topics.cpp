@@ -18,7 +18,7 @@ constexpr std::uint32_t kStateQueue = 5;
 
 }  // namespace
 
-MarkerTopics::MarkerTopics(ros::NodeHandle& node, ShownEnvironment& shown, std::string frame)
+MarkerTopics::MarkerTopics(ros::NodeHandle& node, EpisodeRecorder& shown, std::string frame)
     : shown_(shown), frame_(std::move(frame)) {
   scene_publisher_ = node.advertise<MarkerArray>(
       "scene_markers", kSceneQueue,
@@ -72,14 +72,7 @@ MarkerArray MarkerTopics::make_scene() {
 }
 
 MarkerArray MarkerTopics::make_state() {
-  const EpisodeState& state = shown_.state();
-  const EpisodeStatus status{shown_.specification().id,
-                             state.episode,
-                             state.step,
-                             state.episode_return,
-                             state.seed ? std::to_string(*state.seed) : "",
-                             state.end_reason};
-  return state_markers(shown_.specification(), shown_.sensors(), status, header());
+  return state_markers(shown_.specification(), shown_.sensors(), shown_.state(), header());
 }
 
 /// The part of the floor that is drawn goes along with the walker.

@@ -8,7 +8,7 @@
 #include <ros/publisher.h>
 #include <ros/single_subscriber_publisher.h>
 
-#include "server/environments/shown_environment.h"
+#include "core/episode_recorder.h"
 #include "server/markers/state_markers.h"
 
 namespace walker {
@@ -19,7 +19,7 @@ namespace walker {
 class MarkerTopics {
  public:
   /// @param frame odometry frame
-  MarkerTopics(ros::NodeHandle& node, ShownEnvironment& shown, std::string frame);
+  MarkerTopics(ros::NodeHandle& node, EpisodeRecorder& shown, std::string frame);
   MarkerTopics(const MarkerTopics&) = delete;
   MarkerTopics& operator=(const MarkerTopics&) = delete;
   ~MarkerTopics() = default;
@@ -40,7 +40,7 @@ class MarkerTopics {
   void move_floor();
   std_msgs::Header header() const;
 
-  ShownEnvironment& shown_;
+  EpisodeRecorder& shown_;
   std::string frame_;
   ros::Publisher scene_publisher_;
   ros::Publisher state_publisher_;

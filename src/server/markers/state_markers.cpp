@@ -5,6 +5,8 @@
 #include <iomanip>
 #include <map>
 #include <sstream>
+#include <string>
+#include <utility>
 
 #include <tf2_eigen/tf2_eigen.h>
 
@@ -89,31 +91,31 @@ Marker contacts_marker(const Specification& specification, const Sensors& sensor
 }
 
 /// The second line stays the shorter one: rviz centres the block, which moves with its width.
-std::string text_of(const EpisodeStatus& status) {
+std::string text_of(const std::string& id, const EpisodeState& state) {
   std::ostringstream text;
-  text << status.id << "  episode " << status.episode
-       << (status.seed.empty() ? "  unseeded" : "  seed " + status.seed);
-  text << "\nstep " << status.step << "  return " << std::fixed << std::setprecision(1)
-       << status.episode_return;
-  if (!status.end_reason.empty()) text << "\n" << status.end_reason;
+  text << id << "  episode " << state.episode
+       << (state.seed ? "  seed " + std::to_string(*state.seed) : "  unseeded");
+  text << "\nstep " << state.step << "  return " << std::fixed << std::setprecision(1)
+       << state.episode_return;
+  if (!state.end_reason.empty()) text << "\n" << state.end_reason;
   return text.str();
 }
 
-Marker text_marker(const Eigen::Vector3d& trunk, double reach, const EpisodeStatus& status,
+Marker text_marker(const Eigen::Vector3d& trunk, double reach, std::string text,
                    const std_msgs::Header& header) {
   Marker marker = make_marker(header, "episode", Marker::TEXT_VIEW_FACING);
   const Eigen::Vector3d above(0, 0, kTextAltitude * reach);
   marker.pose.position = tf2::toMsg(Eigen::Vector3d(trunk + above));
   marker.scale.z = kTextHeight * reach;
   marker.color = to_color(kTextColor);
-  marker.text = text_of(status);
+  marker.text = std::move(text);
   return marker;
 }
 
 }  // namespace
 
 MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
-                          const EpisodeStatus& status, const std_msgs::Header& header) {
+                          const EpisodeState& state, const std_msgs::Header& header) {
   MarkerArray array;
   if (sensors.link_poses.empty()) return array;
   const Eigen::Vector3d trunk = to_eigen(sensors.link_poses.front().position);
@@ -124,7 +126,7 @@ MarkerArray state_markers(const Specification& specification, const Sensors& sen
   }
   array.markers.push_back(
       contacts_marker(specification, sensors, kContactDiameter * reach, header));
-  array.markers.push_back(text_marker(trunk, reach, status, header));
+  array.markers.push_back(text_marker(trunk, reach, text_of(specification.id, state), header));
   return array;
 }
 

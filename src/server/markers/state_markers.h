@@ -1,34 +1,24 @@
 // The state of an episode as rviz markers.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <deque>
-#include <string>
 
 #include <geometry_msgs/Point.h>
 #include <std_msgs/Header.h>
 #include <visualization_msgs/Marker.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include "core/episode_recorder.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 
 namespace walker {
 
-/// What the text above the walker tells.
-struct EpisodeStatus {
-  std::string id;
-  std::uint32_t episode = 0;
-  std::uint32_t step = 0;
-  double episode_return = 0;
-  std::string seed;        ///< decimal; empty: the generator continued
-  std::string end_reason;  ///< empty while the episode runs
-};
-
-/// The range finder's rays, the feet's contacts and the episode's text, for every state.
+/// The range finder's rays, the feet's contacts and a text of the episode, for every state.
 /// @param header odometry frame and stamp
 visualization_msgs::MarkerArray state_markers(const Specification& specification,
-                                              const Sensors& sensors, const EpisodeStatus& status,
+                                              const Sensors& sensors, const EpisodeState& state,
                                               const std_msgs::Header& header);
 
 /// The way of the trunk through an episode: its newest points, each some way from the one before.

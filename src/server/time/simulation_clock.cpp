@@ -111,8 +111,7 @@ void write_reserved(const std::string& uri, const std::string& caller, std::uint
 /// ROS time that there is after `time` [ns].
 std::uint64_t left_after(ros::Time time) { return ros::TIME_MAX.toNSec() - time.toNSec(); }
 
-}  // namespace
-
+/// In whole nanoseconds.
 ros::Duration to_duration(double seconds) {
   constexpr double kEnd = 2147483648;  // 2^31
   if (seconds >= kEnd) {
@@ -124,11 +123,15 @@ ros::Duration to_duration(double seconds) {
   return duration;
 }
 
-SimulationClock SimulationClock::owner(ros::NodeHandle& node) { return SimulationClock(node); }
+}  // namespace
 
-SimulationClock SimulationClock::silent() { return {}; }
+SimulationClock SimulationClock::owner(ros::NodeHandle& node, double dt) { return {node, dt}; }
 
-SimulationClock::SimulationClock(ros::NodeHandle& node) {
+SimulationClock SimulationClock::silent(double dt) { return SimulationClock(dt); }
+
+SimulationClock::SimulationClock(double dt) : dt_(to_duration(dt)) {}
+
+SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationClock(dt) {
   // Who joins between two lock-steps would otherwise wait for a time that does not come. Latching
   // would tell it too, but ahead of messages still queued: time would run backwards for it.
   const auto tell_newcomer = [this](const ros::SingleSubscriberPublisher&) { publish(); };
@@ -148,16 +151,16 @@ SimulationClock::SimulationClock(ros::NodeHandle& node) {
       });
 }
 
-void SimulationClock::require(ros::Duration dt) const {
-  if (static_cast<std::uint64_t>(dt.toNSec()) <= left_after(now_)) return;
+void SimulationClock::require(int steps) const {
+  if (static_cast<std::uint64_t>(steps * dt_.toNSec()) <= left_after(now_)) return;
   throw std::range_error("simulation time " + std::to_string(now_.toSec()) +
                          " s is at the end of ROS time, 2^32 s, so nothing can follow; begin again "
                          "with a new ROS master");
 }
 
-void SimulationClock::advance(ros::Duration dt) {
-  require(dt);
-  now_ += dt;
+void SimulationClock::advance() {
+  require();
+  now_ += dt_;
   if (!publisher_) return;
   reservation_->use(now_.toNSec());
   publish();

@@ -12,11 +12,6 @@
 
 namespace walker {
 
-/// In whole nanoseconds.
-/// @param seconds of a step
-/// @throws std::invalid_argument from 2^31 s on, where durations in ROS end
-ros::Duration to_duration(double seconds);
-
 /// The time that a server stamps with, and /clock where the server owns it.
 ///
 /// Time goes on where the last owner of /clock on this master stopped, even one that was killed: an
@@ -26,10 +21,12 @@ ros::Duration to_duration(double seconds);
 class SimulationClock {
  public:
   /// Owner of /clock.
-  /// @throws std::runtime_error naming the node that publishes /clock already
-  static SimulationClock owner(ros::NodeHandle& node);
+  /// @param dt of a step [s]
+  /// @throws std::runtime_error naming the node that publishes /clock already;
+  ///         std::invalid_argument for a step from 2^31 s on, where durations in ROS end
+  static SimulationClock owner(ros::NodeHandle& node, double dt);
   /// Stamps only.
-  static SimulationClock silent();
+  static SimulationClock silent(double dt);
 
   // Stays where it was made: a callback of the publisher points to it.
   SimulationClock(const SimulationClock&) = delete;
@@ -37,14 +34,16 @@ class SimulationClock {
   ~SimulationClock() = default;
 
   ros::Time now() const { return now_; }
+  /// In whole nanoseconds.
+  ros::Duration dt() const { return dt_; }
 
-  /// Whether there is a time `dt` from now. ROS time ends at 2^32 s.
+  /// Whether there is a time so many steps from now. ROS time ends at 2^32 s.
   /// @throws std::range_error when there is none
-  void require(ros::Duration dt) const;
+  void require(int steps = 1) const;
 
-  /// Moves on by `dt` and publishes the new time where this is the owner.
+  /// Moves on by a step and publishes the new time where this is the owner.
   /// @throws std::range_error at the end of ROS time; then nothing has changed
-  void advance(ros::Duration dt);
+  void advance();
 
   /// Why a server that is started after this one may begin below its time; empty: it will not.
   std::string complaint() const { return reservation_ ? reservation_->complaint() : ""; }
@@ -53,10 +52,11 @@ class SimulationClock {
   void catch_up(ros::Time time);
 
  private:
-  SimulationClock() = default;
-  explicit SimulationClock(ros::NodeHandle& node);  // owner
+  explicit SimulationClock(double dt);
+  SimulationClock(ros::NodeHandle& node, double dt);  // owner
   void publish();
 
+  ros::Duration dt_;
   ros::Time now_;
   ros::Publisher publisher_;                      // empty unless owner
   std::unique_ptr<TimeReservation> reservation_;  // as is this

@@ -53,8 +53,10 @@ const char* to_text(EffortCommand::State state) {
 
 }  // namespace
 
-Diagnostics::Diagnostics(ros::NodeHandle& node, const DiagnosedServer& server) : server_(server) {
-  updater_.setHardwareID(server_.shown.specification().id);
+Diagnostics::Diagnostics(ros::NodeHandle& node, const ServerOptions& options,
+                         Simulation& simulation, const Loop& loop, const Outputs& outputs)
+    : options_(options), simulation_(simulation), loop_(loop), outputs_(outputs) {
+  updater_.setHardwareID(simulation_.shown().specification().id);
   updater_.add("simulation", this, &Diagnostics::describe_simulation);
   updater_.add("pace", this, &Diagnostics::describe_pace);
   updater_.add("commands", this, &Diagnostics::describe_commands);
@@ -71,13 +73,14 @@ void Diagnostics::report() {
     ROS_ERROR_STREAM("No diagnostics at /clock = " << ros::Time::now() << " s: " << error.what());
     return;
   }
-  reported_ = server_.counters;
+  reported_ = simulation_.counters();
   reported_at_ = std::chrono::steady_clock::now();
 }
 
 void Diagnostics::describe_simulation(Status& status) {
-  const EpisodeState& state = server_.shown.state();
-  const std::uint64_t errors = server_.counters.simulation_errors - reported_.simulation_errors;
+  const EpisodeState& state = this->state();
+  const std::uint64_t errors =
+      simulation_.counters().simulation_errors - reported_.simulation_errors;
   if (!state.error.empty()) {
     status.summary(
         DiagnosticStatus::ERROR,
@@ -86,73 +89,74 @@ void Diagnostics::describe_simulation(Status& status) {
   } else if (errors > 0) {
     status.summary(DiagnosticStatus::ERROR,
                    "simulation failed " + counted(errors, "time") + " since the last report");
-  } else if (!server_.shown.has_episode()) {
+  } else if (!simulation_.shown().has_episode()) {
     status.summary(DiagnosticStatus::OK, "waits for the first reset");
   } else if (state.has_ended()) {
     status.summary(DiagnosticStatus::OK, state.end_reason);
   } else {
-    status.summary(DiagnosticStatus::OK, server_.paused ? "paused" : "running");
+    status.summary(DiagnosticStatus::OK, loop_.is_paused() ? "paused" : "running");
   }
-  const std::string unrecorded = server_.recorder.complaint();
+  const std::string unrecorded = outputs_.recorder().complaint();
   if (!unrecorded.empty()) {
-    const bool waits = !server_.shown.has_episode();
+    const bool waits = !simulation_.shown().has_episode();
     status.mergeSummary(DiagnosticStatus::WARN,
                         (waits ? "nothing moves yet: " : "not recorded: ") + unrecorded);
   }
-  const Specification& specification = server_.shown.specification();
+  const Specification& specification = simulation_.shown().specification();
   status.add("environment", specification.id);
   status.add("engine", specification.engine);
   status.add("engine_version", specification.engine_version);
   status.add("version", version());
-  status.add("mode", walker::to_text(server_.options.mode));
-  status.add("num_envs", server_.options.num_envs);
-  status.add("paused", server_.paused);
+  status.add("mode", walker::to_text(options_.mode));
+  status.add("num_envs", options_.num_envs);
+  status.add("paused", loop_.is_paused());
   status.add("episode", state.episode);
   status.add("step", state.step);
   status.add("episode_return", state.episode_return);
-  status.add("steps", server_.counters.steps);
-  status.add("simulation_errors", server_.counters.simulation_errors);
-  status.add("pictures", server_.pictures.num_drawn());
-  status.add("pictures_skipped", server_.pictures.num_skipped());
+  status.add("steps", simulation_.counters().steps);
+  status.add("simulation_errors", simulation_.counters().simulation_errors);
+  status.add("pictures", outputs_.camera().thread().num_rendered());
+  status.add("pictures_skipped", outputs_.camera().thread().num_skipped());
 }
 
 /// Since the last report.
 double Diagnostics::real_time_factor() const {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - reported_at_;
-  const double simulated = static_cast<double>(server_.counters.advances - reported_.advances) *
-                           server_.shown.specification().dt;
+  const double simulated =
+      static_cast<double>(simulation_.counters().advances - reported_.advances) *
+      simulation_.shown().specification().dt;
   return wall.count() > 0 ? simulated / wall.count() : 0;
 }
 
 /// What sets the pace.
 const char* Diagnostics::pace() const {
-  if (server_.options.mode == Mode::lockstep) return "who calls ~step sets the pace";
-  if (server_.paused) return "paused";
-  if (server_.follows_clock) return "follows /clock";
-  return server_.pacer.real_time_factor() == 0 ? "as fast as it goes" : "keeps up";
+  if (options_.mode == Mode::lockstep) return "who calls ~step sets the pace";
+  if (loop_.is_paused()) return "paused";
+  if (loop_.follows_clock()) return "follows /clock";
+  return loop_.pacer().real_time_factor() == 0 ? "as fast as it goes" : "keeps up";
 }
 
 void Diagnostics::describe_pace(Status& status) {
   const double factor = real_time_factor();
-  const std::uint64_t missed = server_.counters.missed_deadlines - reported_.missed_deadlines;
+  const std::uint64_t missed = simulation_.counters().missed_deadlines - reported_.missed_deadlines;
   status.summary(DiagnosticStatus::OK, pace());
   if (missed > 0) {
     status.mergeSummary(DiagnosticStatus::WARN,
                         sentence("cannot keep up: ", counted(missed, "deadline"),
                                  " missed since the last report, ", factor, " times real time"));
   }
-  const std::string waiting = server_.paused ? "" : server_.follower.complaint();
+  const std::string waiting = loop_.is_paused() ? "" : loop_.follower().complaint();
   if (!waiting.empty()) status.mergeSummary(DiagnosticStatus::WARN, waiting);
-  const std::string unreserved = server_.clock.complaint();
+  const std::string unreserved = simulation_.clock().complaint();
   if (!unreserved.empty()) status.mergeSummary(DiagnosticStatus::WARN, unreserved);
   status.add("real_time_factor", factor);
-  if (server_.options.mode == Mode::free && !server_.follows_clock) {
-    status.add("real_time_factor_wanted", server_.pacer.real_time_factor());
+  if (options_.mode == Mode::free && !loop_.follows_clock()) {
+    status.add("real_time_factor_wanted", loop_.pacer().real_time_factor());
   } else {
     status.add("real_time_factor_wanted", "-");
   }
-  status.add("missed_deadlines", server_.counters.missed_deadlines);
-  const StepTiming::Report timing = server_.timing.report();
+  status.add("missed_deadlines", simulation_.counters().missed_deadlines);
+  const StepTiming::Report timing = simulation_.timing().report();
   add_microseconds(status, "jitter_p50_us", timing.jitter, &StepTiming::Jitter::median);
   add_microseconds(status, "jitter_p99_us", timing.jitter, &StepTiming::Jitter::percentile_99);
   add_microseconds(status, "jitter_p999_us", timing.jitter, &StepTiming::Jitter::percentile_999);
@@ -162,9 +166,9 @@ void Diagnostics::describe_pace(Status& status) {
 }
 
 void Diagnostics::describe_commands(Status& status) {
-  const ServerCounters& counters = server_.counters;
-  const EffortCommand::State state = server_.command.state();
-  const bool takes_commands = server_.options.mode == Mode::free;
+  const ServerCounters& counters = simulation_.counters();
+  const EffortCommand::State state = simulation_.command().state();
+  const bool takes_commands = options_.mode == Mode::free;
   const std::string text = takes_commands ? to_text(state) : "refused: ~step drives the walker";
   status.summary(DiagnosticStatus::OK, "effort command: " + text);
   const std::uint64_t refused = counters.refused_commands - reported_.refused_commands;
@@ -176,7 +180,7 @@ void Diagnostics::describe_commands(Status& status) {
       counters.command_timeouts != reported_.command_timeouts) {
     status.mergeSummary(
         DiagnosticStatus::WARN,
-        sentence("no effort command for ", server_.options.command_timeout, " s: zero torque"));
+        sentence("no effort command for ", options_.command_timeout, " s: zero torque"));
   }
   status.add("effort_command", text);
   status.add("refused_commands", counters.refused_commands);
@@ -185,7 +189,7 @@ void Diagnostics::describe_commands(Status& status) {
 }
 
 void Diagnostics::describe_episodes(Status& status) {
-  const EpisodeStatistics::Summary summary = server_.episodes.summary();
+  const EpisodeStatistics::Summary summary = simulation_.episodes().summary();
   if (summary.episodes == 0) {
     status.summary(DiagnosticStatus::OK, "no episode has come to its end yet");
   } else {

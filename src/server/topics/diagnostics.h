@@ -8,53 +8,21 @@
 #include <ros/node_handle.h>
 #include <ros/wall_timer.h>
 
-#include "core/pacer.h"
-#include "server/camera/drawing_thread.h"
-#include "server/environments/shown_environment.h"
+#include "server/loop.h"
+#include "server/outputs.h"
 #include "server/parameter_reader.h"
-#include "server/time/clock_follower.h"
-#include "server/time/simulation_clock.h"
-#include "server/time/step_timing.h"
-#include "server/topics/effort_command.h"
-#include "server/topics/episode_statistics.h"
-#include "server/topics/recorder_watch.h"
+#include "server/simulation.h"
 
 namespace walker {
-
-/// Counted since the start, of all environments.
-struct ServerCounters {
-  std::uint64_t steps = 0;
-  std::uint64_t resets = 0;    ///< restores too
-  std::uint64_t advances = 0;  ///< of simulation time, by one dt each
-  std::uint64_t simulation_errors = 0;
-  std::uint64_t refused_commands = 0;  ///< effort commands with an error, or in lock-step
-  std::uint64_t clamped_commands = 0;  ///< actions and efforts beyond the bounds
-  std::uint64_t command_timeouts = 0;
-  std::uint64_t missed_deadlines = 0;
-};
-
-/// All that the diagnostics read; outlives them.
-struct DiagnosedServer {
-  const ServerOptions& options;
-  const ShownEnvironment& shown;
-  const Pacer& pacer;
-  const EffortCommand& command;
-  const bool& paused;
-  const ServerCounters& counters;
-  const EpisodeStatistics& episodes;
-  StepTiming& timing;  ///< each report begins it anew
-  const ClockFollower& follower;
-  const SimulationClock& clock;
-  bool follows_clock;  ///< of another publisher
-  const DrawingThread& pictures;
-  const RecorderWatch& recorder;
-};
 
 /// Publishes /diagnostics, driven by a wall timer: ros::Time stands still in lock-step. Four
 /// statuses, so that each has a level of its own: simulation, pace, commands, episodes.
 class Diagnostics {
  public:
-  Diagnostics(ros::NodeHandle& node, const DiagnosedServer& server);
+  /// What it is given but the options outlives it.
+  /// @param simulation whose timing each report begins anew
+  Diagnostics(ros::NodeHandle& node, const ServerOptions& options, Simulation& simulation,
+              const Loop& loop, const Outputs& outputs);
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -67,7 +35,12 @@ class Diagnostics {
   double real_time_factor() const;
   const char* pace() const;
 
-  DiagnosedServer server_;
+  const EpisodeState& state() const { return simulation_.shown().state(); }
+
+  ServerOptions options_;
+  Simulation& simulation_;
+  const Loop& loop_;
+  const Outputs& outputs_;
   diagnostic_updater::Updater updater_;
   ros::WallTimer timer_;
   // As of the last report.

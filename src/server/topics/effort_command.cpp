@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
-#include <stdexcept>
-#include <string>
+
+#include "core/action_check.h"
 
 namespace walker {
 
@@ -17,18 +16,7 @@ EffortCommand::EffortCommand(const Specification& specification, double timeout,
       zero_(specification.action_size()) {}
 
 void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
-  if (efforts.size() != action_.size()) {
-    throw std::invalid_argument("effort command has " + std::to_string(efforts.size()) +
-                                " values; must have " + std::to_string(action_.size()) +
-                                ", one per joint");
-  }
-  for (std::size_t i = 0; i < efforts.size(); ++i) {
-    if (!std::isfinite(efforts[i])) {
-      throw std::invalid_argument("effort command[" + std::to_string(i) + "] (" +
-                                  specification_.joints[i].name +
-                                  ") = " + std::to_string(efforts[i]) + " N m; must be finite");
-    }
-  }
+  check_action(specification_, efforts.data(), efforts.size(), "", "effort command", " N m");
   for (std::size_t i = 0; i < efforts.size(); ++i) {
     // Motors weaker than 1 N m turn the largest efforts into an infinite action.
     constexpr double kLargest = std::numeric_limits<double>::max();

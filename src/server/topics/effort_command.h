@@ -20,7 +20,7 @@ class EffortCommand {
 
   /// Takes a command, one effort per joint in action order [N m].
   /// @param now simulation time [ns]
-  /// @throws std::invalid_argument naming what is wrong; the held command stays
+  /// @throws InvalidAction naming what is wrong; the held command stays
   void set(const std::vector<double>& efforts, std::uint64_t now);
 
   /// Forgets the held command, and that one has timed out.

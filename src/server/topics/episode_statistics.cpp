@@ -5,18 +5,14 @@
 
 namespace walker {
 
-void EpisodeStatistics::add(double episode_return, std::uint32_t length, End end) {
-  const std::size_t place = count_ % kCapacity;
-  returns_(place) = episode_return;
-  lengths_(place) = length;
-  ends_[place] = end;
-  ++count_;
-}
-
 void EpisodeStatistics::add(const EpisodeState& state) {
   End end = state.terminated ? End::terminated : End::truncated;
   if (!state.error.empty()) end = End::failed;
-  add(state.episode_return, state.step, end);
+  const std::size_t place = count_ % kCapacity;
+  returns_(place) = state.episode_return;
+  lengths_(place) = state.step;
+  ends_[place] = end;
+  ++count_;
 }
 
 EpisodeStatistics::Summary EpisodeStatistics::summary() const {

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "server/environments/shown_environment.h"
+#include "core/episode_recorder.h"
 
 namespace walker {
 
@@ -30,18 +30,15 @@ class EpisodeStatistics {
     std::size_t failed = 0;  ///< the simulation had to end it
   };
 
-  enum class End { terminated, truncated, failed };
-
   /// Takes account of an episode.
-  /// @param length [steps]
-  void add(double episode_return, std::uint32_t length, End end);
-
-  /// The same. @param state right after its last step
+  /// @param state right after its last step
   void add(const EpisodeState& state);
 
   Summary summary() const;
 
  private:
+  enum class End { terminated, truncated, failed };
+
   // Rings.
   Eigen::ArrayXd returns_ = Eigen::ArrayXd(kCapacity);
   Eigen::ArrayXd lengths_ = Eigen::ArrayXd(kCapacity);  // [steps]

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -38,7 +39,15 @@ class RecorderWatch {
 
   /// What the recorder does not listen to, e.g. "/recorder does not listen to episode, spec
   /// (parameter wait_for_recorder)"; empty: nothing, or there is none.
-  std::string complaint() const;
+  std::string complaint() const {
+    if (recorder_.empty()) return "";
+    std::string missing;
+    for (const auto& [topic, connections] : connections_) {
+      if (connections == 0) missing += (missing.empty() ? "" : ", ") + topic;
+    }
+    if (missing.empty()) return "";
+    return recorder_ + " does not listen to " + missing + " (parameter wait_for_recorder)";
+  }
 
  private:
   std::string recorder_;

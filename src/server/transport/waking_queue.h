@@ -16,10 +16,16 @@ class WakingQueue : public ros::CallbackQueue {
   int descriptor() const { return event_.get(); }
 
   /// From any thread, roscpp's above all.
-  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner) override;
+  void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner) override {
+    CallbackQueue::addCallback(callback, owner);
+    event_.signal();
+  }
 
   /// Calls what has come so far, in this thread.
-  void call();
+  void call() {
+    event_.clear();  // before the calls: what comes during them makes the descriptor readable again
+    callAvailable();
+  }
 
  private:
   EventDescriptor event_;

@@ -1,5 +1,5 @@
-// Batches without a master: the account of the shown environment against a simulation driven alone,
-// and replies whose memory is used again.
+// Batches without a master: the account of the shown environment against an environment driven
+// alone, and replies whose memory is used again.
 #include "server/environments/batch_calls.h"
 
 #include <gtest/gtest.h>
@@ -18,10 +18,9 @@
 #include "bare_environment.h"
 #include "bits.h"
 #include "core/random.h"
+#include "cramped_walker.h"
+#include "episode_states.h"
 #include "error_message.h"
-#include "server/cramped_walker.h"
-#include "server/environments/simulation.h"
-#include "server/episode_states.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -34,8 +33,8 @@ constexpr std::uint64_t kSeed = 11;
 struct Herd {
   Herd(const std::string& id, AutoresetMode mode, std::uint32_t num_envs = 4)
       : options(options_of(id, mode, num_envs)),
-        environments(make_environments(options, [id] { return make(id); })),
-        calls(*environments, options, counters, episodes) {}
+        environments(options, [id] { return make(id); }),
+        calls(environments, options, counters, episodes) {}
 
   static ServerOptions options_of(const std::string& id, AutoresetMode mode,
                                   std::uint32_t num_envs) {
@@ -51,8 +50,8 @@ struct Herd {
   }
 
   std::vector<double> actions() {
-    const std::size_t size = environments->shown().specification().action_size();
-    std::vector<double> all(environments->size() * size);
+    const std::size_t size = environments.specification().action_size();
+    std::vector<double> all(environments.size() * size);
     for (double& value : all) value = generator.uniform(-1.5, 1.5);
     return all;
   }
@@ -67,7 +66,7 @@ struct Herd {
   ServerOptions options;
   ServerCounters counters;
   EpisodeStatistics episodes;
-  std::unique_ptr<Environments> environments;
+  Environments environments;
   BatchCalls calls;
   Generator generator{1};
   walker_sim::StepBatch::Response reply;
@@ -79,7 +78,7 @@ void expect_same_account(const EpisodeState& shown, const EpisodeState& alone) {
   expect_same_state(shown, alone);
 }
 
-void expect_same(ShownEnvironment& shown, Simulation& alone) {
+void expect_same(EpisodeRecorder& shown, EpisodeRecorder& alone) {
   expect_same_account(shown.state(), alone.state());
   EXPECT_EQ(to_bits(shown.sensors().joint_position), to_bits(alone.sensors().joint_position));
   EXPECT_EQ(to_bits(shown.sensors().joint_velocity), to_bits(alone.sensors().joint_velocity));
@@ -99,12 +98,11 @@ struct Case {
 
 class AnyBatch : public testing::TestWithParam<Case> {};
 
-TEST_P(AnyBatch, TheShownEnvironmentIsASimulationDrivenAlone) {
+TEST_P(AnyBatch, TheShownEnvironmentIsAsOneDrivenAlone) {
   const auto [id, mode] = GetParam();
   Herd herd(id, mode);
-  ShownEnvironment& shown = herd.environments->shown();
-  const std::string name = id;
-  Simulation alone([name] { return make(name); }, kSeed + kShown);
+  EpisodeRecorder& shown = herd.environments.shown();
+  EpisodeRecorder alone(make(id), {0, kSeed + kShown});
   EXPECT_FALSE(shown.has_episode());
   herd.reset();
   alone.reset(std::nullopt);
@@ -219,7 +217,7 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
     options_ = Herd::options_of("Brittle", GetParam(), num_envs);
     options_.shown_environment = shown;
     int num_made = 0;
-    environments_ = make_environments(options_, [&] {
+    environments_.emplace(options_, [&] {
       const bool may_fail = num_envs == 1 || num_made++ == 1;
       return std::make_unique<Brittle>(may_fail ? fails_ : never_);
     });
@@ -250,7 +248,7 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
   ServerOptions options_;
   ServerCounters counters_;
   EpisodeStatistics episodes_;
-  std::unique_ptr<Environments> environments_;
+  std::optional<Environments> environments_;
   std::optional<BatchCalls> calls_;
   walker_sim::ResetBatch::Response begun_;
   walker_sim::StepBatch::Response reply_;
@@ -295,7 +293,7 @@ TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
   step();
   EXPECT_EQ(reply_.status_message, "");
   EXPECT_EQ(reply_.steps[1], 1U);
-  EXPECT_EQ(environments_->episode_return(1), 1);
+  EXPECT_EQ((*environments_)[1].state().episode_return, 1);
 }
 
 TEST_P(Failing, AtItsAutoresetLeavesTheOthersAlone) {
@@ -379,16 +377,16 @@ INSTANTIATE_TEST_SUITE_P(Modes, Failing,
                          [](const auto& instance) { return to_text(instance.param); });
 
 /// To the bit, with the engine's own failures.
-TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsASimulationDrivenAlone) {
+TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
   const AutoresetMode mode = GetParam().mode;
   if (std::string(GetParam().id) != "Walker2d-v5") return;
   const CrampedWalker cramped;
   ServerOptions options = Herd::options_of("Walker2d-v5", mode, 4);
-  const auto environments = make_environments(options, std::ref(cramped));
+  Environments environments(options, std::ref(cramped));
   ServerCounters counters;
   EpisodeStatistics episodes;
-  BatchCalls calls(*environments, options, counters, episodes);
-  Simulation alone(std::ref(cramped), kSeed + kShown);
+  BatchCalls calls(environments, options, counters, episodes);
+  EpisodeRecorder alone(cramped(), {0, kSeed + kShown});
   walker_sim::ResetBatch::Response begun;
   walker_sim::StepBatch::Response reply;
   calls.reset({}, begun);
@@ -405,12 +403,12 @@ TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsASimulationDrivenAlone) {
       alone.step(action);
     }
     calls.step(actions, reply);
-    expect_same_account(environments->shown().state(), alone.state());
+    expect_same_account(environments.shown().state(), alone.state());
     calls.reset_ended(reply);
     if (alone.state().has_ended() && !alone.state().failed_at_reset() &&
         mode == AutoresetMode::same_step) {
       alone.reset(std::nullopt);
-      expect_same_account(environments->shown().state(), alone.state());
+      expect_same_account(environments.shown().state(), alone.state());
     }
     failed += alone.state().failed_at_reset() ? 1 : 0;
   }

@@ -83,6 +83,10 @@ struct World {
     environment->reset(0, result);
     environment->sense(sensors);
     environment->scene(scene);
+    status.episode = 3;
+    status.step = 7;
+    status.episode_return = 1.25;
+    status.seed = 42;
   }
 
   MarkerArray state() const {
@@ -92,7 +96,7 @@ struct World {
   std::unique_ptr<Environment> environment;
   Sensors sensors;
   Scene scene;
-  EpisodeStatus status{environment->specification().id, 3, 7, 1.25, "42", ""};
+  EpisodeState status;
 };
 
 class EveryEnvironment : public testing::TestWithParam<std::string> {};
@@ -213,7 +217,7 @@ TEST(StateMarkers, LeaveOutWhatIsNotFinite) {
 TEST(StateMarkers, TellHowTheEpisodeEnded) {
   World world("BipedalWalker-v3");
   world.status.end_reason = "terminated: hull touched the ground";
-  world.status.seed.clear();
+  world.status.seed.reset();
   const MarkerArray array = world.state();
   const std::string& text = find(array, "episode")->text;
   EXPECT_NE(text.find(world.status.end_reason), std::string::npos);
@@ -231,7 +235,7 @@ TEST(StateMarkers, KeepTheTextWhereItIsWhateverTheNumbers) {
     const std::size_t end = text.find('\n');
     return std::make_pair(text.substr(0, end), text.substr(end + 1));
   };
-  for (const char* seed : {"7", ""}) {
+  for (const std::optional<std::uint64_t> seed : {std::optional<std::uint64_t>(7), {}}) {
     world.status.seed = seed;
     const auto [first, second] = lines(1, 0);
     const auto [later_first, later_second] = lines(1000, -1234.5);

@@ -1,4 +1,4 @@
-#include "server/environments/simulation.h"
+#include "core/episode_recorder.h"
 
 #include <gtest/gtest.h>
 
@@ -15,25 +15,26 @@
 #include "bare_environment.h"
 #include "bits.h"
 #include "core/random.h"
+#include "cramped_walker.h"
+#include "episode_states.h"
 #include "error_message.h"
-#include "server/cramped_walker.h"
-#include "server/episode_states.h"
+#include "restorable.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
 namespace {
 
-Simulation simulation_of(const std::string& id, const Parameters& parameters = {}) {
+Restorable simulation_of(const std::string& id, const Parameters& parameters = {}) {
   return {[=] { return make(id, parameters); }, 3};
 }
 
-std::vector<double> random_action(Generator& generator, const Simulation& simulation) {
+std::vector<double> random_action(Generator& generator, const Restorable& simulation) {
   std::vector<double> action(simulation.specification().action_size());
   for (double& value : action) value = generator.uniform(-1.2, 1.2);
   return action;
 }
 
-void play(Simulation& simulation, int steps, std::uint64_t seed) {
+void play(Restorable& simulation, int steps, std::uint64_t seed) {
   Generator generator(seed);
   for (int i = 0; i < steps && !simulation.state().has_ended(); ++i) {
     simulation.step(random_action(generator, simulation));
@@ -52,7 +53,7 @@ void expect_same_sensors(const Sensors& one, const Sensors& other) {
 }
 
 /// Both go through the same future, which is compared to the bit, and begin the same next episode.
-void expect_same_future(Simulation& one, Simulation& other) {
+void expect_same_future(Restorable& one, Restorable& other) {
   expect_same_state(one.state(), other.state());
   Generator generator(17);
   for (int i = 0; i < 2000 && !one.state().has_ended() && !testing::Test::HasFailure(); ++i) {
@@ -73,13 +74,13 @@ class AnyWalker : public testing::TestWithParam<const char*> {};
 TEST_P(AnyWalker, ARecordBringsBackTheStateAndItsFuture) {
   for (const int steps : {0, 1, 25}) {
     SCOPED_TRACE(steps);
-    Simulation original = simulation_of(GetParam());
+    Restorable original = simulation_of(GetParam());
     original.reset(11);
     play(original, steps, 1);
     const EpisodeRecord record = original.record();
     EXPECT_EQ(record.actions.size(),
               original.state().step * original.specification().action_size());
-    Simulation restarted = simulation_of(GetParam());
+    Restorable restarted = simulation_of(GetParam());
     restarted.restore(record);
     expect_same_sensors(original.sensors(), restarted.sensors());
     expect_same_future(original, restarted);
@@ -87,19 +88,19 @@ TEST_P(AnyWalker, ARecordBringsBackTheStateAndItsFuture) {
 }
 
 TEST_P(AnyWalker, AContinuedGeneratorIsRestoredToo) {
-  Simulation original = simulation_of(GetParam());
+  Restorable original = simulation_of(GetParam());
   for (int episode = 0; episode < 3; ++episode) {
     original.reset(std::nullopt);
     play(original, 30, episode);
   }
   ASSERT_FALSE(original.state().seed);
-  Simulation restarted = simulation_of(GetParam());
+  Restorable restarted = simulation_of(GetParam());
   restarted.restore(original.record());
   expect_same_future(original, restarted);
 }
 
 TEST_P(AnyWalker, GoesBackToItsOwnPastAsOftenAsWanted) {
-  Simulation simulation = simulation_of(GetParam());
+  Restorable simulation = simulation_of(GetParam());
   simulation.reset(4);
   play(simulation, 10, 1);
   const EpisodeRecord record = simulation.record();
@@ -114,18 +115,18 @@ TEST_P(AnyWalker, GoesBackToItsOwnPastAsOftenAsWanted) {
 }
 
 TEST_P(AnyWalker, AnEndedEpisodeIsRestoredAsEnded) {
-  Simulation original = simulation_of(GetParam(), {{"max_episode_steps", 5}});
+  Restorable original = simulation_of(GetParam(), {{"max_episode_steps", 5}});
   original.reset(4);
   play(original, 5, 1);
   ASSERT_EQ(original.state().end_reason, "truncated: 5 steps");
-  Simulation restarted = simulation_of(GetParam(), {{"max_episode_steps", 5}});
+  Restorable restarted = simulation_of(GetParam(), {{"max_episode_steps", 5}});
   restarted.restore(original.record());
   expect_same_future(original, restarted);
   EXPECT_EQ(restarted.state().step, 0U);
 }
 
 TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
-  Simulation simulation = simulation_of(GetParam());
+  Restorable simulation = simulation_of(GetParam());
   simulation.reset(4);
   play(simulation, 10, 1);
   const EpisodeRecord good = simulation.record();
@@ -154,7 +155,7 @@ TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
   EXPECT_NE(refusal(bad).find("the episode ended"), std::string::npos) << refusal(bad);
 
   expect_same_state(simulation.state(), state);
-  Simulation twin = simulation_of(GetParam());
+  Restorable twin = simulation_of(GetParam());
   twin.restore(good);
   expect_same_future(simulation, twin);
 }
@@ -162,19 +163,19 @@ TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
 constexpr std::chrono::steady_clock::time_point kAtOnce{};
 
 TEST_P(AnyWalker, ARestoreInPiecesLeavesThePresentEpisodeAloneAndIsTheSame) {
-  Simulation original = simulation_of(GetParam());
+  Restorable original = simulation_of(GetParam());
   original.reset(4);
   play(original, 20, 1);
   const EpisodeRecord record = original.record();
-  Simulation simulation = simulation_of(GetParam());
-  Simulation undisturbed = simulation_of(GetParam());
-  for (Simulation* each : {&simulation, &undisturbed}) each->reset(5);
+  Restorable simulation = simulation_of(GetParam());
+  Restorable undisturbed = simulation_of(GetParam());
+  for (Restorable* each : {&simulation, &undisturbed}) each->reset(5);
   simulation.begin_restore(record);
   Generator generator(2);
   for (std::uint32_t i = 1; i < record.num_steps; ++i) {
     ASSERT_FALSE(simulation.go_on_restoring(kAtOnce)) << i;
     const std::vector<double> action = random_action(generator, simulation);
-    for (Simulation* each : {&simulation, &undisturbed}) {
+    for (Restorable* each : {&simulation, &undisturbed}) {
       if (i == 10) {
         each->reset(6);  // another episode, meanwhile
       } else {
@@ -188,7 +189,7 @@ TEST_P(AnyWalker, ARestoreInPiecesLeavesThePresentEpisodeAloneAndIsTheSame) {
   expect_same_state(simulation.state(), undisturbed.state());
   simulation.finish_restore();
   EXPECT_EQ(simulation.state().episode, 3U) << "a restore counts as a reset";
-  Simulation twin = simulation_of(GetParam());
+  Restorable twin = simulation_of(GetParam());
   twin.reset(1);
   twin.reset(1);
   twin.restore(record);
@@ -196,7 +197,7 @@ TEST_P(AnyWalker, ARestoreInPiecesLeavesThePresentEpisodeAloneAndIsTheSame) {
 }
 
 TEST_P(AnyWalker, ARestoreThatIsGivenUpLeavesNothingBehind) {
-  Simulation simulation = simulation_of(GetParam());
+  Restorable simulation = simulation_of(GetParam());
   simulation.reset(4);
   play(simulation, 10, 1);
   const EpisodeRecord record = simulation.record();
@@ -206,7 +207,7 @@ TEST_P(AnyWalker, ARestoreThatIsGivenUpLeavesNothingBehind) {
   simulation.begin_restore(record);
   EXPECT_FALSE(simulation.go_on_restoring(kAtOnce));
   simulation.restore(other);
-  Simulation twin = simulation_of(GetParam());
+  Restorable twin = simulation_of(GetParam());
   twin.reset(1);
   twin.reset(1);
   twin.restore(other);
@@ -222,24 +223,24 @@ INSTANTIATE_TEST_SUITE_P(Ids, AnyWalker,
                            return name;
                          });
 
-TEST(Simulation, HasNoRecordBeforeTheFirstReset) {
-  const Simulation simulation = simulation_of("BipedalWalker-v3");
+TEST(EpisodeRecorder, HasNoRecordBeforeTheFirstReset) {
+  const Restorable simulation = simulation_of("BipedalWalker-v3");
   EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
             "there is no episode yet; reset first");
 }
 
-TEST(Simulation, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
-  Simulation simulation = simulation_of("BipedalWalker-v3", {{"reuse_world", true}});
+TEST(EpisodeRecorder, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
+  Restorable simulation = simulation_of("BipedalWalker-v3", {{"reuse_world", true}});
   simulation.reset(1);
   EXPECT_NE(message_of<std::exception>([&] { simulation.record(); }).find("reuse_world"),
             std::string::npos);
 }
 
 /// A reset that the engine refuses is told like a step at which it fails.
-TEST(Simulation, AResetThatFailsIsAnEpisodeThatHasEnded) {
+TEST(EpisodeRecorder, AResetThatFailsIsAnEpisodeThatHasEnded) {
   const CrampedWalker cramped;
-  Simulation simulation(std::ref(cramped), cramped.good_seed());
-  Simulation fresh(std::ref(cramped), cramped.good_seed());
+  Restorable simulation(std::ref(cramped), cramped.good_seed());
+  Restorable fresh(std::ref(cramped), cramped.good_seed());
   simulation.reset(std::nullopt);
   play(simulation, 3, 1);
   const std::uint64_t bad = cramped.bad_seed();
@@ -274,9 +275,9 @@ TEST(Simulation, AResetThatFailsIsAnEpisodeThatHasEnded) {
 }
 
 /// It would fail for ever if the generator stood still.
-TEST(Simulation, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
+TEST(EpisodeRecorder, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
   const CrampedWalker cramped;
-  Simulation simulation(std::ref(cramped), cramped.bad_seed());
+  Restorable simulation(std::ref(cramped), cramped.bad_seed());
   int resets = 0;
   do {
     simulation.reset(std::nullopt);
@@ -287,9 +288,9 @@ TEST(Simulation, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
   EXPECT_FALSE(simulation.state().seed);
 }
 
-TEST(Simulation, ARecordWhoseResetFailsChangesNothing) {
+TEST(EpisodeRecorder, ARecordWhoseResetFailsChangesNothing) {
   const CrampedWalker cramped;
-  Simulation simulation(std::ref(cramped), cramped.good_seed());
+  Restorable simulation(std::ref(cramped), cramped.good_seed());
   simulation.reset(std::nullopt);
   EpisodeRecord record = simulation.record();
   record.seed = cramped.bad_seed();
@@ -314,12 +315,12 @@ class Endless : public BareEnvironment {
   void step(const double* /*action*/, std::size_t /*size*/, Result& /*result*/) override {}
 };
 
-TEST(Simulation, GivesUpTheRecordOfAnEndlessEpisode) {
-  Simulation simulation([] { return std::make_unique<Endless>(); }, 1);
+TEST(EpisodeRecorder, GivesUpTheRecordOfAnEndlessEpisode) {
+  Restorable simulation([] { return std::make_unique<Endless>(); }, 1);
   simulation.reset(1);
   const std::vector<double> action{0.5};
-  for (std::uint32_t i = 0; i < Simulation::kMostRecordedSteps; ++i) simulation.step(action);
-  EXPECT_EQ(simulation.record().actions.size(), Simulation::kMostRecordedSteps);
+  for (std::uint32_t i = 0; i < EpisodeRecorder::kMostRecordedSteps; ++i) simulation.step(action);
+  EXPECT_EQ(simulation.record().actions.size(), EpisodeRecorder::kMostRecordedSteps);
   simulation.step(action);
   EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
             "the episode has 1000001 steps; the record was given up after 1000000");
@@ -327,16 +328,16 @@ TEST(Simulation, GivesUpTheRecordOfAnEndlessEpisode) {
   EXPECT_TRUE(simulation.record().actions.empty()) << "the next one has a record again";
 }
 
-TEST(Simulation, RefusesARecordThatItCouldNotGiveItself) {
-  Simulation simulation([] { return std::make_unique<Endless>(); }, 1);
+TEST(EpisodeRecorder, RefusesARecordThatItCouldNotGiveItself) {
+  Restorable simulation([] { return std::make_unique<Endless>(); }, 1);
   simulation.reset(1);
   EpisodeRecord record = simulation.record();
-  record.num_steps = Simulation::kMostRecordedSteps + 1;
+  record.num_steps = EpisodeRecorder::kMostRecordedSteps + 1;
   record.actions.assign(record.num_steps, 0.5);
   EXPECT_EQ(message_of<std::invalid_argument>([&] { simulation.restore(record); }),
             "the record has 1000001 steps; must have at most 1000000");
   EXPECT_EQ(simulation.state().episode, 1U);
-  record.num_steps = Simulation::kMostRecordedSteps;
+  record.num_steps = EpisodeRecorder::kMostRecordedSteps;
   record.actions.pop_back();
   simulation.restore(record);
   EXPECT_EQ(simulation.record().actions, record.actions);

@@ -1,4 +1,4 @@
-// Threads that work on numbered items together with the thread that hands these out.
+// A pool of threads, which work on numbered items together with the thread that hands these out.
 #pragma once
 
 #include <atomic>
@@ -15,12 +15,12 @@
 namespace walker {
 
 /// Each thread has the same slice of the items every time, since its processor's caches know them,
-/// and takes from the others' once it has done its own. The thread that made the crew is one of
+/// and takes from the others' once it has done its own. The thread that made the pool is one of
 /// them: it alone calls, and works in `collect`.
 ///
 /// No call takes a lock or memory. Threads without work wait awake for a while, then sleep
 /// (parking.h).
-class Crew {
+class ThreadPool {
  public:
   static constexpr std::size_t kLargestGroup = 64;
 
@@ -30,11 +30,11 @@ class Crew {
   /// @param num_items   0 .. num_items - 1
   /// @param num_threads at least 1, the caller's among them
   /// @param group_size  most items that `work` gets at once, 1 .. kLargestGroup
-  Crew(std::size_t num_items, std::size_t num_threads, std::size_t group_size, Work work);
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
+  ThreadPool(std::size_t num_items, std::size_t num_threads, std::size_t group_size, Work work);
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
   /// Items that nobody has begun with are dropped.
-  ~Crew();
+  ~ThreadPool();
 
   /// Puts an item on its thread's list. It must have been collected since it was added last.
   void add(std::uint32_t item) { queues_[thread_of_[item]].put(item); }

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bits.h"
-#include "server/environments/shown_environment.h"
+#include "core/episode_recorder.h"
 
 namespace walker {
 

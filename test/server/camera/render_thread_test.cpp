@@ -1,5 +1,5 @@
-// Pictures drawn in another thread, by renderers that wait until the test lets them.
-#include "server/camera/drawing_thread.h"
+// ServerCamera drawn in another thread, by renderers that wait until the test lets them.
+#include "server/camera/render_thread.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ using test::Gate;
 struct Studio {
   Gate gate;                              // before each picture
   std::vector<std::int64_t> made;         // cameras of the renderers, in order
-  std::vector<std::uint32_t> drawn;       // steps of the instants, in order
+  std::vector<std::uint32_t> drawn;       // steps of the captures, in order
   std::vector<std::thread::id> painters;  // threads that made or destroyed a renderer
   std::string complaint;                  // thrown by each picture, unless empty
 };
@@ -37,11 +37,11 @@ class FakeRenderer : public Renderer {
 
   const Camera& camera() const override { return camera_; }
 
-  void render(const Instant& instant, const Channels& channels, Image& image) override {
+  void render(const StateCapture& captured, const Channels& channels, Image& image) override {
     studio_.gate.pass();
     if (!studio_.complaint.empty()) throw std::runtime_error(studio_.complaint);
-    studio_.drawn.push_back(instant.step);
-    image.width = instant.step;
+    studio_.drawn.push_back(captured.step);
+    image.width = captured.step;
     image.depth.assign(channels.depth ? 1 : 0, 0.5F);
   }
 
@@ -50,31 +50,31 @@ class FakeRenderer : public Renderer {
   Camera camera_;
 };
 
-class DrawingThreadTest : public testing::Test {
+class RenderThreadTest : public testing::Test {
  protected:
-  DrawingThreadTest()
-      : thread_(std::make_unique<DrawingThread>([this](const Parameters& camera) {
+  RenderThreadTest()
+      : thread_(std::make_unique<RenderThread>([this](const Parameters& camera) {
           return std::make_unique<FakeRenderer>(studio_, camera);
         })) {}
 
-  ~DrawingThreadTest() override { studio_.gate.open(); }
+  ~RenderThreadTest() override { studio_.gate.open(); }
 
-  /// Of the instant of this step, by the camera of this number. What becomes of it ends up in
+  /// Of the capture of this step, by the camera of this number. What becomes of it ends up in
   /// `told_`.
-  Drawing drawing(std::uint32_t step, std::int64_t camera = 0) {
-    Drawing drawing;
-    drawing.instant.step = step;
-    drawing.camera = {{"number", camera}};
-    drawing.is_wanted = [] { return true; };
-    drawing.finish = [this](const Camera& /*camera*/, Image& image) {
+  RenderJob job(std::uint32_t step, std::int64_t camera = 0) {
+    RenderJob job;
+    job.captured.step = step;
+    job.camera = {{"number", camera}};
+    job.is_wanted = [] { return true; };
+    job.finish = [this](const Camera& /*camera*/, Image& image) {
       told_.add(std::to_string(image.width) + (image.depth.empty() ? "" : " depth"));
     };
-    drawing.fail = [this](const std::string& why) { told_.add(why); };
-    return drawing;
+    job.fail = [this](const std::string& why) { told_.add(why); };
+    return job;
   }
 
-  Drawing newest(std::uint32_t step) {
-    Drawing newest = drawing(step);
+  RenderJob newest(std::uint32_t step) {
+    RenderJob newest = job(step);
     newest.may_be_skipped = true;
     return newest;
   }
@@ -82,7 +82,7 @@ class DrawingThreadTest : public testing::Test {
   /// Everything that was told once the picture of step 99 is done.
   std::vector<std::string> finish_all() {
     studio_.gate.open();
-    thread_->draw(drawing(99));
+    thread_->render(job(99));
     return told_.take_until("99");
   }
 
@@ -90,68 +90,68 @@ class DrawingThreadTest : public testing::Test {
 
   Studio studio_;
   test::Mailbox told_;
-  std::unique_ptr<DrawingThread> thread_;
+  std::unique_ptr<RenderThread> thread_;
 };
 
-TEST_F(DrawingThreadTest, MakesNothingBeforeTheFirstPicture) {
+TEST_F(RenderThreadTest, MakesNothingBeforeTheFirstPicture) {
   thread_.reset();
   EXPECT_TRUE(studio_.made.empty());
 }
 
-TEST_F(DrawingThreadTest, DrawsInOrderWhileTheCallerGoesOn) {
-  for (const std::uint32_t step : {1U, 2U, 3U}) thread_->draw(drawing(step));
-  studio_.gate.wait_for_arrivals(1);  // the first is under way, and nothing is done
+TEST_F(RenderThreadTest, DrawsInOrderWhileTheCallerGoesOn) {
+  for (const std::uint32_t step : {1U, 2U, 3U}) thread_->render(job(step));
+  studio_.gate.wait_for_arrivals(1);  // the first is in flight, and nothing is done
   EXPECT_TRUE(told_.texts().empty());
-  EXPECT_EQ(thread_->num_drawn(), 0U);
+  EXPECT_EQ(thread_->num_rendered(), 0U);
   EXPECT_EQ(finish_all(), (Texts{"1", "2", "3", "99"}));
-  EXPECT_EQ(thread_->num_drawn(), 4U);
+  EXPECT_EQ(thread_->num_rendered(), 4U);
   EXPECT_EQ(thread_->num_skipped(), 0U);
   EXPECT_EQ(studio_.made.size(), 1U);
 }
 
-TEST_F(DrawingThreadTest, HandsTheChannelsOn) {
-  Drawing depth = drawing(1);
+TEST_F(RenderThreadTest, HandsTheChannelsOn) {
+  RenderJob depth = job(1);
   depth.channels = {false, true};
-  thread_->draw(std::move(depth));
+  thread_->render(std::move(depth));
   EXPECT_EQ(finish_all(), (Texts{"1 depth", "99"}));
 }
 
-TEST_F(DrawingThreadTest, TheNewestOfThoseThatMayBeSkippedWins) {
-  thread_->draw(newest(1));
+TEST_F(RenderThreadTest, TheNewestOfThoseThatMayBeSkippedWins) {
+  thread_->render(newest(1));
   studio_.gate.wait_for_arrivals(1);
-  thread_->draw(newest(2));
-  thread_->draw(drawing(3));
-  for (const std::uint32_t step : {4U, 5U, 6U}) thread_->draw(newest(step));
-  thread_->draw(drawing(7));
+  thread_->render(newest(2));
+  thread_->render(job(3));
+  for (const std::uint32_t step : {4U, 5U, 6U}) thread_->render(newest(step));
+  thread_->render(job(7));
   EXPECT_EQ(finish_all(), (Texts{"1", "6", "3", "7", "99"})) << "it keeps the place of the first";
   EXPECT_EQ(thread_->num_skipped(), 3U);
 }
 
-TEST_F(DrawingThreadTest, DrawsNothingThatNobodyWantsAnyMore) {
-  Drawing unwanted = drawing(1);
+TEST_F(RenderThreadTest, DrawsNothingThatNobodyWantsAnyMore) {
+  RenderJob unwanted = job(1);
   unwanted.is_wanted = [] { return false; };
-  thread_->draw(std::move(unwanted));
+  thread_->render(std::move(unwanted));
   EXPECT_EQ(finish_all(), (Texts{"99"}));
   EXPECT_EQ(studio_.drawn, (std::vector<std::uint32_t>{99}));
 }
 
-TEST_F(DrawingThreadTest, SaysWhyThereIsNoPictureAndTriesAgain) {
+TEST_F(RenderThreadTest, SaysWhyThereIsNoPictureAndTriesAgain) {
   studio_.complaint = "no OpenGL";
   studio_.gate.open();
-  thread_->draw(drawing(1));
+  thread_->render(job(1));
   EXPECT_EQ(told_.take_until("no OpenGL"), (Texts{"no OpenGL"}));
   studio_.complaint.clear();
   EXPECT_EQ(finish_all(), (Texts{"99"}));
   EXPECT_EQ(studio_.made.size(), 2U) << "what has failed is made anew";
-  EXPECT_EQ(thread_->num_drawn(), 1U);
+  EXPECT_EQ(thread_->num_rendered(), 1U);
 }
 
-TEST_F(DrawingThreadTest, ARendererThatCannotBeMadeHurtsNoOther) {
+TEST_F(RenderThreadTest, ARendererThatCannotBeMadeHurtsNoOther) {
   studio_.gate.open();
-  thread_->draw(drawing(1));
-  Drawing wrong = drawing(2);
+  thread_->render(job(1));
+  RenderJob wrong = job(2);
   wrong.camera.clear();
-  thread_->draw(std::move(wrong));
+  thread_->render(std::move(wrong));
   const Texts told = finish_all();
   ASSERT_EQ(told.size(), 3U);
   EXPECT_EQ(told.front(), "1");
@@ -159,23 +159,23 @@ TEST_F(DrawingThreadTest, ARendererThatCannotBeMadeHurtsNoOther) {
   EXPECT_EQ(studio_.made.size(), 1U);
 }
 
-TEST_F(DrawingThreadTest, PassesOnWhatTheReceiverThrows) {
-  Drawing refused = drawing(1);
+TEST_F(RenderThreadTest, PassesOnWhatTheReceiverThrows) {
+  RenderJob refused = job(1);
   refused.finish = [](const Camera& /*camera*/, Image& /*image*/) {
     throw std::runtime_error("no memory");
   };
-  thread_->draw(std::move(refused));
+  thread_->render(std::move(refused));
   EXPECT_EQ(finish_all(), (Texts{"no memory", "99"}));
 }
 
-TEST_F(DrawingThreadTest, KeepsTheRenderersOfTheLastFewCameras) {
-  for (const std::int64_t camera : {0, 1, 2, 3, 0, 4, 0, 1}) thread_->draw(drawing(1, camera));
+TEST_F(RenderThreadTest, KeepsTheRenderersOfTheLastFewCameras) {
+  for (const std::int64_t camera : {0, 1, 2, 3, 0, 4, 0, 1}) thread_->render(job(1, camera));
   finish_all();
   EXPECT_EQ(studio_.made, (std::vector<std::int64_t>{0, 1, 2, 3, 4, 1}));
 }
 
-TEST_F(DrawingThreadTest, RenderersLiveAndDieInItsThread) {
-  for (const std::int64_t camera : {0, 1, 2, 3, 4}) thread_->draw(drawing(1, camera));
+TEST_F(RenderThreadTest, RenderersLiveAndDieInItsThread) {
+  for (const std::int64_t camera : {0, 1, 2, 3, 4}) thread_->render(job(1, camera));
   finish_all();
   thread_.reset();
   ASSERT_EQ(studio_.painters.size(), 12U) << "six are made, and as many destroyed";
@@ -185,8 +185,8 @@ TEST_F(DrawingThreadTest, RenderersLiveAndDieInItsThread) {
   }
 }
 
-TEST_F(DrawingThreadTest, EndsAfterThePictureUnderWay) {
-  for (const std::uint32_t step : {1U, 2U, 3U}) thread_->draw(drawing(step));
+TEST_F(RenderThreadTest, EndsAfterThePictureInFlight) {
+  for (const std::uint32_t step : {1U, 2U, 3U}) thread_->render(job(step));
   studio_.gate.wait_for_arrivals(1);
   std::thread opener([this] { studio_.gate.open(); });
   thread_.reset();

@@ -1,4 +1,4 @@
-#include "server/camera/pictures.h"
+#include "server/camera/camera.h"
 
 #include <algorithm>
 #include <exception>
@@ -58,8 +58,8 @@ std::uint64_t period_of(double rate) {
 
 }  // namespace
 
-Pictures::Pictures(ros::NodeHandle& node, Environments& environments, const Frames& frames,
-                   const ServerOptions& options, DrawingThread::MakeRenderer make_renderer)
+ServerCamera::ServerCamera(ros::NodeHandle& node, Environments& environments, const Frames& frames,
+                           const ServerOptions& options, RenderThread::MakeRenderer make_renderer)
     : environments_(environments),
       frames_(frames),
       options_(options),
@@ -68,7 +68,7 @@ Pictures::Pictures(ros::NodeHandle& node, Environments& environments, const Fram
       tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", 100)),
       thread_(std::move(make_renderer)) {}
 
-void Pictures::show(ros::Time stamp) {
+void ServerCamera::show(ros::Time stamp) {
   // One picture at most of each period of simulation time.
   const std::uint64_t turn = stamp.toNSec() / period_;
   if (turn == last_turn_ || publisher_.getNumSubscribers() == 0) return;
@@ -83,23 +83,21 @@ void Pictures::show(ros::Time stamp) {
   }
 }
 
-void Pictures::ask_for_picture(ros::Time stamp) {
-  Drawing drawing;
-  environments_.look(options_.shown_environment, drawing.instant);
-  drawing.camera = options_.camera;
-  drawing.may_be_skipped = true;
-  drawing.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
-  drawing.finish = [this, stamp](const Camera& camera, Image& image) {
-    publish(camera, image, stamp);
-  };
-  drawing.fail = [this](const std::string& why) {
+void ServerCamera::ask_for_picture(ros::Time stamp) {
+  RenderJob job;
+  environments_.shown().capture(job.captured);
+  job.camera = options_.camera;
+  job.may_be_skipped = true;
+  job.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
+  job.finish = [this, stamp](const Camera& camera, Image& image) { publish(camera, image, stamp); };
+  job.fail = [this](const std::string& why) {
     if (throttle_.passes())
       ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << why);
   };
-  thread_.draw(std::move(drawing));
+  thread_.render(std::move(job));
 }
 
-void Pictures::publish(const Camera& camera, Image& image, ros::Time stamp) {
+void ServerCamera::publish(const Camera& camera, Image& image, ros::Time stamp) {
   fill(image.camera_pose, frames_, stamp, transforms_);
   fill(camera, frames_, stamp, camera_info_);
   fill(image, frames_, stamp, image_);
@@ -107,30 +105,26 @@ void Pictures::publish(const Camera& camera, Image& image, ros::Time stamp) {
   publisher_.publish(image_, camera_info_);
 }
 
-void Pictures::render(const walker_sim::Render::Request& request, ros::Time stamp,
-                      const Reply<walker_sim::Render::Response>& reply) {
-  if (request.environment >= environments_.size()) {
-    throw std::invalid_argument(
-        "environment = " + std::to_string(request.environment) +
-        "; must be below num_envs = " + std::to_string(environments_.size()));
-  }
-  Drawing drawing;
-  drawing.channels = channels_of(request.encoding);
-  drawing.camera = camera_of(request, options_);
-  environments_.look(request.environment, drawing.instant);
-  drawing.is_wanted = [reply] { return reply.is_awaited(); };
-  drawing.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
+void ServerCamera::render(const walker_sim::Render::Request& request, ros::Time stamp,
+                          const Reply<walker_sim::Render::Response>& reply) {
+  environments_.check_index("environment", request.environment);
+  RenderJob job;
+  job.channels = channels_of(request.encoding);
+  job.camera = camera_of(request, options_);
+  environments_[request.environment].capture(job.captured);
+  job.is_wanted = [reply] { return reply.is_awaited(); };
+  job.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
     walker_sim::Render::Response response;
     fill(image, frames_, stamp, response.image);
     response.success = 1;
     reply(response);
   };
-  drawing.fail = [reply](const std::string& why) {
+  job.fail = [reply](const std::string& why) {
     walker_sim::Render::Response response;
     response.status_message = why;
     reply(response);
   };
-  thread_.draw(std::move(drawing));
+  thread_.render(std::move(job));
 }
 
 }  // namespace walker

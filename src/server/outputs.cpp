@@ -1,4 +1,6 @@
-#include "server/topics/publishers.h"
+#include "server/outputs.h"
+
+#include <utility>
 
 namespace walker {
 namespace {
@@ -19,10 +21,11 @@ void publish_if_heard(const ros::Publisher& publisher, Message& message,
 
 }  // namespace
 
-Publishers::Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const ServerOptions& options)
-    : shown_(shown),
+Outputs::Outputs(ros::NodeHandle& node, Environments& environments, const ServerOptions& options,
+                 const RenderThread::MakeRenderer& make_renderer)
+    : shown_(environments.shown()),
       options_(options),
-      frames_(shown.specification(), options.tf_prefix),
+      frames_(shown_.specification(), options.tf_prefix),
       recorder_(options.recorder),
       joint_states_publisher_(node.advertise<sensor_msgs::JointState>("joint_states", kState)),
       imu_publisher_(node.advertise<sensor_msgs::Imu>("imu", kState)),
@@ -40,36 +43,39 @@ Publishers::Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const Ser
           recorder_.advertise<walker_sim::EnvironmentSpec>(node, "spec", kState, kLatched)),
       tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kRecord)),
       tf_static_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
-      markers_(node, shown, frames_.odometry) {
-  if (shown.specification().range_finder.num_rays != 0) {
+      markers_(node, shown_, frames_.odometry),
+      camera_(node, environments, frames_, options, make_renderer) {
+  if (shown_.specification().range_finder.num_rays != 0) {
     scan_publisher_ = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
 }
 
-void Publishers::publish_constants(ros::Time stamp) {
-  walker_sim::EnvironmentSpec spec;
-  fill(shown_.specification(), options_, spec);
-  spec_publisher_.publish(spec);
+void Outputs::publish_constants(ros::Time stamp) {
+  spec_publisher_.publish(spec());
   tf_static_publisher_.publish(static_transforms(shown_.specification(), frames_, stamp));
 }
 
-void Publishers::publish_reset(ros::Time stamp) {
+void Outputs::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
   if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is none to tell of
   publish_state(stamp);
+  camera_.show(stamp);
 }
 
-void Publishers::publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp) {
+void Outputs::publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp) {
   restored_publisher_.publish(record);
   publish_reset(stamp);
 }
 
-void Publishers::publish_step(ros::Time stamp) {
+void Outputs::publish_step(ros::Time stamp) {
   publish_state(stamp);
   if (shown_.state().has_ended()) publish_episode(stamp);
+  camera_.show(stamp);
 }
 
-void Publishers::publish_state(ros::Time stamp) {
+void Outputs::publish_state(ros::Time stamp) {
+  stamp_ = stamp;
+  is_converted_ = false;
   const EpisodeState& state = shown_.state();
   const bool simulation_failed = !state.error.empty();
   if (!simulation_failed) {
@@ -84,10 +90,10 @@ void Publishers::publish_state(ros::Time stamp) {
     observation_.data = state.observation;
     observation_publisher_.publish(observation_);
   }
-  publish_if_heard(transition_publisher_, transition_, state, frames_, stamp);
+  if (anybody_listens(transition_publisher_)) transition_publisher_.publish(transition());
 }
 
-void Publishers::publish_sensors(ros::Time stamp) {
+void Outputs::publish_sensors(ros::Time stamp) {
   const bool anybody = anybody_listens(tf_publisher_) || anybody_listens(joint_states_publisher_) ||
                        (scan_publisher_ && anybody_listens(scan_publisher_)) ||
                        anybody_listens(imu_publisher_) || anybody_listens(contacts_publisher_) ||
@@ -105,9 +111,34 @@ void Publishers::publish_sensors(ros::Time stamp) {
   }
 }
 
-void Publishers::publish_episode(ros::Time stamp) {
+void Outputs::publish_episode(ros::Time stamp) {
   fill(shown_.state(), frames_, stamp, episode_);
   episode_publisher_.publish(episode_);
+}
+
+const walker_sim::Transition& Outputs::transition() {
+  if (!std::exchange(is_converted_, true)) fill(shown_.state(), frames_, stamp_, transition_);
+  return transition_;
+}
+
+walker_sim::Transition Outputs::take_transition() {
+  transition();
+  is_converted_ = false;
+  return std::move(transition_);
+}
+
+walker_sim::EnvironmentSpec Outputs::spec() const {
+  walker_sim::EnvironmentSpec message;
+  fill(shown_.specification(), options_, message);
+  return message;
+}
+
+walker_sim::EpisodeRecord Outputs::message(EpisodeRecord record, ros::Time stamp) const {
+  walker_sim::EpisodeRecord message;
+  message.spec = spec();
+  fill(shown_.state(), frames_, stamp, message.episode);
+  message.actions = std::move(record.actions);
+  return message;
 }
 
 }  // namespace walker

@@ -1,5 +1,5 @@
 // Every item that is handed out is worked on once and collected once.
-#include "core/crew.h"
+#include "core/thread_pool.h"
 
 #include <gtest/gtest.h>
 
@@ -17,16 +17,16 @@ class Counters {
  public:
   Counters(std::size_t num_items, std::size_t num_threads, std::size_t group_size = 1)
       : counts_(num_items),
-        crew_(num_items, num_threads, group_size,
-              [this](const std::uint32_t* items, std::size_t count) { work(items, count); }) {}
+        threads_(num_items, num_threads, group_size,
+                 [this](const std::uint32_t* items, std::size_t count) { work(items, count); }) {}
 
   void start(const std::vector<std::uint32_t>& items) {
-    for (const std::uint32_t item : items) crew_.add(item);
-    crew_.start(items.size());
+    for (const std::uint32_t item : items) threads_.add(item);
+    threads_.start(items.size());
   }
   std::vector<std::uint32_t> collect(std::size_t count) {
     std::vector<std::uint32_t> items(count);
-    crew_.collect(count, items.data());
+    threads_.collect(count, items.data());
     return items;
   }
   const std::vector<int>& counts() const { return counts_; }
@@ -42,7 +42,7 @@ class Counters {
   }
 
   std::vector<int> counts_;
-  Crew crew_;
+  ThreadPool threads_;
 };
 
 std::vector<std::uint32_t> first_numbers(std::size_t count) {
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> first_numbers(std::size_t count) {
   return numbers;
 }
 
-TEST(Crew, DoesEachItemOnceInEachRound) {
+TEST(ThreadPool, DoesEachItemOnceInEachRound) {
   constexpr int kRounds = 2000;
   for (const std::size_t num_threads : {1, 2, 3, 7}) {
     for (const std::size_t num_items : {1, 2, 10, 33}) {
@@ -70,7 +70,7 @@ TEST(Crew, DoesEachItemOnceInEachRound) {
   }
 }
 
-TEST(Crew, ItemsComeBackInTheirOwnTime) {
+TEST(ThreadPool, ItemsComeBackInTheirOwnTime) {
   constexpr std::size_t kItems = 5;
   constexpr int kRounds = 20000;
   Counters counters(kItems, 3);
@@ -87,7 +87,7 @@ TEST(Crew, ItemsComeBackInTheirOwnTime) {
 }
 
 /// The first to be done is the first to be collected, however long another one takes.
-TEST(Crew, FirstComeFirstServed) {
+TEST(ThreadPool, FirstComeFirstServed) {
   Counters counters(3, 2);
   std::atomic<bool> has_begun{false};
   std::atomic<bool> may_end{false};

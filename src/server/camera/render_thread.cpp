@@ -1,4 +1,4 @@
-#include "server/camera/drawing_thread.h"
+#include "server/camera/render_thread.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,16 +9,16 @@
 namespace walker {
 namespace {
 
-/// The renderers in use: to make one takes longer than to draw with it.
+/// The renderers in use: to make one takes longer than to render with it.
 class Renderers {
  public:
-  explicit Renderers(const DrawingThread::MakeRenderer& make) : make_(make) {}
+  explicit Renderers(const RenderThread::MakeRenderer& make) : make_(make) {}
 
   /// @return whose picture it is; one that fails is forgotten, for it may not work again
-  const Camera& draw(const Drawing& drawing, Image& image) {
-    Renderer& renderer = find(drawing.camera);
+  const Camera& render(const RenderJob& job, Image& image) {
+    Renderer& renderer = find(job.camera);
     try {
-      renderer.render(drawing.instant, drawing.channels, image);
+      renderer.render(job.captured, job.channels, image);
     } catch (...) {
       kept_.pop_front();
       throw;
@@ -46,16 +46,15 @@ class Renderers {
     return *kept_.front().renderer;
   }
 
-  const DrawingThread::MakeRenderer& make_;
+  const RenderThread::MakeRenderer& make_;
   std::list<Kept> kept_;  // the latest first
 };
 
 }  // namespace
 
-DrawingThread::DrawingThread(MakeRenderer make_renderer)
-    : make_renderer_(std::move(make_renderer)) {}
+RenderThread::RenderThread(MakeRenderer make_renderer) : make_renderer_(std::move(make_renderer)) {}
 
-DrawingThread::~DrawingThread() {
+RenderThread::~RenderThread() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_over_ = true;
@@ -64,44 +63,44 @@ DrawingThread::~DrawingThread() {
   if (thread_.joinable()) thread_.join();
 }
 
-void DrawingThread::draw(Drawing drawing) {
+void RenderThread::render(RenderJob job) {
   if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto skipped = std::find_if(waiting_.begin(), waiting_.end(), [&](const Drawing& other) {
-      return drawing.may_be_skipped && other.may_be_skipped;
-    });
+    const auto skipped = std::find_if(
+        waiting_.begin(), waiting_.end(),
+        [&](const RenderJob& other) { return job.may_be_skipped && other.may_be_skipped; });
     if (skipped != waiting_.end()) {
-      *skipped = std::move(drawing);
+      *skipped = std::move(job);
       ++num_skipped_;
     } else {
-      waiting_.push_back(std::move(drawing));
+      waiting_.push_back(std::move(job));
     }
   }
   changed_.notify_one();
 }
 
 /// The next one, or none at the end.
-std::optional<Drawing> DrawingThread::wait() {
+std::optional<RenderJob> RenderThread::wait() {
   std::unique_lock<std::mutex> lock(mutex_);
   changed_.wait(lock, [this] { return is_over_ || !waiting_.empty(); });
   if (is_over_) return std::nullopt;
-  Drawing next = std::move(waiting_.front());
+  RenderJob next = std::move(waiting_.front());
   waiting_.pop_front();
   return next;
 }
 
-void DrawingThread::run() {
+void RenderThread::run() {
   Renderers renderers(make_renderer_);
   Image image;
-  while (const std::optional<Drawing> drawing = wait()) {
-    if (!drawing->is_wanted()) continue;
+  while (const std::optional<RenderJob> job = wait()) {
+    if (!job->is_wanted()) continue;
     try {
-      const Camera& camera = renderers.draw(*drawing, image);
-      ++num_drawn_;
-      drawing->finish(camera, image);
+      const Camera& camera = renderers.render(*job, image);
+      ++num_rendered_;
+      job->finish(camera, image);
     } catch (const std::exception& error) {
-      drawing->fail(error.what());
+      job->fail(error.what());
     }
   }
 }

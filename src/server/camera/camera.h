@@ -13,7 +13,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include "ros/throttle.h"
-#include "server/camera/drawing_thread.h"
+#include "server/camera/render_thread.h"
 #include "server/environments/environments.h"
 #include "server/parameter_reader.h"
 #include "server/topics/converters.h"
@@ -22,12 +22,12 @@
 
 namespace walker {
 
-/// Takes down what is to be seen; a thread of its own draws it and publishes or replies.
-class Pictures {
+/// Captures states; a thread of its own renders them and publishes or replies.
+class ServerCamera {
  public:
-  /// @param environments, frames outlive this
-  Pictures(ros::NodeHandle& node, Environments& environments, const Frames& frames,
-           const ServerOptions& options, DrawingThread::MakeRenderer make_renderer);
+  /// @param environments outlive this
+  ServerCamera(ros::NodeHandle& node, Environments& environments, const Frames& frames,
+               const ServerOptions& options, RenderThread::MakeRenderer make_renderer);
 
   /// Offers the shown environment's state to the topics, which take it where somebody subscribes
   /// and it is time for a picture.
@@ -39,14 +39,14 @@ class Pictures {
   void render(const walker_sim::Render::Request& request, ros::Time stamp,
               const Reply<walker_sim::Render::Response>& reply);
 
-  const DrawingThread& thread() const { return thread_; }
+  const RenderThread& thread() const { return thread_; }
 
  private:
   void ask_for_picture(ros::Time stamp);
   void publish(const Camera& camera, Image& image, ros::Time stamp);
 
   Environments& environments_;
-  const Frames& frames_;
+  Frames frames_;
   ServerOptions options_;
   std::uint64_t period_;         // of simulation time [ns]
   std::uint64_t last_turn_ = 0;  // number of the period of the last picture
@@ -59,7 +59,7 @@ class Pictures {
   sensor_msgs::CameraInfo camera_info_;
   tf2_msgs::TFMessage transforms_;
   Throttle throttle_;
-  DrawingThread thread_;  // ends first
+  RenderThread thread_;  // ends first
 };
 
 }  // namespace walker

@@ -1,4 +1,4 @@
-#include "core/crew.h"
+#include "core/thread_pool.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,8 @@ bool is_before(std::uint32_t count, std::uint32_t other) {
 
 }  // namespace
 
-Crew::Crew(std::size_t num_items, std::size_t num_threads, std::size_t group_size, Work work)
+ThreadPool::ThreadPool(std::size_t num_items, std::size_t num_threads, std::size_t group_size,
+                       Work work)
     : num_items_(num_items),
       group_size_(group_size),
       work_(std::move(work)),
@@ -31,9 +32,9 @@ Crew::Crew(std::size_t num_items, std::size_t num_threads, std::size_t group_siz
   }
 }
 
-Crew::~Crew() { stop(); }
+ThreadPool::~ThreadPool() { stop(); }
 
-void Crew::make_slices(std::size_t num_threads) {
+void ThreadPool::make_slices(std::size_t num_threads) {
   // Whole groups, so that as few as possible are incomplete.
   const std::size_t num_groups = (num_items_ + group_size_ - 1) / group_size_;
   std::size_t begin = 0;
@@ -45,14 +46,14 @@ void Crew::make_slices(std::size_t num_threads) {
   }
 }
 
-void Crew::stop() {
+void ThreadPool::stop() {
   is_stopping_.store(true, std::memory_order_relaxed);
   num_starts_.fetch_add(1);
   wake(num_starts_, std::numeric_limits<int>::max());
   for (std::thread& thread : threads_) thread.join();
 }
 
-void Crew::start(std::size_t num_wanted) {
+void ThreadPool::start(std::size_t num_wanted) {
   for (WorkQueue& queue : queues_) queue.publish();
   // Sequentially consistent, as are the sleepers' count and look: either they see the start or it
   // sees them.
@@ -61,7 +62,7 @@ void Crew::start(std::size_t num_wanted) {
   if (num_woken != 0) wake(num_starts_, static_cast<int>(num_woken));
 }
 
-void Crew::run(std::size_t thread) {
+void ThreadPool::run(std::size_t thread) {
   while (true) {
     const std::uint32_t num_starts = num_starts_.load();
     if (is_stopping_.load(std::memory_order_relaxed)) return;
@@ -72,7 +73,7 @@ void Crew::run(std::size_t thread) {
   }
 }
 
-bool Crew::work_once(std::size_t thread) {
+bool ThreadPool::work_once(std::size_t thread) {
   std::array<std::uint32_t, kLargestGroup> items;
   for (std::size_t i = 0; i < queues_.size(); ++i) {
     WorkQueue& queue = queues_[(thread + i) % queues_.size()];
@@ -85,7 +86,7 @@ bool Crew::work_once(std::size_t thread) {
   return false;
 }
 
-void Crew::report(const std::uint32_t* items, std::size_t count) {
+void ThreadPool::report(const std::uint32_t* items, std::size_t count) {
   const std::uint64_t place = num_places_.fetch_add(count, std::memory_order_acq_rel);
   for (std::size_t i = 0; i < count; ++i) {
     done_[(place + i) % num_items_].store(items[i] + 1, std::memory_order_release);
@@ -96,7 +97,7 @@ void Crew::report(const std::uint32_t* items, std::size_t count) {
   if (caller_sleeps_.load() && !is_before(num_done, awaited_.load())) wake(num_done_, 1);
 }
 
-void Crew::collect(std::size_t count, std::uint32_t* items) {
+void ThreadPool::collect(std::size_t count, std::uint32_t* items) {
   const auto awaited = static_cast<std::uint32_t>(num_collected_ + count);
   while (is_before(num_done_.load(), awaited) && work_once(0)) {
   }
@@ -104,7 +105,7 @@ void Crew::collect(std::size_t count, std::uint32_t* items) {
   std::generate_n(items, count, [this] { return next_done(); });
 }
 
-void Crew::await(std::uint32_t awaited) {
+void ThreadPool::await(std::uint32_t awaited) {
   while (true) {
     const std::uint32_t num_done = num_done_.load();
     if (!is_before(num_done, awaited)) return;
@@ -116,7 +117,7 @@ void Crew::await(std::uint32_t awaited) {
   }
 }
 
-std::uint32_t Crew::next_done() {
+std::uint32_t ThreadPool::next_done() {
   std::atomic<std::uint32_t>& place = done_[num_collected_++ % num_items_];
   std::uint32_t item = 0;
   // Its place may have been given out and not yet filled, while later ones are.

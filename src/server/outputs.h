@@ -1,14 +1,13 @@
-// The topics: what is published of each state, and only where somebody listens.
+// What is told of a state: topics, markers, pictures, and the transition that answers a call.
 #pragma once
-
-#include <string>
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <std_msgs/Float64.h>
 #include <std_msgs/Float64MultiArray.h>
 
-#include "server/environments/shown_environment.h"
+#include "server/camera/camera.h"
+#include "server/environments/environments.h"
 #include "server/markers/marker_topics.h"
 #include "server/parameter_reader.h"
 #include "server/topics/converters.h"
@@ -17,10 +16,13 @@
 
 namespace walker {
 
-/// Publishes the states of one environment. Messages keep their memory from state to state.
-class Publishers {
+/// Publishes the states of the environment that is shown, each topic only where somebody listens.
+/// Messages keep their memory from state to state.
+class Outputs {
  public:
-  Publishers(ros::NodeHandle& node, ShownEnvironment& shown, const ServerOptions& options);
+  /// @param environments outlive this
+  Outputs(ros::NodeHandle& node, Environments& environments, const ServerOptions& options,
+          const RenderThread::MakeRenderer& make_renderer);
 
   /// Latched: the specification and the static transforms.
   void publish_constants(ros::Time stamp);
@@ -34,15 +36,24 @@ class Publishers {
   /// The state after a step; at the episode's end also the episode (latched).
   void publish_step(ros::Time stamp);
 
-  const Frames& frames() const { return frames_; }
+  /// Of the state that was published last, for a reply: converted once, be it published or not.
+  walker_sim::Transition take_transition();
+
+  walker_sim::EnvironmentSpec spec() const;
+  /// @param record of the present episode
+  walker_sim::EpisodeRecord message(EpisodeRecord record, ros::Time stamp) const;
+
+  ServerCamera& camera() { return camera_; }
+  const ServerCamera& camera() const { return camera_; }
   const RecorderWatch& recorder() const { return recorder_; }
 
  private:
   void publish_state(ros::Time stamp);
   void publish_sensors(ros::Time stamp);
   void publish_episode(ros::Time stamp);
+  const walker_sim::Transition& transition();
 
-  ShownEnvironment& shown_;
+  EpisodeRecorder& shown_;
   ServerOptions options_;
   Frames frames_;
   RecorderWatch recorder_;  // of the topics from which a bag is replayed
@@ -61,6 +72,7 @@ class Publishers {
   ros::Publisher tf_publisher_;
   ros::Publisher tf_static_publisher_;
   MarkerTopics markers_;
+  ServerCamera camera_;
 
   sensor_msgs::JointState joint_states_;
   sensor_msgs::LaserScan scan_;
@@ -70,6 +82,8 @@ class Publishers {
   std_msgs::Float64 reward_;
   std_msgs::Float64MultiArray observation_;
   walker_sim::Transition transition_;
+  bool is_converted_ = false;  // the transition
+  ros::Time stamp_;            // of the state
   walker_sim::Episode episode_;
   tf2_msgs::TFMessage transforms_;
 };
