@@ -8,7 +8,7 @@ import os
 
 import numpy as np
 import pytest
-from mujoco_reference import IDS, draw_episode
+from mujoco_reference import IDS, draw_episode, robot_of
 from picture_comparison import compare
 from rollout_tool import Refused, Rollout
 
@@ -17,17 +17,20 @@ SIZE = 480
 STATES = (
     ("balance", 1, (0, 20, 40, 60, 80, 100)),
     ("saturated", 2, (0, 5, 10, 15, 20)),
-    ("random", 3, (4, 8, 12, 16)),
+    ("random", None, (4, 8, 12, 16)),
     ("outside", 5, (6, 12)),
     ("smooth", 7, (5, 15, 25)),
 )
+# The first one whose episode is long enough.
+RANDOM_SEEDS = {"Walker2d": 3, "Hopper": 4}
 
 
 def pairs(rollout, environment_id, **camera):
     """Our picture and Gymnasium's of each of those states."""
     rollout.make(environment_id)
     theirs_camera = {name: value for name, value in camera.items() if value}
-    for kind, seed, steps in STATES:
+    for kind, chosen, steps in STATES:
+        seed = RANDOM_SEEDS[robot_of(environment_id)] if chosen is None else chosen
         rollout.reset(seed)
         for actions, theirs in draw_episode(environment_id, kind, seed, steps, **theirs_camera):
             if len(actions):

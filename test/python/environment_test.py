@@ -228,13 +228,16 @@ def test_reset_is_needed(environment_id):
 @pytest.mark.parametrize(
     ("alter", "message"),
     [
-        (lambda action: action[:-1], r"action has shape \((3|5),\); must have \((4|6),\)"),
-        (lambda action: np.append(action, 0), r"action has shape \((5|7),\); must have"),
-        (lambda action: action[None], r"action has shape \(1, (4|6)\); must have"),
-        (lambda action: action.reshape(2, -1), r"action has shape \(2, (2|3)\); must have"),
+        (lambda action: action[:-1], r"action has shape \((2|3|5),\); must have \((3|4|6),\)"),
+        (lambda action: np.append(action, 0), r"action has shape \((4|5|7),\); must have"),
+        (lambda action: action[None], r"action has shape \(1, (3|4|6)\); must have"),
+        (lambda action: action[:, None], r"action has shape \((3|4|6), 1\); must have"),
         (lambda action: action[0], r"action has shape \(\); must have"),
         (lambda action: [], r"action has shape \(0,\); must have"),
-        (lambda action: np.append(action[:-1], np.nan), r"action\[(3|5)\] \(\w+\) = nan; must be"),
+        (
+            lambda action: np.append(action[:-1], np.nan),
+            r"action\[(2|3|5)\] \(\w+\) = nan; must be",
+        ),
         (lambda action: np.append(-np.inf, action[1:]), r"action\[0\] \(\w+\) = -inf; must be"),
         (lambda action: "forward", "action = 'forward': must hold numbers, not <U7"),
         (lambda action: [str(value) for value in action], "must hold numbers, not <U"),
