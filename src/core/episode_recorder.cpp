@@ -37,27 +37,26 @@ Result EpisodeRecorder::own_result() {
 
 void EpisodeRecorder::reset(std::optional<std::uint64_t> seed) {
   Result result = own_result();
-  try {
-    reset(seed, result);
-  } catch (...) {  // the account tells of it
-  }
+  start(seed, result);
+}
+
+void EpisodeRecorder::reset(std::optional<std::uint64_t> seed, Result& result) {
+  start(seed, result);
+  if (state_.failed_at_reset()) throw std::runtime_error(state_.error);
+}
+
+void EpisodeRecorder::start(std::optional<std::uint64_t> seed, Result& result) {
+  if (!seed && !has_episode()) seed = options_.first_seed;
+  const GeneratorState before = seed ? Generator(*seed).state() : wrapped_->generator_state();
+  if (seed) wrapped_->set_generator_state(before);
+  start(before, seed, result);
 }
 
 void EpisodeRecorder::begin(const GeneratorState& generator_state,
                             std::optional<std::uint64_t> seed) {
   wrapped_->set_generator_state(generator_state);
   Result result = own_result();
-  try {
-    start(generator_state, seed, result);
-  } catch (...) {  // as above
-  }
-}
-
-void EpisodeRecorder::reset(std::optional<std::uint64_t> seed, Result& result) {
-  if (!seed && !has_episode()) seed = options_.first_seed;
-  const GeneratorState before = seed ? Generator(*seed).state() : wrapped_->generator_state();
-  if (seed) wrapped_->set_generator_state(before);
-  start(before, seed, result);
+  start(generator_state, seed, result);
 }
 
 /// From where the generator is.
@@ -70,15 +69,9 @@ void EpisodeRecorder::start(const GeneratorState& generator_state,
   state_.seed = seed;
   state_.generator_state = generator_state;
   actions_.clear();
-  try {
-    wrapped_->reset(std::nullopt, result);
-  } catch (...) {
-    const std::string error = words_of(std::current_exception());
-    fail_reset(error.c_str(), specification(), result);
-    take(result);
-    throw;
-  }
+  const std::string error = try_reset(*wrapped_, std::nullopt, result);
   take(result);
+  state_.error = error;
 }
 
 void EpisodeRecorder::step(const double* action, std::size_t size) {

@@ -48,7 +48,7 @@ struct RecorderOptions {
 
 /// Keeps an `EpisodeState` in step with the environment that it wraps, whoever resets and steps it,
 /// and remembers the actions, by which the episode can be repeated.
-class WALKER_SIM_EXPORT EpisodeRecorder : public Environment {
+class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
  public:
   /// An endless episode must not fill the memory: its record is given up (at 6 joints, 48 MB).
   static constexpr std::uint32_t kMostRecordedSteps = 1000000;
@@ -116,6 +116,7 @@ class WALKER_SIM_EXPORT EpisodeRecorder : public Environment {
 
  private:
   Result own_result();
+  void start(std::optional<std::uint64_t> seed, Result& result);
   void start(const GeneratorState& generator_state, std::optional<std::uint64_t> seed,
              Result& result);
   void take_step(const double* action, std::size_t size, const Result& result);

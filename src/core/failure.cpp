@@ -25,10 +25,17 @@ void fail_step(const char* error, const Specification& specification, Result& re
   result.error = error;
 }
 
-void fail_reset(const char* error, const Specification& specification, Result& result) {
-  fail_step(error, specification, result);
-  std::fill_n(result.observation, specification.observation_size(), 0);
-  result.end_reason = kResetFailed;
+std::string try_reset(Environment& environment, std::optional<std::uint64_t> seed, Result& result) {
+  result = {result.observation, result.info, 0, false, false, "", ""};
+  try {
+    environment.reset(seed, result);
+    return "";
+  } catch (...) {
+    fail_step("", environment.specification(), result);
+    std::fill_n(result.observation, environment.specification().observation_size(), 0);
+    result.end_reason = kResetFailed;
+    return words_of(std::current_exception());
+  }
 }
 
 }  // namespace walker

@@ -89,16 +89,8 @@ void PoolMembers::begin_episode(std::size_t index, std::optional<std::uint64_t> 
   Member& member = members_[index];
   ++member.episode;
   member.steps = 0;
-  member.reset_error.clear();
-  phases_[index] = Phase::running;
-  member.result = {member.result.observation, member.result.info, 0, false, false, "", ""};
-  try {
-    member.environment->reset(seed, member.result);
-  } catch (...) {
-    phases_[index] = Phase::ended;
-    member.reset_error = words_of(std::current_exception());
-    fail_reset("", specification(), member.result);
-  }
+  member.reset_error = try_reset(*member.environment, seed, member.result);
+  phases_[index] = member.result.terminated ? Phase::ended : Phase::running;
 }
 
 void PoolMembers::step(const std::uint32_t* indices, std::size_t size, const double* actions) {

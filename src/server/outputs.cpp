@@ -9,16 +9,6 @@ constexpr std::uint32_t kState = 1;     // only the newest state matters
 constexpr std::uint32_t kRecord = 100;  // loggers and listeners that want each one
 constexpr bool kLatched = true;
 
-bool anybody_listens(const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; }
-
-template <typename Message, typename... Arguments>
-void publish_if_heard(const ros::Publisher& publisher, Message& message,
-                      const Arguments&... arguments) {
-  if (!anybody_listens(publisher)) return;
-  fill(arguments..., message);
-  publisher.publish(message);
-}
-
 }  // namespace
 
 Outputs::Outputs(ros::NodeHandle& node, Environments& environments, const ServerOptions& options,
@@ -26,33 +16,35 @@ Outputs::Outputs(ros::NodeHandle& node, Environments& environments, const Server
     : shown_(environments.shown()),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),
-      recorder_(options.recorder),
-      joint_states_publisher_(node.advertise<sensor_msgs::JointState>("joint_states", kState)),
-      imu_publisher_(node.advertise<sensor_msgs::Imu>("imu", kState)),
-      contacts_publisher_(node.advertise<walker_sim::Contacts>("contacts", kState)),
-      odometry_publisher_(node.advertise<nav_msgs::Odometry>("odom", kState)),
-      reward_publisher_(node.advertise<std_msgs::Float64>("reward", kState)),
-      observation_publisher_(node.advertise<std_msgs::Float64MultiArray>("observation", kState)),
-      transition_publisher_(
-          recorder_.advertise<walker_sim::Transition>(node, "transition", kRecord, !kLatched)),
-      episode_publisher_(
-          recorder_.advertise<walker_sim::Episode>(node, "episode", kRecord, kLatched)),
+      recorder_watch_(options.recorder),
+      joint_states_{node.advertise<sensor_msgs::JointState>("joint_states", kState), {}},
+      imu_{node.advertise<sensor_msgs::Imu>("imu", kState), {}},
+      contacts_{node.advertise<walker_sim::Contacts>("contacts", kState), {}},
+      odometry_{node.advertise<nav_msgs::Odometry>("odom", kState), {}},
+      reward_{node.advertise<std_msgs::Float64>("reward", kState), {}},
+      observation_{node.advertise<std_msgs::Float64MultiArray>("observation", kState), {}},
+      transition_{
+          recorder_watch_.advertise<walker_sim::Transition>(node, "transition", kRecord, !kLatched),
+          {}},
+      episode_{recorder_watch_.advertise<walker_sim::Episode>(node, "episode", kRecord, kLatched),
+               {}},
+      transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kRecord), {}},
       restored_publisher_(
-          recorder_.advertise<walker_sim::EpisodeRecord>(node, "restored", kState, kLatched)),
+          recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "restored", kState, kLatched)),
       spec_publisher_(
-          recorder_.advertise<walker_sim::EnvironmentSpec>(node, "spec", kState, kLatched)),
-      tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kRecord)),
-      tf_static_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
+          recorder_watch_.advertise<walker_sim::EnvironmentSpec>(node, "spec", kState, kLatched)),
+      static_transforms_publisher_(
+          node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
       markers_(node, shown_, frames_.odometry),
       camera_(node, environments, frames_, options, make_renderer) {
   if (shown_.specification().range_finder.num_rays != 0) {
-    scan_publisher_ = node.advertise<sensor_msgs::LaserScan>("scan", kState);
+    scan_.publisher = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
 }
 
 void Outputs::publish_constants(ros::Time stamp) {
   spec_publisher_.publish(spec());
-  tf_static_publisher_.publish(static_transforms(shown_.specification(), frames_, stamp));
+  static_transforms_publisher_.publish(static_transforms(shown_.specification(), frames_, stamp));
 }
 
 void Outputs::publish_reset(ros::Time stamp) {
@@ -82,49 +74,46 @@ void Outputs::publish_state(ros::Time stamp) {
     publish_sensors(stamp);
     markers_.publish_state(stamp);
   }
-  if (anybody_listens(reward_publisher_)) {
-    reward_.data = state.reward;
-    reward_publisher_.publish(reward_);
+  if (reward_.is_heard()) {
+    reward_.message.data = state.reward;
+    reward_.publish();
   }
-  if (anybody_listens(observation_publisher_)) {
-    observation_.data = state.observation;
-    observation_publisher_.publish(observation_);
+  if (observation_.is_heard()) {
+    observation_.message.data = state.observation;
+    observation_.publish();
   }
-  if (anybody_listens(transition_publisher_)) transition_publisher_.publish(transition());
+  if (transition_.is_heard()) transition_.publisher.publish(transition());
 }
 
 void Outputs::publish_sensors(ros::Time stamp) {
-  const bool anybody = anybody_listens(tf_publisher_) || anybody_listens(joint_states_publisher_) ||
-                       (scan_publisher_ && anybody_listens(scan_publisher_)) ||
-                       anybody_listens(imu_publisher_) || anybody_listens(contacts_publisher_) ||
-                       anybody_listens(odometry_publisher_);
+  const bool anybody = transforms_.is_heard() || joint_states_.is_heard() || scan_.is_heard() ||
+                       imu_.is_heard() || contacts_.is_heard() || odometry_.is_heard();
   if (!anybody) return;
   const Specification& specification = shown_.specification();
   const Sensors& sensors = shown_.sensors();
-  publish_if_heard(tf_publisher_, transforms_, specification, sensors, frames_, stamp);
-  publish_if_heard(joint_states_publisher_, joint_states_, specification, sensors, stamp);
-  publish_if_heard(imu_publisher_, imu_, sensors, frames_, stamp);
-  publish_if_heard(contacts_publisher_, contacts_, specification, sensors, frames_, stamp);
-  publish_if_heard(odometry_publisher_, odometry_, sensors, frames_, stamp);
-  if (scan_publisher_) {
-    publish_if_heard(scan_publisher_, scan_, specification, sensors, frames_, stamp);
-  }
+  transforms_.publish_if_heard(specification, sensors, frames_, stamp);
+  joint_states_.publish_if_heard(specification, sensors, stamp);
+  imu_.publish_if_heard(sensors, frames_, stamp);
+  contacts_.publish_if_heard(specification, sensors, frames_, stamp);
+  odometry_.publish_if_heard(sensors, frames_, stamp);
+  scan_.publish_if_heard(specification, sensors, frames_, stamp);
 }
 
 void Outputs::publish_episode(ros::Time stamp) {
-  fill(shown_.state(), frames_, stamp, episode_);
-  episode_publisher_.publish(episode_);
+  fill(shown_.state(), frames_, stamp, episode_.message);
+  episode_.publish();
 }
 
 const walker_sim::Transition& Outputs::transition() {
-  if (!std::exchange(is_converted_, true)) fill(shown_.state(), frames_, stamp_, transition_);
-  return transition_;
+  if (!std::exchange(is_converted_, true))
+    fill(shown_.state(), frames_, stamp_, transition_.message);
+  return transition_.message;
 }
 
 walker_sim::Transition Outputs::take_transition() {
   transition();
   is_converted_ = false;
-  return std::move(transition_);
+  return std::move(transition_.message);
 }
 
 walker_sim::EnvironmentSpec Outputs::spec() const {

@@ -17,7 +17,6 @@
 namespace walker {
 
 /// Publishes the states of the environment that is shown, each topic only where somebody listens.
-/// Messages keep their memory from state to state.
 class Outputs {
  public:
   /// @param environments outlive this
@@ -45,9 +44,26 @@ class Outputs {
 
   ServerCamera& camera() { return camera_; }
   const ServerCamera& camera() const { return camera_; }
-  const RecorderWatch& recorder() const { return recorder_; }
+  const RecorderWatch& recorder_watch() const { return recorder_watch_; }
 
  private:
+  /// Its message keeps its memory from state to state.
+  template <typename Message>
+  struct Topic {
+    bool is_heard() const { return publisher && publisher.getNumSubscribers() > 0; }
+    void publish() const { publisher.publish(message); }
+    /// Converts, and publishes, where somebody listens.
+    template <typename... Arguments>
+    void publish_if_heard(const Arguments&... arguments) {
+      if (!is_heard()) return;
+      fill(arguments..., message);
+      publish();
+    }
+
+    ros::Publisher publisher;
+    Message message;
+  };
+
   void publish_state(ros::Time stamp);
   void publish_sensors(ros::Time stamp);
   void publish_episode(ros::Time stamp);
@@ -56,36 +72,25 @@ class Outputs {
   EpisodeRecorder& shown_;
   ServerOptions options_;
   Frames frames_;
-  RecorderWatch recorder_;  // of the topics from which a bag is replayed
+  RecorderWatch recorder_watch_;  // of the topics from which a bag is replayed
 
-  ros::Publisher joint_states_publisher_;
-  ros::Publisher scan_publisher_;
-  ros::Publisher imu_publisher_;
-  ros::Publisher contacts_publisher_;
-  ros::Publisher odometry_publisher_;
-  ros::Publisher reward_publisher_;
-  ros::Publisher observation_publisher_;
-  ros::Publisher transition_publisher_;
-  ros::Publisher episode_publisher_;
-  ros::Publisher restored_publisher_;
-  ros::Publisher spec_publisher_;
-  ros::Publisher tf_publisher_;
-  ros::Publisher tf_static_publisher_;
-  MarkerTopics markers_;
-  ServerCamera camera_;
-
-  sensor_msgs::JointState joint_states_;
-  sensor_msgs::LaserScan scan_;
-  sensor_msgs::Imu imu_;
-  walker_sim::Contacts contacts_;
-  nav_msgs::Odometry odometry_;
-  std_msgs::Float64 reward_;
-  std_msgs::Float64MultiArray observation_;
-  walker_sim::Transition transition_;
+  Topic<sensor_msgs::JointState> joint_states_;
+  Topic<sensor_msgs::LaserScan> scan_;
+  Topic<sensor_msgs::Imu> imu_;
+  Topic<walker_sim::Contacts> contacts_;
+  Topic<nav_msgs::Odometry> odometry_;
+  Topic<std_msgs::Float64> reward_;
+  Topic<std_msgs::Float64MultiArray> observation_;
+  Topic<walker_sim::Transition> transition_;
   bool is_converted_ = false;  // the transition
   ros::Time stamp_;            // of the state
-  walker_sim::Episode episode_;
-  tf2_msgs::TFMessage transforms_;
+  Topic<walker_sim::Episode> episode_;
+  Topic<tf2_msgs::TFMessage> transforms_;
+  ros::Publisher restored_publisher_;
+  ros::Publisher spec_publisher_;
+  ros::Publisher static_transforms_publisher_;
+  MarkerTopics markers_;
+  ServerCamera camera_;
 };
 
 }  // namespace walker

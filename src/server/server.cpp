@@ -89,7 +89,7 @@ void Server::run() {
   outputs_.publish_constants(clock_.now());
   if (!options_.recorder.empty()) {
     // Without services until then, so that nobody's reset comes too early: a client waits for them.
-    loop_.wait_for(outputs_.recorder());
+    loop_.wait_for(outputs_.recorder_watch());
     if (!ros::ok()) return;
     offer_services();
   }

@@ -4,24 +4,24 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <future>
+#include <optional>
 #include <stdexcept>
 #include <string>
-#include <thread>
-#include <utility>
+#include <vector>
 
 #include <ros/console.h>
 #include <ros/master.h>
-#include <ros/network.h>
 #include <ros/single_subscriber_publisher.h>
 #include <ros/this_node.h>
 #include <rosgraph_msgs/Clock.h>
-#include <xmlrpcpp/XmlRpcClient.h>
 
+#include "client/xml_rpc.h"
 #include "server/time/master_calls.h"
 
 namespace walker {
 namespace {
+
+using xml_rpc::Value;
 
 constexpr double kNanosecondsPerSecond = 1e9;
 
@@ -30,66 +30,52 @@ constexpr const char* kReservedUntil = "/walker_sim_clock/reserved_until";  // [
 constexpr std::chrono::seconds kMasterTimeout{2};
 constexpr std::chrono::seconds kPeerTimeout{3};
 
-/// Asks the master; never waits for one that is gone.
-bool ask_master(const std::string& method, const XmlRpc::XmlRpcValue& request,
-                XmlRpc::XmlRpcValue& payload) {
-  XmlRpc::XmlRpcValue response;
-  return ros::master::execute(method, request, response, payload, false);
+/// The master's answer, or none.
+std::optional<Value> ask_master(const std::string& method, const std::string& argument) {
+  std::vector<std::string> arguments{ros::this_node::getName()};
+  if (!argument.empty()) arguments.push_back(argument);
+  try {
+    return call_master(ros::master::getURI(), xml_rpc::make_call(method, arguments),
+                       kMasterTimeout);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
 }
 
 /// A node that was killed stays registered: only one that answers counts.
 bool is_alive(const std::string& node) {
-  XmlRpc::XmlRpcValue request;
-  request[0] = ros::this_node::getName();
-  request[1] = node;
-  XmlRpc::XmlRpcValue uri;
-  if (!ask_master("lookupNode", request, uri)) return false;
-  std::string host;
-  std::uint32_t port = 0;
-  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return false;
-  // XmlRpcClient has no timeout of its own, so a peer that hangs is left behind in a thread.
-  std::packaged_task<bool()> ask([host, port] {
-    XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-    XmlRpc::XmlRpcValue caller;
-    caller[0] = ros::this_node::getName();
-    XmlRpc::XmlRpcValue answer;
-    return client.execute("getPid", caller, answer) && answer.valid();
-  });
-  std::future<bool> answered = ask.get_future();
-  std::thread(std::move(ask)).detach();
-  return answered.wait_for(kPeerTimeout) == std::future_status::ready && answered.get();
+  const std::optional<Value> uri = ask_master("lookupNode", node);
+  if (!uri) return false;
+  try {
+    call_master(uri->text, xml_rpc::make_call("getPid", {ros::this_node::getName()}), kPeerTimeout);
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 /// Another living node that publishes /clock; empty: none.
 std::string other_clock_publisher() {
-  XmlRpc::XmlRpcValue request;
-  request[0] = ros::this_node::getName();
-  XmlRpc::XmlRpcValue state;  // [publishers, subscribers, services], each [[name, [nodes]], ...]
-  if (!ask_master("getSystemState", request, state)) return "";
-  XmlRpc::XmlRpcValue& publishers = state[0];
-  for (int i = 0; i < publishers.size(); ++i) {
-    if (static_cast<std::string>(publishers[i][0]) != "/clock") continue;
-    XmlRpc::XmlRpcValue& nodes = publishers[i][1];
-    for (int j = 0; j < nodes.size(); ++j) {
-      auto node = static_cast<std::string>(nodes[j]);
-      if (node != ros::this_node::getName() && is_alive(node)) return node;
+  // [publishers, subscribers, services], each [[name, [nodes]], ...]
+  const std::optional<Value> state = ask_master("getSystemState", "");
+  if (!state) return "";
+  for (const Value& publisher : state->elements.at(0).elements) {
+    if (publisher.elements.at(0).text != "/clock") continue;
+    for (const Value& node : publisher.elements.at(1).elements) {
+      if (node.text != ros::this_node::getName() && is_alive(node.text)) return node.text;
     }
   }
   return "";
 }
 
 ros::Time read_reserved() {
-  XmlRpc::XmlRpcValue request;
-  request[0] = ros::this_node::getName();
-  request[1] = kReservedUntil;
-  XmlRpc::XmlRpcValue value;
-  const bool found = ask_master("getParam", request, value) &&
-                     value.getType() == XmlRpc::XmlRpcValue::TypeArray && value.size() == 2 &&
-                     value[0].getType() == XmlRpc::XmlRpcValue::TypeInt &&
-                     value[1].getType() == XmlRpc::XmlRpcValue::TypeInt;
-  if (!found) return {};
-  return {static_cast<std::uint32_t>(static_cast<int>(value[0])),
-          static_cast<std::uint32_t>(static_cast<int>(value[1]))};
+  const std::optional<Value> value = ask_master("getParam", kReservedUntil);
+  if (!value || value->elements.size() != 2 || value->elements[0].kind != Value::Kind::integer ||
+      value->elements[1].kind != Value::Kind::integer) {
+    return {};
+  }
+  return {static_cast<std::uint32_t>(value->elements[0].integer),
+          static_cast<std::uint32_t>(value->elements[1].integer)};
 }
 
 /// @param caller name of this node

@@ -96,7 +96,7 @@ void Diagnostics::describe_simulation(Status& status) {
   } else {
     status.summary(DiagnosticStatus::OK, loop_.is_paused() ? "paused" : "running");
   }
-  const std::string unrecorded = outputs_.recorder().complaint();
+  const std::string unrecorded = outputs_.recorder_watch().complaint();
   if (!unrecorded.empty()) {
     const bool waits = !simulation_.shown().has_episode();
     status.mergeSummary(DiagnosticStatus::WARN,
