@@ -58,10 +58,10 @@ std::uint64_t period_of(double rate) {
 
 }  // namespace
 
-ServerCamera::ServerCamera(ros::NodeHandle& node, Environments& environments, const Frames& frames,
+ServerCamera::ServerCamera(ros::NodeHandle& node, Environments& environments, Frames frames,
                            const ServerOptions& options, RenderThread::MakeRenderer make_renderer)
     : environments_(environments),
-      frames_(frames),
+      frames_(std::move(frames)),
       options_(options),
       period_(period_of(options.camera_rate)),
       publisher_(image_transport::ImageTransport(node).advertiseCamera("camera/image_raw", 1)),

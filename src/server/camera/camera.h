@@ -26,7 +26,7 @@ namespace walker {
 class ServerCamera {
  public:
   /// @param environments outlive this
-  ServerCamera(ros::NodeHandle& node, Environments& environments, const Frames& frames,
+  ServerCamera(ros::NodeHandle& node, Environments& environments, Frames frames,
                const ServerOptions& options, RenderThread::MakeRenderer make_renderer);
 
   /// Offers the shown environment's state to the topics, which take it where somebody subscribes

@@ -4,6 +4,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include <ros/console.h>
 
@@ -53,9 +54,9 @@ const char* to_text(EffortCommand::State state) {
 
 }  // namespace
 
-Diagnostics::Diagnostics(ros::NodeHandle& node, const ServerOptions& options,
-                         Simulation& simulation, const Loop& loop, const Outputs& outputs)
-    : options_(options), simulation_(simulation), loop_(loop), outputs_(outputs) {
+Diagnostics::Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulation& simulation,
+                         const Loop& loop, const Outputs& outputs)
+    : options_(std::move(options)), simulation_(simulation), loop_(loop), outputs_(outputs) {
   updater_.setHardwareID(simulation_.shown().specification().id);
   updater_.add("simulation", this, &Diagnostics::describe_simulation);
   updater_.add("pace", this, &Diagnostics::describe_pace);

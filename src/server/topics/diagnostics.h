@@ -21,7 +21,7 @@ class Diagnostics {
  public:
   /// What it is given but the options outlives it.
   /// @param simulation whose timing each report begins anew
-  Diagnostics(ros::NodeHandle& node, const ServerOptions& options, Simulation& simulation,
+  Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulation& simulation,
               const Loop& loop, const Outputs& outputs);
 
  private:
