@@ -1,6 +1,7 @@
 // Plays episodes whose actions follow from a kind and a seed, as mujoco_reference.py does.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -37,7 +38,7 @@ class Actions {
     // Counted from the end, for x may stand first: tilt, joint angles, joint speeds.
     const double* const end = observation.data() + observation.size();
     const bool is_foot = joint % 3 == 2;
-    const double* const angles = end - 2 * size_ - 3;
+    const double* const angles = end - std::ptrdiff_t{2} * size_ - 3;
     const double off_level = angles[-1] * (is_foot ? 1 : 0);
     return rounded(-0.5 * (angles[joint] + off_level) - 0.05 * end[joint - size_] + slow_[joint]);
   }
