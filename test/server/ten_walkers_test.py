@@ -94,7 +94,7 @@ class TenWalkersTest(ServerTest):
         self.launch()
         specs = {w: rospy.ServiceProxy(f"{node(w)}/get_spec", GetSpec)().spec for w in WALKERS}
         self.assertEqual({spec.engine for spec in specs.values()}, {"Box2D", "MuJoCo"})
-        self.assertEqual(len({spec.id for spec in specs.values()}), 4)
+        self.assertEqual(len({spec.id for spec in specs.values()}), 6)
         publishers, _, _ = rosgraph.Master(CALLER).getSystemState()
         self.assertEqual(dict(publishers)["/clock"], [node(OWNER)])
         for walker, recorder in self.transitions.items():  # each by its own agent
