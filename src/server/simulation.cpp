@@ -17,7 +17,7 @@ Simulation::Simulation(const ServerOptions& options, Environments& environments,
       outputs_(outputs),
       command_(environments.specification(), options.command_timeout,
                options.real_time_factor == 0),
-      batch_calls_(environments, options, counters_, episodes_) {}
+      batch_calls_(environments, options_, counters_, episodes_) {}
 
 void Simulation::reset(std::optional<std::uint64_t> seed) {
   clock_.require();
