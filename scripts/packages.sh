@@ -9,7 +9,7 @@ common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev 
 # A screen without a monitor, and where the windows on it are.
 screen_packages=(x11-utils xvfb)
 common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev)
-lint_packages=(catkin-lint clang-format clang-tidy cppcheck shellcheck)
+lint_packages=(catkin-lint clang-format cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
 cache_packages=(ccache)

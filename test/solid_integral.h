@@ -50,10 +50,12 @@ inline void add_solid(const Solid& solid, double density, Parts& parts) {
   const bool is_box = solid.kind == Solid::Kind::box;
   const bool has_caps = solid.kind == Solid::Kind::capsule;
   const bool is_sphere = solid.kind == Solid::Kind::sphere;
-  const Vector3 half{solid.size[0], is_box ? solid.size[1] : solid.size[0],
-                     is_box      ? solid.size[2]
-                     : is_sphere ? solid.size[0]
-                                 : solid.size[1] + (has_caps ? solid.size[0] : 0)};
+  Vector3 half{solid.size[0], solid.size[0], solid.size[0]};
+  if (is_box) {
+    half = solid.size;
+  } else if (!is_sphere) {
+    half[2] = solid.size[1] + (has_caps ? solid.size[0] : 0);
+  }
   const double cell = 8 * half[0] * half[1] * half[2] / (kCells * kCells * kCells);
   const auto middle = [&](int i, double extent) { return extent * ((2 * i + 1.0) / kCells - 1); };
   for (int i = 0; i < kCells; ++i) {

@@ -45,7 +45,7 @@ class WALKER_SIM_EXPORT Pacer {
   double dt_;
   double real_time_factor_;
   Clock::duration period_;
-  Clock::time_point deadline_{};
+  Clock::time_point deadline_;
 };
 
 }  // namespace walker

@@ -58,7 +58,8 @@ class Studio {
   ~Studio() {
     try {
       call_with(*context_, [this] { mjr_freeContext(&render_context_); });
-    } catch (const std::exception&) {  // then the context's end frees it
+      // NOLINTNEXTLINE(bugprone-empty-catch): then the context's end frees it
+    } catch (const std::exception&) {
     }
     mjv_freeScene(&scene_);
   }

@@ -4,14 +4,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <mutex>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -283,16 +285,18 @@ class RemoteWalkers {
 
   /// @param message lines such as "environment 3: the simulation failed: MuJoCo: Stack overflow"
   void note_failures(const std::string& message) {
+    constexpr std::string_view kEnvironment = "environment ";
+    const std::string at_reset = ": " + std::string(kResetFailed) + ": ";
+    const std::string in_step = ": " + std::string(kStepFailed) + ": ";
     std::istringstream lines(message);
-    const std::string at_reset = std::string(kResetFailed) + ": ";
-    const std::string in_step = std::string(kStepFailed) + ": ";
     std::string line;
     while (std::getline(lines, line)) {
-      unsigned index = 0;
-      int begin = 0;
-      if (std::sscanf(line.c_str(), "environment %u: %n", &index, &begin) != 1) continue;
-      if (index >= errors_.size()) continue;
-      const std::string words = line.substr(static_cast<std::size_t>(begin));
+      if (line.rfind(kEnvironment, 0) != 0) continue;
+      const std::string_view rest = std::string_view(line).substr(kEnvironment.size());
+      std::size_t index = 0;
+      const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), index);
+      if (error != std::errc() || index >= errors_.size()) continue;
+      const std::string words(end, rest.data() + rest.size());
       if (words.rfind(at_reset, 0) == 0) {
         reset_errors_[index] = words.substr(at_reset.size());
       } else if (words.rfind(in_step, 0) == 0) {

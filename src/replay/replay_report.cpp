@@ -189,13 +189,13 @@ class WalkerReport {
     } else {
       line << std::setw(widths_[end]) << row[end] << "  " << verdict;
     }
-    out_ << line.str() << std::endl;  // a long recording is watched
+    out_ << line.str() << '\n' << std::flush;  // a long recording is watched
   }
 
   const BagWalker& walker_;
   Counts& counts_;
   std::ostream& out_;
-  std::array<int, std::tuple_size<Row>::value> widths_{};
+  std::array<int, std::tuple_size_v<Row>> widths_{};
   std::size_t index_ = 0;      // of the present episode
   std::size_t num_taken_ = 0;  // transitions of it
   std::unique_ptr<Replay>

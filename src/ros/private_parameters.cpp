@@ -80,7 +80,7 @@ void take_as_text(const std::string& name, Parameters& parameters) {
   } else if (const auto* list = std::get_if<std::vector<double>>(&found->second)) {
     std::string text;
     for (const double element : *list) {
-      if (!text.empty()) text += " ";
+      if (!text.empty()) text += ' ';
       text += list_element_text(element);
     }
     found->second = text;

@@ -24,6 +24,7 @@ void check_sizes(const walker_sim::EnvironmentSpec& message) {
 Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
   check_sizes(message);
   std::vector<std::string> assignments;
+  assignments.reserve(message.parameter_names.size());
   for (std::size_t i = 0; i < message.parameter_names.size(); ++i) {
     assignments.push_back(message.parameter_names[i] + "=" + message.parameter_values[i]);
   }

@@ -72,7 +72,7 @@ class Loop {
   Pacer pacer_;
   ClockFollower follower_;
   bool is_paused_;
-  Clock::time_point resets_again_at_{};  // after a reset that failed
+  Clock::time_point resets_again_at_;  // after a reset that failed
 };
 
 }  // namespace walker

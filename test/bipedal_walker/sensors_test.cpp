@@ -98,7 +98,8 @@ TEST_F(SensorsTest, LinksAreWhereTheBodiesAre) {
       const b2Vec2 place = is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
       EXPECT_EQ(pose.position, (Vector3{double{place.x}, 0, double{place.y}}));
       // The legs start spread by 0.05 rad at joint angle 0; their frames do not.
-      const double spread = is_hull ? 0 : (i < 3 ? -0.05 : 0.05);
+      const double leg_spread = i < 3 ? -0.05 : 0.05;
+      const double spread = is_hull ? 0 : leg_spread;
       const double half = (double{body.GetAngle()} - spread) / 2;
       EXPECT_NEAR(pose.orientation[1], -std::sin(half), 1e-6);
       EXPECT_NEAR(pose.orientation[3], std::cos(half), 1e-6);

@@ -14,7 +14,9 @@ namespace {
 /// A running player of its own.
 class Player {
  public:
-  explicit Player(const char* program) : name_(program), pipe_(popen(program, "r")) {}
+  explicit Player(const char* program)
+      : name_(program),
+        pipe_(popen(program, "r")) {}  // NOLINT(bugprone-command-processor): a program of our own
   Player(const Player&) = delete;
   Player& operator=(const Player&) = delete;
   ~Player() { pclose(pipe_); }

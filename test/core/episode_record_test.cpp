@@ -70,7 +70,7 @@ TEST_F(EpisodeRecordTest, EveryParameterCounts) {
   ASSERT_GT(record_.parameters.size(), 5U);
   for (std::size_t i = 0; i < record_.parameters.size(); ++i) {
     EpisodeRecord other = record_;
-    other.parameters[i].second += "1";
+    other.parameters[i].second += '1';
     const auto& [name, value] = record_.parameters[i];
     EXPECT_EQ(walker::refusal(other, specification_), refusal_of(name, value + "1", value));
     other.parameters.erase(other.parameters.begin() + static_cast<std::ptrdiff_t>(i));

@@ -53,6 +53,7 @@ class PoolTest : public testing::Test {
   }
   std::vector<int> steps_of_all() const {
     std::vector<int> steps;
+    steps.reserve(kCount);
     for (std::size_t i = 0; i < kCount; ++i) steps.push_back(fakes_[i].all_steps);
     return steps;
   }

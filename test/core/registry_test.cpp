@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
+#include <regex>
 #include <stdexcept>
 
 #include "error_message.h"
@@ -123,11 +123,7 @@ TEST(Registry, SpecificationRepeatsAllParameters) {
 }
 
 TEST(Registry, VersionHasThreeNumbers) {
-  int major = 0;
-  int minor = 0;
-  int patch = 0;
-  char rest = 0;
-  EXPECT_EQ(std::sscanf(version(), "%d.%d.%d%c", &major, &minor, &patch, &rest), 3) << version();
+  EXPECT_TRUE(std::regex_match(version(), std::regex("[0-9]+\\.[0-9]+\\.[0-9]+"))) << version();
 }
 
 }  // namespace

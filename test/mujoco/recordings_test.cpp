@@ -52,9 +52,9 @@ void compare_episode(Recording& recording, Stepper& walker, Tally& tally,
   std::size_t differing = 0;
   std::size_t first_differing = 0;
   replay<Actions>(episode, walker, [&](std::size_t i, const std::vector<double>& /*action*/) {
-    if (short_hash(comparable_row(walker, episode.kind)) != recording.next_hexadecimal()) {
-      if (differing++ == 0) first_differing = i;
-    }
+    const bool differs =
+        short_hash(comparable_row(walker, episode.kind)) != recording.next_hexadecimal();
+    if (differs && differing++ == 0) first_differing = i;
     ASSERT_EQ(walker.has_ended(), i == episode.steps) << "at step " << i;
   });
   if (testing::Test::HasFatalFailure()) return;

@@ -70,9 +70,8 @@ TEST_F(ReplayServersTest, TopicsTravelApart) {
     };
     const auto found = std::find_if(entries.begin() + 1, entries.end(), is_spec);
     ASSERT_NE(found, entries.end());
-    const Session::Entry spec = *found;
+    Session::Entry moved = *found;
     const auto place = entries.erase(found) + displacement + (displacement > 0 ? 1 : 0);
-    Session::Entry moved = spec;
     moved.time = place->time - ros::Duration(0, 1);
     entries.insert(place, moved);
     const Outcome outcome = replay_of(session);

@@ -51,7 +51,7 @@ Record& record() {
 namespace ros {
 
 // Takes the place of roscpp's own: whatever a publisher is given comes through here.
-void Publisher::publish(const boost::function<SerializedMessage(void)>& /*serialize*/,
+void Publisher::publish(const boost::function<SerializedMessage()>& /*serialize*/,
                         SerializedMessage& /*message*/) const {
   record().add(getTopic());
 }

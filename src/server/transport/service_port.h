@@ -102,8 +102,8 @@ class ServicePort {
   OfferedServices services_;
   std::vector<std::unique_ptr<ServiceSession>> sessions_;
   std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
-  std::vector<pollfd> polled_;        // the listener, the other, answers, and the sessions in order
-  Clock::time_point accepts_from_{};  // not before: there were no descriptors left
+  std::vector<pollfd> polled_;      // the listener, the other, answers, and the sessions in order
+  Clock::time_point accepts_from_;  // not before: there were no descriptors left
 };
 
 }  // namespace walker

@@ -20,6 +20,7 @@ struct Segment {
 
 inline std::vector<Segment> surfaces(const Scene& scene) {
   std::vector<Segment> segments;
+  segments.reserve(scene.ground.size());
   for (const ScenePolygon& ground : scene.ground) {
     segments.push_back({ground.points[0], ground.points[1]});
   }
