@@ -31,7 +31,7 @@ ARGUMENTS = [
 SEEDS_THAT_ARRIVE = "0 6 9 19 21 32"
 ROBOTS = {
     "BipedalWalker-v3": "bipedal_walker",
-    "BipedalWalkerHardcore-v3": "bipedal_walker",
+    "BipedalWalkerHardcore-v3": "bipedal_walker_hardcore",
     "Walker2d-v4": "walker2d",
     "Walker2d-v5": "walker2d",
     "Hopper-v4": "hopper",
