@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import math
 import sys
@@ -136,7 +137,7 @@ def write_json(path: Path, head: dict[str, Any], episodes: Sequence[Episode]) ->
     """The summary, and under ``outcomes`` the episodes."""
     outcomes = []
     for episode in episodes:
-        outcome = episode._asdict()
+        outcome = dataclasses.asdict(episode)
         for name in ("order", "steps"):
             del outcome[name]
         outcome["return"] = outcome.pop("episode_return")
