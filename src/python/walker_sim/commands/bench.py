@@ -53,9 +53,7 @@ class Speed(NamedTuple):
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        prog="python3 -m walker_sim bench", description=DESCRIPTION, epilog=EPILOG
-    )
+    parser = common.Parser("bench", DESCRIPTION, EPILOG)
     parser.add_argument(
         "--seconds",
         type=common.positive,

@@ -42,11 +42,8 @@ examples:
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        prog="python3 -m walker_sim evaluate", description=DESCRIPTION, epilog=EPILOG
-    )
-    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
-    common.add_seeds(parser, EPISODES)
+    parser = common.Parser("evaluate", DESCRIPTION, EPILOG)
+    common.add_episodes(parser, EPISODES)
     parser.add_argument(
         "--threshold",
         type=common.number,

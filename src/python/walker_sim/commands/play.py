@@ -266,10 +266,8 @@ class Viewer:
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        prog="python3 -m walker_sim play", description=DESCRIPTION, epilog=EPILOG
-    )
-    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
+    parser = common.Parser("play", DESCRIPTION, EPILOG)
+    common.add_episodes(parser, EPISODES)
     parser.add_argument(
         "--speed",
         type=common.positive,
@@ -277,7 +275,6 @@ def _parser() -> common.Parser:
         metavar="FACTOR",
         help="simulation time per wall time at the start (default: 1)",
     )
-    common.add_seeds(parser, EPISODES)
     common.add_walker_options(parser)
     return parser
 
@@ -304,7 +301,7 @@ def run(arguments: Sequence[str]) -> int:
             pictures = Pictures(env_id, parameters, "human", camera, walkers.specification["dt"])
             size = pictures.camera_parameters["width"], pictures.camera_parameters["height"]
             screen = Screen(f"walker_sim {env_id}", *size)
-            draw = functools.partial(pictures.colors, functools.partial(walkers.render, 0))
+            draw = functools.partial(pictures.colors, walkers.drawer(0))
             viewer = Viewer(session, draw, screen, pace)
         except (DependencyNotInstalled, ValueError, TypeError, RuntimeError) as error:
             raise common.InputError(str(error)) from error
