@@ -11,19 +11,16 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-bool is_instance_of(const py::handle& value, const char* module, const char* type) {
-  return py::isinstance(value, py::module::import(module).attr(type));
-}
-
 [[noreturn]] void refuse(const std::string& name, const py::handle& value) {
   throw py::type_error("parameter " + name + " = " + std::string(py::repr(value)) +
                        ": must be a bool, an int, a float, a str or a sequence of numbers");
 }
 
 std::vector<double> to_numbers(const std::string& name, const py::handle& value) {
+  const py::object real = py::module::import("numbers").attr("Real");
   std::vector<double> numbers;
   for (const py::handle element : value) {
-    if (!is_instance_of(element, "numbers", "Real")) refuse(name, value);
+    if (!py::isinstance(element, real)) refuse(name, value);
     numbers.push_back(element.cast<double>());
   }
   return numbers;

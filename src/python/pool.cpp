@@ -86,8 +86,7 @@ class VectorWalkers {
  public:
   VectorWalkers(const std::string& id, const py::dict& parameters, std::size_t num_envs,
                 std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
-      : parameters_(to_parameters(parameters)),
-        pool_([this, &id] { return make(id, parameters_); },
+      : pool_([&id, values = to_parameters(parameters)] { return make(id, values); },
               make_options(num_envs, num_threads, autoreset_mode, batch_size)),
         last_(pool_.specification(), pool_.options().num_envs),
         arrived_(pool_.specification(), pool_.options().batch_size),
@@ -208,7 +207,6 @@ class VectorWalkers {
     }
   }
 
-  Parameters parameters_;
   Pool pool_;
   std::mutex mutex_;
   Rows last_;

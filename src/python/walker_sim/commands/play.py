@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import time
+from contextlib import closing
 from typing import Any, Callable, Sequence
 
 import numpy as np
@@ -291,8 +292,7 @@ def run(arguments: Sequence[str]) -> int:
         words = ["BipedalWalker-v3", *words]
     env_id, parameters = common.walker_of(words)
     parameters, camera = split_keywords(env_id, parameters)
-    walkers = common.make_walkers(options, env_id, parameters, None, 1)
-    try:
+    with closing(common.make_walkers(options, env_id, parameters, None, 1)) as walkers:
         policies = make_policies(options.policy, env_id, parameters, walkers.specification)
         session = Session(walkers, policies, common.chosen_seeds(options))
         pace = Pace(walkers.specification["dt"])
@@ -305,10 +305,6 @@ def run(arguments: Sequence[str]) -> int:
             viewer = Viewer(session, draw, screen, pace)
         except (DependencyNotInstalled, ValueError, TypeError, RuntimeError) as error:
             raise common.InputError(str(error)) from error
-        try:
+        with closing(screen):
             viewer.run()
-        finally:
-            screen.close()
-    finally:
-        walkers.close()
     return 0
