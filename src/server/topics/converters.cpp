@@ -75,8 +75,8 @@ Frames::Frames(const Specification& specification, const std::string& tf_prefix)
   }
 }
 
-void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
-          walker_sim::Transition& message) {
+void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+                walker_sim::Transition& message) {
   message.header.stamp = stamp;
   message.header.frame_id = frames.odometry;
   message.environment = state.environment;
@@ -92,8 +92,8 @@ void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
   message.error = state.error;
 }
 
-void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
-          walker_sim::Episode& message) {
+void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+                walker_sim::Episode& message) {
   message.header.stamp = stamp;
   message.header.frame_id = frames.odometry;
   message.environment = state.environment;
@@ -107,8 +107,8 @@ void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
   message.end_reason = state.end_reason;
 }
 
-void fill(const Specification& specification, const ServerOptions& options,
-          walker_sim::EnvironmentSpec& message) {
+void to_message(const Specification& specification, const ServerOptions& options,
+                walker_sim::EnvironmentSpec& message) {
   message.interface_version = walker_sim::EnvironmentSpec::INTERFACE_VERSION;
   message.id = specification.id;
   message.num_envs = options.num_envs;
@@ -139,8 +139,8 @@ void fill(const Specification& specification, const ServerOptions& options,
   message.version = version();
 }
 
-void fill(const Specification& specification, const Sensors& sensors, ros::Time stamp,
-          sensor_msgs::JointState& message) {
+void to_message(const Specification& specification, const Sensors& sensors, ros::Time stamp,
+                sensor_msgs::JointState& message) {
   message.header.stamp = stamp;
   message.name.resize(specification.joints.size());
   std::transform(specification.joints.begin(), specification.joints.end(), message.name.begin(),
@@ -150,16 +150,16 @@ void fill(const Specification& specification, const Sensors& sensors, ros::Time 
   message.effort = sensors.joint_effort;
 }
 
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, walker_sim::Contacts& message) {
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, walker_sim::Contacts& message) {
   message.header.stamp = stamp;
   message.header.frame_id = frames.odometry;
   message.links = specification.contact_links;
   message.in_contact.assign(sensors.contacts.begin(), sensors.contacts.end());
 }
 
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, sensor_msgs::LaserScan& message) {
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, sensor_msgs::LaserScan& message) {
   const RangeFinder& finder = specification.range_finder;
   message.header.stamp = stamp;
   message.header.frame_id = frames.lidar;
@@ -176,8 +176,8 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
                  [](double range) { return static_cast<float>(range); });
 }
 
-void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
-          sensor_msgs::Imu& message) {
+void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+                sensor_msgs::Imu& message) {
   const Eigen::Quaterniond attitude = to_eigen(sensors.link_poses.front().orientation);
   const Eigen::Quaterniond to_trunk = attitude.conjugate();
   const Eigen::Vector3d gravity = to_eigen(sensors.gravity);
@@ -189,8 +189,8 @@ void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
              message.linear_acceleration);
 }
 
-void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
-          nav_msgs::Odometry& message) {
+void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+                nav_msgs::Odometry& message) {
   const Pose& trunk = sensors.link_poses.front();
   const Eigen::Quaterniond attitude = to_eigen(trunk.orientation);
   const Eigen::Quaterniond to_trunk = attitude.conjugate();
@@ -203,8 +203,8 @@ void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
   tf2::toMsg(to_trunk * to_eigen(sensors.angular_velocity), message.twist.twist.angular);
 }
 
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, tf2_msgs::TFMessage& message) {
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, tf2_msgs::TFMessage& message) {
   const Pose& trunk = sensors.link_poses.front();
   message.transforms.clear();
   message.transforms.push_back(transform(frames.odometry, frames.trunk, to_eigen(trunk), stamp));
@@ -215,7 +215,7 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
   }
 }
 
-void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message) {
+void to_message(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message) {
   const bool has_depth = !image.depth.empty();
   message.header.stamp = stamp;
   message.header.frame_id = frames.camera;
@@ -233,8 +233,8 @@ void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Imag
   }
 }
 
-void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
-          sensor_msgs::CameraInfo& message) {
+void to_message(const Camera& camera, const Frames& frames, ros::Time stamp,
+                sensor_msgs::CameraInfo& message) {
   message = sensor_msgs::CameraInfo();
   message.header.stamp = stamp;
   message.header.frame_id = frames.camera;
@@ -252,7 +252,8 @@ void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
   message.P = {f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0};
 }
 
-void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message) {
+void to_message(const Pose& camera, const Frames& frames, ros::Time stamp,
+                tf2_msgs::TFMessage& message) {
   message.transforms.assign(1, transform(frames.odometry, frames.camera, to_eigen(camera), stamp));
 }
 
