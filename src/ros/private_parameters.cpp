@@ -73,10 +73,9 @@ Parameters private_parameters() {
 void take_as_text(const std::string& name, Parameters& parameters) {
   const auto found = parameters.find(name);
   if (found == parameters.end()) return;
-  if (const auto* integer = std::get_if<std::int64_t>(&found->second)) {
-    found->second = std::to_string(*integer);
-  } else if (const auto* number = std::get_if<double>(&found->second)) {
-    found->second = to_string(*number);
+  if (std::holds_alternative<std::int64_t>(found->second) ||
+      std::holds_alternative<double>(found->second)) {
+    found->second = to_string(found->second);
   } else if (const auto* list = std::get_if<std::vector<double>>(&found->second)) {
     std::string text;
     for (const double element : *list) {
