@@ -69,8 +69,7 @@ void Outputs::publish_state(ros::Time stamp) {
   stamp_ = stamp;
   is_converted_ = false;
   const EpisodeState& state = shown_.state();
-  const bool simulation_failed = !state.error.empty();
-  if (!simulation_failed) {
+  if (state.error.empty()) {
     publish_sensors(stamp);
     markers_.publish_state(stamp);
   }

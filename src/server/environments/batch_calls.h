@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,7 +42,6 @@ class BatchCalls {
   Batch rows_of(walker_sim::StepBatch::Response& response) const;
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
   void account_resets(const std::vector<std::uint32_t>& environments, std::string& status_message);
-  void end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response);
   void note_failure(std::uint32_t environment, const char* what, std::string& status_message);
 
   Environments& environments_;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
-#include <map>
 #include <stdexcept>
 
 #include <sensor_msgs/distortion_models.h>
@@ -18,11 +16,15 @@
 namespace walker {
 namespace {
 
+void stamp_header(ros::Time stamp, const std::string& frame, std_msgs::Header& header) {
+  header.stamp = stamp;
+  header.frame_id = frame;
+}
+
 geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
                                           const Eigen::Isometry3d& pose, ros::Time stamp) {
   geometry_msgs::TransformStamped message = tf2::eigenToTransform(pose);
-  message.header.stamp = stamp;
-  message.header.frame_id = parent;
+  stamp_header(stamp, parent, message.header);
   message.child_frame_id = child;
   return message;
 }
@@ -77,8 +79,7 @@ Frames::Frames(const Specification& specification, const std::string& tf_prefix)
 
 void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
                 walker_sim::Transition& message) {
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+  stamp_header(stamp, frames.odometry, message.header);
   message.environment = state.environment;
   message.episode = state.episode;
   message.step = state.step;
@@ -94,8 +95,7 @@ void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp
 
 void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
                 walker_sim::Episode& message) {
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+  stamp_header(stamp, frames.odometry, message.header);
   message.environment = state.environment;
   message.episode = state.episode;
   message.has_seed = state.seed.has_value();
@@ -152,8 +152,7 @@ void to_message(const Specification& specification, const Sensors& sensors, ros:
 
 void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
                 ros::Time stamp, walker_sim::Contacts& message) {
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+  stamp_header(stamp, frames.odometry, message.header);
   message.links = specification.contact_links;
   message.in_contact.assign(sensors.contacts.begin(), sensors.contacts.end());
 }
@@ -161,8 +160,7 @@ void to_message(const Specification& specification, const Sensors& sensors, cons
 void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
                 ros::Time stamp, sensor_msgs::LaserScan& message) {
   const RangeFinder& finder = specification.range_finder;
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.lidar;
+  stamp_header(stamp, frames.lidar, message.header);
   message.angle_min = static_cast<float>(finder.angle_minimum);
   message.angle_max = static_cast<float>(
       finder.angle_minimum + static_cast<double>(finder.num_rays - 1) * finder.angle_increment);
@@ -181,8 +179,7 @@ void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
   const Eigen::Quaterniond attitude = to_eigen(sensors.link_poses.front().orientation);
   const Eigen::Quaterniond to_trunk = attitude.conjugate();
   const Eigen::Vector3d gravity = to_eigen(sensors.gravity);
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.trunk;
+  stamp_header(stamp, frames.trunk, message.header);
   message.orientation = tf2::toMsg(attitude);
   tf2::toMsg(to_trunk * to_eigen(sensors.angular_velocity), message.angular_velocity);
   tf2::toMsg(to_trunk * (to_eigen(sensors.linear_acceleration) - gravity),
@@ -194,8 +191,7 @@ void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
   const Pose& trunk = sensors.link_poses.front();
   const Eigen::Quaterniond attitude = to_eigen(trunk.orientation);
   const Eigen::Quaterniond to_trunk = attitude.conjugate();
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+  stamp_header(stamp, frames.odometry, message.header);
   message.child_frame_id = frames.trunk;
   message.pose.pose.position = tf2::toMsg(to_eigen(trunk.position));
   message.pose.pose.orientation = tf2::toMsg(attitude);
@@ -217,8 +213,7 @@ void to_message(const Specification& specification, const Sensors& sensors, cons
 
 void to_message(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message) {
   const bool has_depth = !image.depth.empty();
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.camera;
+  stamp_header(stamp, frames.camera, message.header);
   message.width = image.width;
   message.height = image.height;
   if (has_depth) {
@@ -236,8 +231,7 @@ void to_message(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs
 void to_message(const Camera& camera, const Frames& frames, ros::Time stamp,
                 sensor_msgs::CameraInfo& message) {
   message = sensor_msgs::CameraInfo();
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.camera;
+  stamp_header(stamp, frames.camera, message.header);
   message.width = camera.width;
   message.height = camera.height;
   constexpr std::size_t kPlumbBobCoefficients = 5;
