@@ -58,13 +58,6 @@ void compare_with_description(const ros::NodeHandle& node, const Specification& 
   }
 }
 
-void introduce(const Specification& specification, const ServerOptions& options) {
-  ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
-                                << specification.engine << " " << specification.engine_version
-                                << " from " << specification.engine_path << ", mode "
-                                << to_text(options.mode));
-}
-
 std::string name(const char* service) { return ros::NodeHandle("~").resolveName(service); }
 
 /// Makes the call and tells how it went. What was half filled is not told.
@@ -143,8 +136,12 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       diagnostics_(node_, options, simulation_, loop_, outputs_),
       effort_subscriber_(subscribe_to_efforts(node_, simulation_)) {
   if (options_.recorder.empty()) offer_services();
-  introduce(environments_.specification(), options_);
-  compare_with_description(node_, environments_.specification());
+  const Specification& specification = environments_.specification();
+  ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
+                                << specification.engine << " " << specification.engine_version
+                                << " from " << specification.engine_path << ", mode "
+                                << to_text(options_.mode));
+  compare_with_description(node_, specification);
 }
 
 void Server::run() {

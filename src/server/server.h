@@ -13,7 +13,7 @@
 #include "server/time/simulation_clock.h"
 #include "server/topics/diagnostics.h"
 #include "server/transport/service_port.h"
-#include "server/transport/waking_queue.h"
+#include "server/transport/waking.h"
 
 namespace walker {
 

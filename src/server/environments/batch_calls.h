@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "ros/throttle.h"
-#include "server/counters.h"
 #include "server/environments/environments.h"
 #include "server/parameter_reader.h"
 #include "server/topics/episode_statistics.h"

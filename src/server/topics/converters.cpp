@@ -169,9 +169,7 @@ void to_message(const Specification& specification, const Sensors& sensors, cons
   message.scan_time = static_cast<float>(specification.dt);
   message.range_min = 0;
   message.range_max = static_cast<float>(finder.maximum_range);
-  message.ranges.resize(sensors.ranges.size());
-  std::transform(sensors.ranges.begin(), sensors.ranges.end(), message.ranges.begin(),
-                 [](double range) { return static_cast<float>(range); });
+  message.ranges.assign(sensors.ranges.begin(), sensors.ranges.end());
 }
 
 void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,

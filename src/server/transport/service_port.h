@@ -15,9 +15,9 @@
 #include <ros/service_traits.h>
 
 #include "ros/checked_stream.h"
-#include "server/transport/event_descriptor.h"
 #include "server/transport/pending_answer.h"
 #include "server/transport/service_session.h"
+#include "server/transport/waking.h"
 
 namespace walker {
 
