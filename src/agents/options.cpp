@@ -1,6 +1,6 @@
 #include "agents/options.h"
 
-#include <algorithm>
+#include <sstream>
 #include <stdexcept>
 
 #include "ros/private_parameters.h"
@@ -30,9 +30,12 @@ std::vector<ParameterDescription> agent_parameters() {
   };
 }
 
-std::optional<std::uint64_t> AgentOptions::seed_after(std::size_t finished) const {
-  if (seeds.empty()) return std::nullopt;
-  return seeds[finished % seeds.size()];
+walker_sim::Reset::Request AgentOptions::reset_after(std::size_t finished) const {
+  walker_sim::Reset::Request request;
+  if (seeds.empty()) return request;
+  request.has_seed = 1;
+  request.seed = seeds[finished % seeds.size()];
+  return request;
 }
 
 AgentOptions read_agent_options() {
@@ -49,12 +52,9 @@ AgentOptions read_agent_options() {
   options.real_time_factor = std::get<double>(complete.at("real_time_factor"));
   options.stamp_tolerance = std::get<double>(complete.at("stamp_tolerance"));
   const std::string seeds = std::get<std::string>(complete.at("seeds"));
-  for (std::size_t begin = 0; begin < seeds.size();) {
-    const std::size_t end = std::min(seeds.find(' ', begin), seeds.size());
-    if (const auto seed = parse_seed("seeds", seeds.substr(begin, end - begin))) {
-      options.seeds.push_back(*seed);
-    }
-    begin = end + 1;
+  std::istringstream texts(seeds);
+  for (std::string text; std::getline(texts, text, ' ');) {
+    if (const auto seed = parse_seed("seeds", text)) options.seeds.push_back(*seed);
   }
   if (!options.env.empty() && !options.seeds.empty()) {
     throw std::invalid_argument("seeds = " + seeds + ": needs a server to begin episodes; env = " +

@@ -3,10 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "walker_sim/Reset.h"
 #include "walker_sim/parameters.h"
 
 namespace walker {
@@ -21,8 +21,8 @@ struct AgentOptions {
   double real_time_factor;  ///< ~real_time_factor: of a lock-step agent; 0: as fast as it goes
   double stamp_tolerance;   ///< ~stamp_tolerance: of sensors' stamps of one instant [s]
 
-  /// The seed of the episode after `finished` ones.
-  std::optional<std::uint64_t> seed_after(std::size_t finished) const;
+  /// The request that begins the episode after `finished` ones.
+  walker_sim::Reset::Request reset_after(std::size_t finished) const;
 };
 
 /// What the agent nodes take.

@@ -2,7 +2,6 @@
 
 #include <exception>
 #include <stdexcept>
-#include <string>
 
 #include <ros/console.h>
 #include <ros/init.h>

@@ -8,16 +8,23 @@
 namespace walker {
 namespace {
 
-/// @return the place of `name`, which must have a value in each of the lists
+/// @return the value of `name`, which must be among the names and have one
 /// @throws std::invalid_argument saying on which topic which one is missing
-template <typename... Lists>
-std::size_t find(const std::vector<std::string>& names, const std::string& name, const char* what,
-                 const Lists&... lists) {
+template <typename Value>
+Value find(const std::vector<std::string>& names, const std::string& name, const char* what,
+           const std::vector<Value>& values) {
   const auto found = std::find(names.begin(), names.end(), name);
   const auto place = static_cast<std::size_t>(found - names.begin());
   if (found == names.end()) throw std::invalid_argument(what + name + " is missing");
-  if (((place >= lists.size()) || ...)) throw std::invalid_argument(what + name + " has no value");
-  return place;
+  if (place >= values.size()) throw std::invalid_argument(what + name + " has no value");
+  return values[place];
+}
+
+/// @param covariance begins with -1 where the value is not measured
+void check_measured(const char* field, const boost::array<double, 9>& covariance) {
+  if (covariance[0] != -1) return;
+  throw std::invalid_argument(std::string("imu: ") + field +
+                              " is missing (its covariance begins with -1)");
 }
 
 Vector3 to_vector3(const geometry_msgs::Vector3& vector) { return {vector.x, vector.y, vector.z}; }
@@ -37,22 +44,17 @@ void take(const sensor_msgs::JointState& message, const Specification& specifica
   measurements.joint_velocity.resize(specification.joints.size());
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
     const std::string& name = specification.joints[i].name;
-    measurements.joint_position[i] = message.position[find(
-        message.name, name, "joint_states: position of joint ", message.position)];
-    measurements.joint_velocity[i] = message.velocity[find(
-        message.name, name, "joint_states: velocity of joint ", message.velocity)];
+    measurements.joint_position[i] =
+        find(message.name, name, "joint_states: position of joint ", message.position);
+    measurements.joint_velocity[i] =
+        find(message.name, name, "joint_states: velocity of joint ", message.velocity);
   }
 }
 
 void take(const sensor_msgs::Imu& message, const Specification& /*specification*/,
           Measurements& measurements) {
-  constexpr double kNotMeasured = -1;
-  if (message.orientation_covariance[0] == kNotMeasured) {
-    throw std::invalid_argument("imu: orientation is missing (its covariance begins with -1)");
-  }
-  if (message.angular_velocity_covariance[0] == kNotMeasured) {
-    throw std::invalid_argument("imu: angular_velocity is missing (its covariance begins with -1)");
-  }
+  check_measured("orientation", message.orientation_covariance);
+  check_measured("angular_velocity", message.angular_velocity_covariance);
   const geometry_msgs::Quaternion& attitude = message.orientation;
   measurements.orientation = {attitude.x, attitude.y, attitude.z, attitude.w};
   measurements.angular_velocity = to_vector3(message.angular_velocity);
@@ -69,8 +71,8 @@ void take(const walker_sim::Contacts& message, const Specification& specificatio
           Measurements& measurements) {
   measurements.contacts.clear();
   for (const std::string& link : specification.contact_links) {
-    const std::size_t place = find(message.links, link, "contacts: link ", message.in_contact);
-    measurements.contacts.push_back(message.in_contact[place]);
+    measurements.contacts.push_back(
+        find(message.links, link, "contacts: link ", message.in_contact));
   }
 }
 

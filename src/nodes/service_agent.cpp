@@ -1,8 +1,8 @@
 // An agent that drives by ~step, as a node.
-#include "agents/service_agent.h"
-
-#include "agents/node_main.h"
+#include "agents/agents.h"
+#include "ros/node_main.h"
 
 int main(int argc, char** argv) {
-  return walker::run_agent_node<walker::ServiceAgent>(argc, argv, "service_agent");
+  return walker::run_node(argc, argv, "service_agent",
+                          [] { walker::drive_by_services(walker::read_agent_options()); });
 }

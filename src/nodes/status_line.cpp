@@ -1,11 +1,79 @@
-// One line a second on the terminal, as a node.
-#include <ros/init.h>
+// One line a second on the terminal, how the walker fares, as a node.
+#include <array>
+#include <cstdio>
+#include <string>
 
-#include "agents/status_line.h"
+#include <nav_msgs/Odometry.h>
+#include <ros/init.h>
+#include <ros/node_handle.h>
+#include <ros/subscriber.h>
+#include <ros/wall_timer.h>
+
+#include "ros/checked_subscription.h"
+#include "walker_sim/EnvironmentSpec.h"
+#include "walker_sim/Episode.h"
+#include "walker_sim/Transition.h"
+
+namespace {
+
+using walker::subscribe_checked;
+
+/// Listens to spec, transition, odom and episode and prints by wall time.
+class StatusLine {
+ public:
+  StatusLine()
+      : subscribers_{subscribe_checked<walker_sim::EnvironmentSpec>(
+                         node_, "spec", 1, [this](const auto& message) { id_ = message->id; }),
+                     subscribe_checked<walker_sim::Transition>(
+                         node_, "transition", 1,
+                         [this](const auto& message) { transition_ = *message; }),
+                     subscribe_checked<nav_msgs::Odometry>(
+                         node_, "odom", 1, [this](const auto& message) { odometry_ = *message; }),
+                     subscribe_checked<walker_sim::Episode>(
+                         node_, "episode", 10, [](const auto& message) { print_end(*message); })},
+        timer_(node_.createWallTimer(ros::WallDuration(1),
+                                     [this](const ros::WallTimerEvent&) { print(); })) {}
+
+ private:
+  static void print_end(const walker_sim::Episode& episode) {
+    if (episode.end_reason.empty()) return;  // begins
+    std::printf("episode %u ended after %u steps, return %+.1f, %s\n", episode.episode,
+                episode.length, episode.episode_return, episode.end_reason.c_str());
+    std::fflush(stdout);
+  }
+
+  void print() {
+    if (transition_.episode == 0) return;
+    const ros::WallTime now = ros::WallTime::now();
+    const ros::Time stamp = transition_.header.stamp;
+    const double factor =
+        printed_stamp_.isZero() || now <= printed_at_
+            ? 0
+            : (stamp.toSec() - printed_stamp_.toSec()) / (now - printed_at_).toSec();
+    std::printf(
+        "%s  time %8.2f s  x%-5.2f episode %u  step %4u  at %6.2f m  %+5.2f m/s  return %+7.1f\n",
+        id_.c_str(), stamp.toSec(), factor, transition_.episode, transition_.step,
+        odometry_.pose.pose.position.x, odometry_.twist.twist.linear.x, transition_.episode_return);
+    std::fflush(stdout);
+    printed_at_ = now;
+    printed_stamp_ = stamp;
+  }
+
+  ros::NodeHandle node_;
+  std::string id_;
+  walker_sim::Transition transition_;
+  nav_msgs::Odometry odometry_;
+  ros::WallTime printed_at_;
+  ros::Time printed_stamp_;
+  std::array<ros::Subscriber, 4> subscribers_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "status_line");
-  const walker::StatusLine line;
+  const StatusLine line;
   ros::spin();
   return 0;
 }

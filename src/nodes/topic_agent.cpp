@@ -1,8 +1,8 @@
 // An agent that drives by topics, as a node.
-#include "agents/topic_agent.h"
-
-#include "agents/node_main.h"
+#include "agents/agents.h"
+#include "ros/node_main.h"
 
 int main(int argc, char** argv) {
-  return walker::run_agent_node<walker::TopicAgent>(argc, argv, "topic_agent");
+  return walker::run_node(argc, argv, "topic_agent",
+                          [] { walker::drive_by_topics(walker::read_agent_options()); });
 }

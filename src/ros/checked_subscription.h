@@ -76,22 +76,13 @@ template <typename Message>
 struct IsMessage<walker::CheckedMessage<Message>> : TrueType {};
 
 template <typename Message>
-struct MD5Sum<walker::CheckedMessage<Message>> {
-  static const char* value() { return MD5Sum<Message>::value(); }
-  static const char* value(const walker::CheckedMessage<Message>& /*checked*/) { return value(); }
-};
+struct MD5Sum<walker::CheckedMessage<Message>> : MD5Sum<Message> {};
 
 template <typename Message>
-struct DataType<walker::CheckedMessage<Message>> {
-  static const char* value() { return DataType<Message>::value(); }
-  static const char* value(const walker::CheckedMessage<Message>& /*checked*/) { return value(); }
-};
+struct DataType<walker::CheckedMessage<Message>> : DataType<Message> {};
 
 template <typename Message>
-struct Definition<walker::CheckedMessage<Message>> {
-  static const char* value() { return Definition<Message>::value(); }
-  static const char* value(const walker::CheckedMessage<Message>& /*checked*/) { return value(); }
-};
+struct Definition<walker::CheckedMessage<Message>> : Definition<Message> {};
 
 }  // namespace message_traits
 

@@ -1,5 +1,6 @@
 #include "ros/private_parameters.h"
 
+#include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -73,10 +74,9 @@ Parameters private_parameters() {
 void take_as_text(const std::string& name, Parameters& parameters) {
   const auto found = parameters.find(name);
   if (found == parameters.end()) return;
-  if (const auto* integer = std::get_if<std::int64_t>(&found->second)) {
-    found->second = std::to_string(*integer);
-  } else if (const auto* number = std::get_if<double>(&found->second)) {
-    found->second = to_string(*number);
+  if (std::holds_alternative<std::int64_t>(found->second) ||
+      std::holds_alternative<double>(found->second)) {
+    found->second = to_string(found->second);
   } else if (const auto* list = std::get_if<std::vector<double>>(&found->second)) {
     std::string text;
     for (const double element : *list) {
@@ -89,15 +89,13 @@ void take_as_text(const std::string& name, Parameters& parameters) {
 
 std::optional<std::uint64_t> parse_seed(const std::string& name, const std::string& text) {
   if (text.empty()) return std::nullopt;
-  const std::invalid_argument error("parameter " + name + " = " + text +
-                                    ": must be a decimal text from 0 to 18446744073709551615, or "
-                                    "empty for a drawn one");
-  if (text.find_first_not_of("0123456789") != std::string::npos) throw error;
-  try {
-    return std::stoull(text);
-  } catch (const std::out_of_range&) {
-    throw error;
-  }
+  std::uint64_t seed = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, seed);
+  if (error == std::errc() && stop == end) return seed;
+  throw std::invalid_argument("parameter " + name + " = " + text +
+                              ": must be a decimal text from 0 to 18446744073709551615, or empty "
+                              "for a drawn one");
 }
 
 }  // namespace walker

@@ -12,7 +12,7 @@
 #include "server/time/clock_follower.h"
 #include "server/topics/recorder_watch.h"
 #include "server/transport/service_port.h"
-#include "server/transport/waking_queue.h"
+#include "server/transport/waking.h"
 
 namespace walker {
 

@@ -69,8 +69,7 @@ void Outputs::publish_state(ros::Time stamp) {
   stamp_ = stamp;
   is_converted_ = false;
   const EpisodeState& state = shown_.state();
-  const bool simulation_failed = !state.error.empty();
-  if (!simulation_failed) {
+  if (state.error.empty()) {
     publish_sensors(stamp);
     markers_.publish_state(stamp);
   }
@@ -100,13 +99,13 @@ void Outputs::publish_sensors(ros::Time stamp) {
 }
 
 void Outputs::publish_episode(ros::Time stamp) {
-  fill(shown_.state(), frames_, stamp, episode_.message);
+  to_message(shown_.state(), frames_, stamp, episode_.message);
   episode_.publish();
 }
 
 const walker_sim::Transition& Outputs::transition() {
   if (!std::exchange(is_converted_, true))
-    fill(shown_.state(), frames_, stamp_, transition_.message);
+    to_message(shown_.state(), frames_, stamp_, transition_.message);
   return transition_.message;
 }
 
@@ -118,14 +117,14 @@ walker_sim::Transition Outputs::take_transition() {
 
 walker_sim::EnvironmentSpec Outputs::spec() const {
   walker_sim::EnvironmentSpec message;
-  fill(shown_.specification(), options_, message);
+  to_message(shown_.specification(), options_, message);
   return message;
 }
 
 walker_sim::EpisodeRecord Outputs::message(EpisodeRecord record, ros::Time stamp) const {
   walker_sim::EpisodeRecord message;
   message.spec = spec();
-  fill(shown_.state(), frames_, stamp, message.episode);
+  to_message(shown_.state(), frames_, stamp, message.episode);
   message.actions = std::move(record.actions);
   return message;
 }

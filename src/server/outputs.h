@@ -56,7 +56,7 @@ class Outputs {
     template <typename... Arguments>
     void publish_if_heard(const Arguments&... arguments) {
       if (!is_heard()) return;
-      fill(arguments..., message);
+      to_message(arguments..., message);
       publish();
     }
 

@@ -1,6 +1,5 @@
 #include "server/parameter_reader.h"
 
-#include <limits>
 #include <stdexcept>
 
 #include <ros/names.h>
@@ -41,12 +40,12 @@ std::string find_tf_prefix() {
   return prefix.substr(first, prefix.find_last_not_of('/') - first + 1);
 }
 
-/// The full name of a node, relative to this one's namespace.
-std::string resolve_node(const char* parameter, const std::string& name) {
+/// The full name of the node that records, from one relative to this one's namespace.
+std::string resolve_recorder(const std::string& name) {
   if (name.empty()) return "";
   std::string error;
   if (!ros::names::validate(name, error)) {
-    throw std::invalid_argument(std::string("parameter ") + parameter + " = " + name +
+    throw std::invalid_argument("parameter wait_for_recorder = " + name +
                                 ": must be the name of a node, or empty; " + error);
   }
   return ros::names::resolve(name);
@@ -149,10 +148,9 @@ ServerOptions read_server_options() {
   take_as_text("seed", given);
   ServerOptions options;
   options.id = wanted_id(given);
-  const std::vector<ParameterDescription> own = server_parameters();
   const std::vector<ParameterDescription> environment = parameter_descriptions(options.id);
   const std::vector<ParameterDescription> camera = server_camera_parameters(options.id);
-  std::vector<ParameterDescription> all = own;
+  std::vector<ParameterDescription> all = server_parameters();
   all.insert(all.end(), environment.begin(), environment.end());
   all.insert(all.end(), camera.begin(), camera.end());
   const Parameters complete = complete_parameters(all, given);
@@ -171,8 +169,7 @@ ServerOptions read_server_options() {
   options.publish_clock = std::get<bool>(complete.at("publish_clock"));
   options.paused = std::get<bool>(complete.at("paused"));
   options.camera_rate = std::get<double>(complete.at("camera_rate"));
-  options.recorder =
-      resolve_node("wait_for_recorder", std::get<std::string>(complete.at("wait_for_recorder")));
+  options.recorder = resolve_recorder(std::get<std::string>(complete.at("wait_for_recorder")));
   options.tf_prefix = find_tf_prefix();
   return options;
 }

@@ -1,14 +1,29 @@
 #include "server/server.h"
 
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <stdexcept>
 #include <string>
 
 #include <ros/console.h>
 #include <ros/init.h>
+#include <ros/node_handle.h>
 #include <ros/transport_hints.h>
 #include <std_msgs/Float64MultiArray.h>
+#include <std_srvs/Empty.h>
+#include <std_srvs/Trigger.h>
 
 #include "ros/checked_subscription.h"
-#include "server/services.h"
+#include "walker_sim/GetSpec.h"
+#include "walker_sim/Render.h"
+#include "walker_sim/Reset.h"
+#include "walker_sim/ResetBatch.h"
+#include "walker_sim/Restore.h"
+#include "walker_sim/SetRealTimeFactor.h"
+#include "walker_sim/Snapshot.h"
+#include "walker_sim/Step.h"
+#include "walker_sim/StepBatch.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -19,10 +34,6 @@ ros::NodeHandle make_node(WakingQueue& queue) {
   ros::NodeHandle node;
   node.setCallbackQueue(&queue);
   return node;
-}
-
-SimulationClock make_clock(ros::NodeHandle& node, double dt, bool is_owner) {
-  return is_owner ? SimulationClock::owner(node, dt) : SimulationClock::silent(dt);
 }
 
 ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Simulation& simulation) {
@@ -47,11 +58,59 @@ void compare_with_description(const ros::NodeHandle& node, const Specification& 
   }
 }
 
-void introduce(const Specification& specification, const ServerOptions& options) {
-  ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
-                                << specification.engine << " " << specification.engine_version
-                                << " from " << specification.engine_path << ", mode "
-                                << to_text(options.mode));
+std::string name(const char* service) { return ros::NodeHandle("~").resolveName(service); }
+
+/// Makes the call and tells how it went. What was half filled is not told.
+template <typename Response, typename Call>
+void answer(Response& response, const Call& call) {
+  try {
+    call();
+    response.success = 1;
+  } catch (const std::exception& error) {
+    response = Response();
+    response.status_message = error.what();
+  }
+}
+
+/// @param call fills the response, or throws a std::exception
+template <typename Service, typename Call>
+void advertise(ServicePort& port, const char* service, const Call& call) {
+  port.advertise<Service>(name(service), [call](auto& request, auto& response) {
+    answer(response, [&] { call(request, response); });
+  });
+}
+
+/// @param call takes the reply with it, or throws a std::exception that says why there is none
+template <typename Service, typename Call>
+void advertise_pending(ServicePort& port, const char* service, const Call& call) {
+  port.advertise_pending<Service>(name(service), [call](auto& request, const auto& reply) {
+    typename Service::Response refusal;
+    answer(refusal, [&] { call(request, reply); });
+    if (refusal.success == 0) reply(refusal);
+  });
+}
+
+/// @param call returns what has changed
+template <typename Call>
+void advertise_trigger(ServicePort& port, const char* service, const Call& call) {
+  port.advertise<std_srvs::Trigger>(name(service), [call](auto& /*request*/, auto& response) {
+    response.message = call();
+    response.success = 1;
+  });
+}
+
+/// An empty response has no room for a reason: it is logged, and the client's call fails with it.
+/// @param call throws a std::exception that says why not
+template <typename Call>
+void advertise_empty(ServicePort& port, const char* service, const Call& call) {
+  port.advertise<std_srvs::Empty>(name(service), [service, call](auto&, auto&) {
+    try {
+      call();
+    } catch (const std::exception& error) {
+      ROS_ERROR_STREAM(service << ": " << error.what());
+      throw;
+    }
+  });
 }
 
 }  // namespace
@@ -68,7 +127,8 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
     : options_(options),
       node_(make_node(callbacks_)),
       environments_(options, make_environment),
-      clock_(make_clock(node_, environments_.specification().dt, options.publish_clock)),
+      clock_(options.publish_clock ? SimulationClock(node_, environments_.specification().dt)
+                                   : SimulationClock(environments_.specification().dt)),
       outputs_(node_, environments_, options, make_renderer),
       simulation_(options, environments_, clock_, outputs_),
       restores_(simulation_, outputs_, make_environment),
@@ -76,8 +136,12 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       diagnostics_(node_, options, simulation_, loop_, outputs_),
       effort_subscriber_(subscribe_to_efforts(node_, simulation_)) {
   if (options_.recorder.empty()) offer_services();
-  introduce(environments_.specification(), options_);
-  compare_with_description(node_, environments_.specification());
+  const Specification& specification = environments_.specification();
+  ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
+                                << specification.engine << " " << specification.engine_version
+                                << " from " << specification.engine_path << ", mode "
+                                << to_text(options_.mode));
+  compare_with_description(node_, specification);
 }
 
 void Server::run() {
@@ -97,8 +161,71 @@ void Server::run() {
 }
 
 void Server::offer_services() {
-  advertise_services({simulation_, loop_, outputs_, restores_}, port_);
-  advertise_gazebo_services(loop_, options_.mode, port_);
+  offer_steps();
+  offer_records();
+  offer_pace();
+  offer_gazebo_services();
+}
+
+void Server::offer_steps() {
+  advertise<walker_sim::Reset>(port_, "reset", [this](const auto& request, auto& response) {
+    const std::optional<std::uint64_t> seed = request.seed;
+    loop_.reset(request.has_seed != 0 ? seed : std::nullopt);
+    response.transition = outputs_.take_transition();
+  });
+  advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
+    loop_.refuse_while_it_runs("step");
+    simulation_.step(request.action);
+    response.transition = outputs_.take_transition();
+  });
+  advertise<walker_sim::ResetBatch>(port_, "reset_batch",
+                                    [this](const auto& request, auto& response) {
+                                      simulation_.reset_batch(request, response);
+                                      loop_.restart_schedule();
+                                    });
+  advertise<walker_sim::StepBatch>(port_, "step_batch",
+                                   [this](const auto& request, auto& response) {
+                                     loop_.refuse_while_it_runs("step_batch");
+                                     simulation_.step_batch(request.actions, response);
+                                   });
+}
+
+void Server::offer_records() {
+  port_.advertise<walker_sim::GetSpec>(name("get_spec"), [this](auto& /*request*/, auto& response) {
+    response.spec = outputs_.spec();
+  });
+  advertise<walker_sim::Snapshot>(port_, "snapshot",
+                                  [this](const auto& /*request*/, auto& response) {
+                                    response.record = simulation_.snapshot();
+                                  });
+  advertise_pending<walker_sim::Restore>(
+      port_, "restore",
+      [this](const auto& request, const auto& reply) { restores_.add(request.record, reply); });
+  advertise_pending<walker_sim::Render>(port_, "render",
+                                        [this](const auto& request, const auto& reply) {
+                                          outputs_.camera().render(request, clock_.now(), reply);
+                                        });
+}
+
+void Server::offer_pace() {
+  advertise<walker_sim::SetRealTimeFactor>(port_, "set_real_time_factor",
+                                           [this](const auto& request, auto& /*response*/) {
+                                             loop_.set_real_time_factor(request.factor);
+                                           });
+  advertise_trigger(port_, "pause", [this] { return loop_.pause(); });
+  advertise_trigger(port_, "unpause", [this] { return loop_.unpause(); });
+}
+
+void Server::offer_gazebo_services() {
+  const auto reset = [this] { loop_.reset(std::nullopt); };
+  advertise_empty(port_, "pause_physics", [this] { loop_.pause(); });
+  advertise_empty(port_, "unpause_physics", [this] {
+    const std::string outcome = loop_.unpause();
+    // A client that now waits for something to move would wait in vain.
+    if (options_.mode == Mode::lockstep) throw std::logic_error(outcome);
+  });
+  advertise_empty(port_, "reset_simulation", reset);
+  advertise_empty(port_, "reset_world", reset);
 }
 
 }  // namespace walker

@@ -13,7 +13,7 @@
 #include "server/time/simulation_clock.h"
 #include "server/topics/diagnostics.h"
 #include "server/transport/service_port.h"
-#include "server/transport/waking_queue.h"
+#include "server/transport/waking.h"
 
 namespace walker {
 
@@ -35,7 +35,14 @@ class Server {
   void run();
 
  private:
+  // The private services. What a call throws becomes `status_message`.
   void offer_services();
+  void offer_steps();
+  void offer_records();
+  void offer_pace();
+  /// Those of type std_srvs/Empty under Gazebo's names, for a remap alone does not serve a client
+  /// that expects another type. Both resets begin an episode, and time goes on.
+  void offer_gazebo_services();
 
   ServerOptions options_;
   WakingQueue callbacks_;

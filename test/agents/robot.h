@@ -73,11 +73,11 @@ class Robot {
     stamp_ += ros::Duration(specification().dt);
     messages = {};
     const Frames frames(specification(), "");
-    fill(specification(), body_.sense(), stamp_, messages.joints);
-    fill(body_.sense(), frames, stamp_, messages.imu);
-    fill(body_.sense(), frames, stamp_, messages.odometry);
-    fill(specification(), body_.sense(), frames, stamp_, messages.contacts);
-    if (has_scan()) fill(specification(), body_.sense(), frames, stamp_, messages.scan);
+    to_message(specification(), body_.sense(), stamp_, messages.joints);
+    to_message(body_.sense(), frames, stamp_, messages.imu);
+    to_message(body_.sense(), frames, stamp_, messages.odometry);
+    to_message(specification(), body_.sense(), frames, stamp_, messages.contacts);
+    if (has_scan()) to_message(specification(), body_.sense(), frames, stamp_, messages.scan);
     take_all();
     shuffle(messages.joints.name, messages.joints.position, messages.joints.velocity,
             messages.joints.effort);

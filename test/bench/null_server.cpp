@@ -1,15 +1,11 @@
 // The server as a node whose environment does nothing at a step: what is left is the transport.
 // Takes the parameters of `server`; resets are the environment's own, steps repeat the observation.
 #include <algorithm>
-#include <exception>
 #include <memory>
 #include <utility>
 #include <vector>
 
-#include <ros/console.h>
-#include <ros/init.h>
-
-#include "ros/signals.h"
+#include "ros/node_main.h"
 #include "server/server.h"
 #include "walker_sim/registry.h"
 
@@ -54,10 +50,7 @@ class Frozen : public Environment {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "walker_sim", ros::init_options::NoSigintHandler);
-  const walker::EndOnSignals end_on_signals;
-  try {
-    ros::start();
+  return walker::run_node(argc, argv, "walker_sim", [] {
     const walker::ServerOptions options = walker::read_server_options();
     walker::Server server(
         options,
@@ -69,9 +62,5 @@ int main(int argc, char** argv) {
           return walker::make_renderer(options.id, options.environment, camera);
         });
     server.run();
-  } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
-    return 1;
-  }
-  return 0;
+  });
 }

@@ -33,7 +33,7 @@ void expect_transforms_of(const urdf::Model& model, const Specification& specifi
   const Frames frames(specification, "robot");
   const ros::Time stamp(1, 2);
   tf2_msgs::TFMessage state;
-  fill(specification, sensors, frames, stamp, state);
+  to_message(specification, sensors, frames, stamp, state);
   std::size_t hinges = 0;
   std::map<std::string, double> angles;
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
@@ -135,7 +135,7 @@ TEST(UrdfKinematics, HaveTheTreeOfBipedalWalkersTransforms) {
   stepper.environment->sense(sensors);
   const Frames frames(specification, "");
   tf2_msgs::TFMessage state;
-  fill(specification, sensors, frames, ros::Time(1), state);
+  to_message(specification, sensors, frames, ros::Time(1), state);
   expect_the_tree_of(model, "", state, static_transforms(specification, frames, ros::Time(1)));
   EXPECT_EQ(state.transforms.size(), model.links_.size() + 1) << "the links and lidar";
 }

@@ -48,7 +48,7 @@ class Session {
 
   walker_sim::EnvironmentSpec spec() const {
     walker_sim::EnvironmentSpec message;
-    fill(simulation_->specification(), options_, message);
+    to_message(simulation_->specification(), options_, message);
     return message;
   }
 
@@ -156,7 +156,7 @@ class Session {
   template <typename Type>
   Type told() const {
     Type message;
-    fill(simulation_->state(), *frames_, now_, message);
+    to_message(simulation_->state(), *frames_, now_, message);
     return message;
   }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -98,9 +97,9 @@ void ServerCamera::ask_for_picture(ros::Time stamp) {
 }
 
 void ServerCamera::publish(const Camera& camera, Image& image, ros::Time stamp) {
-  fill(image.camera_pose, frames_, stamp, transforms_);
-  fill(camera, frames_, stamp, camera_info_);
-  fill(image, frames_, stamp, image_);
+  to_message(image.camera_pose, frames_, stamp, transforms_);
+  to_message(camera, frames_, stamp, camera_info_);
+  to_message(image, frames_, stamp, image_);
   tf_publisher_.publish(transforms_);
   publisher_.publish(image_, camera_info_);
 }
@@ -115,7 +114,7 @@ void ServerCamera::render(const walker_sim::Render::Request& request, ros::Time 
   job.is_wanted = [reply] { return reply.is_awaited(); };
   job.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
     walker_sim::Render::Response response;
-    fill(image, frames_, stamp, response.image);
+    to_message(image, frames_, stamp, response.image);
     response.success = 1;
     reply(response);
   };

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include <image_transport/camera_publisher.h>
 #include <ros/node_handle.h>

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <numeric>
 #include <stdexcept>
-#include <string>
 
 #include <ros/console.h>
 
@@ -115,6 +114,7 @@ void BatchCalls::account(const std::vector<double>& actions,
                          walker_sim::StepBatch::Response& response) {
   ended_.clear();
   for (const std::uint32_t environment : all_) {
+    const EpisodeState& state = environments_[environment].state();
     const bool has_ended =
         response.terminated[environment] != 0 || response.truncated[environment] != 0;
     if (response.steps[environment] == 0) {
@@ -124,21 +124,18 @@ void BatchCalls::account(const std::vector<double>& actions,
       ++counters_.steps;
       const double* action = actions.data() + environment * specification_.action_size();
       if (is_clamped(specification_, action)) ++counters_.clamped_commands;
-      if (has_ended) end_episode(environment, response);
+      if (has_ended) {
+        if (!state.error.empty()) note_failure(environment, kStepFailed, response.status_message);
+        episodes_.add(state);
+        ended_.push_back(environment);
+      }
     }
     if (has_ended && options_.autoreset_mode == AutoresetMode::same_step) {
       response.final_environments.push_back(environment);
-      append(environments_[environment].state().observation, response.final_observations);
-      append(environments_[environment].state().info, response.final_info);
+      append(state.observation, response.final_observations);
+      append(state.info, response.final_info);
     }
   }
-}
-
-void BatchCalls::end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response) {
-  const EpisodeState& state = environments_[environment].state();
-  if (!state.error.empty()) note_failure(environment, kStepFailed, response.status_message);
-  episodes_.add(state);
-  ended_.push_back(environment);
 }
 
 /// Counts and logs it, and tells it in a line of its own.

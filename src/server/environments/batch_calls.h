@@ -2,12 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "ros/throttle.h"
-#include "server/counters.h"
 #include "server/environments/environments.h"
 #include "server/parameter_reader.h"
 #include "server/topics/episode_statistics.h"
@@ -43,7 +41,6 @@ class BatchCalls {
   Batch rows_of(walker_sim::StepBatch::Response& response) const;
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
   void account_resets(const std::vector<std::uint32_t>& environments, std::string& status_message);
-  void end_episode(std::uint32_t environment, walker_sim::StepBatch::Response& response);
   void note_failure(std::uint32_t environment, const char* what, std::string& status_message);
 
   Environments& environments_;

@@ -10,12 +10,6 @@
 namespace walker {
 namespace {
 
-/// The seed is drawn where there is none.
-ServerOptions seeded(ServerOptions options) {
-  if (!options.seed) options.seed = draw_seed();
-  return options;
-}
-
 /// Under same_step the server itself resets, so that topics can tell of the last state before. What
 /// is left to the pool's next step are those whose reset failed.
 PoolOptions pool_options(const ServerOptions& options) {
@@ -35,7 +29,8 @@ void write(const From* values, std::size_t size, To* to) {
 }  // namespace
 
 Environments::Environments(const ServerOptions& options, const MakeEnvironment& make)
-    : options_(seeded(options)) {
+    : options_(options) {
+  if (!options_.seed) options_.seed = draw_seed();
   if (options_.num_envs == 1) {
     only_ = record(make());
   } else {

@@ -43,9 +43,9 @@ class Environments {
   /// Begins episodes. Where an engine fails, its environment's has ended with that, and the others
   /// are as ever.
   /// @param environments which, each at most once, below `size()`
-  /// @param rows where these are written; those of others stay as they are
   /// @param seeds one per listed environment, or empty; where there is none the generator
   ///              continues, and a first reset takes the server's seed + the environment's index
+  /// @param rows where these are written; those of others stay as they are
   void reset(const std::vector<std::uint32_t>& environments,
              const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& rows = {});
 

@@ -25,7 +25,10 @@ bool Restores::go_on() {
   Waiting& first = waiting_.front();
   Response response;
   try {
-    if (!repeat(first)) return false;
+    if (!std::exchange(first.has_begun, true)) scratch_->begin(first.record);
+    // Others wait for it, and so may a step that is due.
+    constexpr std::chrono::milliseconds kSlice{1};
+    if (!scratch_->repeat(first.record, std::chrono::steady_clock::now() + kSlice)) return false;
     simulation_.restore(*scratch_);
     response.transition = outputs_.take_transition();
     response.success = 1;
@@ -35,14 +38,6 @@ bool Restores::go_on() {
   first.reply(response);
   waiting_.pop_front();
   return response.success != 0;
-}
-
-/// @return whether it has come to the record's end
-bool Restores::repeat(Waiting& waiting) {
-  if (!std::exchange(waiting.has_begun, true)) scratch_->begin(waiting.record);
-  // Others wait for it, and so may a step that is due.
-  constexpr std::chrono::milliseconds kSlice{1};
-  return scratch_->repeat(waiting.record, std::chrono::steady_clock::now() + kSlice);
 }
 
 }  // namespace walker

@@ -39,8 +39,6 @@ class Restores {
     bool has_begun = false;
   };
 
-  bool repeat(Waiting& waiting);
-
   Simulation& simulation_;
   Outputs& outputs_;
   std::optional<EpisodeRecorder> scratch_;  // none beside many

@@ -8,6 +8,28 @@ namespace walker {
 
 using visualization_msgs::Marker;
 
+namespace {
+
+PlanePoint center_of(const Outline& outline) {
+  PlanePoint sum{};
+  for (const PlanePoint& point : outline) {
+    sum[0] += point[0];
+    sum[1] += point[1];
+  }
+  const auto count = static_cast<double>(outline.size());
+  return {sum[0] / count, sum[1] / count};
+}
+
+void add_triangle(const std::array<geometry_msgs::Point, 3>& corners,
+                  const std::array<Color, 3>& colors, Marker& triangles) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    triangles.points.push_back(corners[i]);
+    triangles.colors.push_back(to_color(colors[i]));
+  }
+}
+
+}  // namespace
+
 geometry_msgs::Point to_point(const PlanePoint& point, double y) {
   geometry_msgs::Point message;
   message.x = point[0];
@@ -39,16 +61,6 @@ bool is_finite(const PlanePoint& point) {
 bool is_drawable(const Outline& outline) {
   constexpr std::size_t kTriangle = 3;
   return outline.size() >= kTriangle && std::all_of(outline.begin(), outline.end(), is_finite);
-}
-
-PlanePoint center_of(const Outline& outline) {
-  PlanePoint sum{};
-  for (const PlanePoint& point : outline) {
-    sum[0] += point[0];
-    sum[1] += point[1];
-  }
-  const auto count = static_cast<double>(outline.size());
-  return {sum[0] / count, sum[1] / count};
 }
 
 Outline grown(const Outline& outline, double margin) {
@@ -112,14 +124,6 @@ void add_line(const geometry_msgs::Point& from, const geometry_msgs::Point& to, 
   lines.points.push_back(from);
   lines.points.push_back(to);
   lines.colors.insert(lines.colors.end(), 2, to_color(color));
-}
-
-void add_triangle(const std::array<geometry_msgs::Point, 3>& corners,
-                  const std::array<Color, 3>& colors, Marker& triangles) {
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    triangles.points.push_back(corners[i]);
-    triangles.colors.push_back(to_color(colors[i]));
-  }
 }
 
 void add_wall(const PlanePoint& from, const PlanePoint& to, const Depth& depth,

@@ -35,7 +35,6 @@ Color with_alpha(const Color& color, double alpha);
 bool is_finite(const PlanePoint& point);
 /// At least three points, all finite.
 bool is_drawable(const Outline& outline);
-PlanePoint center_of(const Outline& outline);
 /// Every point moved away from the centre by `margin` in x and in z [m].
 Outline grown(const Outline& outline, double margin);
 /// Every point at `factor` times its distance from the centre.
@@ -50,8 +49,6 @@ visualization_msgs::Marker deletion(const std_msgs::Header& header, const char* 
 
 void add_line(const geometry_msgs::Point& from, const geometry_msgs::Point& to, const Color& color,
               visualization_msgs::Marker& lines);
-void add_triangle(const std::array<geometry_msgs::Point, 3>& corners,
-                  const std::array<Color, 3>& colors, visualization_msgs::Marker& triangles);
 
 /// The rectangle that the line from `from` to `to` sweeps along the depth.
 void add_wall(const PlanePoint& from, const PlanePoint& to, const Depth& depth,

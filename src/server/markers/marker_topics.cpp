@@ -21,8 +21,9 @@ constexpr std::uint32_t kStateQueue = 5;
 MarkerTopics::MarkerTopics(ros::NodeHandle& node, EpisodeRecorder& shown, std::string frame)
     : shown_(shown), frame_(std::move(frame)) {
   scene_publisher_ = node.advertise<MarkerArray>(
-      "scene_markers", kSceneQueue,
-      [this](const ros::SingleSubscriberPublisher& viewer) { show_scene(viewer); });
+      "scene_markers", kSceneQueue, [this](const ros::SingleSubscriberPublisher& viewer) {
+        if (has_state()) viewer.publish(make_scene());
+      });
   state_publisher_ = node.advertise<MarkerArray>(
       "state_markers", kStateQueue,
       [this](const ros::SingleSubscriberPublisher& viewer) { show_state(viewer); });
@@ -47,10 +48,6 @@ void MarkerTopics::publish_state(ros::Time stamp) {
   if (!links.empty() && path_.add(links.front().position))
     array.markers.push_back(path_.marker(header()));
   state_publisher_.publish(array);
-}
-
-void MarkerTopics::show_scene(const ros::SingleSubscriberPublisher& viewer) {
-  if (has_state()) viewer.publish(make_scene());
 }
 
 void MarkerTopics::show_state(const ros::SingleSubscriberPublisher& viewer) {

@@ -31,7 +31,6 @@ class MarkerTopics {
   void publish_state(ros::Time stamp);
 
  private:
-  void show_scene(const ros::SingleSubscriberPublisher& viewer);
   void show_state(const ros::SingleSubscriberPublisher& viewer);
   bool has_state() const { return shown_.has_episode() && shown_.state().error.empty(); }
   double floor_center();

@@ -12,7 +12,6 @@
 
 #include "description/link_tree.h"
 #include "description/poses.h"
-#include "server/markers/link_points.h"
 #include "server/markers/marker_shapes.h"
 
 namespace walker {
@@ -35,6 +34,74 @@ constexpr Color kMissedRayColor{0.93, 0.1, 0.1, 0.3};
 constexpr Color kContactColor{1, 0.8, 0.1, 1};
 constexpr Color kPathColor{0.1, 0.25, 0.75, 0.6};
 constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
+
+/// The points of a solid among which is the lowest one in the world, in the link's frame.
+/// @param down unit vector in the link's frame
+std::vector<Eigen::Vector3d> candidates(const Solid& solid, const Eigen::Vector3d& down) {
+  const auto [first, second, third] = solid.size;
+  const Eigen::Isometry3d to_link = to_eigen(solid.pose);
+  const Eigen::Vector3d own_down = to_link.linear().transpose() * down;
+  std::vector<Eigen::Vector3d> points;
+  switch (solid.kind) {
+    case Solid::Kind::sphere:
+      points.push_back(to_link * (first * own_down));
+      break;
+    case Solid::Kind::capsule:
+      for (const double z : {second, -second}) {
+        points.push_back(to_link * (first * own_down + Eigen::Vector3d(0, 0, z)));
+      }
+      break;
+    case Solid::Kind::cylinder: {
+      const Eigen::Vector2d across = own_down.head<2>().normalized();  // 0 stays 0
+      for (const double z : {second, -second}) {
+        points.push_back(to_link * Eigen::Vector3d(first * across.x(), first * across.y(), z));
+      }
+      break;
+    }
+    case Solid::Kind::box:
+      for (const double x : {first, -first}) {
+        for (const double y : {second, -second}) {
+          for (const double z : {third, -third}) {
+            points.push_back(to_link * Eigen::Vector3d(x, y, z));
+          }
+        }
+      }
+      break;
+  }
+  return points;
+}
+
+std::vector<Eigen::Vector3d> candidates(const Link& link, double y, const Eigen::Vector3d& down) {
+  std::vector<Eigen::Vector3d> points;
+  for (const Prism& prism : link.prisms) {
+    for (const auto& [x, z] : prism.vertices) points.emplace_back(x, y, z);
+  }
+  for (const Solid& solid : link.solids) {
+    const std::vector<Eigen::Vector3d> of_solid = candidates(solid, down);
+    points.insert(points.end(), of_solid.begin(), of_solid.end());
+  }
+  return points;
+}
+
+/// How far the walker reaches from its trunk's origin with its limbs stretched out, for things that
+/// are drawn as large as suits the walker [m].
+double reach_of(const Specification& specification) {
+  // Joints are in action order, which need not lead from the trunk outwards: as often as there are
+  // joints, each takes what is known of its parent.
+  std::map<std::string, double> to_joint;
+  for (std::size_t i = 0; i < specification.joints.size(); ++i) {
+    for (const Joint& joint : specification.joints) {
+      to_joint[joint.child] = to_joint[joint.parent] + to_eigen(joint.origin).norm();
+    }
+  }
+  double reach = 0;
+  for (const Link& link : specification.links) {
+    for (const Eigen::Vector3d& point : candidates(link, 0, {0, 0, -1})) {
+      reach = std::max(reach, to_joint[link.name] + point.norm());
+    }
+  }
+  return reach;
+}
 
 /// Red rays to what they met, faint ones as far as the range finder reaches; a ball at each hit.
 void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
@@ -113,6 +180,17 @@ Marker text_marker(const Eigen::Vector3d& trunk, double reach, std::string text,
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector3d> lowest_point(const Link& link, double y, const Pose& pose) {
+  const Eigen::Isometry3d to_world = to_eigen(pose);
+  const Eigen::Vector3d down = -to_world.linear().row(2);
+  std::optional<Eigen::Vector3d> lowest;
+  for (const Eigen::Vector3d& point : candidates(link, y, down)) {
+    const Eigen::Vector3d in_world = to_world * point;
+    if (!lowest || in_world.z() < lowest->z()) lowest = in_world;
+  }
+  return lowest;
+}
 
 MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
                           const EpisodeState& state, const std_msgs::Header& header) {

@@ -1,8 +1,10 @@
 // The state of an episode as rviz markers.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <deque>
+#include <optional>
 
 #include <geometry_msgs/Point.h>
 #include <std_msgs/Header.h>
@@ -21,6 +23,11 @@ visualization_msgs::MarkerArray state_markers(const Specification& specification
                                               const Sensors& sensors, const EpisodeState& state,
                                               const std_msgs::Header& header);
 
+/// The point of the link's shapes that lies lowest in the world, where the link has a shape.
+/// @param y    where its prisms stand in the link's frame, of which this is the middle [m]
+/// @param pose of the link in the world
+std::optional<Eigen::Vector3d> lowest_point(const Link& link, double y, const Pose& pose);
+
 /// The way of the trunk through an episode: its newest points, each some way from the one before.
 class Path {
  public:
@@ -33,7 +40,6 @@ class Path {
   bool add(const Vector3& trunk);
 
   void clear() { points_.clear(); }
-  bool empty() const { return points_.empty(); }
 
   /// A line; where there are not two points yet, one that takes back the line before.
   /// @param header odometry frame and stamp

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include <ros/console.h>
@@ -94,9 +93,6 @@ void write_reserved(const std::string& uri, const std::string& caller, std::uint
   call_master(uri, call, kMasterTimeout);
 }
 
-/// ROS time that there is after `time` [ns].
-std::uint64_t left_after(ros::Time time) { return ros::TIME_MAX.toNSec() - time.toNSec(); }
-
 /// In whole nanoseconds.
 ros::Duration to_duration(double seconds) {
   constexpr double kEnd = 2147483648;  // 2^31
@@ -110,10 +106,6 @@ ros::Duration to_duration(double seconds) {
 }
 
 }  // namespace
-
-SimulationClock SimulationClock::owner(ros::NodeHandle& node, double dt) { return {node, dt}; }
-
-SimulationClock SimulationClock::silent(double dt) { return SimulationClock(dt); }
 
 SimulationClock::SimulationClock(double dt) : dt_(to_duration(dt)) {}
 
@@ -138,7 +130,8 @@ SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationC
 }
 
 void SimulationClock::require(int steps) const {
-  if (static_cast<std::uint64_t>(steps * dt_.toNSec()) <= left_after(now_)) return;
+  const std::uint64_t left = ros::TIME_MAX.toNSec() - now_.toNSec();
+  if (static_cast<std::uint64_t>(steps * dt_.toNSec()) <= left) return;
   throw std::range_error("simulation time " + std::to_string(now_.toSec()) +
                          " s is at the end of ROS time, 2^32 s, so nothing can follow; begin again "
                          "with a new ROS master");

@@ -20,13 +20,13 @@ namespace walker {
 /// what is promised then.
 class SimulationClock {
  public:
-  /// Owner of /clock.
-  /// @param dt of a step [s]
-  /// @throws std::runtime_error naming the node that publishes /clock already;
-  ///         std::invalid_argument for a step from 2^31 s on, where durations in ROS end
-  static SimulationClock owner(ros::NodeHandle& node, double dt);
   /// Stamps only.
-  static SimulationClock silent(double dt);
+  /// @param dt of a step [s]
+  /// @throws std::invalid_argument for a step from 2^31 s on, where durations in ROS end
+  explicit SimulationClock(double dt);
+  /// Owner of /clock.
+  /// @throws std::runtime_error naming the node that publishes /clock already; as the other
+  SimulationClock(ros::NodeHandle& node, double dt);
 
   // Stays where it was made: a callback of the publisher points to it.
   SimulationClock(const SimulationClock&) = delete;
@@ -52,8 +52,6 @@ class SimulationClock {
   void catch_up(ros::Time time);
 
  private:
-  explicit SimulationClock(double dt);
-  SimulationClock(ros::NodeHandle& node, double dt);  // owner
   void publish();
 
   ros::Duration dt_;

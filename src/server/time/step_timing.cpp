@@ -25,8 +25,6 @@ void StepTiming::step_begins(Clock::time_point now, Clock::duration period) {
   last_beginning_ = now;
 }
 
-void StepTiming::interrupt() { last_beginning_.reset(); }
-
 void StepTiming::step_took(Clock::duration duration) {
   ++steps_;
   total_ += duration;

@@ -38,7 +38,7 @@ class StepTiming {
   void step_begins(Clock::time_point now, Clock::duration period);
 
   /// The next step does not follow the last one: after a pause, a reset or at another pace.
-  void interrupt();
+  void interrupt() { last_beginning_.reset(); }
 
   /// A step of the environment has taken this long.
   void step_took(Clock::duration duration);

@@ -91,7 +91,8 @@ void TimeReservation::run() {
     if (failure.empty()) {
       note_success(from, until, at);
     } else {
-      note_failure(failure);
+      if (was_silent) pause_ = std::clamp(2 * pause_, kShortestPause, kLongestPause);
+      failure_ = failure;
     }
     const std::string warning = failure.empty() || was_silent ? "" : describe_failure();
     settled_.notify_one();
@@ -136,11 +137,6 @@ void TimeReservation::note_success(std::uint64_t from, std::uint64_t until, Cloc
   has_waited_ = false;
   failure_.clear();
   pause_ = std::chrono::milliseconds::zero();
-}
-
-void TimeReservation::note_failure(const std::string& reason) {
-  if (!failure_.empty()) pause_ = std::clamp(2 * pause_, kShortestPause, kLongestPause);
-  failure_ = reason;
 }
 
 }  // namespace walker

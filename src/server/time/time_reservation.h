@@ -47,7 +47,6 @@ class TimeReservation {
   std::uint64_t next_end() const;
   std::string attempt(std::uint64_t until) const;
   void note_success(std::uint64_t from, std::uint64_t until, Clock::time_point at);
-  void note_failure(const std::string& reason);
   std::string describe_failure() const;
 
   const std::uint64_t end_;

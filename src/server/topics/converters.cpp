@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
-#include <map>
 #include <stdexcept>
 
 #include <sensor_msgs/distortion_models.h>
@@ -18,11 +16,15 @@
 namespace walker {
 namespace {
 
+void stamp_header(ros::Time stamp, const std::string& frame, std_msgs::Header& header) {
+  header.stamp = stamp;
+  header.frame_id = frame;
+}
+
 geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
                                           const Eigen::Isometry3d& pose, ros::Time stamp) {
   geometry_msgs::TransformStamped message = tf2::eigenToTransform(pose);
-  message.header.stamp = stamp;
-  message.header.frame_id = parent;
+  stamp_header(stamp, parent, message.header);
   message.child_frame_id = child;
   return message;
 }
@@ -75,10 +77,9 @@ Frames::Frames(const Specification& specification, const std::string& tf_prefix)
   }
 }
 
-void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
-          walker_sim::Transition& message) {
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+                walker_sim::Transition& message) {
+  stamp_header(stamp, frames.odometry, message.header);
   message.environment = state.environment;
   message.episode = state.episode;
   message.step = state.step;
@@ -92,10 +93,9 @@ void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
   message.error = state.error;
 }
 
-void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
-          walker_sim::Episode& message) {
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+                walker_sim::Episode& message) {
+  stamp_header(stamp, frames.odometry, message.header);
   message.environment = state.environment;
   message.episode = state.episode;
   message.has_seed = state.seed.has_value();
@@ -107,8 +107,8 @@ void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
   message.end_reason = state.end_reason;
 }
 
-void fill(const Specification& specification, const ServerOptions& options,
-          walker_sim::EnvironmentSpec& message) {
+void to_message(const Specification& specification, const ServerOptions& options,
+                walker_sim::EnvironmentSpec& message) {
   message.interface_version = walker_sim::EnvironmentSpec::INTERFACE_VERSION;
   message.id = specification.id;
   message.num_envs = options.num_envs;
@@ -139,8 +139,8 @@ void fill(const Specification& specification, const ServerOptions& options,
   message.version = version();
 }
 
-void fill(const Specification& specification, const Sensors& sensors, ros::Time stamp,
-          sensor_msgs::JointState& message) {
+void to_message(const Specification& specification, const Sensors& sensors, ros::Time stamp,
+                sensor_msgs::JointState& message) {
   message.header.stamp = stamp;
   message.name.resize(specification.joints.size());
   std::transform(specification.joints.begin(), specification.joints.end(), message.name.begin(),
@@ -150,19 +150,17 @@ void fill(const Specification& specification, const Sensors& sensors, ros::Time 
   message.effort = sensors.joint_effort;
 }
 
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, walker_sim::Contacts& message) {
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, walker_sim::Contacts& message) {
+  stamp_header(stamp, frames.odometry, message.header);
   message.links = specification.contact_links;
   message.in_contact.assign(sensors.contacts.begin(), sensors.contacts.end());
 }
 
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, sensor_msgs::LaserScan& message) {
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, sensor_msgs::LaserScan& message) {
   const RangeFinder& finder = specification.range_finder;
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.lidar;
+  stamp_header(stamp, frames.lidar, message.header);
   message.angle_min = static_cast<float>(finder.angle_minimum);
   message.angle_max = static_cast<float>(
       finder.angle_minimum + static_cast<double>(finder.num_rays - 1) * finder.angle_increment);
@@ -171,31 +169,27 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
   message.scan_time = static_cast<float>(specification.dt);
   message.range_min = 0;
   message.range_max = static_cast<float>(finder.maximum_range);
-  message.ranges.resize(sensors.ranges.size());
-  std::transform(sensors.ranges.begin(), sensors.ranges.end(), message.ranges.begin(),
-                 [](double range) { return static_cast<float>(range); });
+  message.ranges.assign(sensors.ranges.begin(), sensors.ranges.end());
 }
 
-void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
-          sensor_msgs::Imu& message) {
+void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+                sensor_msgs::Imu& message) {
   const Eigen::Quaterniond attitude = to_eigen(sensors.link_poses.front().orientation);
   const Eigen::Quaterniond to_trunk = attitude.conjugate();
   const Eigen::Vector3d gravity = to_eigen(sensors.gravity);
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.trunk;
+  stamp_header(stamp, frames.trunk, message.header);
   message.orientation = tf2::toMsg(attitude);
   tf2::toMsg(to_trunk * to_eigen(sensors.angular_velocity), message.angular_velocity);
   tf2::toMsg(to_trunk * (to_eigen(sensors.linear_acceleration) - gravity),
              message.linear_acceleration);
 }
 
-void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
-          nav_msgs::Odometry& message) {
+void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+                nav_msgs::Odometry& message) {
   const Pose& trunk = sensors.link_poses.front();
   const Eigen::Quaterniond attitude = to_eigen(trunk.orientation);
   const Eigen::Quaterniond to_trunk = attitude.conjugate();
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.odometry;
+  stamp_header(stamp, frames.odometry, message.header);
   message.child_frame_id = frames.trunk;
   message.pose.pose.position = tf2::toMsg(to_eigen(trunk.position));
   message.pose.pose.orientation = tf2::toMsg(attitude);
@@ -203,8 +197,8 @@ void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
   tf2::toMsg(to_trunk * to_eigen(sensors.angular_velocity), message.twist.twist.angular);
 }
 
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, tf2_msgs::TFMessage& message) {
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, tf2_msgs::TFMessage& message) {
   const Pose& trunk = sensors.link_poses.front();
   message.transforms.clear();
   message.transforms.push_back(transform(frames.odometry, frames.trunk, to_eigen(trunk), stamp));
@@ -215,10 +209,9 @@ void fill(const Specification& specification, const Sensors& sensors, const Fram
   }
 }
 
-void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message) {
+void to_message(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message) {
   const bool has_depth = !image.depth.empty();
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.camera;
+  stamp_header(stamp, frames.camera, message.header);
   message.width = image.width;
   message.height = image.height;
   if (has_depth) {
@@ -233,11 +226,10 @@ void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Imag
   }
 }
 
-void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
-          sensor_msgs::CameraInfo& message) {
+void to_message(const Camera& camera, const Frames& frames, ros::Time stamp,
+                sensor_msgs::CameraInfo& message) {
   message = sensor_msgs::CameraInfo();
-  message.header.stamp = stamp;
-  message.header.frame_id = frames.camera;
+  stamp_header(stamp, frames.camera, message.header);
   message.width = camera.width;
   message.height = camera.height;
   constexpr std::size_t kPlumbBobCoefficients = 5;
@@ -252,7 +244,8 @@ void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
   message.P = {f, 0, x, 0, 0, f, y, 0, 0, 0, 1, 0};
 }
 
-void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message) {
+void to_message(const Pose& camera, const Frames& frames, ros::Time stamp,
+                tf2_msgs::TFMessage& message) {
   message.transforms.assign(1, transform(frames.odometry, frames.camera, to_eigen(camera), stamp));
 }
 

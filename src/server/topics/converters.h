@@ -41,46 +41,48 @@ struct Frames {
 // Each converter fills a message whose vectors keep their capacity from call to call. Headers are
 // filled too.
 
-void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
-          walker_sim::Transition& message);
-void fill(const EpisodeState& state, const Frames& frames, ros::Time stamp,
-          walker_sim::Episode& message);
-void fill(const Specification& specification, const ServerOptions& options,
-          walker_sim::EnvironmentSpec& message);
-void fill(const Specification& specification, const Sensors& sensors, ros::Time stamp,
-          sensor_msgs::JointState& message);
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, walker_sim::Contacts& message);
+void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+                walker_sim::Transition& message);
+void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
+                walker_sim::Episode& message);
+void to_message(const Specification& specification, const ServerOptions& options,
+                walker_sim::EnvironmentSpec& message);
+void to_message(const Specification& specification, const Sensors& sensors, ros::Time stamp,
+                sensor_msgs::JointState& message);
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, walker_sim::Contacts& message);
 
 /// REP 117: +infinity where a ray met nothing.
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, sensor_msgs::LaserScan& message);
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, sensor_msgs::LaserScan& message);
 
 /// REP 145: orientation in the odometry frame; angular velocity and specific force (acceleration
 /// less gravity) in the trunk's frame.
-void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp, sensor_msgs::Imu& message);
+void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+                sensor_msgs::Imu& message);
 
 /// Twist of the trunk's origin, in the trunk's frame.
-void fill(const Sensors& sensors, const Frames& frames, ros::Time stamp,
-          nav_msgs::Odometry& message);
+void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
+                nav_msgs::Odometry& message);
 
 /// odom -> trunk, what every joint turns, from the bodies' own poses, and the gravity-aligned lidar
 /// where there is one: together, so that no listener ever has half of a state.
-void fill(const Specification& specification, const Sensors& sensors, const Frames& frames,
-          ros::Time stamp, tf2_msgs::TFMessage& message);
+void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
+                ros::Time stamp, tf2_msgs::TFMessage& message);
 
 /// Depth in metres where the picture has that, else colours. The picture's memory and the message's
 /// change places.
-void fill(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message);
+void to_message(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message);
 
 /// A pinhole without distortion. K, R and P are zero, uncalibrated as the message has it, for a
 /// parallel projection; there is no distortion either, and tools that keep pictures want that told.
 /// Pixels' centres have whole coordinates, as image_geometry takes them.
-void fill(const Camera& camera, const Frames& frames, ros::Time stamp,
-          sensor_msgs::CameraInfo& message);
+void to_message(const Camera& camera, const Frames& frames, ros::Time stamp,
+                sensor_msgs::CameraInfo& message);
 
 /// odom -> camera.
-void fill(const Pose& camera, const Frames& frames, ros::Time stamp, tf2_msgs::TFMessage& message);
+void to_message(const Pose& camera, const Frames& frames, ros::Time stamp,
+                tf2_msgs::TFMessage& message);
 
 /// What never moves: the trunk under REP 105's name, and links that are fixed on what a joint
 /// turns.

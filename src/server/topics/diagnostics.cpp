@@ -16,18 +16,6 @@ namespace {
 using diagnostic_msgs::DiagnosticStatus;
 using diagnostic_updater::DiagnosticStatusWrapper;
 
-/// A time of a report in microseconds, or a dash where there is none.
-template <typename Times>
-void add_microseconds(DiagnosticStatusWrapper& status, const char* key,
-                      const std::optional<Times>& times, double Times::*seconds) {
-  constexpr double kPerSecond = 1e6;
-  if (times) {
-    status.add(key, (*times).*seconds * kPerSecond);
-  } else {
-    status.add(key, "-");
-  }
-}
-
 /// Of the values' texts, as `status.add` writes numbers.
 template <typename... Values>
 std::string sentence(const Values&... values) {
@@ -36,20 +24,23 @@ std::string sentence(const Values&... values) {
   return text.str();
 }
 
+/// A time of a report in microseconds, or a dash where there is none.
+template <typename Times>
+void add_microseconds(DiagnosticStatusWrapper& status, const char* key,
+                      const std::optional<Times>& times, double Times::*seconds) {
+  constexpr double kPerSecond = 1e6;
+  status.add(key, times ? sentence((*times).*seconds * kPerSecond) : "-");
+}
+
 /// E.g. "1 deadline", "2 deadlines".
 std::string counted(std::uint64_t count, const char* what) {
   return sentence(count, ' ', what, count == 1 ? "" : "s");
 }
 
 const char* to_text(EffortCommand::State state) {
-  switch (state) {
-    case EffortCommand::State::held:
-      return "held";
-    case EffortCommand::State::timed_out:
-      return "timed out: zero torque";
-    default:
-      return "none: zero torque";
-  }
+  if (state == EffortCommand::State::held) return "held";
+  const bool has_timed_out = state == EffortCommand::State::timed_out;
+  return has_timed_out ? "timed out: zero torque" : "none: zero torque";
 }
 
 }  // namespace
@@ -151,11 +142,9 @@ void Diagnostics::describe_pace(Status& status) {
   const std::string unreserved = simulation_.clock().complaint();
   if (!unreserved.empty()) status.mergeSummary(DiagnosticStatus::WARN, unreserved);
   status.add("real_time_factor", factor);
-  if (options_.mode == Mode::free && !loop_.follows_clock()) {
-    status.add("real_time_factor_wanted", loop_.pacer().real_time_factor());
-  } else {
-    status.add("real_time_factor_wanted", "-");
-  }
+  const bool sets_the_pace = options_.mode == Mode::free && !loop_.follows_clock();
+  status.add("real_time_factor_wanted",
+             sets_the_pace ? sentence(loop_.pacer().real_time_factor()) : "-");
   status.add("missed_deadlines", simulation_.counters().missed_deadlines);
   const StepTiming::Report timing = simulation_.timing().report();
   add_microseconds(status, "jitter_p50_us", timing.jitter, &StepTiming::Jitter::median);
@@ -191,13 +180,11 @@ void Diagnostics::describe_commands(Status& status) {
 
 void Diagnostics::describe_episodes(Status& status) {
   const EpisodeStatistics::Summary summary = simulation_.episodes().summary();
-  if (summary.episodes == 0) {
-    status.summary(DiagnosticStatus::OK, "no episode has come to its end yet");
-  } else {
-    status.summary(DiagnosticStatus::OK,
-                   sentence("mean return ", summary.return_mean, " over the last ",
-                            counted(summary.episodes, "episode")));
-  }
+  status.summary(DiagnosticStatus::OK,
+                 summary.episodes == 0
+                     ? "no episode has come to its end yet"
+                     : sentence("mean return ", summary.return_mean, " over the last ",
+                                counted(summary.episodes, "episode")));
   status.add("finished_episodes", summary.episodes);
   status.add("return_mean", summary.return_mean);
   status.add("return_std", summary.return_deviation);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>

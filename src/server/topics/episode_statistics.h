@@ -1,4 +1,4 @@
-// How the latest episodes went. No ROS.
+// What a server counts, and how the latest episodes went. No ROS.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,6 +9,18 @@
 #include "core/episode_recorder.h"
 
 namespace walker {
+
+/// Since the start, of all environments.
+struct ServerCounters {
+  std::uint64_t steps = 0;
+  std::uint64_t resets = 0;    ///< restores too
+  std::uint64_t advances = 0;  ///< of simulation time, by one dt each
+  std::uint64_t simulation_errors = 0;
+  std::uint64_t refused_commands = 0;  ///< effort commands with an error, or in lock-step
+  std::uint64_t clamped_commands = 0;  ///< actions and efforts beyond the bounds
+  std::uint64_t command_timeouts = 0;
+  std::uint64_t missed_deadlines = 0;
+};
 
 /// Of the last 100 episodes that came to an end. One that a reset cut short tells nothing of the
 /// walker and is left out.

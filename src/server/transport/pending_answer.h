@@ -10,7 +10,7 @@
 #include <ros/serialization.h>
 
 #include "client/tcpros.h"
-#include "server/transport/event_descriptor.h"
+#include "server/transport/waking.h"
 
 namespace walker {
 

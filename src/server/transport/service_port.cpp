@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
+#include <stdexcept>
 #include <system_error>
 #include <utility>
 

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -16,9 +15,9 @@
 #include <ros/service_traits.h>
 
 #include "ros/checked_stream.h"
-#include "server/transport/event_descriptor.h"
 #include "server/transport/pending_answer.h"
 #include "server/transport/service_session.h"
+#include "server/transport/waking.h"
 
 namespace walker {
 
@@ -42,15 +41,12 @@ class ServicePort {
   void advertise(
       const std::string& name,
       const std::function<void(typename Service::Request&, typename Service::Response&)>& handler) {
-    offer<Service>(name,
-                   [handler](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
-                     typename Service::Request request;
-                     read_exactly(bytes, size, "the request", request);
-                     typename Service::Response response;
-                     handler(request, response);
-                     append_response(response, answer);
-                     return nullptr;
-                   });
+    offer<Service>(name, [handler](auto& request, tcpros::Bytes& answer) {
+      typename Service::Response response;
+      handler(request, response);
+      append_response(response, answer);
+      return nullptr;
+    });
   }
 
   /// The same for what takes its time: everybody else is served until the response comes.
@@ -60,15 +56,11 @@ class ServicePort {
       const std::string& name,
       const std::function<void(typename Service::Request&,
                                const Reply<typename Service::Response>&)>& handler) {
-    offer<Service>(name,
-                   [handler, event = answer_is_given_](const std::uint8_t* bytes, std::size_t size,
-                                                       tcpros::Bytes& /*answer*/) {
-                     typename Service::Request request;
-                     read_exactly(bytes, size, "the request", request);
-                     auto pending = std::make_shared<PendingAnswer>(event);
-                     handler(request, Reply<typename Service::Response>(pending));
-                     return pending;
-                   });
+    offer<Service>(name, [handler, event = answer_is_given_](auto& request, auto& /*answer*/) {
+      auto pending = std::make_shared<PendingAnswer>(event);
+      handler(request, Reply<typename Service::Response>(pending));
+      return pending;
+    });
   }
 
   /// Waits until a client wants something, `other` is readable or the time is over; then gives each
@@ -80,17 +72,20 @@ class ServicePort {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// With the type's names.
+  /// @param call takes the request, as `OfferedService::call` takes its bytes
   template <typename Service, typename Call>
   void offer(const std::string& name, const Call& call) {
-    namespace traits = ros::service_traits;
-    OfferedService service;
-    service.type = traits::datatype<Service>();
-    service.md5sum = traits::md5sum<Service>();
-    service.request_type = ros::message_traits::datatype<typename Service::Request>();
-    service.response_type = ros::message_traits::datatype<typename Service::Response>();
-    service.call = call;
-    add(name, std::move(service));
+    using Request = typename Service::Request;
+    namespace service_traits = ros::service_traits;
+    namespace message_traits = ros::message_traits;
+    add(name, {service_traits::datatype<Service>(), service_traits::md5sum<Service>(),
+               message_traits::datatype<Request>(),
+               message_traits::datatype<typename Service::Response>(),
+               [call](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
+                 Request request;
+                 read_exactly(bytes, size, "the request", request);
+                 return call(request, answer);
+               }});
   }
 
   void add(const std::string& name, OfferedService service);

@@ -15,7 +15,6 @@
 #include <ros/serialization.h>
 
 #include "description/link_tree.h"
-#include "server/markers/link_points.h"
 #include "server/markers/scene_markers.h"
 #include "server/markers/state_markers.h"
 #include "walker_sim/registry.h"
