@@ -14,7 +14,7 @@ struct UrdfFiles {
   std::set<std::string> meshes;  ///< names of files in the package's assets
 };
 
-/// BipedalWalkerHardcore-v3 -> bipedal_walker_hardcore: an id without its version, in snake case.
+/// BipedalWalker-v3 -> bipedal_walker: an id without its version, in snake case.
 std::string robot_name(const std::string& id);
 
 /// Describes the specification's links and joints; numbers have the specification's precision.
