@@ -1,6 +1,5 @@
 #include "python/arrays.h"
 
-#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -30,15 +29,16 @@ std::string type_names(const char* formats) {
   return names;
 }
 
-void check_size(const Array& array, const char* name, std::size_t size) {
-  if (array.size() == size) return;
-  throw py::value_error(std::string(name) + " has " + std::to_string(array.size()) +
-                        " values; must have " + std::to_string(size));
-}
-
 }  // namespace
 
-Array::Array(py::handle object, const char* name, const char* formats, bool is_written) {
+Array::Array(py::handle object, const char* name, const char* formats, bool is_written,
+             std::optional<std::size_t> size)
+    : Array(object, name, formats, is_written) {
+  if (size) check_size(*size);
+}
+
+Array::Array(py::handle object, const char* name, const char* formats, bool is_written)
+    : name_(name) {
   const int wanted = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (is_written ? PyBUF_WRITABLE : 0);
   const bool has_buffer = PyObject_GetBuffer(object.ptr(), &view_, wanted) == 0;
   if (has_buffer && std::strlen(view_.format) == 1 &&
@@ -56,33 +56,19 @@ Array::Array(py::handle object, const char* name, const char* formats, bool is_w
   throw py::type_error(message);
 }
 
-Output::Output(py::handle object, const char* name, std::size_t size) : Output(object, name) {
-  check_size(array_, name, size);
+void Array::check_size(std::size_t expected) const {
+  if (size() == expected) return;
+  throw py::value_error(std::string(name_) + " has " + std::to_string(size()) +
+                        " values; must have " + std::to_string(expected));
 }
 
 void Output::take(const double* values) {
-  const std::size_t size = array_.size();
-  if (array_.format() == 'd') {
-    std::copy_n(values, size, static_cast<double*>(array_.data()));
+  if (format() == 'd') {
+    std::copy_n(values, size(), static_cast<double*>(memory()));
     return;
   }
-  auto* singles = static_cast<float*>(array_.data());
-  for (std::size_t i = 0; i < size; ++i) singles[i] = static_cast<float>(values[i]);
+  auto* singles = static_cast<float*>(memory());
+  for (std::size_t i = 0; i < size(); ++i) singles[i] = static_cast<float>(values[i]);
 }
-
-template <typename Value, char kFormat>
-ExactOutput<Value, kFormat>::ExactOutput(py::handle object, const char* name, std::size_t size)
-    : ExactOutput(object, name) {
-  check_size(array_, name, size);
-}
-
-template <typename Value, char kFormat>
-void ExactOutput<Value, kFormat>::take(const Value* values) {
-  std::copy_n(values, array_.size(), static_cast<Value*>(array_.data()));
-}
-
-template class ExactOutput<std::uint8_t, '?'>;
-template class ExactOutput<std::uint8_t, 'B'>;
-template class ExactOutput<float, 'f'>;
 
 }  // namespace walker::python

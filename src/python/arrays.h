@@ -3,8 +3,10 @@
 
 #include <pybind11/pybind11.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace walker::python {
 
@@ -14,70 +16,82 @@ class Array {
  public:
   /// @param name    of the argument, for errors
   /// @param formats allowed types of elements, a letter each as the module struct has them
-  /// @throws TypeError where the object is no such array
-  Array(pybind11::handle object, const char* name, const char* formats, bool is_written);
+  /// @param size    elements that it must have; none: any number
+  /// @throws TypeError where the object is no such array, ValueError where it has another size
+  Array(pybind11::handle object, const char* name, const char* formats, bool is_written,
+        std::optional<std::size_t> size);
   Array(const Array&) = delete;
   Array& operator=(const Array&) = delete;
   ~Array() { PyBuffer_Release(&view_); }
 
+  const char* name() const { return name_; }
   std::size_t size() const { return static_cast<std::size_t>(view_.len / view_.itemsize); }
+  /// @throws ValueError
+  void check_size(std::size_t expected) const;
+
+ protected:
   char format() const { return *view_.format; }
-  void* data() const { return view_.buf; }
+  void* memory() const { return view_.buf; }
 
  private:
+  Array(pybind11::handle object, const char* name, const char* formats, bool is_written);
+
+  const char* name_;
   Py_buffer view_{};
 };
 
 /// float64 values to be read.
-class Input {
+class Input : public Array {
  public:
-  /// @throws TypeError
-  Input(pybind11::handle object, const char* name) : array_(object, name, "d", false) {}
+  Input(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt)
+      : Array(object, name, "d", false, size) {}
 
-  const double* data() const { return static_cast<const double*>(array_.data()); }
-  std::size_t size() const { return array_.size(); }
-
- private:
-  Array array_;
+  const double* data() const { return static_cast<const double*>(memory()); }
 };
 
 /// Takes results: float64 or float32, the latter to the nearest.
-class Output {
+class Output : public Array {
  public:
-  /// @param size elements that it must have
-  /// @throws TypeError, ValueError naming the argument
-  Output(pybind11::handle object, const char* name, std::size_t size);
-  /// Of any size. @throws TypeError
-  Output(pybind11::handle object, const char* name) : array_(object, name, "fd", true) {}
+  Output(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt)
+      : Array(object, name, "fd", true, size) {}
 
-  std::size_t size() const { return array_.size(); }
   /// @param values `size()` ones
   void take(const double* values);
-
- private:
-  Array array_;
 };
 
 /// Takes values of one type as they are.
 template <typename Value, char kFormat>
-class ExactOutput {
+class ExactOutput : public Array {
  public:
-  /// @throws as Output
-  ExactOutput(pybind11::handle object, const char* name, std::size_t size);
-  ExactOutput(pybind11::handle object, const char* name) : array_(object, name, kFormats, true) {}
+  ExactOutput(pybind11::handle object, const char* name,
+              std::optional<std::size_t> size = std::nullopt)
+      : Array(object, name, kFormats, true, size) {}
 
-  std::size_t size() const { return array_.size(); }
   /// @param values `size()` ones
-  void take(const Value* values);
+  void take(const Value* values) { std::copy_n(values, size(), static_cast<Value*>(memory())); }
 
  private:
   static constexpr char kFormats[] = {kFormat, '\0'};
-
-  Array array_;
 };
 
 using FlagOutput = ExactOutput<std::uint8_t, '?'>;  ///< one byte each
 using ColorOutput = ExactOutput<std::uint8_t, 'B'>;
 using DepthOutput = ExactOutput<float, 'f'>;
+
+/// The arrays of walker_sim.transport.Batch, a row per environment.
+struct StepOutputs {
+  explicit StepOutputs(const pybind11::sequence& batch)
+      : observations(batch[0], "observations"),
+        rewards(batch[1], "rewards"),
+        terminated(batch[2], "terminated"),
+        truncated(batch[3], "truncated"),
+        info(batch[4], "info") {}
+
+  Output observations;
+  Output rewards;
+  FlagOutput terminated;
+  FlagOutput truncated;
+  Output info;
+};
 
 }  // namespace walker::python

@@ -1,5 +1,3 @@
-#include "python/client.h"
-
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -15,14 +13,15 @@
 #include <string_view>
 #include <system_error>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "core/action_check.h"
 #include "core/failure.h"
 #include "python/arrays.h"
+#include "python/bindings.h"
 #include "python/conversions.h"
-#include "python/unlocked.h"
 #include "walker_sim/client.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/pool.h"
@@ -40,23 +39,15 @@ bool raises_after_signal() {
   return PyErr_CheckSignals() != 0;
 }
 
-ClientOptions make_options(std::string server, std::string master_uri, double timeout) {
-  ClientOptions options;
-  options.server = std::move(server);
-  options.master_uri = std::move(master_uri);
-  options.timeout = timeout;
-  options.is_interrupted = &raises_after_signal;
-  return options;
-}
-
 /// Copies where the answer, which is as large as the server's specification says, is so for the
 /// caller's array too; who has connected knows the size.
 /// @throws ConnectionError
 template <typename Values, typename Destination>
-void take(const Values& values, const char* what, Destination& destination) {
+void take(const Values& values, Destination& destination) {
   if (values.size() != destination.size()) {
     throw ConnectionError("the server answers with " + std::to_string(values.size()) +
-                          " values of " + what + " where " + std::to_string(destination.size()) +
+                          " values of " + destination.name() + " where " +
+                          std::to_string(destination.size()) +
                           " were expected; has it been started again with other parameters?");
   }
   destination.take(values.data());
@@ -70,14 +61,13 @@ class RemoteWalkers {
   RemoteWalkers(const std::string& id, const py::dict& parameters, std::string server,
                 std::string master_uri, double timeout)
       : specification_(make(id, to_parameters(parameters))->specification()) {
-    const ClientOptions options = make_options(std::move(server), std::move(master_uri), timeout);
+    const ClientOptions options{std::move(server), std::move(master_uri), timeout,
+                                &raises_after_signal};
     call([&] {
       client_.emplace(options);
       server_ = client_->specification();
     });
-    progress_.resize(server_.num_envs);
-    errors_.resize(server_.num_envs);
-    reset_errors_.resize(server_.num_envs);
+    notes_.resize(server_.num_envs);
   }
 
   /// What is wanted.
@@ -93,8 +83,8 @@ class RemoteWalkers {
     Output infos(info, "info");
     call([&] {
       client_->reset(number, transition_);
-      take(transition_.observation, "observation", observations);
-      take(transition_.info, "info", infos);
+      take(transition_.observation, observations);
+      take(transition_.info, infos);
     });
   }
 
@@ -103,16 +93,14 @@ class RemoteWalkers {
     const Input actions(action, "action");
     Output observations(observation, "observation");
     Output infos(info, "info");
-    std::tuple<double, bool, bool, std::string> outcome;
-    call([&] {
+    const auto [reward, terminated, truncated, error] = call([&] {
       check_step(actions);
       client_->step(actions.data(), actions.size(), transition_);
-      take(transition_.observation, "observation", observations);
-      take(transition_.info, "info", infos);
-      outcome = {transition_.reward, transition_.terminated, transition_.truncated,
-                 transition_.error};
+      take(transition_.observation, observations);
+      take(transition_.info, infos);
+      return std::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
+                             transition_.error);
     });
-    const auto& [reward, terminated, truncated, error] = outcome;
     return py::make_tuple(reward, terminated, truncated, to_str(error));
   }
 
@@ -125,39 +113,30 @@ class RemoteWalkers {
     call([&] {
       for (const std::uint32_t environment : environments) check_index(environment);
       client_->reset_batch(environments, numbers, reset_);
-      take(reset_.observations, "observations", observations_output);
-      take(reset_.info, "info", info_output);
-      if (environments.empty()) progress_.assign(progress_.size(), {true, 0});
-      for (const std::uint32_t environment : environments) progress_[environment] = {true, 0};
-      if (environments.empty()) reset_errors_.assign(reset_errors_.size(), "");
-      for (const std::uint32_t environment : environments) reset_errors_[environment].clear();
+      take(reset_.observations, observations_output);
+      take(reset_.info, info_output);
+      if (environments.empty()) std::for_each(notes_.begin(), notes_.end(), &Note::begin);
+      for (const std::uint32_t environment : environments) Note::begin(notes_[environment]);
       note_failures(reset_.status_message);
     });
   }
 
   /// As Pool.error and Pool.reset_error.
-  std::string error(std::size_t index) { return text_of(errors_, index); }
-  std::string reset_error(std::size_t index) { return text_of(reset_errors_, index); }
+  std::string error(std::size_t index) { return text_of(index, &Note::error); }
+  std::string reset_error(std::size_t index) { return text_of(index, &Note::reset_error); }
 
-  void step_batch(py::handle actions, py::handle observations, py::handle rewards,
-                  py::handle terminated, py::handle truncated, py::handle info) {
+  void step_batch(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    Output observations_output(observations, "observations");
-    Output rewards_output(rewards, "rewards");
-    FlagOutput terminated_output(terminated, "terminated");
-    FlagOutput truncated_output(truncated, "truncated");
-    Output info_output(info, "info");
+    StepOutputs outputs(batch);
     call([&] {
       check_steps(input);
       client_->step_batch(input.data(), input.size(), batch_);
-      take(batch_.observations, "observations", observations_output);
-      take(batch_.rewards, "rewards", rewards_output);
-      take(batch_.terminated, "terminated", terminated_output);
-      take(batch_.truncated, "truncated", truncated_output);
-      take(batch_.info, "info", info_output);
+      take(batch_.observations, outputs.observations);
+      take(batch_.rewards, outputs.rewards);
+      take(batch_.terminated, outputs.terminated);
+      take(batch_.truncated, outputs.truncated);
+      take(batch_.info, outputs.info);
       note_ends();
-      errors_.assign(errors_.size(), "");
-      reset_errors_.assign(reset_errors_.size(), "");
       note_failures(batch_.status_message);
     });
   }
@@ -175,11 +154,11 @@ class RemoteWalkers {
       check_look(environment);
       if (colors) {
         client_->render(environment, "rgb8", camera, image_);
-        take(image_.rgb, "rgb", *colors);
+        take(image_.rgb, *colors);
       }
       if (depths) {
         client_->render(environment, "32FC1", camera, image_);
-        take(image_.depth, "depth", *depths);
+        take(image_.depth, *depths);
       }
     } catch (const Interrupted&) {
       throw py::error_already_set();
@@ -191,25 +170,30 @@ class RemoteWalkers {
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
     call([&] {
-      take(scattered(batch_.final_observations, server_.observation_size), "observations",
-           observations_output);
-      take(scattered(batch_.final_info, server_.info_names.size()), "info", info_output);
+      take(scattered(batch_.final_observations, server_.observation_size), observations_output);
+      take(scattered(batch_.final_info, server_.info_names.size()), info_output);
     });
   }
 
  private:
-  struct Progress {
+  /// What is known of an environment that is stepped with the others.
+  struct Note {
     bool has_begun = false;
     std::uint32_t ended_after = 0;  ///< steps; 0: it goes on, or the server resets it
+    std::string error;              ///< of the last ~step_batch
+    std::string reset_error;        ///< of its last reset
+
+    static void begin(Note& note) { note = {true, 0, note.error, ""}; }
   };
 
   /// Without the interpreter's lock.
+  /// @return what `made` returns
   /// @throws what `made` throws; what a signal's handler has raised
   template <typename Made>
-  void call(const Made& made) {
+  std::invoke_result_t<Made> call(const Made& made) {
     try {
       const Unlocked unlocked(mutex_);
-      made();
+      return made();
     } catch (const ConnectionError&) {
       is_lost_ = true;
       throw;
@@ -223,16 +207,16 @@ class RemoteWalkers {
   }
 
   void check_index(std::uint32_t environment) const {
-    if (environment < progress_.size()) return;
+    if (environment < notes_.size()) return;
     throw py::index_error("environment " + std::to_string(environment) + ": must be in [0, " +
-                          std::to_string(progress_.size() - 1) + "]");
+                          std::to_string(notes_.size() - 1) + "]");
   }
 
   /// What is there may be somebody else's episode, so one of this client's own is asked for.
   void check_look(std::uint32_t environment) const {
     check_index(environment);
     if (is_lost_) throw ResetNeeded(std::string("render: ") + kLost);
-    if (transition_.episode == 0 && !progress_[environment].has_begun) {
+    if (transition_.episode == 0 && !notes_[environment].has_begun) {
       throw ResetNeeded("render: there is no episode yet; reset first");
     }
   }
@@ -253,15 +237,15 @@ class RemoteWalkers {
   void check_steps(const Input& actions) const {
     if (is_lost_) throw ResetNeeded(std::string("step: ") + kLost);
     const std::size_t size = specification_.action_size();
-    if (actions.size() != progress_.size() * size) {
+    if (actions.size() != notes_.size() * size) {
       throw InvalidAction("actions have " + std::to_string(actions.size()) + " values; must have " +
-                          std::to_string(progress_.size() * size) + ", " + std::to_string(size) +
-                          " for each of " + std::to_string(progress_.size()) + " environments");
+                          std::to_string(notes_.size() * size) + ", " + std::to_string(size) +
+                          " for each of " + std::to_string(notes_.size()) + " environments");
     }
-    for (std::size_t i = 0; i < progress_.size(); ++i) {
+    for (std::size_t i = 0; i < notes_.size(); ++i) {
       const double* const action = actions.data() + i * size;
       const bool is_fine =
-          progress_[i].has_begun && progress_[i].ended_after == 0 && !wants_reset(i) &&
+          notes_[i].has_begun && notes_[i].ended_after == 0 && !wants_reset(notes_[i]) &&
           std::all_of(action, action + size, [](double value) { return std::isfinite(value); });
       if (!is_fine) refuse(i, action);  // apart, so that no text is made for nothing
     }
@@ -270,18 +254,17 @@ class RemoteWalkers {
   void refuse(std::size_t environment, const double* action) const {
     const std::string whose = "environment " + std::to_string(environment) + ": ";
     check_action(specification_, action, specification_.action_size(), whose);
-    const Progress& progress = progress_[environment];
-    if (!progress.has_begun) throw ResetNeeded(whose + "there is no episode yet; reset first");
-    if (wants_reset(environment)) throw ResetNeeded(whose + kResetFailed + "; reset first");
-    throw ResetNeeded(whose + "the episode ended after " + std::to_string(progress.ended_after) +
+    const Note& note = notes_[environment];
+    if (!note.has_begun) throw ResetNeeded(whose + "there is no episode yet; reset first");
+    if (wants_reset(note)) throw ResetNeeded(whose + kResetFailed + "; reset first");
+    throw ResetNeeded(whose + "the episode ended after " + std::to_string(note.ended_after) +
                       " steps; reset first");
   }
 
   /// The engine refused to begin its episode, and nobody but the caller tries again.
-  bool wants_reset(std::size_t environment) const {
-    return !reset_errors_[environment].empty() &&
-           server_.autoreset_mode == to_text(AutoresetMode::disabled);
-  }
+  bool wants_reset(const Note& note) const { return !note.reset_error.empty() && !has_autoreset(); }
+
+  bool has_autoreset() const { return server_.autoreset_mode != to_text(AutoresetMode::disabled); }
 
   /// @param message lines such as "environment 3: the simulation failed: MuJoCo: Stack overflow"
   void note_failures(const std::string& message) {
@@ -295,35 +278,35 @@ class RemoteWalkers {
       const std::string_view rest = std::string_view(line).substr(kEnvironment.size());
       std::size_t index = 0;
       const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), index);
-      if (error != std::errc() || index >= errors_.size()) continue;
+      if (error != std::errc() || index >= notes_.size()) continue;
       const std::string words(end, rest.data() + rest.size());
       if (words.rfind(at_reset, 0) == 0) {
-        reset_errors_[index] = words.substr(at_reset.size());
+        notes_[index].reset_error = words.substr(at_reset.size());
       } else if (words.rfind(in_step, 0) == 0) {
-        errors_[index] = words.substr(in_step.size());
+        notes_[index].error = words.substr(in_step.size());
       }
     }
   }
 
-  std::string text_of(const std::vector<std::string>& texts, std::size_t index) {
+  std::string text_of(std::size_t index, std::string Note::*text) {
     const Unlocked unlocked(mutex_);
-    return texts.at(index);
+    return notes_.at(index).*text;
   }
 
-  /// Of those episodes that nobody but the caller resets.
+  /// Of those episodes that nobody but the caller resets; and forgets the errors of before.
   void note_ends() {
-    if (server_.autoreset_mode != to_text(AutoresetMode::disabled)) return;
-    for (std::size_t i = 0; i < progress_.size(); ++i) {
-      if (batch_.terminated[i] != 0 || batch_.truncated[i] != 0) {
-        progress_[i].ended_after = batch_.steps[i];
-      }
+    for (std::size_t i = 0; i < notes_.size(); ++i) {
+      notes_[i].error.clear();
+      notes_[i].reset_error.clear();
+      const bool has_ended = batch_.terminated[i] != 0 || batch_.truncated[i] != 0;
+      if (has_ended && !has_autoreset()) notes_[i].ended_after = batch_.steps[i];
     }
   }
 
   /// Rows of the environments that have just ended, among rows of zeros for all.
   /// @param width as the server's specification has it, by which the client has checked the rows
   std::vector<double> scattered(const std::vector<double>& rows, std::size_t width) const {
-    std::vector<double> all(progress_.size() * width);
+    std::vector<double> all(notes_.size() * width);
     const double* row = rows.data();
     for (const std::uint32_t environment : batch_.final_environments) {
       std::copy_n(row, width, all.data() + environment * width);
@@ -339,10 +322,8 @@ class RemoteWalkers {
   ServerSpecification server_;
   std::mutex mutex_;
   std::atomic<bool> is_lost_{false};
-  Transition transition_;                  // of ~reset and ~step
-  std::vector<Progress> progress_;         // of ~reset_batch and ~step_batch, one per environment
-  std::vector<std::string> errors_;        // of the last ~step_batch
-  std::vector<std::string> reset_errors_;  // of each one's last reset
+  Transition transition_;    // of ~reset and ~step
+  std::vector<Note> notes_;  // of ~reset_batch and ~step_batch, one per environment
   BatchReset reset_;
   BatchTransition batch_;
   Image image_;
@@ -351,9 +332,6 @@ class RemoteWalkers {
 }  // namespace
 
 void bind_client(py::module& module) {
-  const auto observation = py::arg("observation");
-  const auto observations = py::arg("observations");
-  const auto info = py::arg("info");
   py::class_<RemoteWalkers>(module, "Client")
       .def(py::init<const std::string&, const py::dict&, std::string, std::string, double>(),
            py::arg("id"), py::arg("parameters"), py::arg("server"), py::arg("master_uri"),
@@ -361,17 +339,14 @@ void bind_client(py::module& module) {
       .def_property_readonly("specification", &RemoteWalkers::specification)
       .def_property_readonly("server_specification", &RemoteWalkers::server_specification)
       .def_property_readonly("is_lost", &RemoteWalkers::is_lost)
-      .def("reset", &RemoteWalkers::reset, py::arg("seed"), observation, info)
-      .def("step", &RemoteWalkers::step, py::arg("action"), observation, info)
-      .def("reset_batch", &RemoteWalkers::reset_batch, py::arg("environments"), py::arg("seeds"),
-           observations, info)
-      .def("step_batch", &RemoteWalkers::step_batch, py::arg("actions"), observations,
-           py::arg("rewards"), py::arg("terminated"), py::arg("truncated"), info)
-      .def("final_rows", &RemoteWalkers::final_rows, observations, info)
-      .def("error", &RemoteWalkers::error, py::arg("index"))
-      .def("reset_error", &RemoteWalkers::reset_error, py::arg("index"))
-      .def("render", &RemoteWalkers::render, py::arg("environment"), py::arg("camera_parameters"),
-           py::arg("rgb"), py::arg("depth"));
+      .def("reset", &RemoteWalkers::reset)
+      .def("step", &RemoteWalkers::step)
+      .def("reset_batch", &RemoteWalkers::reset_batch)
+      .def("step_batch", &RemoteWalkers::step_batch)
+      .def("final_rows", &RemoteWalkers::final_rows)
+      .def("error", &RemoteWalkers::error)
+      .def("reset_error", &RemoteWalkers::reset_error)
+      .def("render", &RemoteWalkers::render);
 }
 
 }  // namespace walker::python

@@ -3,8 +3,6 @@
 #include <pybind11/stl.h>
 
 #include <string>
-#include <type_traits>
-#include <variant>
 
 #include "core/episode_record.h"
 #include "walker_sim/registry.h"
@@ -13,19 +11,16 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-bool is_instance_of(const py::handle& value, const char* module, const char* type) {
-  return py::isinstance(value, py::module::import(module).attr(type));
-}
-
 [[noreturn]] void refuse(const std::string& name, const py::handle& value) {
   throw py::type_error("parameter " + name + " = " + std::string(py::repr(value)) +
                        ": must be a bool, an int, a float, a str or a sequence of numbers");
 }
 
 std::vector<double> to_numbers(const std::string& name, const py::handle& value) {
+  const py::object real = py::module::import("numbers").attr("Real");
   std::vector<double> numbers;
   for (const py::handle element : value) {
-    if (!is_instance_of(element, "numbers", "Real")) refuse(name, value);
+    if (!py::isinstance(element, real)) refuse(name, value);
     numbers.push_back(element.cast<double>());
   }
   return numbers;
@@ -52,12 +47,6 @@ ParameterValue to_value(const std::string& name, const py::handle& value) {
   return to_numbers(name, value);
 }
 
-py::list to_list(const std::vector<double>& values) {
-  py::list list;
-  for (const double value : values) list.append(value);
-  return list;
-}
-
 py::list to_list(const std::vector<std::string>& values) {
   py::list list;
   for (const std::string& value : values) list.append(to_str(value));
@@ -70,10 +59,10 @@ py::dict to_common_dict(const Any& specification) {
   py::dict dict;
   dict["id"] = to_str(specification.id);
   dict["observation_dtype"] = to_str(specification.observation_dtype);
-  dict["observation_low"] = to_list(specification.observation_low);
-  dict["observation_high"] = to_list(specification.observation_high);
-  dict["action_low"] = to_list(specification.action_low);
-  dict["action_high"] = to_list(specification.action_high);
+  dict["observation_low"] = specification.observation_low;
+  dict["observation_high"] = specification.observation_high;
+  dict["action_low"] = specification.action_low;
+  dict["action_high"] = specification.action_high;
   dict["dt"] = specification.dt;
   dict["max_episode_steps"] = specification.max_episode_steps;
   dict["reward_threshold"] = specification.reward_threshold;
@@ -100,22 +89,6 @@ Parameters to_parameters(const py::dict& given) {
     parameters[name] = to_value(name, value);
   }
   return parameters;
-}
-
-py::dict to_dict(const Parameters& parameters) {
-  py::dict dict;
-  for (const auto& [name, value] : parameters) {
-    dict[name.c_str()] = std::visit(
-        [](const auto& held) -> py::object {
-          if constexpr (std::is_same_v<std::decay_t<decltype(held)>, std::vector<double>>) {
-            return to_list(held);
-          } else {
-            return py::cast(held);
-          }
-        },
-        value);
-  }
-  return dict;
 }
 
 py::dict to_dict(const Specification& specification) {
@@ -146,29 +119,6 @@ py::dict to_dict(const ServerSpecification& specification) {
   dict["autoreset_mode"] = to_str(specification.autoreset_mode);
   dict["version"] = to_str(specification.version);
   return dict;
-}
-
-py::tuple to_tuple(const GeneratorState& state) {
-  py::tuple tuple(state.size());
-  for (std::size_t i = 0; i < state.size(); ++i) tuple[i] = state[i];
-  return tuple;
-}
-
-GeneratorState to_generator_state(const py::sequence& values) {
-  GeneratorState state{};
-  if (values.size() != state.size()) {
-    throw py::value_error("a generator's state has 6 integers, not " +
-                          std::to_string(values.size()));
-  }
-  for (std::size_t i = 0; i < state.size(); ++i) {
-    try {
-      state[i] = py::object(values[i]).cast<std::uint64_t>();
-    } catch (const py::cast_error&) {
-      throw py::value_error("a generator's state has integers from 0 to 2^64 - 1, not " +
-                            std::string(py::repr(values[i])));
-    }
-  }
-  return state;
 }
 
 std::optional<std::uint64_t> to_seed(const py::object& value) {

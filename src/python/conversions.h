@@ -22,20 +22,11 @@ pybind11::str to_str(const std::string& text);
 /// @throws TypeError naming a parameter of another type
 Parameters to_parameters(const pybind11::dict& given);
 
-/// The reverse.
-pybind11::dict to_dict(const Parameters& parameters);
-
 /// What an environment is, by the names of EnvironmentSpec.msg; `parameters` holds texts by name.
 pybind11::dict to_dict(const Specification& specification);
 
 /// What a server says of itself, by the same names, with num_envs, mode and autoreset_mode on top.
 pybind11::dict to_dict(const ServerSpecification& specification);
-
-/// Six integers, see GeneratorState.
-pybind11::tuple to_tuple(const GeneratorState& state);
-
-/// @throws ValueError unless six integers from 0 to 2^64 - 1
-GeneratorState to_generator_state(const pybind11::sequence& values);
 
 /// Seeds, one per environment; None: its generator continues.
 /// @throws ValueError naming a seed that is not from 0 to 2^64 - 1

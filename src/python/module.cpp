@@ -7,12 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "python/client.h"
+#include "python/bindings.h"
 #include "python/conversions.h"
-#include "python/environment.h"
-#include "python/policy.h"
-#include "python/pool.h"
-#include "python/renderer.h"
 #include "walker_sim/client.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/registry.h"
@@ -54,18 +50,12 @@ py::list to_list(const std::vector<ParameterDescription>& descriptions) {
   for (const ParameterDescription& description : descriptions) {
     py::dict entry;
     entry["name"] = description.name;
-    entry["default"] = to_dict(Parameters{{"value", description.default_value}})["value"];
+    entry["default"] = description.default_value;
     entry["unit"] = description.unit;
     entry["description"] = description.description;
     list.append(entry);
   }
   return list;
-}
-
-py::list parameters_of(const std::string& id) { return to_list(parameter_descriptions(id)); }
-
-py::list camera_parameters_of(const std::string& id) {
-  return to_list(camera_parameter_descriptions(id));
 }
 
 /// What depends on the id alone, by the names of Registration's fields.
@@ -85,8 +75,13 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(&translate);
   module.attr("__version__") = version();
   module.def("ids", &ids);
-  module.def("parameters_of", &parameters_of, py::arg("id"));
-  module.def("camera_parameters_of", &camera_parameters_of, py::arg("id"));
+  module.def(
+      "parameters_of", [](const std::string& id) { return to_list(parameter_descriptions(id)); },
+      py::arg("id"));
+  module.def(
+      "camera_parameters_of",
+      [](const std::string& id) { return to_list(camera_parameter_descriptions(id)); },
+      py::arg("id"));
   module.def("registration_of", &registration_of, py::arg("id"));
   bind_renderer(module);
   bind_environment(module);

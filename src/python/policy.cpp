@@ -1,5 +1,3 @@
-#include "python/policy.h"
-
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "python/arrays.h"
+#include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
@@ -22,14 +21,8 @@ class Policy {
          std::uint64_t seed)
       : Policy(name, make(id, to_parameters(parameters))->specification(), seed) {}
 
-  void reset() { agent_->reset(); }
-
   void act(py::handle observation, py::handle action) {
-    const Input input(observation, "observation");
-    if (input.size() != observation_.size()) {
-      throw py::value_error("observation has " + std::to_string(input.size()) +
-                            " values; must have " + std::to_string(observation_.size()));
-    }
+    const Input input(observation, "observation", observation_.size());
     Output output(action, "action", action_size_);
     observation_.assign(input.data(), input.data() + input.size());
     output.take(agent_->act(observation_).data());
@@ -52,8 +45,7 @@ void bind_policy(py::module& module) {
   py::class_<Policy>(module, "Policy")
       .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t>(),
            py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"))
-      .def("reset", &Policy::reset)
-      .def("act", &Policy::act, py::arg("observation"), py::arg("action"));
+      .def("act", &Policy::act);
 }
 
 }  // namespace walker::python

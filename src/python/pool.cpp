@@ -1,5 +1,3 @@
-#include "python/pool.h"
-
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -11,8 +9,8 @@
 #include <vector>
 
 #include "python/arrays.h"
+#include "python/bindings.h"
 #include "python/conversions.h"
-#include "python/unlocked.h"
 #include "walker_sim/pool.h"
 #include "walker_sim/registry.h"
 #include "walker_sim/renderer.h"
@@ -56,6 +54,23 @@ struct Rows {
     return batch;
   }
 
+  /// @throws ValueError
+  void check_sizes(const StepOutputs& outputs) const {
+    outputs.observations.check_size(observations.size());
+    outputs.rewards.check_size(rewards.size());
+    outputs.terminated.check_size(terminated.size());
+    outputs.truncated.check_size(truncated.size());
+    outputs.info.check_size(info.size());
+  }
+
+  void copy_to(StepOutputs& outputs) const {
+    outputs.observations.take(observations.data());
+    outputs.rewards.take(rewards.data());
+    outputs.terminated.take(terminated.data());
+    outputs.truncated.take(truncated.data());
+    outputs.info.take(info.data());
+  }
+
   std::vector<double> observations;
   std::vector<double> rewards;
   std::vector<std::uint8_t> terminated;
@@ -66,47 +81,18 @@ struct Rows {
   std::vector<double> final_info;
 };
 
-/// The caller's arrays for what a step gives.
-class StepOutputs {
- public:
-  StepOutputs(const Rows& rows, py::handle observations, py::handle rewards, py::handle terminated,
-              py::handle truncated, py::handle info)
-      : observations_(observations, "observations", rows.observations.size()),
-        rewards_(rewards, "rewards", rows.rewards.size()),
-        terminated_(terminated, "terminated", rows.terminated.size()),
-        truncated_(truncated, "truncated", rows.truncated.size()),
-        info_(info, "info", rows.info.size()) {}
-
-  void take(const Rows& rows) {
-    observations_.take(rows.observations.data());
-    rewards_.take(rows.rewards.data());
-    terminated_.take(rows.terminated.data());
-    truncated_.take(rows.truncated.data());
-    info_.take(rows.info.data());
-  }
-
- private:
-  Output observations_;
-  Output rewards_;
-  FlagOutput terminated_;
-  FlagOutput truncated_;
-  Output info_;
-};
-
 /// A pool that remembers the last row of each environment, so that a reset of some gives all.
 class VectorWalkers {
  public:
   VectorWalkers(const std::string& id, const py::dict& parameters, std::size_t num_envs,
                 std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
-      : parameters_(to_parameters(parameters)),
-        pool_([this, &id] { return make(id, parameters_); },
+      : pool_([&id, values = to_parameters(parameters)] { return make(id, values); },
               make_options(num_envs, num_threads, autoreset_mode, batch_size)),
         last_(pool_.specification(), pool_.options().num_envs),
         arrived_(pool_.specification(), pool_.options().batch_size),
         arrived_environments_(pool_.options().batch_size) {}
 
   py::dict specification() const { return to_dict(pool_.specification()); }
-  std::size_t num_envs() const { return pool_.options().num_envs; }
   std::size_t num_threads() const { return pool_.options().num_threads; }
   std::size_t batch_size() const { return pool_.options().batch_size; }
 
@@ -122,18 +108,25 @@ class VectorWalkers {
     info_output.take(last_.info.data());
   }
 
-  void step(py::handle actions, py::handle observations, py::handle rewards, py::handle terminated,
-            py::handle truncated, py::handle info) {
+  void step(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs(last_, observations, rewards, terminated, truncated, info);
+    StepOutputs outputs(batch);
+    last_.check_sizes(outputs);
     const Unlocked unlocked(mutex_);
     pool_.step(input.data(), input.size(), last_.batch());
-    outputs.take(last_);
+    last_.copy_to(outputs);
+    newest_ = &last_;
   }
 
-  /// same_step: of the episodes that ended in the last `step`; other rows are of no meaning.
+  /// same_step: of the episodes that ended in the newest `step` or `recv`, in the order of its
+  /// rows; other rows are of no meaning.
   void final_rows(py::handle observations, py::handle info) {
-    copy_final(last_, observations, info);
+    const Rows& rows = *newest_;
+    Output observations_output(observations, "observations", rows.final_observations.size());
+    Output info_output(info, "info", rows.final_info.size());
+    const Unlocked unlocked(mutex_);
+    observations_output.take(rows.final_observations.data());
+    info_output.take(rows.final_info.data());
   }
 
   void send(py::handle actions, const std::vector<std::uint32_t>& environments) {
@@ -155,20 +148,16 @@ class VectorWalkers {
   }
 
   /// @return whose rows these are
-  std::vector<std::uint32_t> recv(py::handle observations, py::handle rewards,
-                                  py::handle terminated, py::handle truncated, py::handle info) {
-    StepOutputs outputs(arrived_, observations, rewards, terminated, truncated, info);
+  std::vector<std::uint32_t> recv(const py::sequence& batch) {
+    StepOutputs outputs(batch);
+    arrived_.check_sizes(outputs);
     const Unlocked unlocked(mutex_);
     pool_.recv(arrived_.batch(), arrived_environments_.data());
-    outputs.take(arrived_);
+    arrived_.copy_to(outputs);
+    newest_ = &arrived_;
     remember(arrived_.observations, last_.observations);
     remember(arrived_.steps, last_.steps);
     return arrived_environments_;
-  }
-
-  /// As `final_rows`, of the last `recv`.
-  void final_rows_received(py::handle observations, py::handle info) {
-    copy_final(arrived_, observations, info);
   }
 
   /// As Environment.capture, of one of them.
@@ -190,21 +179,13 @@ class VectorWalkers {
     return pool_.reset_error(index);
   }
 
-  py::tuple generator_state(std::size_t index) {
-    GeneratorState state{};
-    {
-      const Unlocked unlocked(mutex_);
-      state = pool_.environment(index).generator_state();
-    }
-    return to_tuple(state);
+  GeneratorState generator_state(std::size_t index) {
+    const Unlocked unlocked(mutex_);
+    return pool_.environment(index).generator_state();
   }
 
   void set_generator_states(const std::vector<std::uint32_t>& environments,
-                            const py::sequence& values) {
-    std::vector<GeneratorState> states;
-    for (const py::handle value : values) {
-      states.push_back(to_generator_state(py::reinterpret_borrow<py::sequence>(value)));
-    }
+                            const std::vector<GeneratorState>& states) {
     if (states.size() != environments.size()) {
       throw py::value_error(std::to_string(states.size()) + " states; must be " +
                             std::to_string(environments.size()) + " as the environments");
@@ -217,14 +198,6 @@ class VectorWalkers {
   }
 
  private:
-  void copy_final(const Rows& rows, py::handle observations, py::handle info) {
-    Output observations_output(observations, "observations", rows.final_observations.size());
-    Output info_output(info, "info", rows.final_info.size());
-    const Unlocked unlocked(mutex_);
-    observations_output.take(rows.final_observations.data());
-    info_output.take(rows.final_info.data());
-  }
-
   /// Rows in the order of arrival to where they belong.
   template <typename Value>
   void remember(const std::vector<Value>& from, std::vector<Value>& to) const {
@@ -234,11 +207,11 @@ class VectorWalkers {
     }
   }
 
-  Parameters parameters_;
   Pool pool_;
   std::mutex mutex_;
   Rows last_;
   Rows arrived_;
+  const Rows* newest_ = &last_;  // of the two
   std::vector<std::uint32_t> arrived_environments_;
 };
 
@@ -271,36 +244,26 @@ std::vector<bool> info_columns(py::handle info, std::size_t num_columns, py::han
 }  // namespace
 
 void bind_pool(py::module& module) {
-  const auto observations = py::arg("observations");
-  const auto rewards = py::arg("rewards");
-  const auto terminated = py::arg("terminated");
-  const auto truncated = py::arg("truncated");
-  const auto info = py::arg("info");
-  module.def("info_columns", &info_columns, info, py::arg("num_columns"), py::arg("values"),
-             py::arg("masks"));
+  module.def("info_columns", &info_columns);
   py::class_<VectorWalkers>(module, "Pool")
       .def(py::init<const std::string&, const py::dict&, std::size_t, std::size_t,
                     const std::string&, std::size_t>(),
            py::arg("id"), py::arg("parameters"), py::arg("num_envs"), py::arg("num_threads"),
            py::arg("autoreset_mode"), py::arg("batch_size"))
       .def_property_readonly("specification", &VectorWalkers::specification)
-      .def_property_readonly("num_envs", &VectorWalkers::num_envs)
       .def_property_readonly("num_threads", &VectorWalkers::num_threads)
       .def_property_readonly("batch_size", &VectorWalkers::batch_size)
-      .def("reset", &VectorWalkers::reset, py::arg("environments"), observations, info)
-      .def("step", &VectorWalkers::step, py::arg("actions"), observations, rewards, terminated,
-           truncated, info)
-      .def("final_rows", &VectorWalkers::final_rows, observations, info)
-      .def("send", &VectorWalkers::send, py::arg("actions"), py::arg("environments"))
-      .def("send_resets", &VectorWalkers::send_resets, py::arg("environments"))
-      .def("recv", &VectorWalkers::recv, observations, rewards, terminated, truncated, info)
-      .def("final_rows_received", &VectorWalkers::final_rows_received, observations, info)
-      .def("capture", &VectorWalkers::capture, py::arg("index"))
-      .def("error", &VectorWalkers::error, py::arg("index"))
-      .def("reset_error", &VectorWalkers::reset_error, py::arg("index"))
-      .def("generator_state", &VectorWalkers::generator_state, py::arg("index"))
-      .def("set_generator_states", &VectorWalkers::set_generator_states, py::arg("environments"),
-           py::arg("states"));
+      .def("reset", &VectorWalkers::reset)
+      .def("step_batch", &VectorWalkers::step)
+      .def("final_rows", &VectorWalkers::final_rows)
+      .def("send", &VectorWalkers::send)
+      .def("send_resets", &VectorWalkers::send_resets)
+      .def("recv", &VectorWalkers::recv)
+      .def("capture", &VectorWalkers::capture)
+      .def("error", &VectorWalkers::error)
+      .def("reset_error", &VectorWalkers::reset_error)
+      .def("generator_state", &VectorWalkers::generator_state)
+      .def("set_generator_states", &VectorWalkers::set_generator_states);
 }
 
 }  // namespace walker::python

@@ -1,5 +1,3 @@
-#include "python/renderer.h"
-
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -7,8 +5,8 @@
 #include <string>
 
 #include "python/arrays.h"
+#include "python/bindings.h"
 #include "python/conversions.h"
-#include "python/unlocked.h"
 #include "walker_sim/registry.h"
 #include "walker_sim/renderer.h"
 
@@ -65,8 +63,7 @@ void bind_renderer(py::module& module) {
       .def(py::init<const std::string&, const py::dict&, const py::dict&>(), py::arg("id"),
            py::arg("parameters"), py::arg("camera_parameters"))
       .def_property_readonly("camera", &SharedRenderer::camera)
-      .def("render", &SharedRenderer::render, py::arg("captured"), py::arg("rgb"),
-           py::arg("depth"));
+      .def("render", &SharedRenderer::render);
 }
 
 }  // namespace walker::python

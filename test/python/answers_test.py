@@ -220,7 +220,7 @@ def test_a_server_that_contradicts_its_id(server, width):
     wide = np.zeros((NUM_ENVS, width))
     other = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
     other.reset_batch([], [], wide, info)
-    other.step_batch(np.zeros((NUM_ENVS, 6)), wide, np.zeros(NUM_ENVS), *flags, info)
+    other.step_batch(np.zeros((NUM_ENVS, 6)), (wide, np.zeros(NUM_ENVS), *flags, info))
     with pytest.raises(walker_sim.ConnectionError, match=words.format(NUM_ENVS * width)):
         other.final_rows(observations, info)
 

@@ -75,7 +75,7 @@ def test_a_pool_is_looked_at_as_a_single_environment(env_id):
     batch = (np.empty((2, size)), np.empty(2), np.empty(2, bool), np.empty(2, bool))
     for action in actions:
         environment.step(action, *arrays(environment))
-        pool.step(np.stack([action, action]), *batch, np.empty((2, num_infos)))
+        pool.step_batch(np.stack([action, action]), (*batch, np.empty((2, num_infos))))
     renderer = _core.Renderer(env_id, {}, {})
     picture = drawn(renderer, environment.capture())  # the lidar's ray tells the step
     assert np.array_equal(drawn(renderer, pool.capture(1)), picture)
@@ -92,7 +92,7 @@ def test_walkers_that_were_sent_are_looked_at_when_they_have_arrived():
     with pytest.raises(RuntimeError, match="environment 1"):
         pool.capture(1)
     row = (np.empty((1, 24)), np.empty(1), np.empty(1, bool), np.empty(1, bool), np.empty((1, 0)))
-    assert pool.recv(*row) == [1]
+    assert pool.recv(row) == [1]
     environment = begun(env_id)
     environment.step(action[0], *arrays(environment))
     renderer = _core.Renderer(env_id, {}, {})

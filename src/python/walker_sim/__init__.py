@@ -24,16 +24,14 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from walker_sim.environment import WalkerEnv
-    from walker_sim.errors import (
-        ConnectionError,
-        InvalidAction,
-        RequestRefused,
-        ResetNeeded,
-        ServerMismatch,
-    )
-    from walker_sim.registration import ids
-    from walker_sim.vector_environment import WalkerVectorEnv
+    from walker_sim.environment import WalkerEnv as WalkerEnv
+    from walker_sim.errors import ConnectionError as ConnectionError
+    from walker_sim.errors import InvalidAction as InvalidAction
+    from walker_sim.errors import RequestRefused as RequestRefused
+    from walker_sim.errors import ResetNeeded as ResetNeeded
+    from walker_sim.errors import ServerMismatch as ServerMismatch
+    from walker_sim.registration import ids as ids
+    from walker_sim.vector_environment import WalkerVectorEnv as WalkerVectorEnv
 
 # Looked up when first used: who wants the messages needs neither NumPy nor Gymnasium.
 _HOMES = {
@@ -47,17 +45,7 @@ _HOMES = {
     "ids": "registration",
 }
 
-__all__ = [
-    "ConnectionError",
-    "InvalidAction",
-    "RequestRefused",
-    "ResetNeeded",
-    "ServerMismatch",
-    "WalkerEnv",
-    "WalkerVectorEnv",
-    "__version__",
-    "ids",
-]
+__all__ = [*_HOMES, "__version__"]
 
 
 def _load_core() -> ModuleType:

@@ -18,26 +18,20 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.spaces import action_space_of, observation_space_of
+from walker_sim.spaces import spaces_of
 from walker_sim.time_limit import limit_of_make
-from walker_sim.transport import TRANSPORTS, Walker, by_name
+from walker_sim.transport import TRANSPORTS, Place, State, Walker, by_name
 
 
 def make_walker(
-    env_id: str,
-    transport: str,
-    server: str,
-    master_uri: str,
-    timeout: float,
-    max_episode_steps: int | None,
-    parameters: dict[str, Any],
+    env_id: str, place: Place, max_episode_steps: int | None, parameters: dict[str, Any]
 ) -> Walker:
     """The walker, here or on a server; the server's is compared with what is asked for."""
-    if transport == "inprocess":
+    if place.transport == "inprocess":
         from walker_sim.in_process import InProcessWalker
 
         return InProcessWalker(env_id, {**parameters, "max_episode_steps": max_episode_steps or 0})
-    if transport == "ros":
+    if place.transport == "ros":
         from walker_sim.over_ros import RemoteWalker
 
         if max_episode_steps is None:
@@ -45,8 +39,8 @@ def make_walker(
         if max_episode_steps is not None:
             limit = 0 if max_episode_steps == -1 else max_episode_steps
             parameters = {**parameters, "max_episode_steps": limit}
-        return RemoteWalker(env_id, parameters, server, master_uri, timeout)
-    raise ValueError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
+        return RemoteWalker(env_id, parameters, place)
+    raise ValueError(f"transport = {place.transport!r}: must be one of {', '.join(TRANSPORTS)}")
 
 
 def to_action(given: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -124,14 +118,12 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         parameters, camera = split_keywords(env_id, parameters)
         self.render_mode = render_mode
         self._transport = transport
-        self._walker = make_walker(
-            env_id, transport, server, master_uri, timeout, max_episode_steps, parameters
-        )
+        place = Place(transport, server, master_uri, timeout)
+        self._walker = make_walker(env_id, place, max_episode_steps, parameters)
         specification = self._walker.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
         self._is_closed = False
-        self.observation_space = observation_space_of(specification)
-        self.action_space = action_space_of(specification)
+        self.observation_space, self.action_space = spaces_of(specification)
         self.metadata = metadata_of(specification)
         self._action_shape = self.action_space.shape
         self._info_names = specification["info_names"]
@@ -186,11 +178,10 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             For a seed that is negative or not a Python integer.
         """
         super().reset(seed=seed)
-        observation, info = self._arrays()
-        self._walker.reset(seed, super().np_random, observation, info)
+        observation, info = state = self._new_state()
+        self._walker.reset(seed, super().np_random, state)
         self._is_closed = False
-        if self.render_mode == "human":
-            self._pictures.begin(self._walker.render)
+        self._pictures.begin(self._walker.render)
         return observation, by_name(self._info_names, info.tolist())
 
     def step(self, action: NDArray[Any]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
@@ -218,8 +209,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         if self._is_closed:
             raise ClosedEnvironmentError("step: the environment has been closed; reset first")
         values = to_action(action, self._action_shape)
-        observation, info = self._arrays()
-        reward, terminated, truncated, error = self._walker.step(values, observation, info)
+        observation, info = state = self._new_state()
+        reward, terminated, truncated, error = self._walker.step(values, state)
         infos = by_name(self._info_names, info.tolist())
         if error:
             infos["error"] = error
@@ -273,7 +264,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         self._pictures.close()
         self._is_closed = True
 
-    def _arrays(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    def _new_state(self) -> State:
         return (
             np.empty(self._observation_size, self._observation_dtype),
             np.empty(len(self._info_names)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence, Tuple
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 from gymnasium.utils.seeding import np_random
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Batch, Rows, Specification
+from walker_sim.transport import Batch, Colors, Depths, Specification, State, Walkers
 
-GeneratorState = Tuple[int, int, int, int, int, int]
+GeneratorState = Sequence[int]
 """PCG64's state and increment, high and low 64 bits each, has_uint32, uinteger."""
 
 _LOW = (1 << 64) - 1
@@ -51,31 +51,15 @@ class InProcessWalker:
         self._environment = _core.Environment(env_id, dict(parameters))
         self.specification: Specification = self._environment.specification
 
-    def reset(
-        self,
-        seed: int | None,
-        random: np.random.Generator,
-        observation: NDArray[Any],
-        info: NDArray[np.float64],
-    ) -> None:
+    def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
         """Begins an episode from the generator, which has been seeded already."""
         with random.bit_generator.lock:  # as NumPy's own draws do
-            set_state(random, self._environment.reset(state_of(random), observation, info))
+            set_state(random, self._environment.reset(state_of(random), *state))
 
-    def step(
-        self,
-        action: NDArray[np.float64],
-        observation: NDArray[Any],
-        info: NDArray[np.float64],
-    ) -> tuple[float, bool, bool, str]:
-        return self._environment.step(action, observation, info)
+    def step(self, action: NDArray[np.float64], state: State) -> tuple[float, bool, bool, str]:
+        return self._environment.step(action, *state)
 
-    def render(
-        self,
-        pictures: Pictures,
-        rgb: NDArray[np.uint8] | None,
-        depth: NDArray[np.float32] | None,
-    ) -> None:
+    def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         """The environment is only looked at; while it is drawn, others may step it."""
         pictures.renderer.render(self._environment.capture(), rgb, depth)
 
@@ -83,7 +67,7 @@ class InProcessWalker:
         """There is nothing to let go of before the object goes."""
 
 
-class InProcessWalkers:
+class InProcessWalkers(Walkers):
     """A pool."""
 
     def __init__(
@@ -98,44 +82,22 @@ class InProcessWalkers:
         self._pool = _core.Pool(
             env_id, dict(parameters), num_envs, num_threads, autoreset_mode, batch_size
         )
-        self.specification: Specification = self._pool.specification
-        self.num_envs = self._pool.num_envs
+        super().__init__(self._pool.specification, num_envs)
         self.num_threads = self._pool.num_threads
         self.batch_size = self._pool.batch_size
-        self._rows = Rows(self.specification)
         self._seeds: list[int | None] = [None] * num_envs
 
-    def reset(
-        self, environments: list[int], seeds: Sequence[int | None]
-    ) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    @property
+    def _driver(self) -> _core.Pool:
+        return self._pool
+
+    def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
         self._seed(environments, seeds)
-        observations, info = self._rows.of_reset(self.num_envs)
-        self._pool.reset(environments, observations, info)
-        return observations, info
+        rows = self._new_rows(self.num_envs)
+        self._pool.reset(environments, *rows)
+        return rows
 
-    def step(self, actions: NDArray[np.float64]) -> Batch:
-        batch = self._rows.of_step(self.num_envs)
-        self._pool.step(actions, *batch)
-        return batch
-
-    def final_rows(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        observations, info = self._rows.of_reset(self.num_envs)
-        self._pool.final_rows(observations, info)
-        return observations, info
-
-    def error(self, environment: int) -> str:
-        return self._pool.error(environment)
-
-    def reset_error(self, environment: int) -> str:
-        return self._pool.reset_error(environment)
-
-    def render(
-        self,
-        environment: int,
-        pictures: Pictures,
-        rgb: NDArray[np.uint8] | None,
-        depth: NDArray[np.float32] | None,
-    ) -> None:
+    def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         pictures.renderer.render(self._pool.capture(environment), rgb, depth)
 
     def send(self, actions: NDArray[np.float64], environments: list[int]) -> None:
@@ -149,14 +111,8 @@ class InProcessWalkers:
 
     def recv(self) -> tuple[Batch, list[int]]:
         """The next `batch_size` that have arrived, and which these are."""
-        batch = self._rows.of_step(self.batch_size)
-        return batch, self._pool.recv(*batch)
-
-    def final_rows_received(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        """As `final_rows`, in the order of the last `recv`."""
-        observations, info = self._rows.of_reset(self.batch_size)
-        self._pool.final_rows_received(observations, info)
-        return observations, info
+        batch = self._new_batch(self.batch_size)
+        return batch, self._pool.recv(batch)
 
     def seeds(self) -> tuple[int | None, ...]:
         """What the generators were last seeded with, -1 where that is not known; those that were

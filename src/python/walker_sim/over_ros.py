@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.errors import ServerMismatch
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Batch, Rows, Specification
+from walker_sim.transport import Batch, Colors, Depths, Place, Specification, State, Walkers
 
 
 def differences(wanted: Specification, found: Specification) -> list[str]:
@@ -45,22 +45,16 @@ class Connection:
     """
 
     def __init__(
-        self,
-        env_id: str,
-        parameters: Mapping[str, Any],
-        required: Specification,
-        server: str,
-        master_uri: str,
-        timeout: float,
+        self, env_id: str, parameters: Mapping[str, Any], required: Specification, place: Place
     ) -> None:
-        for name, value in (("server", server), ("master_uri", master_uri)):
+        for name, value in (("server", place.server), ("master_uri", place.master_uri)):
             if not isinstance(value, str):
                 raise TypeError(f"{name} = {value!r}: must be a str")
-        if not isinstance(timeout, numbers.Real):
-            raise TypeError(f"timeout = {timeout!r}: must be a number of seconds")
+        if not isinstance(place.timeout, numbers.Real):
+            raise TypeError(f"timeout = {place.timeout!r}: must be a number of seconds")
         self._required: Specification = required
         self._options: tuple[str, dict[str, Any], str, str, float]
-        self._options = (env_id, dict(parameters), server, master_uri, float(timeout))
+        self._options = (env_id, dict(parameters), *place[1:3], float(place.timeout))
         self._client: _core.Client | None = None
         self.specification: Specification = self.open().specification
 
@@ -107,42 +101,19 @@ class Connection:
 class RemoteWalker:
     """The one walker of a server in lock-step. A copy is another connection to it."""
 
-    def __init__(
-        self,
-        env_id: str,
-        parameters: Mapping[str, Any],
-        server: str,
-        master_uri: str,
-        timeout: float,
-    ) -> None:
+    def __init__(self, env_id: str, parameters: Mapping[str, Any], place: Place) -> None:
         required = {"mode": "lockstep", "num_envs": 1}
-        self._connection = Connection(env_id, parameters, required, server, master_uri, timeout)
+        self._connection = Connection(env_id, parameters, required, place)
         self.specification = self._connection.specification
 
-    def reset(
-        self,
-        seed: int | None,
-        random: np.random.Generator,
-        observation: NDArray[Any],
-        info: NDArray[np.float64],
-    ) -> None:
+    def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
         """Without a seed the server's own generator continues; `random` stays as it is."""
-        self._connection.open().reset(seed, observation, info)
+        self._connection.open().reset(seed, *state)
 
-    def step(
-        self,
-        action: NDArray[np.float64],
-        observation: NDArray[Any],
-        info: NDArray[np.float64],
-    ) -> tuple[float, bool, bool, str]:
-        return self._connection.client.step(action, observation, info)
+    def step(self, action: NDArray[np.float64], state: State) -> tuple[float, bool, bool, str]:
+        return self._connection.client.step(action, *state)
 
-    def render(
-        self,
-        pictures: Pictures,
-        rgb: NDArray[np.uint8] | None,
-        depth: NDArray[np.float32] | None,
-    ) -> None:
+    def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         """The server draws."""
         self._connection.client.render(0, pictures.camera_parameters, rgb, depth)
 
@@ -150,7 +121,7 @@ class RemoteWalker:
         self._connection.close()
 
 
-class RemoteWalkers:
+class RemoteWalkers(Walkers):
     """All walkers of a server in lock-step. A copy is another connection to it."""
 
     def __init__(
@@ -159,51 +130,31 @@ class RemoteWalkers:
         parameters: Mapping[str, Any],
         num_envs: int,
         autoreset_mode: str,
-        server: str,
-        master_uri: str,
-        timeout: float,
+        place: Place,
     ) -> None:
         required = {"mode": "lockstep", "num_envs": num_envs, "autoreset_mode": autoreset_mode}
-        self._connection = Connection(env_id, parameters, required, server, master_uri, timeout)
-        self.specification = self._connection.specification
-        self.num_envs = num_envs
-        self._rows = Rows(self.specification)
-        self._observations, self._info = self._rows.of_reset(num_envs)  # the last ones
+        self._connection = Connection(env_id, parameters, required, place)
+        super().__init__(self._connection.specification, num_envs)
+        self._observations, self._info = self._new_rows(num_envs)  # the last ones
         self._observations[:], self._info[:] = 0, 0
 
-    def reset(
-        self, environments: list[int], seeds: Sequence[int | None]
-    ) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    @property
+    def _driver(self) -> _core.Client:
+        return self._connection.client
+
+    def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
         chosen = environments or list(range(self.num_envs))
-        observations, info = self._rows.of_reset(len(chosen))
+        observations, info = self._new_rows(len(chosen))
         self._connection.open().reset_batch(environments, seeds, observations, info)
         self._observations[chosen], self._info[chosen] = observations, info
         return self._observations.copy(), self._info.copy()
 
     def step(self, actions: NDArray[np.float64]) -> Batch:
-        batch = self._rows.of_step(self.num_envs)
-        self._connection.client.step_batch(actions, *batch)
+        batch = super().step(actions)
         self._observations, self._info = batch.observations.copy(), batch.info.copy()
         return batch
 
-    def final_rows(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        observations, info = self._rows.of_reset(self.num_envs)
-        self._connection.client.final_rows(observations, info)
-        return observations, info
-
-    def error(self, environment: int) -> str:
-        return self._connection.client.error(environment)
-
-    def reset_error(self, environment: int) -> str:
-        return self._connection.client.reset_error(environment)
-
-    def render(
-        self,
-        environment: int,
-        pictures: Pictures,
-        rgb: NDArray[np.uint8] | None,
-        depth: NDArray[np.float32] | None,
-    ) -> None:
+    def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         self._connection.client.render(environment, pictures.camera_parameters, rgb, depth)
 
     def close(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any, Callable, Dict, List
 
 import gymnasium
@@ -13,8 +12,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
-from walker_sim.spaces import action_space_of, observation_space_of
-from walker_sim.transport import by_name, make_walkers, to_actions
+from walker_sim.spaces import spaces_of
+from walker_sim.transport import Place, by_name, make_walkers, to_actions
 
 Infos = List[Dict[str, Any]]
 
@@ -80,10 +79,8 @@ class VecEnv(vec_env.VecEnv):
         parameters, camera = split_keywords(env_id, parameters)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = max(max_episode_steps, 0)
-        self._walkers = make_walkers(
-            *(env_id, num_envs, transport, server, master_uri, timeout),
-            *(num_threads, 0, "same_step", parameters),
-        )
+        place = Place(transport, server, master_uri, timeout)
+        self._walkers = make_walkers(env_id, num_envs, "same_step", parameters, place, num_threads)
         specification = self._walkers.specification
         self._pictures = Pictures(
             *(env_id, parameters, render_mode, camera, specification["dt"]), ("human", "rgb_array")
@@ -94,8 +91,7 @@ class VecEnv(vec_env.VecEnv):
         self._action_size = len(specification["action_low"])
         self._actions: NDArray[np.float64] | None = None
         self._is_closed = False
-        observation_space = observation_space_of(specification)
-        action_space = action_space_of(specification)
+        observation_space, action_space = spaces_of(specification)
         # What a walker alone would have, for `get_attr`; the base class asks for some at once.
         shared = {
             "action_space": action_space,
@@ -171,7 +167,7 @@ class VecEnv(vec_env.VecEnv):
         self._check_open()
         if self.render_mode != "rgb_array":
             return [None] * self.num_envs
-        return [self._pictures.colors(self._drawer(i)) for i in range(self.num_envs)]
+        return [self._pictures.colors(self._walkers.drawer(i)) for i in range(self.num_envs)]
 
     def render(self, mode: str | None = None) -> NDArray[np.uint8] | None:
         """The walkers' pictures side by side, or those in a window, as Stable-Baselines3 has it."""
@@ -233,7 +229,7 @@ class VecEnv(vec_env.VecEnv):
         """Puts the infos of the episodes that ended in the place of their successors'."""
         if not ended:
             return
-        observations, info = self._walkers.final_rows()
+        observations, info = self._walkers.final_rows(self.num_envs)
         for i, final in zip(ended, self._to_dicts(info[ended])):
             final["terminal_observation"] = observations[i]
             error = self._walkers.error(i)
@@ -253,12 +249,9 @@ class VecEnv(vec_env.VecEnv):
             return [by_name(self._info_names, row) for row in info.tolist()]
         return [dict(zip(self._info_names, row)) for row in info.tolist()]
 
-    def _drawer(self, index: int) -> Draw:
-        return functools.partial(self._walkers.render, index)
-
     def _show_first(self, show: Callable[[Draw], None]) -> None:
         if self.render_mode == "human" and not self._walkers.reset_error(0):
-            show(self._drawer(0))
+            show(self._walkers.drawer(0))
 
     def _check_open(self) -> None:
         if self._is_closed:

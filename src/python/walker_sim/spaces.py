@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from gymnasium.spaces import Box
 
 from walker_sim.transport import Specification
 
 
-def observation_space_of(specification: Specification) -> Box:
-    """Shape (observation size,), float32 or float64."""
-    dtype = np.dtype(specification["observation_dtype"])
-    low = np.array(specification["observation_low"], dtype)
-    high = np.array(specification["observation_high"], dtype)
+def spaces_of(specification: Specification) -> tuple[Box, Box]:
+    """Of observations, shape (observation size,), float32 or float64, and of actions, shape
+    (action size,), float32."""
+    return (
+        _box(specification, "observation", np.dtype(specification["observation_dtype"])),
+        _box(specification, "action", np.dtype(np.float32)),
+    )
+
+
+def _box(specification: Specification, what: str, dtype: np.dtype[Any]) -> Box:
+    low, high = (np.array(specification[f"{what}_{end}"], dtype) for end in ("low", "high"))
     return Box(low, high, dtype=dtype.type)
-
-
-def action_space_of(specification: Specification) -> Box:
-    """Shape (action size,), float32."""
-    low = np.array(specification["action_low"], np.float32)
-    high = np.array(specification["action_high"], np.float32)
-    return Box(low, high, dtype=np.float32)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Protocol, Sequence
+import functools
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,12 +12,32 @@ from numpy.typing import ArrayLike, NDArray
 from walker_sim.errors import InvalidAction
 
 if TYPE_CHECKING:
-    from walker_sim.rendering import Pictures
+    from walker_sim import _core
+    from walker_sim.rendering import Draw, Pictures
 
 TRANSPORTS = ("inprocess", "ros")
 
 Specification = Dict[str, Any]
 """By the names of EnvironmentSpec.msg; ``parameters`` holds texts by name."""
+
+State = Tuple[NDArray[Any], NDArray[np.float64]]
+"""Observation, shape (observation size,), float32 or float64, and info, shape (info names,), NaN
+where absent; of several walkers a row each."""
+
+Colors = Optional[NDArray[np.uint8]]
+"""To be filled, shape (height, width, 3), where they are wanted."""
+
+Depths = Optional[NDArray[np.float32]]
+"""To be filled, shape (height, width) [m], where they are wanted."""
+
+
+class Place(NamedTuple):
+    """Where walkers are; all but the first for those over ROS."""
+
+    transport: str = "inprocess"
+    server: str = "/walker_sim"
+    master_uri: str = ""
+    timeout: float = 10.0  # of each call [s of wall time]
 
 
 class Walker(Protocol):
@@ -23,31 +45,14 @@ class Walker(Protocol):
 
     specification: Specification
 
-    def reset(
-        self,
-        seed: int | None,
-        random: np.random.Generator,
-        observation: NDArray[Any],
-        info: NDArray[np.float64],
-    ) -> None:
+    def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
         """Begins an episode, drawn from `random` in process, by `seed` over ROS."""
 
-    def step(
-        self,
-        action: NDArray[np.float64],
-        observation: NDArray[Any],
-        info: NDArray[np.float64],
-    ) -> tuple[float, bool, bool, str]:
+    def step(self, action: NDArray[np.float64], state: State) -> tuple[float, bool, bool, str]:
         """Returns reward, terminated, truncated and the engine's error or an empty text."""
 
-    def render(
-        self,
-        pictures: Pictures,
-        rgb: NDArray[np.uint8] | None,
-        depth: NDArray[np.float32] | None,
-    ) -> None:
-        """Draws what it shows now: `rgb`, shape (height, width, 3), and `depth`, shape (height,
-        width) [m], are filled where they are wanted."""
+    def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
+        """Draws what it shows now."""
 
     def close(self) -> None:
         """Lets go of what it holds."""
@@ -63,37 +68,22 @@ class Batch(NamedTuple):
     info: NDArray[np.float64]  # (n, info names), NaN where absent
 
 
-class Rows:
-    """Makes the arrays that several walkers' results go into."""
+class Walkers(ABC):
+    """Several walkers, stepped together."""
 
-    def __init__(self, specification: Specification) -> None:
-        self._observation_size = len(specification["observation_low"])
+    def __init__(self, specification: Specification, num_envs: int) -> None:
+        self.specification, self.num_envs = specification, num_envs
+        self._size = len(specification["observation_low"])
         self._num_infos = len(specification["info_names"])
         self._dtype = np.dtype(specification["observation_dtype"])
 
-    def of_reset(self, count: int) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        """Observations, shape (count, observation size), and info, shape (count, info names)."""
-        return (
-            np.empty((count, self._observation_size), self._dtype),
-            np.empty((count, self._num_infos)),
-        )
+    @property
+    @abstractmethod
+    def _driver(self) -> _core.Pool | _core.Client:
+        """What makes the calls."""
 
-    def of_step(self, count: int) -> Batch:
-        """A batch of `count`."""
-        observations, info = self.of_reset(count)
-        flags = np.empty((2, count), np.bool_)
-        return Batch(observations, np.empty(count), flags[0], flags[1], info)
-
-
-class Walkers(Protocol):
-    """Several walkers, stepped together."""
-
-    specification: Specification
-    num_envs: int
-
-    def reset(
-        self, environments: list[int], seeds: Sequence[int | None]
-    ) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    @abstractmethod
+    def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
         """Observations and info of all, after a reset of some.
 
         `environments` empty: of all. `seeds`: empty, or one for each of these.
@@ -101,27 +91,44 @@ class Walkers(Protocol):
 
     def step(self, actions: NDArray[np.float64]) -> Batch:
         """Steps all, actions of shape (n, action size)."""
+        batch = self._new_batch(self.num_envs)
+        self._driver.step_batch(actions, batch)
+        return batch
 
-    def final_rows(self) -> tuple[NDArray[Any], NDArray[np.float64]]:
-        """Observations and info of all; of meaning where an episode ended in a same_step step."""
+    def final_rows(self, count: int) -> State:
+        """Observations and info of the last batch, which had `count` rows; of meaning where an
+        episode ended in a same_step step."""
+        rows = self._new_rows(count)
+        self._driver.final_rows(*rows)
+        return rows
 
     def error(self, environment: int) -> str:
         """Why the engine had to end the episode in the last step, or an empty text."""
+        return self._driver.error(environment)
 
     def reset_error(self, environment: int) -> str:
         """Why there is no episode: what the engine said at the last reset, or an empty text."""
+        return self._driver.reset_error(environment)
 
-    def render(
-        self,
-        environment: int,
-        pictures: Pictures,
-        rgb: NDArray[np.uint8] | None,
-        depth: NDArray[np.float32] | None,
-    ) -> None:
+    @abstractmethod
+    def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         """As `Walker.render`, of one of them."""
 
+    def drawer(self, environment: int) -> Draw:
+        """What draws one of them."""
+        return functools.partial(self.render, environment)
+
+    @abstractmethod
     def close(self) -> None:
         """Lets go of what it holds."""
+
+    def _new_rows(self, count: int) -> State:
+        return np.empty((count, self._size), self._dtype), np.empty((count, self._num_infos))
+
+    def _new_batch(self, count: int) -> Batch:
+        observations, info = self._new_rows(count)
+        flags = np.empty((2, count), np.bool_)
+        return Batch(observations, np.empty(count), flags[0], flags[1], info)
 
 
 def by_name(names: Sequence[str], info: Sequence[float]) -> dict[str, Any]:
@@ -140,23 +147,20 @@ def to_actions(actions: ArrayLike, count: int, size: int) -> NDArray[np.float64]
 def make_walkers(
     env_id: str,
     num_envs: int,
-    transport: str,
-    server: str,
-    master_uri: str,
-    timeout: float,
-    num_threads: int,
-    batch_size: int,
     autoreset_mode: str,
     parameters: dict[str, Any],
+    place: Place,
+    num_threads: int = 0,
+    batch_size: int = 0,
 ) -> Walkers:
     """The walkers, here or on a server; the server's are compared with what is asked for."""
-    if transport == "inprocess":
+    if place.transport == "inprocess":
         from walker_sim.in_process import InProcessWalkers
 
         return InProcessWalkers(
             env_id, parameters, num_envs, num_threads, autoreset_mode, batch_size
         )
-    if transport == "ros":
+    if place.transport == "ros":
         from walker_sim.over_ros import RemoteWalkers
 
         if num_threads:
@@ -167,7 +171,5 @@ def make_walkers(
             raise ValueError(
                 f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
             )
-        return RemoteWalkers(
-            env_id, parameters, num_envs, autoreset_mode, server, master_uri, timeout
-        )
-    raise ValueError(f"transport = {transport!r}: must be one of {', '.join(TRANSPORTS)}")
+        return RemoteWalkers(env_id, parameters, num_envs, autoreset_mode, place)
+    raise ValueError(f"transport = {place.transport!r}: must be one of {', '.join(TRANSPORTS)}")

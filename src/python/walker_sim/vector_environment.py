@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Sequence, Tuple
 
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
@@ -20,8 +19,8 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.spaces import action_space_of, observation_space_of
-from walker_sim.transport import make_walkers, to_actions
+from walker_sim.spaces import spaces_of
+from walker_sim.transport import Batch, Place, make_walkers, to_actions
 from walker_sim.vector_arguments import (
     AutoresetMode,
     Seeds,
@@ -32,6 +31,9 @@ from walker_sim.vector_arguments import (
     to_seeds,
 )
 from walker_sim.vector_infos import Infos, add_errors, add_finals, to_infos
+
+Outcome = Tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]
+"""Observations, rewards, terminated, truncated, infos."""
 
 
 class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
@@ -99,16 +101,15 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
         self.num_envs = to_count("num_envs", num_envs, 1)
         self._walkers = make_walkers(
-            *(env_id, self.num_envs, transport, server, master_uri, timeout),
+            *(env_id, self.num_envs, self.autoreset_mode.name.lower(), parameters),
+            Place(transport, server, master_uri, timeout),
             to_count("num_threads", num_threads, 0),
             to_count("batch_size", batch_size, 0),
-            *(self.autoreset_mode.name.lower(), parameters),
         )
         specification = self._walkers.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
         self.closed = False
-        self.single_observation_space = observation_space_of(specification)
-        self.single_action_space = action_space_of(specification)
+        self.single_observation_space, self.single_action_space = spaces_of(specification)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.metadata = {**metadata_of(specification), "autoreset_mode": self.autoreset_mode}
@@ -178,21 +179,19 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         """
         self._need_open("reset")
         seeds = to_seeds(seed, self.num_envs)
-        if options is None or "reset_mask" not in options:
-            observations, info = self._walkers.reset([], seeds)
-            self._show_first(self._pictures.begin)
-            return observations, self._infos_of_reset(info, np.ones(self.num_envs, np.bool_))
-        mask = checked_mask(options["reset_mask"], self.num_envs)
-        chosen = np.flatnonzero(mask).tolist()
-        some_seeds = [seeds[i] for i in chosen] if seeds else []
-        observations, info = self._walkers.reset(chosen, some_seeds)
+        mask, chosen = np.ones(self.num_envs, np.bool_), []
+        if options is not None and "reset_mask" in options:
+            mask = checked_mask(options["reset_mask"], self.num_envs)
+            chosen = np.flatnonzero(mask).tolist()
+            seeds = [seeds[i] for i in chosen] if seeds else []
+        observations, info = self._walkers.reset(chosen, seeds)
         if mask[0]:
             self._show_first(self._pictures.begin)
-        return observations, self._infos_of_reset(info, mask)
+        infos = to_infos(self._info_names, info, mask)
+        add_errors(infos, mask, self._walkers.reset_error)
+        return observations, infos
 
-    def step(
-        self, actions: ArrayLike
-    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]:
+    def step(self, actions: ArrayLike) -> Outcome:
         """Advances all walkers by `dt`, or resets those whose autoreset is due.
 
         Parameters
@@ -218,14 +217,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             Where a walker has no running episode. Nothing has moved.
         """
         self._need_open("step")
-        walkers = self._walkers
-        batch = walkers.step(to_actions(actions, self.num_envs, self._action_size))
-        infos = to_infos(self._info_names, batch.info)
-        ended = batch.terminated | batch.truncated
-        if np.count_nonzero(ended):
-            self._add_ends(infos, ended, walkers.final_rows, range(self.num_envs))
-        self._show_first(self._pictures.follow)
-        return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
+        batch = self._walkers.step(to_actions(actions, self.num_envs, self._action_size))
+        return self._to_outcome(batch, range(self.num_envs))
 
     def async_reset(self, *, seed: Seeds = None) -> None:
         """In process: begins to reset all walkers and returns at once; `recv` gives their rows.
@@ -258,9 +251,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         environments = to_indices(env_ids, self.num_envs)
         pool.send(to_actions(actions, len(environments), self._action_size), environments)
 
-    def recv(
-        self,
-    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]:
+    def recv(self) -> Outcome:
         """In process: waits for as many walkers as `batch_size`, those that arrive first.
 
         Returns
@@ -274,16 +265,10 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         RuntimeError
             When fewer are under way.
         """
-        pool = self._pool("recv")
-        batch, environments = pool.recv()
-        infos = to_infos(self._info_names, batch.info)
-        infos["env_id"] = np.array(environments, np.int32)
-        ended = batch.terminated | batch.truncated
-        if np.count_nonzero(ended):
-            self._add_ends(infos, ended, pool.final_rows_received, environments)
-        if 0 in environments:
-            self._show_first(self._pictures.follow)
-        return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
+        batch, environments = self._pool("recv").recv()
+        outcome = self._to_outcome(batch, environments)
+        outcome[4]["env_id"] = np.array(environments, np.int32)
+        return outcome
 
     def render(self) -> tuple[Picture, ...] | None:
         """Draws what the walkers show now, one after the other.
@@ -304,7 +289,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if self.render_mode == "human":
             self._show_first(self._pictures.show)
             return None
-        return tuple(self._pictures.take(self._drawer(i)) for i in range(self.num_envs))
+        return tuple(self._pictures.take(self._walkers.drawer(i)) for i in range(self.num_envs))
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """What each walker has as a single environment: ``np_random``, ``np_random_seed``, its
@@ -341,15 +326,12 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self._walkers.close()
         self._pictures.close()
 
-    def _drawer(self, index: int) -> Draw:
-        return functools.partial(self._walkers.render, index)
-
     def _show_first(self, show: Callable[[Draw], None]) -> None:
         """In the window, if there is one, unless the engine has failed and there is nothing."""
         if self.render_mode != "human" or self._walkers.reset_error(0):
             return
         if self.autoreset_mode is AutoresetMode.SAME_STEP or not self._walkers.error(0):
-            show(self._drawer(0))
+            show(self._walkers.drawer(0))
 
     def _need_open(self, call: str) -> None:
         if self.closed:
@@ -362,32 +344,33 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
         return self._walkers
 
-    def _infos_of_reset(self, info: NDArray[np.float64], mask: NDArray[np.bool_]) -> Infos:
-        infos = to_infos(self._info_names, info, mask)
-        add_errors(infos, mask, self._walkers.reset_error)
-        return infos
+    def _to_outcome(self, batch: Batch, environments: Sequence[int]) -> Outcome:
+        """What `step` and `recv` return. `environments`: whose rows these are."""
+        infos = to_infos(self._info_names, batch.info)
+        ended = batch.terminated | batch.truncated
+        if np.count_nonzero(ended):
+            self._add_ends(infos, ended, environments)
+        if 0 in environments:
+            self._show_first(self._pictures.follow)
+        return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos
 
     def _add_ends(
-        self,
-        infos: Infos,
-        ended: NDArray[np.bool_],
-        final_rows: Callable[[], tuple[NDArray[Any], NDArray[np.float64]]],
-        environments: Sequence[int],
+        self, infos: Infos, ended: NDArray[np.bool_], environments: Sequence[int]
     ) -> None:
         """What is said where an episode has ended, in the infos of its last step, and where the
-        next could not begin. `environments`: whose rows these are."""
-        walkers = self._walkers
+        next could not begin."""
+
+        def error(row: int) -> str:
+            return self._walkers.error(environments[row])
+
+        def reset_error(row: int) -> str:
+            return self._walkers.reset_error(environments[row])
+
         if self.autoreset_mode is not AutoresetMode.SAME_STEP:
-            add_errors(
-                infos,
-                ended,
-                lambda row: (
-                    walkers.error(environments[row]) or walkers.reset_error(environments[row])
-                ),
-            )
+            add_errors(infos, ended, lambda row: error(row) or reset_error(row))
             return
-        observations, info = final_rows()
+        observations, info = self._walkers.final_rows(len(ended))
         last = to_infos(self._info_names, info, ended)
         add_finals(infos, ended, observations, last)
-        add_errors(last, ended, lambda row: walkers.error(environments[row]))
-        add_errors(infos, ended, lambda row: walkers.reset_error(environments[row]))
+        add_errors(last, ended, error)
+        add_errors(infos, ended, reset_error)

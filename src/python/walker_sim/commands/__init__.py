@@ -37,9 +37,9 @@ failed, 2 bad input or no connection, 130 interrupted.
 def _parser() -> Parser:
     lines = "\n  ".join(f"{name:<10}{text}" for name, text in COMMANDS.items())
     parser = Parser(
-        prog="python3 -m walker_sim",
-        description="Gymnasium's bipedal walkers, the same bits in process and over ROS.",
-        epilog=EPILOG.format(commands=lines),
+        "",
+        "Gymnasium's bipedal walkers, the same bits in process and over ROS.",
+        EPILOG.format(commands=lines),
         usage="python3 -m walker_sim [-h] [--version] COMMAND ...",
     )
     parser.add_argument(

@@ -10,7 +10,7 @@ import statistics
 import sys
 import time
 from pathlib import Path
-from typing import Any, Callable, NamedTuple, Sequence
+from typing import Any, Callable, Dict, List, Sequence
 
 import gymnasium
 import numpy as np
@@ -45,17 +45,12 @@ Play = Callable[[float], float]
 """Steps for so many seconds, and returns the steps per second."""
 
 
-class Speed(NamedTuple):
-    """Of one side: a number per round [steps/s]."""
-
-    name: str
-    rounds: list[float]
+Speeds = Dict[str, List[float]]
+"""By side a number per round [steps/s]."""
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        prog="python3 -m walker_sim bench", description=DESCRIPTION, epilog=EPILOG
-    )
+    parser = common.Parser("bench", DESCRIPTION, EPILOG)
     parser.add_argument(
         "--seconds",
         type=common.positive,
@@ -160,32 +155,32 @@ def _vector(name: str, count: int, keywords: dict[str, Any]) -> Play:
     return play
 
 
-def measure(sides: dict[str, Play], seconds: float) -> list[Speed]:
+def measure(sides: dict[str, Play], seconds: float) -> Speeds:
     """Lets the sides take turns, every other round the other way round; first all warm up."""
-    speeds = {name: Speed(name, []) for name in sides}
+    speeds: Speeds = {name: [] for name in sides}
     for play in sides.values():
         play(min(seconds, 0.1))
     for index in range(ROUNDS):
         for name in list(sides)[:: -1 if index % 2 else 1]:
-            speeds[name].rounds.append(sides[name](seconds))
-    return list(speeds.values())
+            speeds[name].append(sides[name](seconds))
+    return speeds
 
 
-def table(speeds: Sequence[Speed]) -> list[str]:
+def table(speeds: Speeds) -> list[str]:
     """A line per side: median, spread, and the ratio to Gymnasium's own where there is one."""
-    peer = next((speed for speed in speeds if speed.name == GYMNASIUM), None)
-    width = max(len(speed.name) for speed in speeds)
-    most = max(statistics.median(speed.rounds) for speed in speeds)
+    peer = speeds.get(GYMNASIUM)
+    width = max(map(len, speeds))
+    most = max(map(statistics.median, speeds.values()))
     head = f"  {'':<{width}}  {'steps/s':>9}  {'spread':>6}"
     lines = [head + (f"  {'ratio':>6}  (least to most)" if peer else "")]
-    for speed in speeds:
-        median = statistics.median(speed.rounds)
-        spread = (max(speed.rounds) - min(speed.rounds)) / 2 / median
-        line = f"  {speed.name:<{width}}  {median:>9,.0f}  {f'±{spread:.0%}':>6}"
+    for name, rounds in speeds.items():
+        median = statistics.median(rounds)
+        spread = (max(rounds) - min(rounds)) / 2 / median
+        line = f"  {name:<{width}}  {median:>9,.0f}  {f'±{spread:.0%}':>6}"
         if peer:
-            ratios = [ours / theirs for ours, theirs in zip(speed.rounds, peer.rounds)]
+            ratios = [ours / theirs for ours, theirs in zip(rounds, peer)]
             line += f"  {f'x{statistics.median(ratios):.2f}':>6}"
-            span = "" if speed is peer else f"({min(ratios):.2f} to {max(ratios):.2f})"
+            span = "" if name == GYMNASIUM else f"({min(ratios):.2f} to {max(ratios):.2f})"
             line += f"  {span:<16}"
         lines.append(f"{line}  {'█' * round(BAR * median / most)}".rstrip())
     return lines

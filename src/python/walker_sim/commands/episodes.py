@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any, Callable, Iterator, NamedTuple, Sequence
 
 import numpy as np
@@ -25,28 +26,20 @@ class Steps(NamedTuple):
     infos: list[NDArray[np.float64]]  # n + 1 x (info names,), NaN where absent
 
 
-class Episode(NamedTuple):
-    """How an episode went."""
+@dataclass(order=True)
+class Episode:
+    """How an episode went, or goes."""
 
     order: int  # of its seed among those asked for
     seed: int
-    episode_return: float
-    length: int  # [steps]
-    terminated: bool
-    truncated: bool
-    end: str  # arrived, fell, terminated, time limit or failed
-    info: dict[str, float]  # of the last step
-    error: str  # why the engine had to end it, or empty
-    steps: Steps
-
-
-class _Running:
-    """An episode under way."""
-
-    def __init__(self, order: int, seed: int, policy: Policy) -> None:
-        self.order, self.seed, self.policy = order, seed, policy
-        self.episode_return, self.length = 0.0, 0
-        self.steps = Steps([], [], [], [], [], [])
+    episode_return: float = 0.0
+    length: int = 0  # [steps]
+    terminated: bool = False
+    truncated: bool = False
+    end: str = ""  # arrived, fell, terminated, time limit or failed
+    info: dict[str, float] = field(default_factory=dict)  # of the last step
+    error: str = ""  # why the engine had to end it, or empty
+    steps: Steps = field(default_factory=lambda: Steps([], [], [], [], [], []))
 
 
 def play(
@@ -96,21 +89,6 @@ def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
     return "fell" if reward == failure_reward else "arrived"
 
 
-def _refused(running: _Running, error: str) -> Episode:
-    return Episode(
-        order=running.order,
-        seed=running.seed,
-        episode_return=0.0,
-        length=0,
-        terminated=True,
-        truncated=False,
-        end="failed",
-        info={},
-        error=error,
-        steps=running.steps,
-    )
-
-
 class _Player:
     def __init__(
         self,
@@ -119,7 +97,7 @@ class _Player:
         policy_of: Callable[[int], Policy],
         keeps_steps: bool,
     ) -> None:
-        self.running: dict[int, _Running] = {}  # by environment
+        self.running: dict[int, tuple[Episode, Policy]] = {}  # by environment
         self._walkers, self._policy_of, self._keeps_steps = walkers, policy_of, keeps_steps
         self._waiting = iter(enumerate(seeds))
         specification = walkers.specification
@@ -142,33 +120,34 @@ class _Player:
             self._observations = observations
             environments = []
             for environment, (order, seed) in begun.items():
-                running = _Running(order, seed, self._policy_of(seed))
+                episode = Episode(order, seed)
                 if self._keeps_steps:
-                    running.steps.observations.append(observations[environment].copy())
-                    running.steps.infos.append(info[environment].copy())
-                error = self._walkers.reset_error(environment)
-                if error:
-                    refused.append(_refused(running, error))
+                    episode.steps.observations.append(observations[environment].copy())
+                    episode.steps.infos.append(info[environment].copy())
+                episode.error = self._walkers.reset_error(environment)
+                if episode.error:
+                    episode.terminated, episode.end = True, "failed"
+                    refused.append(episode)
                     environments.append(environment)
                 else:
-                    self.running[environment] = running
+                    self.running[environment] = episode, self._policy_of(seed)
         return refused
 
     def step(self) -> list[Episode]:
         """Steps all once; what has ended makes room for the next seeds."""
-        for environment, running in self.running.items():
-            self._actions[environment] = running.policy(self._observations[environment])
+        for environment, (_, policy) in self.running.items():
+            self._actions[environment] = policy(self._observations[environment])
         batch = self._walkers.step(self._actions)
         self._observations = batch.observations
         rewards = batch.rewards.tolist()
-        for environment, running in self.running.items():
-            running.episode_return += rewards[environment]
-            running.length += 1
+        for environment, (episode, _) in self.running.items():
+            episode.episode_return += rewards[environment]
+            episode.length += 1
             if self._keeps_steps:
-                self._keep(running.steps, batch, environment)
+                self._keep(episode.steps, batch, environment)
         flags = (batch.terminated | batch.truncated).tolist()
         ended = [environment for environment in self.running if flags[environment]]
-        episodes = [self._conclude(self.running.pop(e), batch, e) for e in ended]
+        episodes = [self._conclude(self.running.pop(e)[0], batch, e) for e in ended]
         return episodes + self.begin(ended)
 
     def _keep(self, steps: Steps, batch: Batch, environment: int) -> None:
@@ -179,16 +158,10 @@ class _Player:
         steps.truncated.append(bool(batch.truncated[environment]))
         steps.infos.append(batch.info[environment].copy())
 
-    def _conclude(self, running: _Running, batch: Batch, environment: int) -> Episode:
-        return Episode(
-            order=running.order,
-            seed=running.seed,
-            episode_return=running.episode_return,
-            length=running.length,
-            terminated=bool(batch.terminated[environment]),
-            truncated=bool(batch.truncated[environment]),
-            end=end_of(self._walkers, batch, environment),
-            info=by_name(self._info_names, batch.info[environment].tolist()),
-            error=self._walkers.error(environment),
-            steps=running.steps,
-        )
+    def _conclude(self, episode: Episode, batch: Batch, environment: int) -> Episode:
+        episode.terminated = bool(batch.terminated[environment])
+        episode.truncated = bool(batch.truncated[environment])
+        episode.end = end_of(self._walkers, batch, environment)
+        episode.info = by_name(self._info_names, batch.info[environment].tolist())
+        episode.error = self._walkers.error(environment)
+        return episode

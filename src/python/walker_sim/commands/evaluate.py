@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import math
 import sys
@@ -41,11 +42,8 @@ examples:
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        prog="python3 -m walker_sim evaluate", description=DESCRIPTION, epilog=EPILOG
-    )
-    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
-    common.add_seeds(parser, EPISODES)
+    parser = common.Parser("evaluate", DESCRIPTION, EPILOG)
+    common.add_episodes(parser, EPISODES)
     parser.add_argument(
         "--threshold",
         type=common.number,
@@ -136,7 +134,7 @@ def write_json(path: Path, head: dict[str, Any], episodes: Sequence[Episode]) ->
     """The summary, and under ``outcomes`` the episodes."""
     outcomes = []
     for episode in episodes:
-        outcome = episode._asdict()
+        outcome = dataclasses.asdict(episode)
         for name in ("order", "steps"):
             del outcome[name]
         outcome["return"] = outcome.pop("episode_return")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import functools
+import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -10,10 +12,9 @@ from typing import Any, NoReturn, Sequence
 
 from walker_sim import _core, transport
 from walker_sim.registration import without_namespace
-from walker_sim.transport import TRANSPORTS, Walkers
+from walker_sim.transport import TRANSPORTS, Place, Walkers
 
 AT_ONCE = 16  # environments in process, where nobody says otherwise
-TIMEOUT = 10.0  # of a call over ROS [s of wall time]
 
 WALKER_HELP = f"""\
 ID, with or without "walker_sim/" before it, is one of
@@ -30,9 +31,14 @@ class InputError(Exception):
 class Parser(argparse.ArgumentParser):
     """Keeps the line breaks of texts, takes no abbreviated options, and complains in one line."""
 
-    def __init__(self, **keywords: Any) -> None:
+    def __init__(self, command: str, description: str, epilog: str, **keywords: Any) -> None:
         super().__init__(
-            formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **keywords
+            prog=f"python3 -m walker_sim {command}".strip(),
+            description=description,
+            epilog=epilog,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+            **keywords,
         )
 
     def error(self, message: str) -> NoReturn:
@@ -74,8 +80,9 @@ def add_num_envs(parser: Parser) -> None:
     )
 
 
-def add_seeds(parser: Parser, episodes: int) -> None:
-    """Adds the choice of episodes, one per seed."""
+def add_episodes(parser: Parser, episodes: int) -> None:
+    """Adds the policy, and the choice of episodes, one per seed."""
+    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
     group = parser.add_mutually_exclusive_group()
     group.add_argument(
         "--seeds",
@@ -109,26 +116,19 @@ def counts(text: str) -> list[int]:
     return [_count(part.strip()) for part in text.split(",")]
 
 
-def positive(text: str) -> float:
-    """For argparse: a finite number above 0."""
+def number(text: str, above: float = -math.inf) -> float:
+    """For argparse: a finite number above the limit."""
     try:
         value = float(text)
     except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text}: must be a number above 0")
+        value = math.nan
+    if not above < value < math.inf:
+        limit = "" if above < 0 else f" above {above}"
+        raise argparse.ArgumentTypeError(f"{text}: must be a number{limit}")
     return value
 
 
-def number(text: str) -> float:
-    """For argparse: a finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not abs(value) < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text}: must be a number")
-    return value
+positive = functools.partial(number, above=0)
 
 
 def _seeds(text: str) -> list[int]:
@@ -225,8 +225,9 @@ def make_walkers(
         count = min(num_envs or (1 if reuses else AT_ONCE), most)
     try:
         walkers = transport.make_walkers(
-            *(env_id, count, options.transport, options.server, "", TIMEOUT),
-            *(options.num_threads or 0, 0, "next_step", parameters),
+            *(env_id, count, "next_step", parameters),
+            Place(options.transport, options.server),
+            options.num_threads or 0,
         )
     except (ValueError, TypeError, RuntimeError) as error:
         raise InputError(str(error)) from error

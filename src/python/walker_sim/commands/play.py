@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import time
+from contextlib import closing
 from typing import Any, Callable, Sequence
 
 import numpy as np
@@ -266,10 +267,8 @@ class Viewer:
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        prog="python3 -m walker_sim play", description=DESCRIPTION, epilog=EPILOG
-    )
-    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
+    parser = common.Parser("play", DESCRIPTION, EPILOG)
+    common.add_episodes(parser, EPISODES)
     parser.add_argument(
         "--speed",
         type=common.positive,
@@ -277,7 +276,6 @@ def _parser() -> common.Parser:
         metavar="FACTOR",
         help="simulation time per wall time at the start (default: 1)",
     )
-    common.add_seeds(parser, EPISODES)
     common.add_walker_options(parser)
     return parser
 
@@ -294,8 +292,7 @@ def run(arguments: Sequence[str]) -> int:
         words = ["BipedalWalker-v3", *words]
     env_id, parameters = common.walker_of(words)
     parameters, camera = split_keywords(env_id, parameters)
-    walkers = common.make_walkers(options, env_id, parameters, None, 1)
-    try:
+    with closing(common.make_walkers(options, env_id, parameters, None, 1)) as walkers:
         policies = make_policies(options.policy, env_id, parameters, walkers.specification)
         session = Session(walkers, policies, common.chosen_seeds(options))
         pace = Pace(walkers.specification["dt"])
@@ -304,14 +301,10 @@ def run(arguments: Sequence[str]) -> int:
             pictures = Pictures(env_id, parameters, "human", camera, walkers.specification["dt"])
             size = pictures.camera_parameters["width"], pictures.camera_parameters["height"]
             screen = Screen(f"walker_sim {env_id}", *size)
-            draw = functools.partial(pictures.colors, functools.partial(walkers.render, 0))
+            draw = functools.partial(pictures.colors, walkers.drawer(0))
             viewer = Viewer(session, draw, screen, pace)
         except (DependencyNotInstalled, ValueError, TypeError, RuntimeError) as error:
             raise common.InputError(str(error)) from error
-        try:
+        with closing(screen):
             viewer.run()
-        finally:
-            screen.close()
-    finally:
-        walkers.close()
     return 0

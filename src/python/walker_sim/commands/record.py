@@ -54,9 +54,7 @@ examples:
 
 
 def _parser() -> common.Parser:
-    parser = common.Parser(
-        prog="python3 -m walker_sim record", description=DESCRIPTION, epilog=EPILOG
-    )
+    parser = common.Parser("record", DESCRIPTION, EPILOG)
     action = parser.add_mutually_exclusive_group(required=True)
     action.add_argument(
         "--output", type=common.output_file, metavar="FILE", help="the .npz to be written"
@@ -64,8 +62,7 @@ def _parser() -> common.Parser:
     action.add_argument(
         "--check", type=Path, metavar="FILE", help="repeat this one; ID and policy are the file's"
     )
-    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
-    common.add_seeds(parser, EPISODES)
+    common.add_episodes(parser, EPISODES)
     common.add_walker_options(parser)
     common.add_num_envs(parser)
     return parser
