@@ -125,7 +125,7 @@ class WALKER_SIM_EXPORT Pool {
   const char* end_reason(std::size_t index) const;
 
  private:
-  class Implementation;
+  struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
 

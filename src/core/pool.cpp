@@ -62,39 +62,8 @@ std::optional<AutoresetMode> find_autoreset_mode(const std::string& text) {
   return std::nullopt;
 }
 
-/// Checks the caller's requests and hands them to the threads.
-class Pool::Implementation {
- public:
-  Implementation(const std::function<std::unique_ptr<Environment>()>& make,
-                 const PoolOptions& options)
-      : options_(complete(options)),
-        members_(make, options_.num_envs, options_.autoreset_mode),
-        is_under_way_(options_.num_envs),
-        last_list_(options_.num_envs),
-        all_(options_.num_envs),
-        arrived_(options_.num_envs),
-        threads_(
-            options_.num_envs, options_.num_threads, members_.group_size(),
-            [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
-    std::iota(all_.begin(), all_.end(), 0U);
-  }
-
-  const PoolOptions& options() const { return options_; }
-  const PoolMembers& members() const { return members_; }
-  /// The members, when this one is not under way.
-  const PoolMembers& member_at_rest(std::size_t index) const {
-    need_at_rest(index);
-    return members_;
-  }
-
-  void reset(const std::vector<std::uint32_t>& environments,
-             const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch);
-  void step(const double* actions, std::size_t size, const Batch& batch);
-  void send(const double* actions, const std::uint32_t* environments, std::size_t count);
-  void send_resets(const std::vector<std::uint32_t>& environments);
-  void recv(const Batch& batch, std::uint32_t* environments);
-
- private:
+/// What the pool's methods work on, and what they check first.
+struct Pool::Implementation {
   /// What the threads do with the environments that they are given. Changes only while none is
   /// under way.
   struct Task {
@@ -104,189 +73,120 @@ class Pool::Implementation {
     const Batch* batch = nullptr;                         // rows of all; null: `recv` writes
   };
 
-  void work(const std::uint32_t* indices, std::size_t count);
-  void run(const Task& task, const std::vector<std::uint32_t>& environments);
-  void begin_sending();
-  void put_under_way(std::uint32_t index);
-  void start_sent(std::size_t count);
-  std::size_t num_groups(std::size_t count) const;
-  void need_none_under_way(const char* call) const;
-  void need_at_rest(std::size_t index) const;
-  void check_list(const std::uint32_t* environments, std::size_t count);
-  void check_steps(const double* actions, const std::uint32_t* environments,
-                   std::size_t count) const;
+  Implementation(const std::function<std::unique_ptr<Environment>()>& make,
+                 const PoolOptions& given)
+      : options(complete(given)),
+        members(make, options.num_envs, options.autoreset_mode),
+        is_under_way(options.num_envs),
+        last_list(options.num_envs),
+        all(options.num_envs),
+        arrived(options.num_envs),
+        threads(options.num_envs, options.num_threads, members.group_size(),
+                [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
+    std::iota(all.begin(), all.end(), 0U);
+  }
 
-  PoolOptions options_;
-  PoolMembers members_;
-  Task task_;
-  std::size_t num_under_way_ = 0;
-  std::vector<std::uint8_t> is_under_way_;
-  std::uint64_t num_lists_ = 0;           // checked so far
-  std::vector<std::uint64_t> last_list_;  // in which the environment stood
-  std::vector<std::uint32_t> all_;        // 0 .. num_envs - 1
-  std::vector<std::uint32_t> arrived_;
-  std::vector<double> sent_actions_;                 // rows of all; none before the first `send`
-  std::vector<std::optional<std::uint64_t>> seeds_;  // of all; none before the first `reset`
-  ThreadPool threads_;  // the last: its threads end before what they use
-};
-
-void Pool::Implementation::work(const std::uint32_t* indices, std::size_t count) {
-  if (task_.is_reset) {
+  void work(const std::uint32_t* indices, std::size_t count) {
+    if (task.is_reset) {
+      std::for_each(indices, indices + count,
+                    [this](std::uint32_t i) { members.reset(i, task.seeds[i]); });
+    } else {
+      members.step(indices, count, task.actions);
+    }
+    if (!task.batch) return;
     std::for_each(indices, indices + count,
-                  [this](std::uint32_t i) { members_.reset(i, task_.seeds[i]); });
-  } else {
-    members_.step(indices, count, task_.actions);
+                  [this](std::uint32_t i) { members.write(i, *task.batch, i); });
   }
-  if (!task_.batch) return;
-  std::for_each(indices, indices + count,
-                [this](std::uint32_t i) { members_.write(i, *task_.batch, i); });
-}
 
-void Pool::Implementation::run(const Task& task, const std::vector<std::uint32_t>& environments) {
-  task_ = task;
-  for (const std::uint32_t index : environments) threads_.add(index);
-  threads_.start(num_groups(environments.size()) - 1);  // one is the caller's
-  threads_.collect(environments.size(), arrived_.data());
-}
-
-std::size_t Pool::Implementation::num_groups(std::size_t count) const {
-  const std::size_t size = members_.group_size();
-  return (count + size - 1) / size;
-}
-
-void Pool::Implementation::need_none_under_way(const char* call) const {
-  if (num_under_way_ == 0) return;
-  throw std::logic_error(std::string(call) + ": " + std::to_string(num_under_way_) +
-                         " environments are under way; receive them first");
-}
-
-void Pool::Implementation::need_at_rest(std::size_t index) const {
-  if (index >= options_.num_envs) {
-    throw std::invalid_argument("environment " + std::to_string(index) + ": must be in [0, " +
-                                std::to_string(options_.num_envs - 1) + "]");
+  std::size_t num_groups(std::size_t count) const {
+    const std::size_t size = members.group_size();
+    return (count + size - 1) / size;
   }
-  if (is_under_way_[index] != 0) {
-    throw std::logic_error("environment " + std::to_string(index) +
-                           ": is under way; receive it first");
-  }
-}
 
-void Pool::Implementation::check_list(const std::uint32_t* environments, std::size_t count) {
-  ++num_lists_;
-  for (const std::uint32_t* index = environments; index != environments + count; ++index) {
-    need_at_rest(*index);
-    if (std::exchange(last_list_[*index], num_lists_) == num_lists_) {
-      throw std::invalid_argument("environment " + std::to_string(*index) + ": listed twice");
+  void run(const Task& wanted, const std::vector<std::uint32_t>& environments) {
+    task = wanted;
+    for (const std::uint32_t index : environments) threads.add(index);
+    threads.start(num_groups(environments.size()) - 1);  // one is the caller's
+    threads.collect(environments.size(), arrived.data());
+  }
+
+  void begin_sending() {
+    if (num_under_way != 0) return;  // the threads are reading the task
+    sent_actions.resize(options.num_envs * members.specification().action_size());
+    task = {};
+    task.actions = sent_actions.data();
+  }
+
+  void put_under_way(std::uint32_t index) {
+    is_under_way[index] = 1;
+    threads.add(index);
+  }
+
+  void start_sent(std::size_t count) {
+    num_under_way += count;
+    threads.start(num_groups(count));
+  }
+
+  void need_none_under_way(const char* call) const {
+    if (num_under_way == 0) return;
+    throw std::logic_error(std::string(call) + ": " + std::to_string(num_under_way) +
+                           " environments are under way; receive them first");
+  }
+
+  void need_at_rest(std::size_t index) const {
+    if (index >= options.num_envs) {
+      throw std::invalid_argument("environment " + std::to_string(index) + ": must be in [0, " +
+                                  std::to_string(options.num_envs - 1) + "]");
+    }
+    if (is_under_way[index] != 0) {
+      throw std::logic_error("environment " + std::to_string(index) +
+                             ": is under way; receive it first");
     }
   }
-}
 
-void Pool::Implementation::check_steps(const double* actions, const std::uint32_t* environments,
-                                       std::size_t count) const {
-  const Specification& specification = members_.specification();
-  const std::size_t size = specification.action_size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const double* const action = actions + i * size;
-    // Looked at twice, so that no text is made for nothing.
-    if (!std::all_of(action, action + size, [](double value) { return std::isfinite(value); })) {
-      check_action(specification, action, size,
-                   "environment " + std::to_string(environments[i]) + ": ");
+  /// The members, when this one is not under way.
+  const PoolMembers& member_at_rest(std::size_t index) const {
+    need_at_rest(index);
+    return members;
+  }
+
+  void check_list(const std::uint32_t* environments, std::size_t count) {
+    ++num_lists;
+    for (const std::uint32_t* index = environments; index != environments + count; ++index) {
+      need_at_rest(*index);
+      if (std::exchange(last_list[*index], num_lists) == num_lists) {
+        throw std::invalid_argument("environment " + std::to_string(*index) + ": listed twice");
+      }
     }
-    members_.need_episode(environments[i]);
   }
-}
 
-void Pool::Implementation::reset(const std::vector<std::uint32_t>& environments,
-                                 const std::vector<std::optional<std::uint64_t>>& seeds,
-                                 const Batch& batch) {
-  need_none_under_way("reset");
-  const std::vector<std::uint32_t>& listed = environments.empty() ? all_ : environments;
-  check_list(listed.data(), listed.size());
-  if (!seeds.empty() && seeds.size() != listed.size()) {
-    throw std::invalid_argument(std::to_string(seeds.size()) + " seeds; must be 0, or " +
-                                std::to_string(listed.size()) + " as the environments");
+  void check_steps(const double* actions, const std::uint32_t* environments,
+                   std::size_t count) const {
+    const std::size_t size = members.specification().action_size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const double* const action = actions + i * size;
+      // Looked at twice, so that no text is made for nothing.
+      if (!std::all_of(action, action + size, [](double value) { return std::isfinite(value); })) {
+        check_action(members.specification(), action, size,
+                     "environment " + std::to_string(environments[i]) + ": ");
+      }
+      members.need_episode(environments[i]);
+    }
   }
-  seeds_.assign(options_.num_envs, std::nullopt);
-  for (std::size_t i = 0; i < seeds.size(); ++i) seeds_[listed[i]] = seeds[i];
+
+  PoolOptions options;
+  PoolMembers members;
   Task task;
-  task.is_reset = true;
-  task.seeds = seeds_.data();
-  task.batch = &batch;
-  run(task, listed);
-}
-
-void Pool::Implementation::step(const double* actions, std::size_t size, const Batch& batch) {
-  need_none_under_way("step");
-  const std::size_t action_size = members_.specification().action_size();
-  if (size != options_.num_envs * action_size) {
-    throw InvalidAction("actions have " + std::to_string(size) + " values; must have " +
-                        std::to_string(options_.num_envs * action_size) + ", " +
-                        std::to_string(action_size) + " for each of " +
-                        std::to_string(options_.num_envs) + " environments");
-  }
-  check_steps(actions, all_.data(), all_.size());
-  Task task;
-  task.actions = actions;
-  task.batch = &batch;
-  run(task, all_);
-}
-
-void Pool::Implementation::send(const double* actions, const std::uint32_t* environments,
-                                std::size_t count) {
-  check_list(environments, count);
-  check_steps(actions, environments, count);
-  const std::size_t action_size = members_.specification().action_size();
-  begin_sending();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t index = environments[i];
-    std::copy_n(actions + i * action_size, action_size, &sent_actions_[index * action_size]);
-    put_under_way(index);
-  }
-  start_sent(count);
-}
-
-void Pool::Implementation::send_resets(const std::vector<std::uint32_t>& environments) {
-  const std::vector<std::uint32_t>& listed = environments.empty() ? all_ : environments;
-  check_list(listed.data(), listed.size());
-  begin_sending();
-  for (const std::uint32_t index : listed) {
-    members_.request_reset(index);
-    put_under_way(index);
-  }
-  start_sent(listed.size());
-}
-
-void Pool::Implementation::begin_sending() {
-  if (num_under_way_ != 0) return;  // the threads are reading the task
-  sent_actions_.resize(options_.num_envs * members_.specification().action_size());
-  task_ = {};
-  task_.actions = sent_actions_.data();
-}
-
-void Pool::Implementation::put_under_way(std::uint32_t index) {
-  is_under_way_[index] = 1;
-  threads_.add(index);
-}
-
-void Pool::Implementation::start_sent(std::size_t count) {
-  num_under_way_ += count;
-  threads_.start(num_groups(count));
-}
-
-void Pool::Implementation::recv(const Batch& batch, std::uint32_t* environments) {
-  const std::size_t size = options_.batch_size;
-  if (num_under_way_ < size) {
-    throw std::logic_error("recv: " + std::to_string(num_under_way_) +
-                           " environments are under way; must be at least " + std::to_string(size) +
-                           ", the batch size");
-  }
-  threads_.collect(size, environments);
-  for (std::size_t row = 0; row < size; ++row) {
-    is_under_way_[environments[row]] = 0;
-    members_.write(environments[row], batch, row);
-  }
-  num_under_way_ -= size;
-}
+  std::size_t num_under_way = 0;
+  std::vector<std::uint8_t> is_under_way;
+  std::uint64_t num_lists = 0;           // checked so far
+  std::vector<std::uint64_t> last_list;  // in which the environment stood
+  std::vector<std::uint32_t> all;        // 0 .. num_envs - 1
+  std::vector<std::uint32_t> arrived;
+  std::vector<double> sent_actions;                 // rows of all; none before the first `send`
+  std::vector<std::optional<std::uint64_t>> seeds;  // of all; none before the first `reset`
+  ThreadPool threads;  // the last: its threads end before what they use
+};
 
 Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options)
     : implementation_(std::make_unique<Implementation>(make, options)) {}
@@ -294,30 +194,88 @@ Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const Pool
 Pool::~Pool() = default;
 
 const Specification& Pool::specification() const {
-  return implementation_->members().specification();
+  return implementation_->members.specification();
 }
 
-const PoolOptions& Pool::options() const { return implementation_->options(); }
+const PoolOptions& Pool::options() const { return implementation_->options; }
 
 void Pool::reset(const std::vector<std::uint32_t>& environments,
                  const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch) {
-  implementation_->reset(environments, seeds, batch);
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("reset");
+  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
+  pool.check_list(listed.data(), listed.size());
+  if (!seeds.empty() && seeds.size() != listed.size()) {
+    throw std::invalid_argument(std::to_string(seeds.size()) + " seeds; must be 0, or " +
+                                std::to_string(listed.size()) + " as the environments");
+  }
+  pool.seeds.assign(pool.options.num_envs, std::nullopt);
+  for (std::size_t i = 0; i < seeds.size(); ++i) pool.seeds[listed[i]] = seeds[i];
+  Implementation::Task task;
+  task.is_reset = true;
+  task.seeds = pool.seeds.data();
+  task.batch = &batch;
+  pool.run(task, listed);
 }
 
 void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
-  implementation_->step(actions, size, batch);
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("step");
+  const std::size_t num_envs = pool.options.num_envs;
+  const std::size_t action_size = specification().action_size();
+  if (size != num_envs * action_size) {
+    throw InvalidAction("actions have " + std::to_string(size) + " values; must have " +
+                        std::to_string(num_envs * action_size) + ", " +
+                        std::to_string(action_size) + " for each of " + std::to_string(num_envs) +
+                        " environments");
+  }
+  pool.check_steps(actions, pool.all.data(), num_envs);
+  Implementation::Task task;
+  task.actions = actions;
+  task.batch = &batch;
+  pool.run(task, pool.all);
 }
 
 void Pool::send(const double* actions, const std::uint32_t* environments, std::size_t count) {
-  implementation_->send(actions, environments, count);
+  Implementation& pool = *implementation_;
+  pool.check_list(environments, count);
+  pool.check_steps(actions, environments, count);
+  const std::size_t action_size = specification().action_size();
+  pool.begin_sending();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t index = environments[i];
+    std::copy_n(actions + i * action_size, action_size, &pool.sent_actions[index * action_size]);
+    pool.put_under_way(index);
+  }
+  pool.start_sent(count);
 }
 
 void Pool::send_resets(const std::vector<std::uint32_t>& environments) {
-  implementation_->send_resets(environments);
+  Implementation& pool = *implementation_;
+  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
+  pool.check_list(listed.data(), listed.size());
+  pool.begin_sending();
+  for (const std::uint32_t index : listed) {
+    pool.members.request_reset(index);
+    pool.put_under_way(index);
+  }
+  pool.start_sent(listed.size());
 }
 
 void Pool::recv(const Batch& batch, std::uint32_t* environments) {
-  implementation_->recv(batch, environments);
+  Implementation& pool = *implementation_;
+  const std::size_t size = pool.options.batch_size;
+  if (pool.num_under_way < size) {
+    throw std::logic_error("recv: " + std::to_string(pool.num_under_way) +
+                           " environments are under way; must be at least " + std::to_string(size) +
+                           ", the batch size");
+  }
+  pool.threads.collect(size, environments);
+  for (std::size_t row = 0; row < size; ++row) {
+    pool.is_under_way[environments[row]] = 0;
+    pool.members.write(environments[row], batch, row);
+  }
+  pool.num_under_way -= size;
 }
 
 Environment& Pool::environment(std::size_t index) {
