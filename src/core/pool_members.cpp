@@ -27,8 +27,6 @@ void copy_row(const std::vector<double>& from, std::size_t index, std::size_t si
   if (to) std::copy_n(from.data() + index * size, size, to + row * size);
 }
 
-bool has_ended(const Result& result) { return result.terminated || result.truncated; }
-
 template <typename T, typename Value>
 void write_one(Value value, T* to, std::size_t row) {
   if (to) to[row] = value;
@@ -123,7 +121,7 @@ void PoolMembers::conclude_step(std::size_t index) {
     fail_step(member.step_error.c_str(), specification(), member.result);
   }
   take_outcome(index);
-  if (!has_ended(member.outcome)) return;
+  if (!member.terminated && !member.truncated) return;
   phases_[index] = Phase::ended;
   if (mode_ == AutoresetMode::same_step) begin_episode(index, std::nullopt);
 }
@@ -131,8 +129,12 @@ void PoolMembers::conclude_step(std::size_t index) {
 /// Of a reset or a step, before another episode begins.
 void PoolMembers::take_outcome(std::size_t index) {
   Member& member = members_[index];
-  member.outcome = member.result;
-  member.has_final = mode_ == AutoresetMode::same_step && has_ended(member.outcome);
+  member.reward = member.result.reward;
+  member.terminated = member.result.terminated;
+  member.truncated = member.result.truncated;
+  member.end_reason = member.result.end_reason;
+  member.error = member.result.error;
+  member.has_final = mode_ == AutoresetMode::same_step && (member.terminated || member.truncated);
   if (!member.has_final) return;
   copy_row(observations_, index, observation_size_, final_observations_.data(), index);
   copy_row(info_, index, num_infos_, final_info_.data(), index);
@@ -142,9 +144,9 @@ void PoolMembers::write(std::size_t index, const Batch& batch, std::size_t row) 
   const Member& member = members_[index];
   copy_row(observations_, index, observation_size_, batch.observations, row);
   copy_row(info_, index, num_infos_, batch.info, row);
-  write_one(member.outcome.reward, batch.rewards, row);
-  write_one(member.outcome.terminated, batch.terminated, row);
-  write_one(member.outcome.truncated, batch.truncated, row);
+  write_one(member.reward, batch.rewards, row);
+  write_one(member.terminated, batch.terminated, row);
+  write_one(member.truncated, batch.truncated, row);
   write_one(member.episode, batch.episodes, row);
   write_one(member.steps, batch.steps, row);
   if (!member.has_final) return;

@@ -46,8 +46,8 @@ class PoolMembers {
   /// Writes what an environment's last reset or step gave into a row of the caller's arrays.
   void write(std::size_t index, const Batch& batch, std::size_t row) const;
 
-  const char* end_reason(std::size_t index) const { return members_[index].outcome.end_reason; }
-  const char* error(std::size_t index) const { return members_[index].outcome.error; }
+  const char* end_reason(std::size_t index) const { return members_[index].end_reason; }
+  const char* error(std::size_t index) const { return members_[index].error; }
   const char* reset_error(std::size_t index) const { return members_[index].reset_error.c_str(); }
 
  private:
@@ -61,8 +61,13 @@ class PoolMembers {
     StepCall call;            // kept, for all but the action stays the same
     std::string step_error;   // what a step threw past the rules
     std::string reset_error;  // empty unless the last reset failed
-    Result outcome;           // of the last step or reset as the pool's caller sees it
-    bool has_final = false;   // the final rows hold the episode that ended in it
+    // Of the last step or reset as the pool's caller sees it.
+    double reward = 0;
+    bool terminated = false;
+    bool truncated = false;
+    bool has_final = false;  // the final rows hold the episode that ended in it
+    const char* end_reason = "";
+    const char* error = "";
     std::uint32_t episode = 0;
     std::uint32_t steps = 0;
   };
