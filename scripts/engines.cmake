@@ -46,11 +46,12 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
   # Box2D as it is, for the tests of ours.
   add_library(box2d_plain STATIC EXCLUDE_FROM_ALL ${box2d_sources})
-  # Ours: our files in place of those of the same name.
-  set(box2d_replaced b2BlockAllocator b2Distance b2Island b2TimeOfImpact b2Timer)
+  # Ours: our files in place of those of the same name, and counters.cpp in place of two.
+  list(FILTER box2d_sources EXCLUDE
+    REGEX "/b2(BlockAllocator|Distance|Island|TimeOfImpact|Timer)\\.cpp$")
+  set(box2d_replacements b2BlockAllocator b2Island b2Timer counters)
   set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_pinned)
-  foreach(name ${box2d_replaced})
-    list(FILTER box2d_sources EXCLUDE REGEX "/${name}\\.cpp$")
+  foreach(name ${box2d_replacements})
     list(APPEND box2d_sources ${box2d_ours}/${name}.cpp)
   endforeach()
   add_library(box2d_pinned STATIC ${box2d_sources})

@@ -21,18 +21,18 @@ constexpr std::size_t kColors = 3;
 /// The picture of this name, as record_pictures.py made it. It has color only.
 inline Image read_picture(const std::string& name) {
   const SharedLibrary cairo("libcairo.so.2", "libcairo2");
-  const auto read = cairo.function<decltype(&cairo_image_surface_create_from_png)>(
-      "cairo_image_surface_create_from_png");
-  const auto status = cairo.function<decltype(&cairo_surface_status)>("cairo_surface_status");
-  const auto width =
-      cairo.function<decltype(&cairo_image_surface_get_width)>("cairo_image_surface_get_width");
-  const auto height =
-      cairo.function<decltype(&cairo_image_surface_get_height)>("cairo_image_surface_get_height");
-  const auto stride =
-      cairo.function<decltype(&cairo_image_surface_get_stride)>("cairo_image_surface_get_stride");
-  const auto data =
-      cairo.function<decltype(&cairo_image_surface_get_data)>("cairo_image_surface_get_data");
-  const auto destroy = cairo.function<decltype(&cairo_surface_destroy)>("cairo_surface_destroy");
+  const decltype(&cairo_image_surface_create_from_png) read =
+      cairo.function("cairo_image_surface_create_from_png");
+  const decltype(&cairo_surface_status) status = cairo.function("cairo_surface_status");
+  const decltype(&cairo_image_surface_get_width) width =
+      cairo.function("cairo_image_surface_get_width");
+  const decltype(&cairo_image_surface_get_height) height =
+      cairo.function("cairo_image_surface_get_height");
+  const decltype(&cairo_image_surface_get_stride) stride =
+      cairo.function("cairo_image_surface_get_stride");
+  const decltype(&cairo_image_surface_get_data) data =
+      cairo.function("cairo_image_surface_get_data");
+  const decltype(&cairo_surface_destroy) destroy = cairo.function("cairo_surface_destroy");
 
   cairo_surface_t* const surface =
       read((WALKER_SIM_RECORDINGS "/pictures/" + name + ".png").c_str());

@@ -7,8 +7,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "bipedal_walker/specification.h"
-
 namespace walker::bipedal_walker {
 namespace {
 
@@ -22,9 +20,7 @@ b2Vec2 velocity_of_origin(const b2Body& body) {
 }  // namespace
 
 BipedalWalker::BipedalWalker(const Options& options)
-    : options_(options),
-      specification_(make_specification(options.id, options.hardcore, options.reuse_world,
-                                        options.max_episode_steps)) {}
+    : options_(options), specification_(make_specification(options)) {}
 
 void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
   if (seed) {
@@ -42,21 +38,15 @@ void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
   const std::array<double, kJointCount> no_torque{};
   advance(no_torque.data());
   score(no_torque.data());
+  result = {result.observation, result.info};
   observe(result.observation);
-  result.reward = 0;
-  result.terminated = false;
-  result.truncated = false;
-  result.end_reason = "";
-  result.error = "";
 }
 
 void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& result) {
   advance(action);
+  result = {result.observation, result.info};
   observe(result.observation);
   result.reward = score(action);
-  result.truncated = false;
-  result.end_reason = "";
-  result.error = "";
   judge(result);
 }
 

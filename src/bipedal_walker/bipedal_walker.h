@@ -8,19 +8,12 @@
 #include "bipedal_walker/observation.h"
 #include "bipedal_walker/physics.h"
 #include "bipedal_walker/reward.h"
+#include "bipedal_walker/specification.h"
 #include "bipedal_walker/terrain.h"
 #include "core/random.h"
 #include "walker_sim/environment.h"
 
 namespace walker::bipedal_walker {
-
-/// What a constructor may choose.
-struct Options {
-  std::string id;
-  bool hardcore = false;
-  bool reuse_world = false;
-  std::uint32_t max_episode_steps = 0;  ///< for the specification; EpisodeRules enforces it
-};
 
 /// Gymnasium's BipedalWalker, to the bit: observations are float32 values, rewards float32 values
 /// but for the constant -100 of a fall.

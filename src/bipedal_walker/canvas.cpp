@@ -1,7 +1,5 @@
 #include "bipedal_walker/canvas.h"
 
-#include <cairo.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -14,42 +12,28 @@ namespace walker::bipedal_walker {
 namespace {
 
 /// What we use of cairo, found when the first canvas is made.
-class Cairo {
- private:
-  /// Becomes the function of this name.
-  struct Symbol {
-    const SharedLibrary& library;
-    const char* name;
-
-    template <typename Function>
-    operator Function() const {
-      return library.function<Function>(name);
-    }
-  };
-
-  Symbol find(const char* name) const { return {library_, name}; }
-
-  SharedLibrary library_{"libcairo.so.2", "libcairo2"};
-
- public:
-  decltype(&cairo_image_surface_create) create_surface = find("cairo_image_surface_create");
-  decltype(&cairo_surface_destroy) destroy_surface = find("cairo_surface_destroy");
-  decltype(&cairo_surface_flush) flush = find("cairo_surface_flush");
-  decltype(&cairo_image_surface_get_data) data = find("cairo_image_surface_get_data");
-  decltype(&cairo_image_surface_get_stride) stride = find("cairo_image_surface_get_stride");
-  decltype(&cairo_create) create = find("cairo_create");
-  decltype(&cairo_destroy) destroy = find("cairo_destroy");
-  decltype(&cairo_status) status = find("cairo_status");
-  decltype(&cairo_status_to_string) status_text = find("cairo_status_to_string");
-  decltype(&cairo_set_source_rgba) set_color = find("cairo_set_source_rgba");
-  decltype(&cairo_set_antialias) set_antialias = find("cairo_set_antialias");
-  decltype(&cairo_set_line_width) set_line_width = find("cairo_set_line_width");
-  decltype(&cairo_set_line_cap) set_line_cap = find("cairo_set_line_cap");
-  decltype(&cairo_move_to) move_to = find("cairo_move_to");
-  decltype(&cairo_line_to) line_to = find("cairo_line_to");
-  decltype(&cairo_fill) fill = find("cairo_fill");
-  decltype(&cairo_stroke) stroke = find("cairo_stroke");
-  decltype(&cairo_paint) paint = find("cairo_paint");
+struct Cairo {
+  SharedLibrary library{"libcairo.so.2", "libcairo2"};
+  decltype(&cairo_image_surface_create) create_surface =
+      library.function("cairo_image_surface_create");
+  decltype(&cairo_surface_destroy) destroy_surface = library.function("cairo_surface_destroy");
+  decltype(&cairo_surface_flush) flush = library.function("cairo_surface_flush");
+  decltype(&cairo_image_surface_get_data) data = library.function("cairo_image_surface_get_data");
+  decltype(&cairo_image_surface_get_stride) stride =
+      library.function("cairo_image_surface_get_stride");
+  decltype(&cairo_create) create = library.function("cairo_create");
+  decltype(&cairo_destroy) destroy = library.function("cairo_destroy");
+  decltype(&cairo_status) status = library.function("cairo_status");
+  decltype(&cairo_status_to_string) status_text = library.function("cairo_status_to_string");
+  decltype(&cairo_set_source_rgba) set_color = library.function("cairo_set_source_rgba");
+  decltype(&cairo_set_antialias) set_antialias = library.function("cairo_set_antialias");
+  decltype(&cairo_set_line_width) set_line_width = library.function("cairo_set_line_width");
+  decltype(&cairo_set_line_cap) set_line_cap = library.function("cairo_set_line_cap");
+  decltype(&cairo_move_to) move_to = library.function("cairo_move_to");
+  decltype(&cairo_line_to) line_to = library.function("cairo_line_to");
+  decltype(&cairo_fill) fill = library.function("cairo_fill");
+  decltype(&cairo_stroke) stroke = library.function("cairo_stroke");
+  decltype(&cairo_paint) paint = library.function("cairo_paint");
 };
 
 const Cairo& cairo() {
@@ -67,39 +51,24 @@ bool is_somewhere(const Pixel& point) { return !std::isnan(point[0]) && !std::is
 
 }  // namespace
 
-struct Canvas::Surface {
-  Surface(std::uint32_t width, std::uint32_t height)
-      : surface(cairo().create_surface(CAIRO_FORMAT_RGB24, static_cast<int>(width),
-                                       static_cast<int>(height))),
-        context(cairo().create(surface)) {}
-  Surface(const Surface&) = delete;
-  Surface& operator=(const Surface&) = delete;
-  ~Surface() {
-    cairo().destroy(context);
-    cairo().destroy_surface(surface);
-  }
-
-  cairo_surface_t* surface;
-  cairo_t* context;
-};
-
 Canvas::Canvas(std::uint32_t width, std::uint32_t height, double line)
     : width_(width),
       height_(height),
       line_(line),
-      surface_(std::make_unique<Surface>(width, height)) {
-  const cairo_status_t status = cairo().status(surface_->context);
+      surface_(cairo().create_surface(CAIRO_FORMAT_RGB24, static_cast<int>(width),
+                                      static_cast<int>(height)),
+               cairo().destroy_surface),
+      context_(cairo().create(surface_.get()), cairo().destroy) {
+  const cairo_status_t status = cairo().status(context_.get());
   if (status != CAIRO_STATUS_SUCCESS) {
     throw std::runtime_error(std::string("cairo: ") + cairo().status_text(status));
   }
-  cairo().set_line_cap(surface_->context, CAIRO_LINE_CAP_SQUARE);
+  cairo().set_line_cap(context_.get(), CAIRO_LINE_CAP_SQUARE);
 }
-
-Canvas::~Canvas() = default;
 
 void Canvas::clear(const Color& color) {
   set_ink(color, Edge::hard);
-  cairo().paint(surface_->context);
+  cairo().paint(context_.get());
 }
 
 void Canvas::fill(const std::vector<Pixel>& polygon, const Color& color) {
@@ -107,9 +76,9 @@ void Canvas::fill(const std::vector<Pixel>& polygon, const Color& color) {
   set_ink(color, Edge::hard);
   for (const Pixel& point : polygon) {
     const auto [x, y] = within_reach(point);
-    cairo().line_to(surface_->context, x, y);
+    cairo().line_to(context_.get(), x, y);
   }
-  cairo().fill(surface_->context);
+  cairo().fill(context_.get());
 }
 
 void Canvas::draw_line(const Pixel& from, const Pixel& to, const Color& color, Edge edge) {
@@ -120,10 +89,10 @@ void Canvas::draw_line(const Pixel& from, const Pixel& to, const Color& color, E
   // cairo measures the thickness across the line.
   const double slant = length > 0 ? std::max(std::abs(x1 - x0), std::abs(y1 - y0)) / length : 1;
   set_ink(color, edge);
-  cairo().set_line_width(surface_->context, line_ * slant);
-  cairo().move_to(surface_->context, x0, y0);
-  cairo().line_to(surface_->context, x1, y1);
-  cairo().stroke(surface_->context);
+  cairo().set_line_width(context_.get(), line_ * slant);
+  cairo().move_to(context_.get(), x0, y0);
+  cairo().line_to(context_.get(), x1, y1);
+  cairo().stroke(context_.get());
 }
 
 void Canvas::outline(const std::vector<Pixel>& polygon, const Color& color, Edge edge) {
@@ -133,9 +102,9 @@ void Canvas::outline(const std::vector<Pixel>& polygon, const Color& color, Edge
 }
 
 void Canvas::read(std::vector<std::uint8_t>& rgb) const {
-  cairo().flush(surface_->surface);
-  const unsigned char* row = cairo().data(surface_->surface);
-  const int stride = cairo().stride(surface_->surface);
+  cairo().flush(surface_.get());
+  const unsigned char* row = cairo().data(surface_.get());
+  const int stride = cairo().stride(surface_.get());
   rgb.resize(std::size_t{width_} * height_ * 3);
   std::uint8_t* out = rgb.data();
   for (std::uint32_t y = 0; y < height_; ++y, row += stride) {
@@ -150,8 +119,8 @@ void Canvas::read(std::vector<std::uint8_t>& rgb) const {
 }
 
 void Canvas::set_ink(const Color& color, Edge edge) {
-  cairo().set_color(surface_->context, color[0], color[1], color[2], color[3]);
-  cairo().set_antialias(surface_->context,
+  cairo().set_color(context_.get(), color[0], color[1], color[2], color[3]);
+  cairo().set_antialias(context_.get(),
                         edge == Edge::hard ? CAIRO_ANTIALIAS_NONE : CAIRO_ANTIALIAS_DEFAULT);
 }
 

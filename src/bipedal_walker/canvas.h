@@ -1,6 +1,8 @@
 // A surface to draw on, in cairo.
 #pragma once
 
+#include <cairo.h>
+
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -29,9 +31,6 @@ class Canvas {
   /// @param line   thickness of all lines, along the axis that they are less parallel to [pixels]
   /// @throws std::runtime_error where cairo is not installed, saying what to install
   Canvas(std::uint32_t width, std::uint32_t height, double line);
-  Canvas(const Canvas&) = delete;
-  Canvas& operator=(const Canvas&) = delete;
-  ~Canvas();
 
   /// Begins again, in one color.
   void clear(const Color& color);
@@ -45,14 +44,13 @@ class Canvas {
   void read(std::vector<std::uint8_t>& rgb) const;
 
  private:
-  struct Surface;
-
   void set_ink(const Color& color, Edge edge);
 
   std::uint32_t width_;
   std::uint32_t height_;
   double line_;
-  std::unique_ptr<Surface> surface_;
+  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_;
+  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context_;
 };
 
 }  // namespace walker::bipedal_walker

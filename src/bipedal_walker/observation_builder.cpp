@@ -56,8 +56,7 @@ class Builder : public ObservationBuilder {
 }  // namespace
 
 std::unique_ptr<ObservationBuilder> make_observation_builder(const Options& options) {
-  return std::make_unique<Builder>(make_specification(
-      options.id, options.hardcore, options.reuse_world, options.max_episode_steps));
+  return std::make_unique<Builder>(make_specification(options));
 }
 
 }  // namespace walker::bipedal_walker

@@ -53,6 +53,10 @@ b2Vec2 gravity() {
   return kGravity;
 }
 
+bool has(b2Contact& contact, const b2Body* body) {
+  return contact.GetFixtureA()->GetBody() == body || contact.GetFixtureB()->GetBody() == body;
+}
+
 constexpr unsigned kAllCategories = 0xFFFF;
 constexpr double kHullDensity = 5.0;
 constexpr double kHullFriction = 0.1;
@@ -77,19 +81,15 @@ void Physics::Contacts::watch(const b2Body* hull, const b2Body* lower_leg_1,
 }
 
 void Physics::Contacts::BeginContact(b2Contact* contact) {
-  const b2Body* a = contact->GetFixtureA()->GetBody();
-  const b2Body* b = contact->GetFixtureB()->GetBody();
-  if (a == hull_ || b == hull_) hull_has_touched = true;
-  for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
-    if (a == lower_legs_[leg] || b == lower_legs_[leg]) leg_touches[leg] = true;
-  }
+  if (has(*contact, hull_)) hull_has_touched = true;
+  set_legs(*contact, true);
 }
 
-void Physics::Contacts::EndContact(b2Contact* contact) {
-  const b2Body* a = contact->GetFixtureA()->GetBody();
-  const b2Body* b = contact->GetFixtureB()->GetBody();
+void Physics::Contacts::EndContact(b2Contact* contact) { set_legs(*contact, false); }
+
+void Physics::Contacts::set_legs(b2Contact& contact, bool touch) {
   for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
-    if (a == lower_legs_[leg] || b == lower_legs_[leg]) leg_touches[leg] = false;
+    if (has(contact, lower_legs_[leg])) leg_touches[leg] = touch;
   }
 }
 

@@ -62,6 +62,8 @@ class Physics {
     std::array<bool, 2> leg_touches{};
 
    private:
+    void set_legs(b2Contact& contact, bool touch);
+
     const b2Body* hull_ = nullptr;
     std::array<const b2Body*, 2> lower_legs_{};
   };

@@ -79,7 +79,7 @@ class SideView : public Renderer {
  private:
   void get_ready() {
     if (canvas_) return;
-    specification_ = make_specification("BipedalWalker-v3", false, false, 0);
+    specification_ = make_specification({"BipedalWalker-v3"});
     canvas_.emplace(camera_.width, camera_.height, std::max(zoom_, 1.0));
   }
 

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <tuple>
 
-#include "bipedal_walker/bipedal_walker.h"
+#include "bipedal_walker/observation.h"
 #include "bipedal_walker/physics.h"
 
 namespace walker::bipedal_walker {
@@ -129,17 +129,16 @@ void set_engine(Specification& specification) {
   }
 }
 
-Specification build_specification(const std::string& id, bool hardcore, bool reuse_world,
-                                  std::uint32_t max_episode_steps) {
+Specification build_specification(const Options& options) {
   Specification specification;
-  specification.id = id;
-  specification.parameters = {{"hardcore", hardcore},
-                              {"reuse_world", reuse_world},
-                              {"max_episode_steps", std::int64_t{max_episode_steps}}};
+  specification.id = options.id;
+  specification.parameters = {{"hardcore", options.hardcore},
+                              {"reuse_world", options.reuse_world},
+                              {"max_episode_steps", std::int64_t{options.max_episode_steps}}};
   specification.dt = 1.0 / kStepsPerSecond;
-  specification.max_episode_steps = max_episode_steps;
+  specification.max_episode_steps = options.max_episode_steps;
   specification.reward_threshold = kRewardThreshold;
-  specification.episodes_are_independent = !reuse_world;
+  specification.episodes_are_independent = !options.reuse_world;
   specification.contact_links = {"lower_leg_1", "lower_leg_2"};
   // Ray 0 points straight down: -Y of the lidar frame, whose Y is up.
   specification.range_finder = {kLidarRays, -M_PI / 2, kLidarIncrement, kLidarRange};
@@ -152,19 +151,16 @@ Specification build_specification(const std::string& id, bool hardcore, bool reu
 
 }  // namespace
 
-std::shared_ptr<const Specification> make_specification(const std::string& id, bool hardcore,
-                                                        bool reuse_world,
-                                                        std::uint32_t max_episode_steps) {
-  using Arguments = std::tuple<std::string, bool, bool, std::uint32_t>;
+std::shared_ptr<const Specification> make_specification(const Options& options) {
+  using Key = std::tuple<std::string, bool, bool, std::uint32_t>;
   static std::mutex mutex;
-  static std::map<Arguments, std::weak_ptr<const Specification>> specifications;
+  static std::map<Key, std::weak_ptr<const Specification>> specifications;
   const std::lock_guard<std::mutex> lock(mutex);
-  std::weak_ptr<const Specification>& known =
-      specifications[{id, hardcore, reuse_world, max_episode_steps}];
+  std::weak_ptr<const Specification>& known = specifications[{
+      options.id, options.hardcore, options.reuse_world, options.max_episode_steps}];
   std::shared_ptr<const Specification> specification = known.lock();
   if (!specification) {
-    specification = std::make_shared<const Specification>(
-        build_specification(id, hardcore, reuse_world, max_episode_steps));
+    specification = std::make_shared<const Specification>(build_specification(options));
     known = specification;
   }
   return specification;
@@ -179,16 +175,13 @@ void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene) 
         {{{from.x, from.y}, {to.x, to.y}, {to.x, 0}, {from.x, 0}}, rgb(102, 153, 76)});
     scene.surface_colors.push_back(rgb(76, i % 2 == 0 ? 255 : 204, 76));
   }
-  for (const auto& obstacle : terrain.obstacles) {
+  const auto white = [](const auto& outline) {
     ScenePolygon polygon{{}, rgb(255, 255, 255)};
-    for (const Point& point : obstacle) polygon.points.push_back({point.x, point.y});
-    scene.obstacles.push_back(polygon);
-  }
-  for (const Cloud& cloud : clouds) {
-    ScenePolygon polygon{{}, rgb(255, 255, 255)};
-    for (const Point& point : cloud) polygon.points.push_back({point.x, point.y});
-    scene.clouds.push_back(polygon);
-  }
+    for (const Point& point : outline) polygon.points.push_back({point.x, point.y});
+    return polygon;
+  };
+  for (const auto& obstacle : terrain.obstacles) scene.obstacles.push_back(white(obstacle));
+  for (const Cloud& cloud : clouds) scene.clouds.push_back(white(cloud));
   scene.flags.push_back({3 * kTerrainStep, kTerrainHeight, kFlagHeight, rgb(230, 51, 0)});
 }
 

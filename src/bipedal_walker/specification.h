@@ -12,11 +12,17 @@
 
 namespace walker::bipedal_walker {
 
+/// What a constructor may choose.
+struct Options {
+  std::string id;
+  bool hardcore = false;
+  bool reuse_world = false;
+  std::uint32_t max_episode_steps = 0;  ///< for the specification; EpisodeRules enforces it
+};
+
 /// Builds a walker once and reads masses, shapes, joints and limits from its bodies. Walkers with
-/// the same arguments share what they get as long as one of them lives. Thread-safe.
-std::shared_ptr<const Specification> make_specification(const std::string& id, bool hardcore,
-                                                        bool reuse_world,
-                                                        std::uint32_t max_episode_steps);
+/// the same options share what they get as long as one of them lives. Thread-safe.
+std::shared_ptr<const Specification> make_specification(const Options& options);
 
 /// Terrain and sky in Gymnasium's colours.
 void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene);

@@ -26,7 +26,7 @@ void fail_step(const char* error, const Specification& specification, Result& re
 }
 
 std::string try_reset(Environment& environment, std::optional<std::uint64_t> seed, Result& result) {
-  result = {result.observation, result.info, 0, false, false, "", ""};
+  result = {result.observation, result.info};
   try {
     environment.reset(seed, result);
     return "";

@@ -9,6 +9,11 @@
 
 namespace walker {
 
+/// @param what stands before the message
+/// @throws std::invalid_argument for a name that is not one of the known, with the nearest of them
+[[noreturn]] void refuse_unknown(const std::string& what, const std::string& name,
+                                 const std::vector<std::string>& known);
+
 /// Reads NAME=VALUE texts. A value is read in the type of the parameter's default, as YAML has it
 /// (true, 4, 0.5, a text, [0.8, 2.0]); one that cannot be stays a text, which `make` refuses.
 /// @param descriptions of the parameters that the environment takes

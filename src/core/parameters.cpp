@@ -6,6 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "core/parameter_text.h"
 #include "core/shortest_text.h"
 
 namespace walker {
@@ -131,6 +132,15 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
   return nearest;
 }
 
+void refuse_unknown(const std::string& what, const std::string& name,
+                    const std::vector<std::string>& known) {
+  const std::string near = nearest_name(name, known);
+  std::string message = what + ": unknown" + (near.empty() ? "." : "; did you mean " + near + "?");
+  message += " Known:";
+  for (const std::string& one : known) message += " " + one;
+  throw std::invalid_argument(message);
+}
+
 Parameters complete_parameters(const std::vector<ParameterDescription>& descriptions,
                                const Parameters& given) {
   Parameters complete;
@@ -145,12 +155,7 @@ Parameters complete_parameters(const std::vector<ParameterDescription>& descript
         std::find_if(descriptions.begin(), descriptions.end(),
                      [&wanted](const ParameterDescription& d) { return d.name == wanted; });
     if (found == descriptions.end()) {
-      const std::string near = nearest_name(name, known);
-      std::string message = "parameter " + name + " = " + to_string(value) + ": unknown";
-      message += near.empty() ? "." : "; did you mean " + near + "?";
-      message += " Known:";
-      for (const std::string& one : known) message += " " + one;
-      throw std::invalid_argument(message);
+      refuse_unknown("parameter " + name + " = " + to_string(value), name, known);
     }
     ParameterValue converted = convert(*found, value);
     check_range(*found, converted);

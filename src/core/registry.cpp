@@ -7,6 +7,7 @@
 
 #include "bipedal_walker/registration.h"
 #include "core/episode_rules.h"
+#include "core/parameter_text.h"
 #include "hopper/registration.h"
 #include "walker2d/registration.h"
 
@@ -15,12 +16,6 @@ namespace {
 
 void append(std::vector<Registration>& all, std::vector<Registration> more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
-}
-
-std::vector<std::string> ids() {
-  std::vector<std::string> names;
-  for (const Registration& registration : registrations()) names.push_back(registration.id);
-  return names;
 }
 
 }  // namespace
@@ -40,12 +35,9 @@ const Registration& find_registration(const std::string& id) {
   for (const Registration& registration : registrations()) {
     if (registration.id == id) return registration;
   }
-  std::string message = "environment " + id + ": unknown";
-  const std::string near = nearest_name(id, ids());
-  message += near.empty() ? "." : "; did you mean " + near + "?";
-  message += " Known:";
-  for (const std::string& known : ids()) message += " " + known;
-  throw std::invalid_argument(message);
+  std::vector<std::string> ids;
+  for (const Registration& known : registrations()) ids.push_back(known.id);
+  refuse_unknown("environment " + id, id, ids);
 }
 
 std::vector<ParameterDescription> parameter_descriptions(const std::string& id) {

@@ -17,10 +17,10 @@ void SharedLibrary::make_global() const {
   dlopen(file_.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
 }
 
-void* SharedLibrary::address(const char* name) const {
+SharedLibrary::Function SharedLibrary::function(const char* name) const {
   void* const found = dlsym(handle_, name);
   if (found == nullptr) throw std::runtime_error(file_ + " has no function " + name);
-  return found;
+  return {found};
 }
 
 }  // namespace walker

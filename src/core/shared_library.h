@@ -16,17 +16,21 @@ class SharedLibrary {
   /// Lets the whole process find its functions by name.
   void make_global() const;
 
-  /// The function of this name.
-  /// @tparam Function its type, e.g. decltype(&cairo_create)
-  /// @throws std::runtime_error where the library has none
-  template <typename Function>
-  Function function(const char* name) const {
-    return reinterpret_cast<Function>(address(name));
-  }
+  /// A function that becomes a pointer of the type it is asked for in, e.g.
+  /// decltype(&cairo_create).
+  struct Function {
+    void* address;
+
+    template <typename Type>
+    operator Type*() const {
+      return reinterpret_cast<Type*>(address);
+    }
+  };
+
+  /// The function of this name. @throws std::runtime_error where the library has none
+  Function function(const char* name) const;
 
  private:
-  void* address(const char* name) const;
-
   void* handle_;
   std::string file_;
 };

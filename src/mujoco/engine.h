@@ -8,10 +8,6 @@
 
 namespace walker::mujoco {
 
-struct DeleteModel {
-  void operator()(mjModel* model) const { mj_deleteModel(model); }
-};
-
 struct DeleteData {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };

@@ -38,7 +38,7 @@ struct HealthyRobotKind {
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();
   double camera_distance = 0;                ///< Gymnasium's DEFAULT_CAMERA_CONFIG [m]
   std::vector<HealthyRange> healthy_ranges;  ///< in the order of Gymnasium's parameters
-  const std::vector<MotorWeights>& (*gait)() = nullptr;
+  std::vector<MotorWeights> gait;
 };
 
 /// NAME-v4 and NAME-v5, with their models, observations, pictures and gait.

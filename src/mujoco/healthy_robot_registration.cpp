@@ -124,7 +124,7 @@ Registration registration(const Version& version) {
     return make_observation_builder(to_options(version, given));
   };
   made.create_gait = [version](const Specification& specification) {
-    return std::make_unique<LinearGait>(version.kind->gait(), specification);
+    return std::make_unique<LinearGait>(version.kind->gait, specification);
   };
   made.camera_parameters = camera_parameters(version.kind->camera_distance);
   made.create_renderer = [version](const std::string& /*id*/, const Parameters& given,

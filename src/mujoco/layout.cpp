@@ -16,25 +16,25 @@ std::string name_of(const mjModel& model, int type, int index) {
   return name != nullptr ? name : "number " + std::to_string(index);
 }
 
-std::string wrong_sizes(const mjModel& model, const PlanarModel& source) {
+void check_sizes(const mjModel& model, const PlanarModel& source) {
   const int num_joints = kBaseJoints + source.num_hinges;
   const bool fits = model.nq == num_joints && model.nv == num_joints && model.njnt == num_joints &&
                     model.nu == source.num_hinges && model.na == 0;
-  if (fits) return "";
+  if (fits) return;
   std::ostringstream text;
   text << "nq = " << model.nq << ", nv = " << model.nv << ", nu = " << model.nu
        << ", na = " << model.na << "; must be nq = nv = " << num_joints
        << ", nu = " << source.num_hinges << ", na = 0, as in " << source.example;
-  return text.str();
+  refuse_model(source.xml_file, text.str());
 }
 
 /// Simulation time is published in whole nanoseconds and has to grow.
-std::string wrong_timestep(const mjModel& model) {
+void check_timestep(const mjModel& model, const PlanarModel& source) {
   constexpr double kShortest = 1e-6;  // [s]
-  if (model.opt.timestep >= kShortest) return "";
+  if (model.opt.timestep >= kShortest) return;
   std::ostringstream text;
   text << "timestep = " << model.opt.timestep << " s; must be at least " << kShortest << " s";
-  return text.str();
+  refuse_model(source.xml_file, text.str());
 }
 
 /// Whether a joint of the trunk has the world's axis 0 (x), 1 (y) or 2 (z).
@@ -46,37 +46,37 @@ bool has_axis(const mjModel& model, int joint, std::size_t axis) {
   return direction[axis] > 1 - kRounding;
 }
 
-std::string wrong_base(const mjModel& model) {
+void check_base(const mjModel& model, const PlanarModel& source) {
   const int trunk = model.jnt_bodyid[kBaseX];
   const bool is_planar =
       model.jnt_type[kBaseX] == mjJNT_SLIDE && model.jnt_type[kBaseZ] == mjJNT_SLIDE &&
       model.jnt_type[kBasePitch] == mjJNT_HINGE && model.jnt_bodyid[kBaseZ] == trunk &&
       model.jnt_bodyid[kBasePitch] == trunk && model.body_parentid[trunk] == 0;
   if (!is_planar) {
-    return "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)";
+    refuse_model(source.xml_file,
+                 "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
   }
   if (!has_axis(model, kBaseX, 0) || !has_axis(model, kBaseZ, 2) ||
       !has_axis(model, kBasePitch, 1)) {
-    return "the trunk must slide along the world's x, then z, and turn about its y";
+    refuse_model(source.xml_file,
+                 "the trunk must slide along the world's x, then z, and turn about its y");
   }
   const mjtNum* const anchor = at(model.jnt_pos, kBasePitch, 3);
   if (anchor[0] != 0 || anchor[1] != 0 || anchor[2] != 0) {
-    return "joint " + name_of(model, mjOBJ_JOINT, kBasePitch) +
-           ": must turn about the trunk's origin (pos 0 0 0)";
+    refuse_model(source.xml_file, "joint " + name_of(model, mjOBJ_JOINT, kBasePitch) +
+                                      ": must turn about the trunk's origin (pos 0 0 0)");
   }
-  return "";
 }
 
-std::string wrong_limb(const mjModel& model, int joint) {
+void check_limb(const mjModel& model, const PlanarModel& source, int joint) {
+  const std::string name = "joint " + name_of(model, mjOBJ_JOINT, joint);
   const int body = model.jnt_bodyid[joint];
   if (model.jnt_type[joint] != mjJNT_HINGE || model.body_jntnum[body] != 1) {
-    return "joint " + name_of(model, mjOBJ_JOINT, joint) +
-           ": must be a hinge, and the only joint of its body";
+    refuse_model(source.xml_file, name + ": must be a hinge, and the only joint of its body");
   }
   if (carrier_of(model, model.body_parentid[body]) == 0) {
-    return "joint " + name_of(model, mjOBJ_JOINT, joint) + ": must carry a limb of the trunk";
+    refuse_model(source.xml_file, name + ": must carry a limb of the trunk");
   }
-  return "";
 }
 
 int joint_of(const mjModel& model, int actuator) {
@@ -93,47 +93,38 @@ std::string spelled(int number) {
 }
 
 /// An effort must follow from an action, and the action's bounds from the model.
-std::string wrong_actuator(const mjModel& model, int actuator) {
+void check_actuator(const mjModel& model, const PlanarModel& source, int actuator) {
   const int joint = joint_of(model, actuator);
-  const std::string name = "actuator " + name_of(model, mjOBJ_ACTUATOR, actuator);
+  const auto refuse = [&](const std::string& reason) {
+    refuse_model(source.xml_file,
+                 "actuator " + name_of(model, mjOBJ_ACTUATOR, actuator) + ": " + reason);
+  };
   if (model.actuator_trntype[actuator] != mjTRN_JOINT || joint < kBaseJoints) {
-    return name + ": must drive one of the " + spelled(model.nu) + " hinges";
+    refuse("must drive one of the " + spelled(model.nu) + " hinges");
   }
   for (int other = 0; other < actuator; ++other) {
     if (joint_of(model, other) == joint) {
-      return name + ": drives a joint that actuator " + name_of(model, mjOBJ_ACTUATOR, other) +
-             " drives already";
+      refuse("drives a joint that actuator " + name_of(model, mjOBJ_ACTUATOR, other) +
+             " drives already");
     }
   }
   if (model.actuator_gaintype[actuator] != mjGAIN_FIXED ||
       model.actuator_biastype[actuator] != mjBIAS_NONE) {
-    return name + ": must be a motor";
+    refuse("must be a motor");
   }
-  if (model.actuator_ctrllimited[actuator] == 0) return name + ": must have a ctrlrange";
-  if (effort_per_control(model, actuator) == 0) return name + ": must have a gear other than 0";
-  return "";
-}
-
-/// In words that end a sentence about the file; empty: it is such a robot.
-std::string describe_misfit(const mjModel& model, const PlanarModel& source) {
-  std::string misfit = wrong_sizes(model, source);
-  if (misfit.empty()) misfit = wrong_timestep(model);
-  if (misfit.empty()) misfit = wrong_base(model);
-  for (int joint = kBaseJoints; misfit.empty() && joint < model.njnt; ++joint) {
-    misfit = wrong_limb(model, joint);
-  }
-  for (int actuator = 0; misfit.empty() && actuator < model.nu; ++actuator) {
-    misfit = wrong_actuator(model, actuator);
-  }
-  return misfit;
+  if (model.actuator_ctrllimited[actuator] == 0) refuse("must have a ctrlrange");
+  if (effort_per_control(model, actuator) == 0) refuse("must have a gear other than 0");
 }
 
 }  // namespace
 
 ModelPointer load_planar_model(const PlanarModel& source) {
   ModelPointer model = load_model(source.xml_file);
-  const std::string misfit = describe_misfit(*model, source);
-  if (!misfit.empty()) refuse_model(source.xml_file, misfit);
+  check_sizes(*model, source);
+  check_timestep(*model, source);
+  check_base(*model, source);
+  for (int joint = kBaseJoints; joint < model->njnt; ++joint) check_limb(*model, source, joint);
+  for (int motor = 0; motor < model->nu; ++motor) check_actuator(*model, source, motor);
   return model;
 }
 

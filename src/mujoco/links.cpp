@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -98,24 +99,15 @@ void read_mass(const mjModel& model, int carrier, Link& link) {
 }
 
 std::optional<Solid> read_solid(const mjModel& model, int carrier, int geom) {
+  static const std::map<int, Solid::Kind> kKinds{{mjGEOM_SPHERE, Solid::Kind::sphere},
+                                                 {mjGEOM_CAPSULE, Solid::Kind::capsule},
+                                                 {mjGEOM_CYLINDER, Solid::Kind::cylinder},
+                                                 {mjGEOM_BOX, Solid::Kind::box}};
+  const auto kind = kKinds.find(model.geom_type[geom]);
+  if (kind == kKinds.end()) return std::nullopt;
   const mjtNum* const size = at(model.geom_size, geom, 3);
   Solid solid;
-  switch (model.geom_type[geom]) {
-    case mjGEOM_SPHERE:
-      solid.kind = Solid::Kind::sphere;
-      break;
-    case mjGEOM_CAPSULE:
-      solid.kind = Solid::Kind::capsule;
-      break;
-    case mjGEOM_CYLINDER:
-      solid.kind = Solid::Kind::cylinder;
-      break;
-    case mjGEOM_BOX:
-      solid.kind = Solid::Kind::box;
-      break;
-    default:
-      return std::nullopt;
-  }
+  solid.kind = kind->second;
   solid.size = {size[0], size[1], size[2]};
   solid.pose = to_pose(compose(frame_in(model, carrier, model.geom_bodyid[geom]),
                                frame_at(model.geom_pos, model.geom_quat, geom)));

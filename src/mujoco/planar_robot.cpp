@@ -37,15 +37,11 @@ void PlanarRobot::reset(std::optional<std::uint64_t> seed, Result& result) {
   std::transform(first_position_.begin(), first_position_.end(), model().qpos0,
                  first_position_.begin(), std::plus<>());
   physics_.reset(first_position_.data(), velocity_before_step_.data());
+  result = {result.observation, result.info};
   write_observation(model(), options_, position(), velocity(), result.observation);
   std::fill_n(result.info, specification_.info_names.size(),
               std::numeric_limits<double>::quiet_NaN());
   write_reset_info(result.info);
-  result.reward = 0;
-  result.terminated = false;
-  result.truncated = false;
-  result.end_reason = "";
-  result.error = "";
 }
 
 void PlanarRobot::draw_noise(std::vector<double>& noise) {
@@ -57,9 +53,8 @@ void PlanarRobot::step(const double* action, std::size_t /*size*/, Result& resul
   const double x_before = position()[kBaseX];
   std::copy_n(velocity(), model().nv, velocity_before_step_.begin());
   physics_.step(action, options_.frame_skip);
+  result = {result.observation, result.info};
   write_observation(model(), options_, position(), velocity(), result.observation);
-  result.truncated = false;
-  result.error = "";
   conclude_step(action, (position()[kBaseX] - x_before) / specification_.dt, result);
 }
 

@@ -14,7 +14,7 @@ constexpr const char* kMathematics = "libm.so.6";
 
 TEST(SharedLibraryTest, FindsFunctions) {
   const SharedLibrary library(kMathematics, "libc6");
-  const auto floor = library.function<double (*)(double)>("floor");
+  double (*const floor)(double) = library.function("floor");
   EXPECT_EQ(floor(-1.5), -2);
 }
 
@@ -28,7 +28,7 @@ TEST(SharedLibraryTest, MissingLibraryIsNamedWithItsPackage) {
 TEST(SharedLibraryTest, MissingFunctionIsNamed) {
   const SharedLibrary library(kMathematics, "libc6");
   const std::string message =
-      message_of<std::runtime_error>([&library] { library.function<void (*)()>("square_circle"); });
+      message_of<std::runtime_error>([&library] { library.function("square_circle"); });
   EXPECT_EQ(message, "libm.so.6 has no function square_circle");
 }
 

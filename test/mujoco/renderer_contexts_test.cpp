@@ -127,7 +127,7 @@ class CallersContext {
  private:
   template <typename Function>
   Function call(const char* name) const {
-    return library_.function<Function>(name);
+    return library_.function(name);
   }
 
   SharedLibrary library_{"libEGL.so.1", "libegl1"};
