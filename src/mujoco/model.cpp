@@ -74,7 +74,7 @@ ModelPointer compile(const std::string& xml_file) {
     refuse_model(xml_file, error.what());
   }
   if (model == nullptr) refuse_model(xml_file, message.data());
-  return ModelPointer(model, mj_deleteModel);
+  return {model, mj_deleteModel};
 }
 
 /// What distinguishes one model from another: the name, and for a file its size and time of change.

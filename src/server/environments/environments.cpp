@@ -28,8 +28,8 @@ void write(const From* values, std::size_t size, To* to) {
 
 }  // namespace
 
-Environments::Environments(const ServerOptions& options, const MakeEnvironment& make)
-    : options_(options) {
+Environments::Environments(ServerOptions options, const MakeEnvironment& make)
+    : options_(std::move(options)) {
   if (!options_.seed) options_.seed = draw_seed();
   if (options_.num_envs == 1) {
     only_ = record(make());

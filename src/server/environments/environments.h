@@ -24,7 +24,7 @@ using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 class Environments {
  public:
   /// @param make makes each of them, all alike
-  Environments(const ServerOptions& options, const MakeEnvironment& make);
+  Environments(ServerOptions options, const MakeEnvironment& make);
 
   std::size_t size() const { return recorders_.size(); }
   const Specification& specification() const { return recorders_.front()->specification(); }
