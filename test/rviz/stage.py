@@ -205,7 +205,7 @@ class Show:
         arguments = [f"env:={env}", "mode:=lockstep", "rviz:=true", "status:=false"]
         self._launch = self.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
         wait_for(self._alive_and(self._all_are_connected), "rviz to connect")
-        self._gait = Policy("heuristic", env, {}, 0)
+        self._env = env
         spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
         self._action = np.empty(spec.action_size)
         self._reset = rospy.ServiceProxy("/walker_sim/reset", Reset, persistent=True)
@@ -228,7 +228,7 @@ class Show:
 
     def reset(self, seed):
         """Begin an episode; the transition."""
-        self._gait.reset()
+        self._gait = Policy("heuristic", self._env, {}, 0)  # it remembers its episode
         return self._checked(self._reset(has_seed=True, seed=seed))
 
     def walk(self, transition):
