@@ -28,9 +28,12 @@ extra_options=()
 wants_venv=yes
 build_targets=(all)
 # Languages in which nobody here talks to the messages, and a cache of compilations where there is one.
+# It knows a file by its way from the build directory, so build directories that are as far below their
+# sources share what is compiled.
 export ROS_LANG_DISABLE=geneus:genlisp:gennodejs
 if command -v ccache >/dev/null; then
-  export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_SLOPPINESS=pch_defines,time_macros
+  export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_SLOPPINESS=pch_defines,time_macros \
+    CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 fi
 
 say() { printf '%s\n' "$*" >&2; }

@@ -13,19 +13,20 @@ source "$(dirname "${BASH_SOURCE[0]}")/../scripts/setup.sh"
 
 workspace=$build/.workspace
 
-# Of a copy, for a link into the tree would be a circle. The tests' programs go beside the installed ones,
-# where rostest looks for them; they find the installed library by the same way.
+# Of a copy, for a link into the tree would be a circle; built in the copy, as build/.ros is in the tree,
+# so that the cache of compilations serves both. The tests' programs go beside the installed ones, where
+# rostest looks for them; they find the installed library by the same way.
 make_workspace() {
   local package=$workspace/src/walker_sim file
-  rm -rf "$workspace/install" "$package" && mkdir -p "$package" && cd "$root" &&
+  rm -rf "$workspace" && mkdir -p "$package" && cd "$root" &&
     tar -c --exclude=./build --exclude=./devel --exclude=./.git . | tar -x -C "$package"
   cd "$workspace"
-  within "$ros_setup" catkin_make -j"$jobs" -l"$((jobs * 2))" install "${ros_options[@]}" \
-    -DCATKIN_DEVEL_PREFIX="$workspace/devel" -DWALKER_SIM_WERROR=ON
-  if find build -path '*/walker_sim/test/*.o' | grep .; then
+  within "$ros_setup" catkin_make --build "$package/build" -j"$jobs" -l"$((jobs * 2))" install \
+    "${ros_options[@]}" -DCATKIN_DEVEL_PREFIX="$package/devel" -DWALKER_SIM_WERROR=ON
+  if find "$package/build" -path '*.dir/test/*.o' | grep .; then
     die "catkin_make has compiled tests: nobody has asked for them"
   fi
-  rm -rf "$package/src" # nothing installed may need it
+  rm -rf "$package" # nothing installed may need it
   for file in "$devel/lib/walker_sim/"*; do
     [ -e "install/lib/walker_sim/${file##*/}" ] || cp -P "$file" install/lib/walker_sim/
   done
@@ -58,7 +59,8 @@ build_wheel() {
   fi
   mkdir -p "$folder" && rm -f "$folder/ready" "$folder"/*.whl && touch "$folder/ready.new"
   within /dev/null env -u PIP_REQUIRE_VIRTUALENV "$1" -m pip wheel --disable-pip-version-check --no-deps \
-    --wheel-dir "$folder" "$root"
+    --wheel-dir "$folder" --config-settings=build-dir="$build/.wheel_$(version_of "$1")" \
+    --config-settings=cmake.define.WALKER_SIM_WERROR=ON "$root"
   mv "$folder/ready.new" "$folder/ready"
 }
 
