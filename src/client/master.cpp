@@ -2,37 +2,13 @@
 
 #include <charconv>
 #include <limits>
-#include <stdexcept>
+#include <utility>
 
 #include "client/http.h"
 #include "client/service_types.h"
-#include "client/xml_rpc.h"
 #include "walker_sim/client.h"
 
 namespace walker {
-namespace {
-
-/// What the master says of the service: its URI.
-/// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
-std::string service_uri(const Endpoint& master, const std::string& name, const Patience& patience) {
-  const std::string call = xml_rpc::make_call("lookupService", {kCallerId, name});
-  const xml_rpc::Value answer =
-      xml_rpc::parse_answer(http_post(master.host, master.port, call, patience));
-  // [code, text, URI]: 1 success, 0 failure, -1 error of the caller
-  using Kind = xml_rpc::Value::Kind;
-  if (answer.kind != Kind::array || answer.elements.size() != 3 ||
-      answer.elements[0].kind != Kind::integer || answer.elements[1].kind != Kind::text) {
-    throw std::runtime_error("its answer to lookupService is not [code, text, URI]");
-  }
-  if (answer.elements[0].integer != 1) {
-    throw std::runtime_error("it does not know " + name + " (" + answer.elements[1].text +
-                             "): is the server running, under this name, and in a "
-                             "version that has this service?");
-  }
-  return answer.elements[2].text;
-}
-
-}  // namespace
 
 Endpoint parse_uri(const std::string& uri, const std::string& scheme) {
   const std::string prefix = scheme + "://";
@@ -59,12 +35,33 @@ Endpoint parse_uri(const std::string& uri, const std::string& scheme) {
   return endpoint;
 }
 
+xml_rpc::Value call_master(const std::string& uri, const std::string& call,
+                           const Patience& patience, const char* malformed) {
+  const Endpoint master = parse_uri(uri, "http");
+  xml_rpc::Value answer =
+      xml_rpc::parse_answer(http_post(master.host, master.port, call, patience));
+  // [code, text, value]: 1 success, 0 failure, -1 error of the caller
+  using Kind = xml_rpc::Value::Kind;
+  if (answer.kind != Kind::array || answer.elements.size() != 3 ||
+      answer.elements[0].kind != Kind::integer || answer.elements[1].kind != Kind::text) {
+    throw std::runtime_error(malformed);
+  }
+  if (answer.elements[0].integer != 1) throw MasterRefusal(answer.elements[1].text);
+  return std::move(answer.elements[2]);
+}
+
 Endpoint look_up_service(const std::string& master_uri, const std::string& name,
                          const Patience& patience) {
   const std::string whom = "ROS master " + master_uri + ": ";
-  const Endpoint master = parse_uri(master_uri, "http");
   try {
-    return parse_uri(service_uri(master, name, patience), "rosrpc");
+    const xml_rpc::Value uri =
+        call_master(master_uri, xml_rpc::make_call("lookupService", {kCallerId, name}), patience,
+                    "its answer to lookupService is not [code, text, URI]");
+    return parse_uri(uri.text, "rosrpc");
+  } catch (const MasterRefusal& refusal) {
+    throw ConnectionError(whom + "it does not know " + name + " (" + refusal.what() +
+                          "): is the server running, under this name, and in a version that has "
+                          "this service?");
   } catch (const SocketError& error) {
     throw ConnectionError(whom + error.what() + "; is it running, and is this its ROS_MASTER_URI?");
   } catch (const Interrupted&) {

@@ -16,12 +16,17 @@ using Deadline = std::chrono::steady_clock::time_point;
 /// Between two looks for a signal in a call that waits, or whose bytes come without end.
 constexpr std::chrono::milliseconds kLookPeriod{100};
 
+/// Of a call that no signal ends.
+inline const std::function<bool()> kNeverInterrupted;
+
 /// How long a call may last. Who waits, or takes what comes without a wait, asks before each piece.
 class Patience {
  public:
   /// @param is_interrupted as ClientOptions has it; of the caller's
   Patience(Deadline until, const std::function<bool()>& is_interrupted)
       : until_(until), is_interrupted_(is_interrupted) {}
+
+  explicit Patience(Deadline until) : Patience(until, kNeverInterrupted) {}
 
   Deadline until() const { return until_; }
 
