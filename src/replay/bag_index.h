@@ -38,8 +38,6 @@ class BagIndex {
   void join_end(std::size_t index, Place from, Place to);
 
   std::vector<BagEpisode> episodes_;
-  std::vector<ros::Time> first_stamps_;  // per episode
-  std::vector<ros::Time> last_stamps_;   // per episode, of `last_step`
   std::vector<walker_sim::Episode> announcements_;
   std::vector<std::shared_ptr<const walker_sim::EpisodeRecord>> records_;
 
