@@ -83,17 +83,17 @@ class Client::Implementation {
 
   /// Reads a result apart, which then changes places with the caller's: where the answer is wrong,
   /// that is as it was.
-  /// @param by what it is measured by
+  /// @param by what else it is measured by
   template <typename Result, typename... By>
   auto into(Result& result, const By&... by) {
     return [&](Reader& reader) {
       Result& own = std::get<Result>(results_);
-      read(reader, by..., own);
+      read(reader, server, by..., own);
       std::swap(own, result);
     };
   }
 
-  AnswerSizes sizes;  ///< by the last specification
+  ServerSpecification server;  ///< as it has last told
 
  private:
   Patience patience() const {
@@ -148,11 +148,10 @@ Client::Client(const ClientOptions& options)
 Client::~Client() = default;
 
 ServerSpecification Client::specification() {
-  ServerSpecification specification;
+  ServerSpecification told;
   implementation_->call(
-      kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, specification); });
-  implementation_->sizes = AnswerSizes(specification);
-  return specification;
+      kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, told); });
+  return implementation_->server = std::move(told);
 }
 
 void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
@@ -162,20 +161,20 @@ void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
         writer.number(std::uint8_t{seed.has_value()});
         writer.number(seed.value_or(0));
       },
-      implementation_->into(transition, implementation_->sizes));
+      implementation_->into(transition));
 }
 
 void Client::step(const double* action, std::size_t size, Transition& transition) {
   implementation_->call(
       kStep, [&](Writer& writer) { writer.array(action, size); },
-      implementation_->into(transition, implementation_->sizes));
+      implementation_->into(transition));
 }
 
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,
                          const std::vector<std::optional<std::uint64_t>>& seeds,
                          BatchReset& reset) {
-  const AnswerSizes& sizes = implementation_->sizes;
-  const std::size_t rows = environments.empty() ? sizes.num_envs : environments.size();
+  const std::size_t rows =
+      environments.empty() ? implementation_->server.num_envs : environments.size();
   implementation_->call(
       kResetBatch,
       [&](Writer& writer) {
@@ -185,13 +184,13 @@ void Client::reset_batch(const std::vector<std::uint32_t>& environments,
         writer.number(static_cast<std::uint32_t>(seeds.size()));
         for (const auto& seed : seeds) writer.number(seed.value_or(0));
       },
-      implementation_->into(reset, sizes, rows));
+      implementation_->into(reset, rows));
 }
 
 void Client::step_batch(const double* actions, std::size_t size, BatchTransition& transition) {
   implementation_->call(
       kStepBatch, [&](Writer& writer) { writer.array(actions, size); },
-      implementation_->into(transition, implementation_->sizes));
+      implementation_->into(transition));
 }
 
 void Client::render(std::uint32_t environment, const std::string& encoding,

@@ -79,12 +79,6 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
 
 }  // namespace
 
-AnswerSizes::AnswerSizes(const ServerSpecification& specification)
-    : num_envs(specification.num_envs),
-      observation(specification.observation_size),
-      action(specification.action_size),
-      info(specification.info_names.size()) {}
-
 void read(Reader& reader, ServerSpecification& told) {
   reader.read(told.interface_version, told.id, told.num_envs, told.parameter_names,
               told.parameter_values, told.observation_size, told.observation_dtype,
@@ -105,38 +99,38 @@ void read(Reader& reader, ServerSpecification& told) {
   check_size("joint_names", told.joint_names.size(), told.action_size);
 }
 
-void read(Reader& reader, const AnswerSizes& sizes, Transition& transition) {
+void read(Reader& reader, const ServerSpecification& server, Transition& transition) {
   read_outcome(reader);
   transition.stamp = read_header(reader);
   reader.read(transition.environment, transition.episode, transition.step, transition.action,
               transition.observation, transition.reward, transition.episode_return,
               transition.terminated, transition.truncated, transition.info, transition.error);
   reader.finish();
-  check_size("observation", transition.observation.size(), sizes.observation);
-  check_size("info", transition.info.size(), sizes.info);
-  if (transition.environment >= sizes.num_envs) {
+  check_size("observation", transition.observation.size(), server.observation_size);
+  check_size("info", transition.info.size(), server.info_names.size());
+  if (transition.environment >= server.num_envs) {
     fail("environment is " + std::to_string(transition.environment) +
-         "; must be below num_envs = " + std::to_string(sizes.num_envs));
+         "; must be below num_envs = " + std::to_string(server.num_envs));
   }
-  check_size("action", transition.action.size(), transition.step == 0 ? 0 : sizes.action);
+  check_size("action", transition.action.size(), transition.step == 0 ? 0 : server.action_size);
 }
 
-void read(Reader& reader, const AnswerSizes& sizes, std::size_t rows, BatchReset& reset) {
+void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset) {
   reset.status_message = read_outcome(reader);
   reader.read(reset.observations, reset.info);
   reader.finish();
-  check_size("observations", reset.observations.size(), rows * sizes.observation);
-  check_size("info", reset.info.size(), rows * sizes.info);
+  check_size("observations", reset.observations.size(), rows * server.observation_size);
+  check_size("info", reset.info.size(), rows * server.info_names.size());
 }
 
-void read(Reader& reader, const AnswerSizes& sizes, BatchTransition& batch) {
+void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch) {
   batch.status_message = read_outcome(reader);
   reader.read(batch.observations, batch.rewards, batch.terminated, batch.truncated, batch.episodes,
               batch.steps, batch.info, batch.final_environments, batch.final_observations,
               batch.final_info);
   reader.finish();
-  const std::size_t rows = sizes.num_envs;
-  check_size("observations", batch.observations.size(), rows * sizes.observation);
+  const std::size_t rows = server.num_envs;
+  check_size("observations", batch.observations.size(), rows * server.observation_size);
   check_size("rewards", batch.rewards.size(), rows);
   check_size("terminated", batch.terminated.size(), rows);
   check_flags("terminated", batch.terminated);
@@ -144,11 +138,12 @@ void read(Reader& reader, const AnswerSizes& sizes, BatchTransition& batch) {
   check_flags("truncated", batch.truncated);
   check_size("episodes", batch.episodes.size(), rows);
   check_size("steps", batch.steps.size(), rows);
-  check_size("info", batch.info.size(), rows * sizes.info);
+  check_size("info", batch.info.size(), rows * server.info_names.size());
   check_environments("final_environments", batch.final_environments, rows);
   const std::size_t ended = batch.final_environments.size();
-  check_size("final_observations", batch.final_observations.size(), ended * sizes.observation);
-  check_size("final_info", batch.final_info.size(), ended * sizes.info);
+  check_size("final_observations", batch.final_observations.size(),
+             ended * server.observation_size);
+  check_size("final_info", batch.final_info.size(), ended * server.info_names.size());
 }
 
 void read(Reader& reader, const std::string& encoding, const Parameters& camera, Image& image) {

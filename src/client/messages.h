@@ -119,28 +119,18 @@ class Reader {
   const std::uint8_t* end_;
 };
 
-/// What a server's answers are measured by.
-struct AnswerSizes {
-  AnswerSizes() = default;
-  explicit AnswerSizes(const ServerSpecification& specification);
-
-  std::size_t num_envs = 0;
-  std::size_t observation = 0;
-  std::size_t action = 0;
-  std::size_t info = 0;
-};
-
 // Each of these reads an answer. Whatever it says is checked, all lengths and indices, so that who
 // uses a result needs no check of its own. They throw RequestRefused with the server's words where
 // it did not do what it was asked to, and std::runtime_error that names the field, its value and
-// what is allowed; then the result is of no meaning.
+// what is allowed; then the result is of no meaning. Answers are measured by what the server has
+// last told of itself.
 
 void read(Reader& reader, ServerSpecification& specification);
-void read(Reader& reader, const AnswerSizes& sizes, Transition& transition);
-void read(Reader& reader, const AnswerSizes& sizes, BatchTransition& transition);
+void read(Reader& reader, const ServerSpecification& server, Transition& transition);
+void read(Reader& reader, const ServerSpecification& server, BatchTransition& transition);
 
 /// @param rows environments that were to be reset
-void read(Reader& reader, const AnswerSizes& sizes, std::size_t rows, BatchReset& reset);
+void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset);
 
 /// sensor_msgs/Image; where it throws, the image is as it was.
 /// @param encoding that was asked for: 32FC1, or else rgb8

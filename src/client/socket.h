@@ -28,8 +28,6 @@ class Patience {
 
   explicit Patience(Deadline until) : Patience(until, kNeverInterrupted) {}
 
-  Deadline until() const { return until_; }
-
   /// Looks for a signal as well, every kLookPeriod.
   /// @return how long a wait may last before the next check; above zero
   /// @throws SocketError at the deadline, Interrupted
