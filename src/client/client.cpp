@@ -195,19 +195,15 @@ void Client::step_batch(const double* actions, std::size_t size, BatchTransition
 
 void Client::render(std::uint32_t environment, const std::string& encoding,
                     const Parameters& camera, Image& image) {
-  std::vector<std::string> names;
-  std::vector<std::string> values;
-  for (const auto& [name, value] : camera) {
-    names.push_back(name);
-    values.push_back(to_string(value));
-  }
   implementation_->call(
       kRender,
       [&](Writer& writer) {
         writer.number(environment);
         writer.text(encoding);
-        writer.texts(names);
-        writer.texts(values);
+        writer.number(static_cast<std::uint32_t>(camera.size()));
+        for (const auto& parameter : camera) writer.text(parameter.first);
+        writer.number(static_cast<std::uint32_t>(camera.size()));
+        for (const auto& parameter : camera) writer.text(to_string(parameter.second));
       },
       [&](Reader& reader) { read(reader, encoding, camera, image); });
 }

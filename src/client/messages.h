@@ -39,12 +39,6 @@ class Writer {
 
   void text(const std::string& value) { array(value.data(), value.size()); }
 
-  /// @throws as `array`
-  void texts(const std::vector<std::string>& values) {
-    number(static_cast<std::uint32_t>(values.size()));
-    for (const std::string& value : values) text(value);
-  }
-
  private:
   void append(const void* data, std::size_t size) {
     const auto* const begin = static_cast<const std::uint8_t*>(data);

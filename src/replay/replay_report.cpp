@@ -193,12 +193,11 @@ class WalkerReport {
   Counts& counts_;
   std::ostream& out_;
   std::array<int, std::tuple_size_v<Row>> widths_{};
-  std::size_t index_ = 0;      // of the present episode
-  std::size_t num_taken_ = 0;  // transitions of it
-  std::unique_ptr<Replay>
-      replay_;  // null: no environment like the recorded one; `obstacle_` says why
-  std::string obstacle_;
-  bool is_repeated_ = false;  // the present episode
+  std::size_t index_ = 0;           // of the present episode
+  std::size_t num_taken_ = 0;       // transitions of it
+  std::unique_ptr<Replay> replay_;  // null: no environment like the recorded one
+  std::string obstacle_;            // why
+  bool is_repeated_ = false;        // the present episode
 };
 
 bool summarize(const Counts& counts, std::ostream& out) {
