@@ -87,7 +87,7 @@ class Client::Implementation {
   template <typename Result, typename... By>
   auto into(Result& result, const By&... by) {
     return [&](Reader& reader) {
-      Result& own = std::get<Result>(results_);
+      auto& own = std::get<Result>(results_);
       read(reader, server, by..., own);
       std::swap(own, result);
     };

@@ -119,9 +119,9 @@ class Reader {
 // what is allowed; then the result is of no meaning. Answers are measured by what the server has
 // last told of itself.
 
-void read(Reader& reader, ServerSpecification& specification);
+void read(Reader& reader, ServerSpecification& told);
 void read(Reader& reader, const ServerSpecification& server, Transition& transition);
-void read(Reader& reader, const ServerSpecification& server, BatchTransition& transition);
+void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch);
 
 /// @param rows environments that were to be reset
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset);

@@ -39,7 +39,8 @@ constexpr const char* kExactNotes =
 struct Element {
   const char* name;
   std::vector<std::pair<const char*, std::string>> attributes;
-  std::vector<Element> children = {};
+  // GCC wants to be told that there may be none.
+  std::vector<Element> children = {};  // NOLINT(readability-redundant-member-init)
 };
 
 class Printer : public tinyxml2::XMLPrinter {

@@ -27,10 +27,18 @@ void BagIndex::add(const walker_sim::EnvironmentSpec& message) {
 void BagIndex::add(const walker_sim::Transition& message) {
   const bool begins_run = episodes_.empty() || goes_back(message) || is_next_server(message);
   if (begins_run && !episodes_.empty()) end_run();
-  if (!begins_run && message.episode == episodes_.back().number) {
-    extend(message);
-  } else {
-    open(message, begins_run);
+  const bool begins = begins_run || message.episode != episodes_.back().number;
+  if (begins) open(message, begins_run);
+  BagEpisode& episode = episodes_.back();
+  ++episode.num_transitions;
+  const bool is_next = begins || message.step == step_ + 1;
+  if (episode.gap_end == 0 && !is_next) episode.gap_end = message.step - 1;
+  if (episode.gap_end == 0) {
+    episode.last_step = message.step;
+    episode.last_stamp = message.header.stamp;
+    episode.episode_return = message.episode_return;
+    episode.terminated = message.terminated != 0;
+    episode.truncated = message.truncated != 0;
   }
   step_ = message.step;
   spec_came_ = false;
@@ -65,32 +73,11 @@ void BagIndex::end_run() {
   if (may_be_repeated) spec_.reset();
 }
 
-void BagIndex::extend(const walker_sim::Transition& message) {
-  BagEpisode& episode = episodes_.back();
-  ++episode.num_transitions;
-  if (episode.gap_end != 0) return;
-  if (message.step != step_ + 1) {
-    episode.gap_end = message.step - 1;
-    return;
-  }
-  set_last(message);
-}
-
-void BagIndex::set_last(const walker_sim::Transition& message) {
-  BagEpisode& episode = episodes_.back();
-  episode.last_step = message.step;
-  episode.episode_return = message.episode_return;
-  episode.terminated = message.terminated != 0;
-  episode.truncated = message.truncated != 0;
-  episode.last_stamp = message.header.stamp;
-}
-
 void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
   BagEpisode episode;
   episode.number = message.episode;
   episode.first_step = message.step;
   episode.first_stamp = message.header.stamp;
-  episode.num_transitions = 1;
   episode.opens_recording = begins_run;
   if (!episodes_.empty()) {
     BagEpisode& previous = episodes_.back();
@@ -99,7 +86,6 @@ void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
         begins_run ? BagEpisode::Successor::other_server : BagEpisode::Successor::reset;
   }
   episodes_.push_back(std::move(episode));
-  set_last(message);
 }
 
 std::vector<BagEpisode> BagIndex::finish() {
