@@ -135,7 +135,7 @@ class WALKER_SIM_EXPORT Client {
   ServerSpecification specification();
 
   // Each of these throws ConnectionError, Interrupted or RequestRefused; then the result is as it
-  // was. The results' vectors keep their memory from call to call.
+  // was. Memory is kept from call to call; a result's vectors may change places with the client's.
 
   /// ~reset. @param seed none: the generator continues
   void reset(std::optional<std::uint64_t> seed, Transition& transition);

@@ -3,7 +3,8 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
-#include <string_view>
+#include <tuple>
+#include <utility>
 
 #include "client/master.h"
 #include "client/messages.h"
@@ -64,12 +65,8 @@ class Client::Implementation {
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
     ServiceConnection& connection = connected(index);
     try {
-      const Answer answer = connection.call(request_, patience());
-      if (!answer.is_response) {
-        throw RequestRefused(std::string(answer.body, answer.body + answer.size));
-      }
-      Reader reader(answer.body, answer.size);
-      read(reader);
+      Reader answer = connection.call(request_, patience());
+      read(answer);
     } catch (const RequestRefused&) {
       throw;
     } catch (const std::runtime_error& error) {
@@ -84,7 +81,19 @@ class Client::Implementation {
     }
   }
 
-  AnswerSizes sizes;  ///< by the last specification
+  /// Reads a result apart, which then changes places with the caller's: where the answer is wrong,
+  /// that is as it was.
+  /// @param by what else it is measured by
+  template <typename Result, typename... By>
+  auto into(Result& result, const By&... by) {
+    return [&](Reader& reader) {
+      auto& own = std::get<Result>(results_);
+      read(reader, server, by..., own);
+      std::swap(own, result);
+    };
+  }
+
+  ServerSpecification server;  ///< as it has last told
 
  private:
   Patience patience() const {
@@ -127,42 +136,9 @@ class Client::Implementation {
   ClientOptions options_;
   std::array<Endpoint, kServiceTypes.size()> endpoints_;
   std::array<std::optional<ServiceConnection>, kServiceTypes.size()> connections_;
-  tcpros::Bytes request_;  // keeps its memory
+  tcpros::Bytes request_;  // keeps its memory, as do the next
+  std::tuple<Transition, BatchTransition, BatchReset> results_;
 };
-
-namespace {
-
-/// The beginning of a response: whether the server did what it was asked to.
-/// @returns the server's words; they lie in the answer
-/// @throws RequestRefused with them
-std::string_view read_outcome(Reader& reader) {
-  const bool success = reader.flag();
-  const std::string_view words = reader.text();
-  if (!success) throw RequestRefused(std::string(words));
-  return words;
-}
-
-/// Reads an outcome, then a result.
-/// @param by what it is measured by
-template <typename Result, typename... By>
-auto into(Result& result, const By&... by) {
-  return [&](Reader& reader) {
-    read_outcome(reader);
-    read(reader, by..., result);
-  };
-}
-
-/// As `into`, and keeps the server's words.
-template <typename Result, typename... By>
-auto into_batch(Result& result, const By&... by) {
-  return [&](Reader& reader) {
-    const std::string_view words = read_outcome(reader);
-    read(reader, by..., result);
-    result.status_message = words;
-  };
-}
-
-}  // namespace
 
 Client::Client(const ClientOptions& options)
     : implementation_(std::make_unique<Implementation>(options)) {
@@ -172,11 +148,10 @@ Client::Client(const ClientOptions& options)
 Client::~Client() = default;
 
 ServerSpecification Client::specification() {
-  ServerSpecification specification;
+  ServerSpecification told;
   implementation_->call(
-      kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, specification); });
-  implementation_->sizes = AnswerSizes(specification);
-  return specification;
+      kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, told); });
+  return implementation_->server = std::move(told);
 }
 
 void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
@@ -186,20 +161,20 @@ void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
         writer.number(std::uint8_t{seed.has_value()});
         writer.number(seed.value_or(0));
       },
-      into(transition, implementation_->sizes));
+      implementation_->into(transition));
 }
 
 void Client::step(const double* action, std::size_t size, Transition& transition) {
   implementation_->call(
       kStep, [&](Writer& writer) { writer.array(action, size); },
-      into(transition, implementation_->sizes));
+      implementation_->into(transition));
 }
 
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,
                          const std::vector<std::optional<std::uint64_t>>& seeds,
                          BatchReset& reset) {
-  const AnswerSizes& sizes = implementation_->sizes;
-  const std::size_t rows = environments.empty() ? sizes.num_envs : environments.size();
+  const std::size_t rows =
+      environments.empty() ? implementation_->server.num_envs : environments.size();
   implementation_->call(
       kResetBatch,
       [&](Writer& writer) {
@@ -209,32 +184,28 @@ void Client::reset_batch(const std::vector<std::uint32_t>& environments,
         writer.number(static_cast<std::uint32_t>(seeds.size()));
         for (const auto& seed : seeds) writer.number(seed.value_or(0));
       },
-      into_batch(reset, sizes, rows));
+      implementation_->into(reset, rows));
 }
 
 void Client::step_batch(const double* actions, std::size_t size, BatchTransition& transition) {
   implementation_->call(
       kStepBatch, [&](Writer& writer) { writer.array(actions, size); },
-      into_batch(transition, implementation_->sizes));
+      implementation_->into(transition));
 }
 
 void Client::render(std::uint32_t environment, const std::string& encoding,
                     const Parameters& camera, Image& image) {
-  std::vector<std::string> names;
-  std::vector<std::string> values;
-  for (const auto& [name, value] : camera) {
-    names.push_back(name);
-    values.push_back(to_string(value));
-  }
   implementation_->call(
       kRender,
       [&](Writer& writer) {
         writer.number(environment);
         writer.text(encoding);
-        writer.texts(names);
-        writer.texts(values);
+        writer.number(static_cast<std::uint32_t>(camera.size()));
+        for (const auto& parameter : camera) writer.text(parameter.first);
+        writer.number(static_cast<std::uint32_t>(camera.size()));
+        for (const auto& parameter : camera) writer.text(to_string(parameter.second));
       },
-      into(image, encoding, camera));
+      [&](Reader& reader) { read(reader, encoding, camera, image); });
 }
 
 }  // namespace walker

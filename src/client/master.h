@@ -1,11 +1,13 @@
-// Where the ROS master and the services that it knows are to be found.
+// Calls of the ROS master, and where the services that it knows are to be found.
 // Source: wiki.ros.org/ROS/Master_API.
 #pragma once
 
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 
 #include "client/socket.h"
+#include "client/xml_rpc.h"
 
 namespace walker {
 
@@ -21,6 +23,24 @@ struct Endpoint {
 /// @param scheme that it must have, e.g. http
 /// @throws std::invalid_argument saying what it must be
 Endpoint parse_uri(const std::string& uri, const std::string& scheme);
+
+/// A master has answered that it will not, or cannot; the message is its own.
+struct MasterRefusal : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Makes a call of a master or, with the same form of answers, of a node. It comes to an end, which
+/// ros::master::execute does not where a master hangs: one that is stopped, or a machine that is
+/// lost.
+/// @param uri       of whom is called
+/// @param call      an XML-RPC text
+/// @param malformed what is said of an answer that has another form
+/// @return what comes with its success
+/// @throws MasterRefusal; SocketError, Interrupted; std::exception that says what is wrong with the
+///         URI or with the answer
+xml_rpc::Value call_master(const std::string& uri, const std::string& call,
+                           const Patience& patience,
+                           const char* malformed = "its answer is not [code, text, value]");
 
 /// Asks a master who provides a service.
 /// @param name of the service, resolved

@@ -19,29 +19,19 @@ void check_size(const char* field, std::size_t size, std::size_t wanted) {
        std::to_string(wanted));
 }
 
-template <typename Number>
-Numbers<Number> array_of(Reader& reader, const char* field, std::size_t size) {
-  const Numbers<Number> numbers = reader.array<Number>();
-  check_size(field, numbers.size(), size);
-  return numbers;
-}
-
 std::string element(const char* field, std::size_t index, std::uint64_t value) {
   return std::string(field) + "[" + std::to_string(index) + "] is " + std::to_string(value);
 }
 
-/// One per environment.
-Numbers<std::uint8_t> flags_of(Reader& reader, const char* field, std::size_t size) {
-  const auto flags = array_of<std::uint8_t>(reader, field, size);
-  for (std::size_t i = 0; i < size; ++i) {
+void check_flags(const char* field, const std::vector<std::uint8_t>& flags) {
+  for (std::size_t i = 0; i < flags.size(); ++i) {
     if (flags[i] > 1) fail(element(field, i, flags[i]) + "; must be 0 or 1");
   }
-  return flags;
 }
 
 /// In their order, so that each comes once.
-Numbers<std::uint32_t> environments_of(Reader& reader, const char* field, std::size_t num_envs) {
-  const auto environments = reader.array<std::uint32_t>();
+void check_environments(const char* field, const std::vector<std::uint32_t>& environments,
+                        std::size_t num_envs) {
   for (std::size_t i = 0; i < environments.size(); ++i) {
     const std::uint32_t index = environments[i];
     if (index >= num_envs) {
@@ -52,15 +42,26 @@ Numbers<std::uint32_t> environments_of(Reader& reader, const char* field, std::s
            std::to_string(environments[i - 1]));
     }
   }
-  return environments;
+}
+
+/// The beginning of an answer: whether the server did what it was asked to.
+/// @returns the server's words; they lie in the answer
+/// @throws RequestRefused with them
+std::string_view read_outcome(Reader& reader) {
+  bool success = false;
+  reader.read(success);
+  const std::string_view words = reader.text();
+  if (!success) throw RequestRefused(std::string(words));
+  return words;
 }
 
 /// std_msgs/Header, of which the stamp matters.
 /// @return [ns]
 std::uint64_t read_header(Reader& reader) {
-  reader.number<std::uint32_t>();  // the sequence number
-  const auto seconds = reader.number<std::uint32_t>();
-  const auto nanoseconds = reader.number<std::uint32_t>();
+  std::uint32_t sequence_number = 0;
+  std::uint32_t seconds = 0;
+  std::uint32_t nanoseconds = 0;
+  reader.read(sequence_number, seconds, nanoseconds);
   reader.text();
   constexpr std::uint64_t kPerSecond = 1000000000;
   return seconds * kPerSecond + nanoseconds;
@@ -76,8 +77,16 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
                            " instead of " + std::to_string(*asked));
 }
 
-/// By what the specification says of itself.
-void check(const ServerSpecification& told) {
+}  // namespace
+
+void read(Reader& reader, ServerSpecification& told) {
+  reader.read(told.interface_version, told.id, told.num_envs, told.parameter_names,
+              told.parameter_values, told.observation_size, told.observation_dtype,
+              told.observation_low, told.observation_high, told.action_size, told.action_low,
+              told.action_high, told.dt, told.max_episode_steps, told.reward_threshold,
+              told.joint_names, told.info_names, told.mode, told.autoreset_mode, told.engine,
+              told.engine_version, told.engine_path, told.version);
+  reader.finish();
   if (told.num_envs < 1 || told.num_envs > kMostEnvironments) {
     fail("num_envs is " + std::to_string(told.num_envs) + "; must be in [1, " +
          std::to_string(kMostEnvironments) + "]");
@@ -90,119 +99,63 @@ void check(const ServerSpecification& told) {
   check_size("joint_names", told.joint_names.size(), told.action_size);
 }
 
-}  // namespace
-
-AnswerSizes::AnswerSizes(const ServerSpecification& specification)
-    : num_envs(specification.num_envs),
-      observation(specification.observation_size),
-      action(specification.action_size),
-      info(specification.info_names.size()) {}
-
-void read(Reader& reader, ServerSpecification& specification) {
-  ServerSpecification told;
-  told.interface_version = reader.number<std::uint32_t>();
-  told.id = reader.text();
-  told.num_envs = reader.number<std::uint32_t>();
-  told.parameter_names = reader.texts();
-  told.parameter_values = reader.texts();
-  told.observation_size = reader.number<std::uint32_t>();
-  told.observation_dtype = reader.text();
-  reader.array<double>().copy_to(told.observation_low);
-  reader.array<double>().copy_to(told.observation_high);
-  told.action_size = reader.number<std::uint32_t>();
-  reader.array<double>().copy_to(told.action_low);
-  reader.array<double>().copy_to(told.action_high);
-  told.dt = reader.number<double>();
-  told.max_episode_steps = reader.number<std::uint32_t>();
-  told.reward_threshold = reader.number<double>();
-  told.joint_names = reader.texts();
-  told.info_names = reader.texts();
-  told.mode = reader.text();
-  told.autoreset_mode = reader.text();
-  told.engine = reader.text();
-  told.engine_version = reader.text();
-  told.engine_path = reader.text();
-  told.version = reader.text();
+void read(Reader& reader, const ServerSpecification& server, Transition& transition) {
+  read_outcome(reader);
+  transition.stamp = read_header(reader);
+  reader.read(transition.environment, transition.episode, transition.step, transition.action,
+              transition.observation, transition.reward, transition.episode_return,
+              transition.terminated, transition.truncated, transition.info, transition.error);
   reader.finish();
-  check(told);
-  specification = std::move(told);
-}
-
-void read(Reader& reader, const AnswerSizes& sizes, Transition& transition) {
-  const std::uint64_t stamp = read_header(reader);
-  const auto environment = reader.number<std::uint32_t>();
-  const auto episode = reader.number<std::uint32_t>();
-  const auto step = reader.number<std::uint32_t>();
-  const auto action = reader.array<double>();
-  const auto observation = array_of<double>(reader, "observation", sizes.observation);
-  const auto reward = reader.number<double>();
-  const auto episode_return = reader.number<double>();
-  const bool terminated = reader.flag();
-  const bool truncated = reader.flag();
-  const auto info = array_of<double>(reader, "info", sizes.info);
-  const std::string_view error = reader.text();
-  reader.finish();
-  if (environment >= sizes.num_envs) {
-    fail("environment is " + std::to_string(environment) +
-         "; must be below num_envs = " + std::to_string(sizes.num_envs));
+  check_size("observation", transition.observation.size(), server.observation_size);
+  check_size("info", transition.info.size(), server.info_names.size());
+  if (transition.environment >= server.num_envs) {
+    fail("environment is " + std::to_string(transition.environment) +
+         "; must be below num_envs = " + std::to_string(server.num_envs));
   }
-  check_size("action", action.size(), step == 0 ? 0 : sizes.action);
-  transition.stamp = stamp;
-  transition.environment = environment;
-  transition.episode = episode;
-  transition.step = step;
-  action.copy_to(transition.action);
-  observation.copy_to(transition.observation);
-  transition.reward = reward;
-  transition.episode_return = episode_return;
-  transition.terminated = terminated;
-  transition.truncated = truncated;
-  info.copy_to(transition.info);
-  transition.error = error;
+  check_size("action", transition.action.size(), transition.step == 0 ? 0 : server.action_size);
 }
 
-void read(Reader& reader, const AnswerSizes& sizes, std::size_t rows, BatchReset& reset) {
-  const auto observations = array_of<double>(reader, "observations", rows * sizes.observation);
-  const auto info = array_of<double>(reader, "info", rows * sizes.info);
+void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset) {
+  reset.status_message = read_outcome(reader);
+  reader.read(reset.observations, reset.info);
   reader.finish();
-  observations.copy_to(reset.observations);
-  info.copy_to(reset.info);
+  check_size("observations", reset.observations.size(), rows * server.observation_size);
+  check_size("info", reset.info.size(), rows * server.info_names.size());
 }
 
-void read(Reader& reader, const AnswerSizes& sizes, BatchTransition& transition) {
-  const std::size_t rows = sizes.num_envs;
-  const auto observations = array_of<double>(reader, "observations", rows * sizes.observation);
-  const auto rewards = array_of<double>(reader, "rewards", rows);
-  const auto terminated = flags_of(reader, "terminated", rows);
-  const auto truncated = flags_of(reader, "truncated", rows);
-  const auto episodes = array_of<std::uint32_t>(reader, "episodes", rows);
-  const auto steps = array_of<std::uint32_t>(reader, "steps", rows);
-  const auto info = array_of<double>(reader, "info", rows * sizes.info);
-  const auto ended = environments_of(reader, "final_environments", rows);
-  const auto final_observations =
-      array_of<double>(reader, "final_observations", ended.size() * sizes.observation);
-  const auto final_info = array_of<double>(reader, "final_info", ended.size() * sizes.info);
+void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch) {
+  batch.status_message = read_outcome(reader);
+  reader.read(batch.observations, batch.rewards, batch.terminated, batch.truncated, batch.episodes,
+              batch.steps, batch.info, batch.final_environments, batch.final_observations,
+              batch.final_info);
   reader.finish();
-  observations.copy_to(transition.observations);
-  rewards.copy_to(transition.rewards);
-  terminated.copy_to(transition.terminated);
-  truncated.copy_to(transition.truncated);
-  episodes.copy_to(transition.episodes);
-  steps.copy_to(transition.steps);
-  info.copy_to(transition.info);
-  ended.copy_to(transition.final_environments);
-  final_observations.copy_to(transition.final_observations);
-  final_info.copy_to(transition.final_info);
+  const std::size_t rows = server.num_envs;
+  check_size("observations", batch.observations.size(), rows * server.observation_size);
+  check_size("rewards", batch.rewards.size(), rows);
+  check_size("terminated", batch.terminated.size(), rows);
+  check_flags("terminated", batch.terminated);
+  check_size("truncated", batch.truncated.size(), rows);
+  check_flags("truncated", batch.truncated);
+  check_size("episodes", batch.episodes.size(), rows);
+  check_size("steps", batch.steps.size(), rows);
+  check_size("info", batch.info.size(), rows * server.info_names.size());
+  check_environments("final_environments", batch.final_environments, rows);
+  const std::size_t ended = batch.final_environments.size();
+  check_size("final_observations", batch.final_observations.size(),
+             ended * server.observation_size);
+  check_size("final_info", batch.final_info.size(), ended * server.info_names.size());
 }
 
 void read(Reader& reader, const std::string& encoding, const Parameters& camera, Image& image) {
   constexpr std::size_t kChannels = 3;
+  read_outcome(reader);
   read_header(reader);
-  const auto height = reader.number<std::uint32_t>();
-  const auto width = reader.number<std::uint32_t>();
-  const std::string told_encoding(reader.text());
-  const bool is_bigendian = reader.flag();
-  const auto row_bytes = reader.number<std::uint32_t>();
+  std::uint32_t height = 0;
+  std::uint32_t width = 0;
+  std::string told_encoding;
+  bool is_bigendian = false;
+  std::uint32_t row_bytes = 0;
+  reader.read(height, width, told_encoding, is_bigendian, row_bytes);
   const bool is_depth = encoding == kDepthEncoding;
   const std::string wanted_encoding = is_depth ? kDepthEncoding : kColorEncoding;
   if (told_encoding != wanted_encoding || is_bigendian) {
@@ -224,13 +177,13 @@ void read(Reader& reader, const std::string& encoding, const Parameters& camera,
                              std::to_string(bytes));
   }
   reader.finish();
-  const auto* const begin = reinterpret_cast<const std::uint8_t*>(data.data());
+  image.rgb.clear();
+  image.depth.clear();
   if (is_depth) {
-    Numbers<float>(begin, bytes / sizeof(float)).copy_to(image.depth);
-    image.rgb.clear();
+    image.depth.resize(bytes / sizeof(float));
+    data.copy(reinterpret_cast<char*>(image.depth.data()), bytes);
   } else {
-    image.rgb.assign(begin, begin + bytes);
-    image.depth.clear();
+    image.rgb.assign(data.begin(), data.end());
   }
   image.width = width;
   image.height = height;

@@ -39,12 +39,6 @@ class Writer {
 
   void text(const std::string& value) { array(value.data(), value.size()); }
 
-  /// @throws as `array`
-  void texts(const std::vector<std::string>& values) {
-    number(static_cast<std::uint32_t>(values.size()));
-    for (const std::string& value : values) text(value);
-  }
-
  private:
   void append(const void* data, std::size_t size) {
     const auto* const begin = static_cast<const std::uint8_t*>(data);
@@ -54,60 +48,22 @@ class Writer {
   tcpros::Bytes& bytes_;
 };
 
-/// An array of numbers that still lies in the answer's bytes.
-template <typename Number>
-class Numbers {
- public:
-  Numbers(const std::uint8_t* bytes, std::size_t size) : bytes_(bytes), size_(size) {}
-
-  std::size_t size() const { return size_; }
-
-  Number operator[](std::size_t index) const {
-    Number number;
-    std::memcpy(&number, bytes_ + index * sizeof(Number), sizeof(Number));
-    return number;
-  }
-
-  void copy_to(std::vector<Number>& values) const {
-    values.resize(size_);
-    if (size_ > 0) std::memcpy(values.data(), bytes_, size_ * sizeof(Number));
-  }
-
- private:
-  const std::uint8_t* bytes_;
-  std::size_t size_;
-};
-
 /// Takes fields off a response. Every method throws std::runtime_error where it is too short.
 class Reader {
  public:
   Reader(const std::uint8_t* bytes, std::size_t size) : next_(bytes), end_(bytes + size) {}
 
-  template <typename Number>
-  Number number() {
-    return Numbers<Number>(take(1, sizeof(Number)), 1)[0];
+  /// One field after the other. Vectors and texts keep their memory.
+  template <typename... Fields>
+  void read(Fields&... fields) {
+    (take(fields), ...);
   }
-
-  bool flag() { return *take(1, 1) != 0; }
 
   /// Of the answer's bytes.
   std::string_view text() {
-    const std::size_t size = number<std::uint32_t>();
-    return {reinterpret_cast<const char*>(take(size, 1)), size};
-  }
-
-  template <typename Number>
-  Numbers<Number> array() {
-    const std::size_t size = number<std::uint32_t>();
-    return {take(size, sizeof(Number)), size};
-  }
-
-  std::vector<std::string> texts() {
-    const std::size_t size = number<std::uint32_t>();
-    require(size, tcpros::kLengthBytes);  // before memory for it is asked for
-    std::vector<std::string> values(size);
-    for (std::string& value : values) value = text();
-    return values;
+    std::uint32_t size = 0;
+    take(size);
+    return {reinterpret_cast<const char*>(bytes(size, 1)), size};
   }
 
   /// @throws std::runtime_error where something is left
@@ -116,12 +72,37 @@ class Reader {
   }
 
  private:
+  template <typename Number>
+  void take(Number& value) {
+    std::memcpy(&value, bytes(1, sizeof(Number)), sizeof(Number));
+  }
+
+  void take(bool& value) { value = *bytes(1, 1) != 0; }
+  void take(std::string& value) { value = text(); }
+
+  template <typename Number>
+  void take(std::vector<Number>& values) {
+    std::uint32_t size = 0;
+    take(size);
+    const std::uint8_t* const begin = bytes(size, sizeof(Number));
+    values.resize(size);
+    if (size > 0) std::memcpy(values.data(), begin, size * sizeof(Number));
+  }
+
+  void take(std::vector<std::string>& values) {
+    std::uint32_t size = 0;
+    take(size);
+    require(size, tcpros::kLengthBytes);  // before memory for it is asked for
+    values.resize(size);
+    for (std::string& value : values) take(value);
+  }
+
   void require(std::size_t count, std::size_t bytes_each) const {
     if (count <= static_cast<std::size_t>(end_ - next_) / bytes_each) return;
     throw std::runtime_error("the answer ends within a field");
   }
 
-  const std::uint8_t* take(std::size_t count, std::size_t bytes_each) {
+  const std::uint8_t* bytes(std::size_t count, std::size_t bytes_each) {
     require(count, bytes_each);
     const std::uint8_t* const begin = next_;
     next_ += count * bytes_each;
@@ -132,29 +113,20 @@ class Reader {
   const std::uint8_t* end_;
 };
 
-/// What a server's answers are measured by.
-struct AnswerSizes {
-  AnswerSizes() = default;
-  explicit AnswerSizes(const ServerSpecification& specification);
+// Each of these reads an answer. Whatever it says is checked, all lengths and indices, so that who
+// uses a result needs no check of its own. They throw RequestRefused with the server's words where
+// it did not do what it was asked to, and std::runtime_error that names the field, its value and
+// what is allowed; then the result is of no meaning. Answers are measured by what the server has
+// last told of itself.
 
-  std::size_t num_envs = 0;
-  std::size_t observation = 0;
-  std::size_t action = 0;
-  std::size_t info = 0;
-};
-
-// Each of these reads the rest of an answer. Whatever it says is checked first: all lengths and
-// indices, so that who uses a result needs no check of its own. They throw std::runtime_error that
-// names the field, its value and what is allowed; then the result is as it was.
-
-void read(Reader& reader, ServerSpecification& specification);
-void read(Reader& reader, const AnswerSizes& sizes, Transition& transition);
-void read(Reader& reader, const AnswerSizes& sizes, BatchTransition& transition);
+void read(Reader& reader, ServerSpecification& told);
+void read(Reader& reader, const ServerSpecification& server, Transition& transition);
+void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch);
 
 /// @param rows environments that were to be reset
-void read(Reader& reader, const AnswerSizes& sizes, std::size_t rows, BatchReset& reset);
+void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset);
 
-/// sensor_msgs/Image.
+/// sensor_msgs/Image; where it throws, the image is as it was.
 /// @param encoding that was asked for: 32FC1, or else rgb8
 /// @param camera   that was asked for; may have a width and a height
 void read(Reader& reader, const std::string& encoding, const Parameters& camera, Image& image);

@@ -3,17 +3,10 @@
 #include <stdexcept>
 
 namespace walker {
-namespace {
-
-constexpr std::size_t kFirstCapacity = 4096;
-
-}  // namespace
 
 ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
                                      const ServiceType& type, const Patience& patience)
-    : socket_(endpoint.host, endpoint.port, patience),
-      most_answer_bytes_(type.most_answer_bytes),
-      input_(kFirstCapacity) {
+    : socket_(endpoint.host, endpoint.port, patience), most_answer_bytes_(type.most_answer_bytes) {
   tcpros::Bytes header;
   tcpros::append_header({{"callerid", kCallerId},
                          {"service", name},
@@ -46,7 +39,7 @@ tcpros::Fields ServiceConnection::receive_header(const Patience& patience) {
   return tcpros::parse_header(input_.data() + tcpros::kLengthBytes, size);
 }
 
-Answer ServiceConnection::call(const tcpros::Bytes& request, const Patience& patience) {
+Reader ServiceConnection::call(const tcpros::Bytes& request, const Patience& patience) {
   constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
   socket_.send_all(request.data(), request.size(), patience);
   received_ = 0;
@@ -60,7 +53,9 @@ Answer ServiceConnection::call(const tcpros::Bytes& request, const Patience& pat
   }
   receive_at_least(kHeadBytes + size, patience);
   if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");
-  return {input_[0] == 1, input_.data() + kHeadBytes, size};
+  const std::uint8_t* const body = input_.data() + kHeadBytes;
+  if (input_[0] == 0) throw RequestRefused(std::string(body, body + size));
+  return {body, size};
 }
 
 /// Memory grows with what has come, not with what was promised.

@@ -1,23 +1,16 @@
 // A connection to one service that stays open: TCPROS as in tcpros.h.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <string>
 
 #include "client/master.h"
+#include "client/messages.h"
 #include "client/service_types.h"
 #include "client/socket.h"
 #include "client/tcpros.h"
 
 namespace walker {
-
-/// What a server sent: bytes of the connection, until its next call.
-struct Answer {
-  bool is_response = false;  ///< else a text that says why there is none
-  const std::uint8_t* body = nullptr;
-  std::size_t size = 0;
-};
 
 class ServiceConnection {
  public:
@@ -28,9 +21,10 @@ class ServiceConnection {
                     const Patience& patience);
 
   /// Sends a request with its length and waits for the answer.
-  /// @throws SocketError, Interrupted, std::runtime_error; then the connection is of no use any
-  /// more
-  Answer call(const tcpros::Bytes& request, const Patience& patience);
+  /// @return the serialised response: bytes of the connection, until its next call
+  /// @throws RequestRefused with the server's words where it has none; SocketError, Interrupted,
+  ///         std::runtime_error, and then the connection is of no use any more
+  Reader call(const tcpros::Bytes& request, const Patience& patience);
 
  private:
   void receive_at_least(std::size_t size, const Patience& patience);
@@ -38,8 +32,8 @@ class ServiceConnection {
 
   Socket socket_;
   std::size_t most_answer_bytes_;
-  tcpros::Bytes input_;       // keeps its memory
-  std::size_t received_ = 0;  // bytes at its beginning
+  tcpros::Bytes input_ = tcpros::Bytes(4096);  // keeps its memory
+  std::size_t received_ = 0;                   // bytes at its beginning
 };
 
 }  // namespace walker

@@ -16,6 +16,9 @@ using Deadline = std::chrono::steady_clock::time_point;
 /// Between two looks for a signal in a call that waits, or whose bytes come without end.
 constexpr std::chrono::milliseconds kLookPeriod{100};
 
+/// Of a call that no signal ends.
+inline const std::function<bool()> kNeverInterrupted;
+
 /// How long a call may last. Who waits, or takes what comes without a wait, asks before each piece.
 class Patience {
  public:
@@ -23,7 +26,7 @@ class Patience {
   Patience(Deadline until, const std::function<bool()>& is_interrupted)
       : until_(until), is_interrupted_(is_interrupted) {}
 
-  Deadline until() const { return until_; }
+  explicit Patience(Deadline until) : Patience(until, kNeverInterrupted) {}
 
   /// Looks for a signal as well, every kLookPeriod.
   /// @return how long a wait may last before the next check; above zero

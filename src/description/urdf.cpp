@@ -35,24 +35,21 @@ constexpr const char* kExactNotes =
     "     back as the engine's own, double. The motors give their torque at any speed; URDF\n"
     "     demands a velocity limit, and 10000 stands for none.\n";
 
-/// An XML element without content.
+/// An XML element.
 struct Element {
   const char* name;
   std::vector<std::pair<const char*, std::string>> attributes;
+  // GCC wants to be told that there may be none.
+  std::vector<Element> children = {};  // NOLINT(readability-redundant-member-init)
 };
 
 class Printer : public tinyxml2::XMLPrinter {
  public:
-  void open(const Element& element) {
+  void write(const Element& element) {
     OpenElement(element.name);
     for (const auto& [name, value] : element.attributes) PushAttribute(name, value.c_str());
-  }
-
-  void close() { CloseElement(); }
-
-  void write(const Element& element) {
-    open(element);
-    close();
+    for (const Element& child : element.children) write(child);
+    CloseElement();
   }
 
  protected:
@@ -67,35 +64,38 @@ class Writer {
   explicit Writer(const Specification& specification) : specification_(specification) {}
 
   UrdfFiles write(const std::string& name) {
-    xml_.PushDeclaration("xml version=\"1.0\"");
-    xml_.PushComment((" Written by `rosrun walker_sim describe " + specification_.id +
-                      "` out of the running world; do not edit.\n" +
-                      (specification_.joints_are_exact ? kExactNotes : kPlanarNotes))
-                         .c_str());
-    xml_.open({"robot", {{"name", name}}});
+    Element robot{"robot", {{"name", name}}};
     const std::map<std::string, Place> places = place_links(specification_);
-    for (const Link& link : specification_.links) write_link(link, places.at(link.name));
+    for (const Link& link : specification_.links) {
+      robot.children.push_back(to_element(link, places.at(link.name)));
+    }
     const std::vector<std::string> turned = turned_links(specification_);
     for (std::size_t i = 0; i < turned.size(); ++i) {
-      write_joint(specification_.joints[i], turned[i]);
+      add_joint(specification_.joints[i], turned[i], robot);
     }
-    xml_.close();
-    return {xml_.CStr(), std::move(meshes_)};
+    Printer xml;
+    xml.PushDeclaration("xml version=\"1.0\"");
+    xml.PushComment((" Written by `rosrun walker_sim describe " + specification_.id +
+                     "` out of the running world; do not edit.\n" +
+                     (specification_.joints_are_exact ? kExactNotes : kPlanarNotes))
+                        .c_str());
+    xml.write(robot);
+    return {xml.CStr(), std::move(meshes_)};
   }
 
  private:
   // ---------------------------------------------------------------- links
 
-  void write_link(const Link& link, const Place& place) {
-    xml_.open({"link", {{"name", link.name}}});
-    xml_.open({"inertial", {}});
-    xml_.write(origin(link.center_of_mass));
-    xml_.write({"mass", {{"value", text(link.mass)}}});
-    xml_.write(inertia(link, place));
-    xml_.close();
-    write_prisms(link, place);
-    for (const Solid& solid : link.solids) write_solid(link, solid);
-    xml_.close();
+  Element to_element(const Link& link, const Place& place) {
+    Element element{"link", {{"name", link.name}}};
+    element.children = {{"inertial",
+                         {},
+                         {origin(link.center_of_mass),
+                          {"mass", {{"value", text(link.mass)}}},
+                          inertia(link, place)}}};
+    add_prisms(link, place, element);
+    for (const Solid& solid : link.solids) add_solid(link, solid, element);
+    return element;
   }
 
   Element inertia(const Link& link, const Place& place) const {
@@ -113,16 +113,17 @@ class Writer {
              {"izz", text(inertia.zz)}}};
   }
 
-  void write_prisms(const Link& link, const Place& place) {
+  void add_prisms(const Link& link, const Place& place, Element& to) {
     if (link.prisms.empty()) return;
     const Element in_place = origin({0, place.y, 0});
-    write_visual(link, in_place, mesh(link.mesh + ".dae"));
+    to.children.push_back(visual(link, in_place, mesh(link.mesh + ".dae")));
     for (const Prism& prism : link.prisms) {
       if (const std::optional<Rectangle> box = to_rectangle(prism)) {
-        write_collision(origin({box->center.x(), place.y, box->center.y()}, {0, box->pitch, 0}),
-                        {"box", {{"size", list({box->size.x(), place.depth, box->size.y()})}}});
+        to.children.push_back(
+            collision(origin({box->center.x(), place.y, box->center.y()}, {0, box->pitch, 0}),
+                      {"box", {{"size", list({box->size.x(), place.depth, box->size.y()})}}}));
       } else {
-        write_collision(in_place, mesh(link.mesh + ".stl"));
+        to.children.push_back(collision(in_place, mesh(link.mesh + ".stl")));
       }
     }
   }
@@ -132,89 +133,78 @@ class Writer {
     return {"mesh", {{"filename", "package://walker_sim/assets/" + file}}};
   }
 
-  void write_solid(const Link& link, const Solid& solid) {
+  void add_solid(const Link& link, const Solid& solid, Element& to) {
     const auto [first, second, third] = solid.size;
     const Element turned = origin(solid.pose.position, roll_pitch_yaw(solid.pose.orientation));
     const Element cylinder{"cylinder", {{"radius", text(first)}, {"length", text(2 * second)}}};
     const Element sphere{"sphere", {{"radius", text(first)}}};
     switch (solid.kind) {
       case Solid::Kind::sphere:
-        write_shape(link, origin(solid.pose.position), sphere);
+        add_shape(link, origin(solid.pose.position), sphere, to);
         break;
       case Solid::Kind::capsule:
-        write_shape(link, turned, cylinder);
+        add_shape(link, turned, cylinder, to);
         for (const double z : {second, -second}) {
           const Eigen::Vector3d to_cap =
               to_eigen(solid.pose.orientation) * Eigen::Vector3d(0, 0, z);
           const Eigen::Vector3d cap = to_eigen(solid.pose.position) + to_cap;
-          write_shape(link, origin({cap.x(), cap.y(), cap.z()}), sphere);
+          add_shape(link, origin({cap.x(), cap.y(), cap.z()}), sphere, to);
         }
         break;
       case Solid::Kind::cylinder:
-        write_shape(link, turned, cylinder);
+        add_shape(link, turned, cylinder, to);
         break;
       case Solid::Kind::box:
-        write_shape(link, turned, {"box", {{"size", list({2 * first, 2 * second, 2 * third})}}});
+        add_shape(link, turned, {"box", {{"size", list({2 * first, 2 * second, 2 * third})}}}, to);
         break;
     }
   }
 
   /// What is seen is what collides.
-  void write_shape(const Link& link, const Element& pose, const Element& geometry) {
-    write_visual(link, pose, geometry);
-    write_collision(pose, geometry);
+  static void add_shape(const Link& link, const Element& pose, const Element& geometry,
+                        Element& to) {
+    to.children.push_back(visual(link, pose, geometry));
+    to.children.push_back(collision(pose, geometry));
   }
 
-  void write_visual(const Link& link, const Element& pose, const Element& geometry) {
-    xml_.open({"visual", {}});
-    write_placed(pose, geometry);
-    xml_.open({"material", {{"name", link.name}}});
-    xml_.write({"color", {{"rgba", list_text(link.color, Precision::in_single)}}});
-    xml_.close();
-    xml_.close();
+  static Element visual(const Link& link, const Element& pose, const Element& geometry) {
+    const Element color{"color", {{"rgba", list_text(link.color, Precision::in_single)}}};
+    return {"visual",
+            {},
+            {pose, {"geometry", {}, {geometry}}, {"material", {{"name", link.name}}, {color}}}};
   }
 
-  void write_collision(const Element& pose, const Element& geometry) {
-    xml_.open({"collision", {}});
-    write_placed(pose, geometry);
-    xml_.close();
-  }
-
-  void write_placed(const Element& pose, const Element& geometry) {
-    xml_.write(pose);
-    xml_.open({"geometry", {}});
-    xml_.write(geometry);
-    xml_.close();
+  static Element collision(const Element& pose, const Element& geometry) {
+    return {"collision", {}, {pose, {"geometry", {}, {geometry}}}};
   }
 
   // ---------------------------------------------------------------- joints
 
   /// @param turned the link that it turns
-  void write_joint(const Joint& joint, const std::string& turned) {
+  void add_joint(const Joint& joint, const std::string& turned, Element& robot) const {
     const bool is_limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
-    open_joint(joint.name, is_limited ? "revolute" : "continuous", joint.parent, turned);
-    xml_.write(origin(joint.origin));
-    xml_.write({"axis", {{"xyz", list(joint.axis)}}});
     Element limit{"limit", {}};
     if (is_limited) {
       limit.attributes = {{"lower", text(joint.lower)}, {"upper", text(joint.upper)}};
     }
     limit.attributes.emplace_back("effort", text(joint.maximum_effort));
     limit.attributes.emplace_back("velocity", text(std::min(joint.maximum_velocity, kAnyVelocity)));
-    xml_.write(limit);
-    xml_.close();
+    robot.children.push_back(
+        {"joint",
+         {{"name", joint.name}, {"type", is_limited ? "revolute" : "continuous"}},
+         {{"parent", {{"link", joint.parent}}},
+          {"child", {{"link", turned}}},
+          origin(joint.origin),
+          {"axis", {{"xyz", list(joint.axis)}}},
+          limit}});
     if (turned == joint.child) return;
-    xml_.write({"link", {{"name", turned}}});
-    open_joint(turned + "_mount", "fixed", turned, joint.child);
-    xml_.write(origin(joint.child_frame.position, roll_pitch_yaw(joint.child_frame.orientation)));
-    xml_.close();
-  }
-
-  void open_joint(const std::string& name, const char* type, const std::string& parent,
-                  const std::string& child) {
-    xml_.open({"joint", {{"name", name}, {"type", type}}});
-    xml_.write({"parent", {{"link", parent}}});
-    xml_.write({"child", {{"link", child}}});
+    const Pose& frame = joint.child_frame;
+    robot.children.push_back({"link", {{"name", turned}}});
+    robot.children.push_back({"joint",
+                              {{"name", turned + "_mount"}, {"type", "fixed"}},
+                              {{"parent", {{"link", turned}}},
+                               {"child", {{"link", joint.child}}},
+                               origin(frame.position, roll_pitch_yaw(frame.orientation))}});
   }
 
   // ---------------------------------------------------------------- text
@@ -232,7 +222,6 @@ class Writer {
   }
 
   const Specification& specification_;
-  Printer xml_;
   std::set<std::string> meshes_;
 };
 

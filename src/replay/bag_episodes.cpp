@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include <ros/message_traits.h>
-#include <rosbag/bag.h>
 #include <rosbag/view.h>
 
 #include "replay/bag_index.h"
@@ -60,28 +58,28 @@ std::string node_of(const rosbag::ConnectionInfo& connection) {
   return found == connection.header->end() ? "" : found->second;
 }
 
-/// Calls `visit` with each message of the connections that are wanted.
+template <typename Message>
+std::pair<std::string, std::string> typed(const std::string& topic) {
+  return {topic, ros::message_traits::datatype<Message>()};
+}
+
+/// Calls `visit` with each message of the node.
+/// @param topics with their types
 template <typename Files, typename Visit>
-void for_each_message(const Files& files,
-                      const std::function<bool(const rosbag::ConnectionInfo&)>& is_wanted,
+void for_each_message(const Files& files, const std::string& node,
+                      const std::set<std::pair<std::string, std::string>>& topics,
                       const Visit& visit) {
   for (const auto& file : files) {
     try {
       rosbag::View view(*file.bag, [&](const rosbag::ConnectionInfo* connection) {
-        return is_wanted(*connection);
+        return node_of(*connection) == node &&
+               topics.count({connection->topic, connection->datatype}) != 0;
       });
       for (const rosbag::MessageInstance& message : view) visit(message);
     } catch (const std::exception& error) {
       refuse(file.path, std::string("is damaged: ") + error.what());
     }
   }
-}
-
-template <typename Message>
-bool add_if(const rosbag::MessageInstance& message, const std::string& topic, BagIndex& index) {
-  if (message.getTopic() != topic || !message.isType<Message>()) return false;
-  index.add(*message.instantiate<Message>());
-  return true;
 }
 
 }  // namespace
@@ -114,40 +112,32 @@ BagEpisodes::BagEpisodes(const std::vector<std::string>& paths) {
 }
 
 std::vector<BagEpisode> BagEpisodes::index(const BagWalker& walker) const {
-  const std::string spec = beside(walker.topic, "spec");
-  const std::string episode = beside(walker.topic, "episode");
-  const std::string restored = beside(walker.topic, "restored");
   BagIndex index;
+  const auto add = [&](const auto& message) {
+    if (message) index.add(*message);
+  };
   for_each_message(
-      files_,
-      [&](const rosbag::ConnectionInfo& connection) {
-        return node_of(connection) == walker.node &&
-               (connection.topic == walker.topic || connection.topic == spec ||
-                connection.topic == episode || connection.topic == restored);
-      },
-      [&](const rosbag::MessageInstance& message) {
-        add_if<walker_sim::Transition>(message, walker.topic, index) ||
-            add_if<walker_sim::EnvironmentSpec>(message, spec, index) ||
-            add_if<walker_sim::Episode>(message, episode, index) ||
-            add_if<walker_sim::EpisodeRecord>(message, restored, index);
+      files_, walker.node,
+      {typed<walker_sim::Transition>(walker.topic),
+       typed<walker_sim::EnvironmentSpec>(beside(walker.topic, "spec")),
+       typed<walker_sim::Episode>(beside(walker.topic, "episode")),
+       typed<walker_sim::EpisodeRecord>(beside(walker.topic, "restored"))},
+      [&](const rosbag::MessageInstance& message) {  // of one of these types; null: not of this one
+        add(message.instantiate<walker_sim::Transition>());
+        add(message.instantiate<walker_sim::EnvironmentSpec>());
+        add(message.instantiate<walker_sim::Episode>());
+        add(message.instantiate<walker_sim::EpisodeRecord>());
       });
   return index.finish();
 }
 
-BagEpisodes::~BagEpisodes() = default;
-
 void BagEpisodes::read_transitions(
     const BagWalker& walker,
     const std::function<void(const walker_sim::Transition&)>& visit) const {
-  for_each_message(
-      files_,
-      [&](const rosbag::ConnectionInfo& connection) {
-        return connection.topic == walker.topic && node_of(connection) == walker.node &&
-               is<walker_sim::Transition>(connection);
-      },
-      [&](const rosbag::MessageInstance& message) {
-        visit(*message.instantiate<walker_sim::Transition>());
-      });
+  for_each_message(files_, walker.node, {typed<walker_sim::Transition>(walker.topic)},
+                   [&](const rosbag::MessageInstance& message) {
+                     visit(*message.instantiate<walker_sim::Transition>());
+                   });
 }
 
 }  // namespace walker

@@ -10,15 +10,12 @@
 #include <vector>
 
 #include <ros/time.h>
+#include <rosbag/bag.h>
 
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/Transition.h"
-
-namespace rosbag {
-class Bag;
-}
 
 namespace walker {
 
@@ -32,7 +29,9 @@ struct BagEpisode {
   std::shared_ptr<const walker_sim::EpisodeRecord> restored;  ///< what ~restore began it with
   std::optional<walker_sim::Episode> end;
   std::uint32_t first_step = 0;
+  ros::Time first_stamp;             ///< of `first_step`
   std::uint32_t last_step = 0;       ///< up to here no step is missing
+  ros::Time last_stamp;              ///< of `last_step`
   std::uint32_t gap_end = 0;         ///< last step of those missing after `last_step`; 0: none
   std::size_t num_transitions = 0;   ///< in the bag, with those after a gap
   double episode_return = 0;         ///< at `last_step`
@@ -60,9 +59,6 @@ class BagEpisodes {
   /// Finds walkers and episodes.
   /// @throws std::runtime_error naming a file that cannot be read, why, and what helps
   explicit BagEpisodes(const std::vector<std::string>& paths);
-  ~BagEpisodes();
-  BagEpisodes(const BagEpisodes&) = delete;
-  BagEpisodes& operator=(const BagEpisodes&) = delete;
 
   const std::vector<BagWalker>& walkers() const { return walkers_; }
 

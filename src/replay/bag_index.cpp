@@ -27,10 +27,18 @@ void BagIndex::add(const walker_sim::EnvironmentSpec& message) {
 void BagIndex::add(const walker_sim::Transition& message) {
   const bool begins_run = episodes_.empty() || goes_back(message) || is_next_server(message);
   if (begins_run && !episodes_.empty()) end_run();
-  if (!begins_run && message.episode == episodes_.back().number) {
-    extend(message);
-  } else {
-    open(message, begins_run);
+  const bool begins = begins_run || message.episode != episodes_.back().number;
+  if (begins) open(message, begins_run);
+  BagEpisode& episode = episodes_.back();
+  ++episode.num_transitions;
+  const bool is_next = begins || message.step == step_ + 1;
+  if (episode.gap_end == 0 && !is_next) episode.gap_end = message.step - 1;
+  if (episode.gap_end == 0) {
+    episode.last_step = message.step;
+    episode.last_stamp = message.header.stamp;
+    episode.episode_return = message.episode_return;
+    episode.terminated = message.terminated != 0;
+    episode.truncated = message.truncated != 0;
   }
   step_ = message.step;
   spec_came_ = false;
@@ -65,31 +73,11 @@ void BagIndex::end_run() {
   if (may_be_repeated) spec_.reset();
 }
 
-void BagIndex::extend(const walker_sim::Transition& message) {
-  BagEpisode& episode = episodes_.back();
-  ++episode.num_transitions;
-  if (episode.gap_end != 0) return;
-  if (message.step != step_ + 1) {
-    episode.gap_end = message.step - 1;
-    return;
-  }
-  set_last(message);
-}
-
-void BagIndex::set_last(const walker_sim::Transition& message) {
-  BagEpisode& episode = episodes_.back();
-  episode.last_step = message.step;
-  episode.episode_return = message.episode_return;
-  episode.terminated = message.terminated != 0;
-  episode.truncated = message.truncated != 0;
-  last_stamps_.back() = message.header.stamp;
-}
-
 void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
   BagEpisode episode;
   episode.number = message.episode;
   episode.first_step = message.step;
-  episode.num_transitions = 1;
+  episode.first_stamp = message.header.stamp;
   episode.opens_recording = begins_run;
   if (!episodes_.empty()) {
     BagEpisode& previous = episodes_.back();
@@ -98,9 +86,6 @@ void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
         begins_run ? BagEpisode::Successor::other_server : BagEpisode::Successor::reset;
   }
   episodes_.push_back(std::move(episode));
-  first_stamps_.push_back(message.header.stamp);
-  last_stamps_.emplace_back();
-  set_last(message);
 }
 
 std::vector<BagEpisode> BagIndex::finish() {
@@ -129,11 +114,11 @@ BagIndex::Place BagIndex::find_beginning(std::size_t index, Place from) const {
   const std::uint32_t number = episodes_[index].number;
   for (Place place = from; place < announcements_.size(); ++place) {
     if (announcements_[place].episode != number) continue;
-    if (announcements_[place].header.stamp != first_stamps_[index]) continue;
+    if (announcements_[place].header.stamp != episodes_[index].first_stamp) continue;
     // Where nothing but an episode's last step is left, this is its end.
     const bool is_end = !announcements_[place].end_reason.empty() && place > 0 &&
                         announcements_[place - 1].episode == number &&
-                        announcements_[place - 1].header.stamp < first_stamps_[index];
+                        announcements_[place - 1].header.stamp < episodes_[index].first_stamp;
     return is_end ? announcements_.size() : place;
   }
   return announcements_.size();
@@ -143,7 +128,7 @@ std::shared_ptr<const walker_sim::EpisodeRecord> BagIndex::find_record(std::size
   for (const auto& record : records_) {
     const walker_sim::Episode& announcement = record->episode;
     if (announcement.episode == episodes_[index].number &&
-        announcement.header.stamp == first_stamps_[index]) {
+        announcement.header.stamp == episodes_[index].first_stamp) {
       return record;
     }
   }
@@ -155,7 +140,7 @@ void BagIndex::join_end(std::size_t index, Place from, Place to) {
   for (Place place = from; place < to; ++place) {
     const walker_sim::Episode& announcement = announcements_[place];
     if (announcement.episode != episode.number || announcement.end_reason.empty()) continue;
-    if (announcement.header.stamp < last_stamps_[index]) continue;
+    if (announcement.header.stamp < episode.last_stamp) continue;
     episode.end = announcement;
     if (episode.gap_end == 0 && announcement.length > episode.last_step) {
       episode.gap_end = announcement.length;

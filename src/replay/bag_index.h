@@ -29,17 +29,12 @@ class BagIndex {
   bool goes_back(const walker_sim::Transition& message) const;
   bool is_next_server(const walker_sim::Transition& message) const;
   void end_run();
-  void extend(const walker_sim::Transition& message);
   void open(const walker_sim::Transition& message, bool begins_run);
-  /// Makes the transition the last one known of the present episode.
-  void set_last(const walker_sim::Transition& message);
   Place find_beginning(std::size_t index, Place from) const;
   std::shared_ptr<const walker_sim::EpisodeRecord> find_record(std::size_t index) const;
   void join_end(std::size_t index, Place from, Place to);
 
   std::vector<BagEpisode> episodes_;
-  std::vector<ros::Time> first_stamps_;  // per episode
-  std::vector<ros::Time> last_stamps_;   // per episode, of `last_step`
   std::vector<walker_sim::Episode> announcements_;
   std::vector<std::shared_ptr<const walker_sim::EpisodeRecord>> records_;
 

@@ -7,7 +7,6 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <vector>
 
 #include "core/random.h"
 #include "core/shortest_text.h"
@@ -94,12 +93,6 @@ Replay::Replay(const walker_sim::EnvironmentSpec& spec)
   throw std::invalid_argument(
       "its episodes depend on those before them (parameter reuse_world), so none can be repeated "
       "alone");
-}
-
-void Replay::begin(const walker_sim::Episode& beginning) { begin(beginning, {}); }
-
-void Replay::begin(const walker_sim::EpisodeRecord& record) {
-  begin(record.episode, record.actions);
 }
 
 void Replay::begin(const walker_sim::Episode& beginning, const std::vector<double>& actions) {

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/episode_recorder.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
-#include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/Transition.h"
 
 namespace walker {
@@ -21,12 +21,10 @@ class Replay {
   /// What of engine and versions was another when it was recorded; empty: nothing.
   const std::string& other_versions() const { return other_versions_; }
 
-  /// Begins the episode that began so.
+  /// Begins an episode and repeats what a restored one began with.
   /// @param beginning as published at the reset
-  void begin(const walker_sim::Episode& beginning);
-
-  /// Begins a restored episode: repeats its record.
-  void begin(const walker_sim::EpisodeRecord& record);
+  /// @param actions   of the record that was restored, step x action; empty: none was
+  void begin(const walker_sim::Episode& beginning, const std::vector<double>& actions = {});
 
   /// Compares the episode's next state; the first after `begin` is the one that the episode began
   /// with. Observation, reward, return, flags, info and error are compared, NaN by its bits. After
@@ -41,7 +39,6 @@ class Replay {
   const std::string& difference() const { return difference_; }
 
  private:
-  void begin(const walker_sim::Episode& beginning, const std::vector<double>& actions);
   void step(const std::vector<double>& action);
 
   EpisodeRecorder recorder_;

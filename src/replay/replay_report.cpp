@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <exception>
 #include <iomanip>
 #include <memory>
@@ -92,7 +91,7 @@ class WalkerReport {
     if (num_taken_ == 0) begin(episode);
     if (is_repeated_ && num_taken_ < episode.num_consecutive()) replay_->compare(transition);
     if (++num_taken_ < episode.num_transitions) return;
-    end(episode);
+    write(describe(episode), judge(episode));
     ++index_;
     num_taken_ = 0;
   }
@@ -104,7 +103,7 @@ class WalkerReport {
     is_repeated_ = replay_ && describe_lack(episode).empty();
     if (!is_repeated_) return;
     if (episode.restored) {
-      replay_->begin(*episode.restored);
+      replay_->begin(episode.restored->episode, episode.restored->actions);
     } else {
       replay_->begin(*episode.beginning);
     }
@@ -141,8 +140,6 @@ class WalkerReport {
     if (first != last) numbers += "-" + std::to_string(last);
     write({numbers}, "not in the bag");
   }
-
-  void end(const BagEpisode& episode) { write(describe(episode), judge(episode)); }
 
   /// The verdict, counted.
   std::string judge(const BagEpisode& episode) {
@@ -196,12 +193,11 @@ class WalkerReport {
   Counts& counts_;
   std::ostream& out_;
   std::array<int, std::tuple_size_v<Row>> widths_{};
-  std::size_t index_ = 0;      // of the present episode
-  std::size_t num_taken_ = 0;  // transitions of it
-  std::unique_ptr<Replay>
-      replay_;  // null: no environment like the recorded one; `obstacle_` says why
-  std::string obstacle_;
-  bool is_repeated_ = false;  // the present episode
+  std::size_t index_ = 0;           // of the present episode
+  std::size_t num_taken_ = 0;       // transitions of it
+  std::unique_ptr<Replay> replay_;  // null: no environment like the recorded one
+  std::string obstacle_;            // why
+  bool is_repeated_ = false;        // the present episode
 };
 
 bool summarize(const Counts& counts, std::ostream& out) {

@@ -18,8 +18,7 @@
 #include <ros/master.h>
 #include <ros/this_node.h>
 
-#include "client/xml_rpc.h"
-#include "server/time/master_calls.h"
+#include "client/master.h"
 
 namespace walker {
 namespace {
@@ -53,7 +52,8 @@ bool is_done_within(std::chrono::milliseconds longest, const std::function<void(
 bool master_hangs() {
   const std::string call = xml_rpc::make_call("getPid", {ros::this_node::getName()});
   return !is_done_within(kMasterTimeout, [uri = ros::master::getURI(), call] {
-    call_master(uri, call, 2 * kMasterTimeout);  // longer, so that it does not end by itself
+    // Longer, so that it does not end by itself.
+    call_master(uri, call, Patience(std::chrono::steady_clock::now() + 2 * kMasterTimeout));
   });
 }
 

@@ -19,7 +19,6 @@ namespace {
 using test::Peer;
 using test::ScriptedServer;
 
-const std::function<bool()> kNever;
 constexpr std::chrono::seconds kHang{10};  // as long lasts only what is broken
 
 using Use = std::function<void(Socket&, const Patience&)>;
@@ -28,7 +27,7 @@ using Use = std::function<void(Socket&, const Patience&)>;
 /// @return the SocketError that ends it, or "nothing thrown"
 std::string end_of_use(const ScriptedServer::Script& peer, const Use& use,
                        std::chrono::milliseconds timeout,
-                       const std::function<bool()>& is_interrupted = kNever) {
+                       const std::function<bool()>& is_interrupted = kNeverInterrupted) {
   const ScriptedServer server({peer});
   const auto begin = std::chrono::steady_clock::now();
   const Patience patience{begin + timeout, is_interrupted};

@@ -80,27 +80,23 @@ void RenderThread::render(RenderJob job) {
   changed_.notify_one();
 }
 
-/// The next one, or none at the end.
-std::optional<RenderJob> RenderThread::wait() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait(lock, [this] { return is_over_ || !waiting_.empty(); });
-  if (is_over_) return std::nullopt;
-  RenderJob next = std::move(waiting_.front());
-  waiting_.pop_front();
-  return next;
-}
-
 void RenderThread::run() {
   Renderers renderers(make_renderer_);
   Image image;
-  while (const std::optional<RenderJob> job = wait()) {
-    if (!job->is_wanted()) continue;
+  while (true) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait(lock, [this] { return is_over_ || !waiting_.empty(); });
+    if (is_over_) return;
+    const RenderJob job = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    if (!job.is_wanted()) continue;
     try {
-      const Camera& camera = renderers.render(*job, image);
+      const Camera& camera = renderers.render(job, image);
       ++num_rendered_;
-      job->finish(camera, image);
+      job.finish(camera, image);
     } catch (const std::exception& error) {
-      job->fail(error.what());
+      job.fail(error.what());
     }
   }
 }

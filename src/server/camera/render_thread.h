@@ -8,7 +8,6 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 
@@ -56,7 +55,6 @@ class RenderThread {
 
  private:
   void run();
-  std::optional<RenderJob> wait();
 
   MakeRenderer make_renderer_;
   std::mutex mutex_;  // of the next three

@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include <ros/single_subscriber_publisher.h>
+
 #include "server/markers/scene_markers.h"
 
 namespace walker {
@@ -25,8 +27,12 @@ MarkerTopics::MarkerTopics(ros::NodeHandle& node, EpisodeRecorder& shown, std::s
         if (has_state()) viewer.publish(make_scene());
       });
   state_publisher_ = node.advertise<MarkerArray>(
-      "state_markers", kStateQueue,
-      [this](const ros::SingleSubscriberPublisher& viewer) { show_state(viewer); });
+      "state_markers", kStateQueue, [this](const ros::SingleSubscriberPublisher& viewer) {
+        if (!has_state()) return;
+        MarkerArray array = make_state();
+        array.markers.push_back(path_.marker(header()));
+        viewer.publish(array);
+      });
 }
 
 void MarkerTopics::begin_episode(ros::Time stamp) {
@@ -48,13 +54,6 @@ void MarkerTopics::publish_state(ros::Time stamp) {
   if (!links.empty() && path_.add(links.front().position))
     array.markers.push_back(path_.marker(header()));
   state_publisher_.publish(array);
-}
-
-void MarkerTopics::show_state(const ros::SingleSubscriberPublisher& viewer) {
-  if (!has_state()) return;
-  MarkerArray array = make_state();
-  array.markers.push_back(path_.marker(header()));
-  viewer.publish(array);
 }
 
 MarkerArray MarkerTopics::make_scene() {

@@ -6,7 +6,6 @@
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <ros/single_subscriber_publisher.h>
 
 #include "core/episode_recorder.h"
 #include "server/markers/state_markers.h"
@@ -31,7 +30,6 @@ class MarkerTopics {
   void publish_state(ros::Time stamp);
 
  private:
-  void show_state(const ros::SingleSubscriberPublisher& viewer);
   bool has_state() const { return shown_.has_episode() && shown_.state().error.empty(); }
   double floor_center();
   visualization_msgs::MarkerArray make_scene();

@@ -76,7 +76,9 @@ Marker ground_marker(const Scene& scene, const std_msgs::Header& header) {
 void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines) {
   constexpr double kFaceShade = 0.96;
   constexpr double kFlankShade = 0.84;
-  const Outline outline = grown(obstacle.points, kObstacleMargin);
+  const Outline outline = around_center(obstacle.points, [](double own, double center) {
+    return own + std::copysign(kObstacleMargin, own - center);
+  });
   const std::vector<Color> face(outline.size(), shaded(obstacle.color, kFaceShade));
   add_face(outline, kObstacleDepth.near, face, triangles);
   add_face(outline, kObstacleDepth.far, face, triangles);
@@ -101,7 +103,8 @@ void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
   constexpr double kTopAlpha = 0.95;
   constexpr double kBottomAlpha = 0.45;
   const Outline rim = rounded(cloud.points, kRounds);
-  const Outline core = scaled(rim, kCore);
+  const Outline core =
+      around_center(rim, [](double own, double center) { return center + kCore * (own - center); });
   const auto [low, high] =
       std::minmax_element(core.begin(), core.end(),
                           [](const PlanePoint& a, const PlanePoint& b) { return a[1] < b[1]; });

@@ -18,8 +18,8 @@ class ClockFollower {
  public:
   /// What to do now.
   struct Advice {
-    std::uint64_t stamp =
-        0;  ///< go on from here: the present stamp, later where steps are left out
+    /// Go on from here: the present stamp, later where steps are left out.
+    std::uint64_t stamp = 0;
     std::uint64_t missed = 0;  ///< steps left out that should have been made
     bool is_due = false;       ///< a step, from `stamp` to `stamp` + dt
   };

@@ -14,13 +14,13 @@
 #include <ros/this_node.h>
 #include <rosgraph_msgs/Clock.h>
 
-#include "client/xml_rpc.h"
-#include "server/time/master_calls.h"
+#include "client/master.h"
 
 namespace walker {
 namespace {
 
 using xml_rpc::Value;
+using Clock = std::chrono::steady_clock;
 
 constexpr double kNanosecondsPerSecond = 1e9;
 
@@ -29,34 +29,33 @@ constexpr const char* kReservedUntil = "/walker_sim_clock/reserved_until";  // [
 constexpr std::chrono::seconds kMasterTimeout{2};
 constexpr std::chrono::seconds kPeerTimeout{3};
 
-/// The master's answer, or none.
-std::optional<Value> ask_master(const std::string& method, const std::string& argument) {
-  std::vector<std::string> arguments{ros::this_node::getName()};
-  if (!argument.empty()) arguments.push_back(argument);
+/// What a master or a node answers to a call with this node's name and `arguments`, if it does.
+std::optional<Value> ask(const std::string& uri, std::chrono::seconds longest,
+                         const std::string& method, std::vector<std::string> arguments = {}) {
+  arguments.insert(arguments.begin(), ros::this_node::getName());
   try {
-    return call_master(ros::master::getURI(), xml_rpc::make_call(method, arguments),
-                       kMasterTimeout);
+    return call_master(uri, xml_rpc::make_call(method, arguments),
+                       Patience(Clock::now() + longest));
   } catch (const std::exception&) {
     return std::nullopt;
   }
 }
 
+std::optional<Value> ask_master(const std::string& method,
+                                const std::vector<std::string>& arguments = {}) {
+  return ask(ros::master::getURI(), kMasterTimeout, method, arguments);
+}
+
 /// A node that was killed stays registered: only one that answers counts.
 bool is_alive(const std::string& node) {
-  const std::optional<Value> uri = ask_master("lookupNode", node);
-  if (!uri) return false;
-  try {
-    call_master(uri->text, xml_rpc::make_call("getPid", {ros::this_node::getName()}), kPeerTimeout);
-    return true;
-  } catch (const std::exception&) {
-    return false;
-  }
+  const std::optional<Value> uri = ask_master("lookupNode", {node});
+  return uri && ask(uri->text, kPeerTimeout, "getPid");
 }
 
 /// Another living node that publishes /clock; empty: none.
 std::string other_clock_publisher() {
   // [publishers, subscribers, services], each [[name, [nodes]], ...]
-  const std::optional<Value> state = ask_master("getSystemState", "");
+  const std::optional<Value> state = ask_master("getSystemState");
   if (!state) return "";
   for (const Value& publisher : state->elements.at(0).elements) {
     if (publisher.elements.at(0).text != "/clock") continue;
@@ -68,7 +67,7 @@ std::string other_clock_publisher() {
 }
 
 ros::Time read_reserved() {
-  const std::optional<Value> value = ask_master("getParam", kReservedUntil);
+  const std::optional<Value> value = ask_master("getParam", {kReservedUntil});
   if (!value || value->elements.size() != 2 || value->elements[0].kind != Value::Kind::integer ||
       value->elements[1].kind != Value::Kind::integer) {
     return {};
@@ -90,7 +89,7 @@ void write_reserved(const std::string& uri, const std::string& caller, std::uint
       caller + "</string></value></param><param><value><string>" + kReservedUntil +
       "</string></value></param><param><value><array><data>" + integer(until.sec) +
       integer(until.nsec) + "</data></array></value></param></params></methodCall>\n";
-  call_master(uri, call, kMasterTimeout);
+  call_master(uri, call, Patience(Clock::now() + kMasterTimeout));
 }
 
 /// In whole nanoseconds.

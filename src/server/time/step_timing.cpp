@@ -31,20 +31,18 @@ void StepTiming::step_took(Clock::duration duration) {
   longest_ = std::max(longest_, duration);
 }
 
-std::optional<StepTiming::Jitter> StepTiming::jitter() {
-  if (intervals_ == 0) return std::nullopt;
-  const std::size_t count = std::min<std::uint64_t>(intervals_, kCapacity);
-  std::sort(deviations_.begin(), deviations_.begin() + count);
-  // The smallest value that no less than this many thousandths of all do not exceed.
-  const auto quantile = [this, count](std::size_t thousandths) {
-    return seconds(deviations_[(count * thousandths + 999) / 1000 - 1]);
-  };
-  return Jitter{quantile(500), quantile(990), quantile(999), seconds(largest_deviation_)};
-}
-
 StepTiming::Report StepTiming::report() {
   Report report;
-  report.jitter = jitter();
+  if (intervals_ > 0) {
+    const std::size_t count = std::min<std::uint64_t>(intervals_, kCapacity);
+    std::sort(deviations_.begin(), deviations_.begin() + count);
+    // The smallest value that no less than this many thousandths of all do not exceed.
+    const auto quantile = [this, count](std::size_t thousandths) {
+      return seconds(deviations_[(count * thousandths + 999) / 1000 - 1]);
+    };
+    report.jitter =
+        Jitter{quantile(500), quantile(990), quantile(999), seconds(largest_deviation_)};
+  }
   if (steps_ > 0) {
     report.duration = Duration{seconds(total_) / static_cast<double>(steps_), seconds(longest_)};
   }

@@ -47,8 +47,6 @@ class StepTiming {
   Report report();
 
  private:
-  std::optional<Jitter> jitter();
-
   std::optional<Clock::time_point> last_beginning_;
   std::array<Clock::duration, kCapacity> deviations_{};  // a ring
   std::uint64_t intervals_ = 0;

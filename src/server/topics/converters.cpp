@@ -29,11 +29,6 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
   return message;
 }
 
-/// Whether a joint's child is fixed on what the joint turns, instead of being it.
-bool is_mounted(const Frames& frames, std::size_t joint) {
-  return frames.turned[joint] != frames.links[joint + 1];
-}
-
 /// In the trunk: at its origin and gravity-aligned, X forward, Y up, whatever the trunk's attitude.
 Eigen::Isometry3d lidar_pose(const Quaternion& attitude) {
   const Eigen::AngleAxisd roll(M_PI / 2, Eigen::Vector3d::UnitX());
@@ -257,7 +252,7 @@ tf2_msgs::TFMessage static_transforms(const Specification& specification, const 
         transform(frames.trunk, frames.base_link, Eigen::Isometry3d::Identity(), stamp));
   }
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
-    if (!is_mounted(frames, i)) continue;
+    if (frames.turned[i] == frames.links[i + 1]) continue;  // else the child is fixed on it
     message.transforms.push_back(transform(frames.turned[i], frames.links[i + 1],
                                            to_eigen(specification.joints[i].child_frame), stamp));
   }
