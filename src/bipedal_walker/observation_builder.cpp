@@ -5,7 +5,7 @@
 
 #include "bipedal_walker/observation.h"
 #include "bipedal_walker/specification.h"
-#include "core/measurements.h"
+#include "core/checks.h"
 #include "core/unwrapped_angle.h"
 
 namespace walker::bipedal_walker {

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "core/action_check.h"
+#include "core/checks.h"
 #include "core/failure.h"
 
 namespace walker {

@@ -1,13 +1,12 @@
 #include "walker_sim/pool.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
-#include "core/action_check.h"
+#include "core/checks.h"
 #include "core/parking.h"
 #include "core/pool_members.h"
 #include "core/thread_pool.h"
@@ -164,12 +163,7 @@ struct Pool::Implementation {
                    std::size_t count) const {
     const std::size_t size = members.specification().action_size();
     for (std::size_t i = 0; i < count; ++i) {
-      const double* const action = actions + i * size;
-      // Looked at twice, so that no text is made for nothing.
-      if (!std::all_of(action, action + size, [](double value) { return std::isfinite(value); })) {
-        check_action(members.specification(), action, size,
-                     "environment " + std::to_string(environments[i]) + ": ");
-      }
+      check_action_of(environments[i], members.specification(), actions + i * size);
       members.need_episode(environments[i]);
     }
   }
@@ -221,15 +215,8 @@ void Pool::reset(const std::vector<std::uint32_t>& environments,
 void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
   Implementation& pool = *implementation_;
   pool.need_none_under_way("step");
-  const std::size_t num_envs = pool.options.num_envs;
-  const std::size_t action_size = specification().action_size();
-  if (size != num_envs * action_size) {
-    throw InvalidAction("actions have " + std::to_string(size) + " values; must have " +
-                        std::to_string(num_envs * action_size) + ", " +
-                        std::to_string(action_size) + " for each of " + std::to_string(num_envs) +
-                        " environments");
-  }
-  pool.check_steps(actions, pool.all.data(), num_envs);
+  check_actions_size(specification(), size, pool.options.num_envs);
+  pool.check_steps(actions, pool.all.data(), pool.all.size());
   Implementation::Task task;
   task.actions = actions;
   task.batch = &batch;

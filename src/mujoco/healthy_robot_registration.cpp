@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -110,6 +111,34 @@ std::unique_ptr<Environment> create(const Version& version, const Parameters& gi
   return std::make_unique<HealthyRobot>(to_options(version, given), reward, std::move(ranges),
                                         version.is_v5);
 }
+
+class LinearGait : public Agent {
+ public:
+  LinearGait(const std::vector<MotorWeights>& motors, const Specification& specification)
+      : motors_(motors), action_(motors.size()) {
+    if (specification.observation_size() != motors.front().of_observation.size()) {
+      throw std::invalid_argument("agent = heuristic: needs " + specification.id +
+                                  " with exclude_current_positions_from_observation = true");
+    }
+  }
+
+  void reset() override {}
+
+  const std::vector<double>& act(const std::vector<double>& observation) override {
+    for (std::size_t motor = 0; motor < motors_.size(); ++motor) {
+      double control = motors_[motor].constant;
+      for (std::size_t i = 0; i < observation.size(); ++i) {
+        control += motors_[motor].of_observation[i] * observation[i];
+      }
+      action_[motor] = double{static_cast<float>(std::clamp(control, -1.0, 1.0))};
+    }
+    return action_;
+  }
+
+ private:
+  const std::vector<MotorWeights>& motors_;
+  std::vector<double> action_;
+};
 
 Registration registration(const Version& version) {
   Registration made;

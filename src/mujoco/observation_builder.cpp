@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "core/measurements.h"
+#include "core/checks.h"
 #include "core/unwrapped_angle.h"
 #include "mujoco/planar_base.h"
 #include "mujoco/specification.h"
@@ -25,8 +25,8 @@ class Builder : public ObservationBuilder {
 
   void build(const Measurements& measurements, double* observation) override {
     check_measurements(measurements, specification_);
-    check_finite("position[0]", measurements.position[0], "m");
-    check_finite("position[2]", measurements.position[2], "m");
+    check_finite("position[0]", measurements.position[0], " m");
+    check_finite("position[2]", measurements.position[2], " m");
     base_.locate(measurements.position, measurements.orientation, position_.data());
     const double start = model_->qpos0[kBasePitch];
     position_[kBasePitch] = start + pitch_.follow(position_[kBasePitch] - start);

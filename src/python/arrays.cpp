@@ -1,49 +1,38 @@
 #include "python/arrays.h"
 
 #include <cstring>
+#include <map>
 #include <string>
+#include <string_view>
 
 namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-const char* type_name(char format) {
-  switch (format) {
-    case 'd':
-      return "float64";
-    case 'f':
-      return "float32";
-    case 'B':
-      return "uint8";
-    default:
-      return "bool";
-  }
-}
-
-std::string type_names(const char* formats) {
-  std::string names;
-  for (const char* format = formats; *format != '\0'; ++format) {
-    if (!names.empty()) names += " or ";
-    names += type_name(*format);
-  }
-  return names;
+/// In the order of the formats, e.g. "float32 or float64".
+std::string type_names(std::string_view formats) {
+  const std::map<char, const char*> names{
+      {'?', "bool"}, {'B', "uint8"}, {'d', "float64"}, {'f', "float32"}};
+  std::string text;
+  for (const char format : formats)
+    text += (text.empty() ? "" : " or ") + std::string(names.at(format));
+  return text;
 }
 
 }  // namespace
 
 Array::Array(py::handle object, const char* name, const char* formats, bool is_written,
              std::optional<std::size_t> size)
-    : Array(object, name, formats, is_written) {
-  if (size) check_size(*size);
-}
-
-Array::Array(py::handle object, const char* name, const char* formats, bool is_written)
     : name_(name) {
   const int wanted = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (is_written ? PyBUF_WRITABLE : 0);
   const bool has_buffer = PyObject_GetBuffer(object.ptr(), &view_, wanted) == 0;
   if (has_buffer && std::strlen(view_.format) == 1 &&
       std::strchr(formats, *view_.format) != nullptr) {
-    return;
+    if (!size || this->size() == *size) return;
+    const std::string found = std::to_string(this->size());
+    PyBuffer_Release(&view_);
+    throw py::value_error(std::string(name_) + " has " + found + " values; must have " +
+                          std::to_string(*size));
   }
   std::string message = std::string(name) + ": must be a C-contiguous array of " +
                         type_names(formats) + (is_written ? " that can be written" : "");
@@ -54,12 +43,6 @@ Array::Array(py::handle object, const char* name, const char* formats, bool is_w
     PyErr_Clear();
   }
   throw py::type_error(message);
-}
-
-void Array::check_size(std::size_t expected) const {
-  if (size() == expected) return;
-  throw py::value_error(std::string(name_) + " has " + std::to_string(size()) +
-                        " values; must have " + std::to_string(expected));
 }
 
 void Output::take(const double* values) {

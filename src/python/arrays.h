@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "walker_sim/specification.h"
+
 namespace walker::python {
 
 /// A C-contiguous array of the caller's, held while this lives. Its memory may be used without the
@@ -26,16 +28,12 @@ class Array {
 
   const char* name() const { return name_; }
   std::size_t size() const { return static_cast<std::size_t>(view_.len / view_.itemsize); }
-  /// @throws ValueError
-  void check_size(std::size_t expected) const;
 
  protected:
   char format() const { return *view_.format; }
   void* memory() const { return view_.buf; }
 
  private:
-  Array(pybind11::handle object, const char* name, const char* formats, bool is_written);
-
   const char* name_;
   Py_buffer view_{};
 };
@@ -80,12 +78,12 @@ using DepthOutput = ExactOutput<float, 'f'>;
 
 /// The arrays of walker_sim.transport.Batch, a row per environment.
 struct StepOutputs {
-  explicit StepOutputs(const pybind11::sequence& batch)
-      : observations(batch[0], "observations"),
-        rewards(batch[1], "rewards"),
-        terminated(batch[2], "terminated"),
-        truncated(batch[3], "truncated"),
-        info(batch[4], "info") {}
+  StepOutputs(const pybind11::sequence& batch, const Specification& specification, std::size_t rows)
+      : observations(batch[0], "observations", rows * specification.observation_size()),
+        rewards(batch[1], "rewards", rows),
+        terminated(batch[2], "terminated", rows),
+        truncated(batch[3], "truncated", rows),
+        info(batch[4], "info", rows * specification.info_names.size()) {}
 
   Output observations;
   Output rewards;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
@@ -17,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/action_check.h"
+#include "core/checks.h"
 #include "core/failure.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
@@ -127,7 +126,7 @@ class RemoteWalkers {
 
   void step_batch(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs(batch);
+    StepOutputs outputs(batch, specification_, notes_.size());
     call([&] {
       check_steps(input);
       client_->step_batch(input.data(), input.size(), batch_);
@@ -237,24 +236,17 @@ class RemoteWalkers {
   void check_steps(const Input& actions) const {
     if (is_lost_) throw ResetNeeded(std::string("step: ") + kLost);
     const std::size_t size = specification_.action_size();
-    if (actions.size() != notes_.size() * size) {
-      throw InvalidAction("actions have " + std::to_string(actions.size()) + " values; must have " +
-                          std::to_string(notes_.size() * size) + ", " + std::to_string(size) +
-                          " for each of " + std::to_string(notes_.size()) + " environments");
-    }
+    check_actions_size(specification_, actions.size(), notes_.size());
     for (std::size_t i = 0; i < notes_.size(); ++i) {
-      const double* const action = actions.data() + i * size;
-      const bool is_fine =
-          notes_[i].has_begun && notes_[i].ended_after == 0 && !wants_reset(notes_[i]) &&
-          std::all_of(action, action + size, [](double value) { return std::isfinite(value); });
-      if (!is_fine) refuse(i, action);  // apart, so that no text is made for nothing
+      check_action_of(i, specification_, actions.data() + i * size);
+      need_episode(i);
     }
   }
 
-  void refuse(std::size_t environment, const double* action) const {
-    const std::string whose = "environment " + std::to_string(environment) + ": ";
-    check_action(specification_, action, specification_.action_size(), whose);
+  void need_episode(std::size_t environment) const {
     const Note& note = notes_[environment];
+    if (note.has_begun && note.ended_after == 0 && !wants_reset(note)) return;
+    const std::string whose = "environment " + std::to_string(environment) + ": ";
     if (!note.has_begun) throw ResetNeeded(whose + "there is no episode yet; reset first");
     if (wants_reset(note)) throw ResetNeeded(whose + kResetFailed + "; reset first");
     throw ResetNeeded(whose + "the episode ended after " + std::to_string(note.ended_after) +

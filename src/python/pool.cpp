@@ -54,15 +54,6 @@ struct Rows {
     return batch;
   }
 
-  /// @throws ValueError
-  void check_sizes(const StepOutputs& outputs) const {
-    outputs.observations.check_size(observations.size());
-    outputs.rewards.check_size(rewards.size());
-    outputs.terminated.check_size(terminated.size());
-    outputs.truncated.check_size(truncated.size());
-    outputs.info.check_size(info.size());
-  }
-
   void copy_to(StepOutputs& outputs) const {
     outputs.observations.take(observations.data());
     outputs.rewards.take(rewards.data());
@@ -110,8 +101,7 @@ class VectorWalkers {
 
   void step(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs(batch);
-    last_.check_sizes(outputs);
+    StepOutputs outputs(batch, pool_.specification(), pool_.options().num_envs);
     const Unlocked unlocked(mutex_);
     pool_.step(input.data(), input.size(), last_.batch());
     last_.copy_to(outputs);
@@ -149,8 +139,7 @@ class VectorWalkers {
 
   /// @return whose rows these are
   std::vector<std::uint32_t> recv(const py::sequence& batch) {
-    StepOutputs outputs(batch);
-    arrived_.check_sizes(outputs);
+    StepOutputs outputs(batch, pool_.specification(), batch_size());
     const Unlocked unlocked(mutex_);
     pool_.recv(arrived_.batch(), arrived_environments_.data());
     arrived_.copy_to(outputs);

@@ -1,4 +1,4 @@
-#include "mujoco/reward.h"
+#include "mujoco/healthy_robot.h"
 
 #include <gtest/gtest.h>
 

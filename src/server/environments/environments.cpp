@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/action_check.h"
+#include "core/checks.h"
 #include "core/random.h"
 
 namespace walker {

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <limits>
 
-#include "core/action_check.h"
+#include "core/checks.h"
 
 namespace walker {
 
@@ -16,7 +16,7 @@ EffortCommand::EffortCommand(const Specification& specification, double timeout,
       zero_(specification.action_size()) {}
 
 void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
-  check_action(specification_, efforts.data(), efforts.size(), "", "effort command", " N m");
+  check_action(specification_, efforts.data(), efforts.size(), "effort command", " N m");
   for (std::size_t i = 0; i < efforts.size(); ++i) {
     // Motors weaker than 1 N m turn the largest efforts into an infinite action.
     constexpr double kLargest = std::numeric_limits<double>::max();
