@@ -1,4 +1,4 @@
-#include "agents/options.h"
+#include "agents/agents.h"
 
 #include <sstream>
 #include <stdexcept>

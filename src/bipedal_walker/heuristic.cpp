@@ -28,6 +28,13 @@ bool Heuristic::KneeAngle::is_above(double limit) const {
   return is_single ? static_cast<float>(value) > static_cast<float>(limit) : value > limit;
 }
 
+void Heuristic::reset() {
+  phase_ = Phase::stay_on_one_leg;
+  moving_leg_ = 0;
+  supporting_leg_ = 1;
+  supporting_knee_ = {kSupportKneeAngle, false};
+}
+
 void Heuristic::limit_supporting_knee() {
   if (supporting_knee_.is_above(kSupportKneeAngle)) supporting_knee_ = {kSupportKneeAngle, false};
 }

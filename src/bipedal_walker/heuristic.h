@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstddef>
+#include <vector>
 
+#include "walker_sim/agent.h"
 #include "walker_sim/export.h"
 
 namespace walker::bipedal_walker {
@@ -13,8 +15,14 @@ namespace walker::bipedal_walker {
 ///
 /// Gymnasium computes it on float32 observations under NumPy 2, so this rounds to single precision
 /// at the same places; actions are float32 values in [-1, 1].
-class WALKER_SIM_EXPORT Heuristic {
+class WALKER_SIM_EXPORT Heuristic : public Agent {
  public:
+  Heuristic() { Heuristic::reset(); }
+  void reset() override;
+  const std::vector<double>& act(const std::vector<double>& observation) override {
+    act(observation.data(), action_.data());
+    return action_;
+  }
   /// @param observation 24 values as BipedalWalker gives them
   /// @param action      4 values
   void act(const double* observation, double* action);
@@ -36,10 +44,11 @@ class WALKER_SIM_EXPORT Heuristic {
   void choose_targets(const std::array<float, 14>& state, std::array<double, 2>& hip,
                       std::array<double, 2>& knee);
 
-  Phase phase_ = Phase::stay_on_one_leg;
-  std::size_t moving_leg_ = 0;
-  std::size_t supporting_leg_ = 1;
-  KneeAngle supporting_knee_{0.1, false};
+  Phase phase_;
+  std::size_t moving_leg_;
+  std::size_t supporting_leg_;
+  KneeAngle supporting_knee_;
+  std::vector<double> action_{0, 0, 0, 0};
 };
 
 }  // namespace walker::bipedal_walker

@@ -27,23 +27,6 @@ Options to_options(const std::string& id, const Parameters& parameters) {
   return options;
 }
 
-/// Gymnasium's heuristic, one for each episode.
-class Gait : public Agent {
- public:
-  explicit Gait(std::size_t action_size) : action_(action_size) {}
-
-  void reset() override { heuristic_ = {}; }
-
-  const std::vector<double>& act(const std::vector<double>& observation) override {
-    heuristic_.act(observation.data(), action_.data());
-    return action_;
-  }
-
- private:
-  Heuristic heuristic_;
-  std::vector<double> action_;
-};
-
 Registration registration(const std::string& id, bool hardcore, std::uint32_t max_episode_steps) {
   Registration made;
   made.id = id;
@@ -57,8 +40,8 @@ Registration registration(const std::string& id, bool hardcore, std::uint32_t ma
   made.create_observation_builder = [](const std::string& name, const Parameters& given) {
     return make_observation_builder(to_options(name, given));
   };
-  made.create_gait = [](const Specification& specification) {
-    return std::make_unique<Gait>(specification.action_size());
+  made.create_gait = [](const Specification& /*specification*/) {
+    return std::make_unique<Heuristic>();
   };
   made.camera_parameters = camera_parameters();
   made.create_renderer = [](const std::string& /*name*/, const Parameters& /*given*/,

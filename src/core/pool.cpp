@@ -32,8 +32,7 @@ PoolOptions complete(PoolOptions options) {
   check_range("num_threads", options.num_threads, 0, kMostThreads);
   check_range("batch_size", options.batch_size, 0, options.num_envs);
   if (options.num_threads == 0) {
-    options.num_threads = std::min(num_processors(), kMostThreads);
-    options.num_threads = std::min(options.num_threads, options.num_envs);
+    options.num_threads = std::min({num_processors(), kMostThreads, options.num_envs});
   }
   if (options.batch_size == 0) options.batch_size = options.num_envs;
   return options;

@@ -67,7 +67,6 @@ class ThreadPool {
   std::vector<std::atomic<std::uint32_t>> done_;
   std::uint64_t num_collected_ = 0;
 
-  static constexpr std::size_t kCacheLine = 64;
   alignas(kCacheLine) std::atomic<std::uint64_t> num_places_{0};  // given out in `done_`
   std::atomic<std::uint32_t> num_done_{0};                        // wraps, as the kernel's words do
   alignas(kCacheLine) std::atomic<std::uint32_t> awaited_{0};     // num_done_ the caller sleeps for

@@ -9,6 +9,8 @@
 
 namespace walker {
 
+constexpr std::size_t kCacheLine = 64;  ///< what different threads write shares none [bytes]
+
 /// A ring. The producer never puts more items than `capacity` before some are taken.
 class WorkQueue {
  public:
@@ -43,8 +45,6 @@ class WorkQueue {
   }
 
  private:
-  static constexpr std::size_t kCacheLine = 64;
-
   // What consumers write does not share a cache line with what the producer writes.
   alignas(kCacheLine) std::atomic<std::uint64_t> begin_{0};  // taken
   alignas(kCacheLine) std::atomic<std::uint64_t> end_{0};    // published

@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "walker_sim/specification.h"
-
 namespace walker::python {
 
 /// A C-contiguous array of the caller's, held while this lives. Its memory may be used without the
@@ -78,12 +76,14 @@ using DepthOutput = ExactOutput<float, 'f'>;
 
 /// The arrays of walker_sim.transport.Batch, a row per environment.
 struct StepOutputs {
-  StepOutputs(const pybind11::sequence& batch, const Specification& specification, std::size_t rows)
-      : observations(batch[0], "observations", rows * specification.observation_size()),
+  using Size = std::optional<std::size_t>;
+  explicit StepOutputs(const pybind11::sequence& batch, Size rows = {}, Size observed = {},
+                       Size infos = {})
+      : observations(batch[0], "observations", observed),
         rewards(batch[1], "rewards", rows),
         terminated(batch[2], "terminated", rows),
         truncated(batch[3], "truncated", rows),
-        info(batch[4], "info", rows * specification.info_names.size()) {}
+        info(batch[4], "info", infos) {}
 
   Output observations;
   Output rewards;

@@ -126,7 +126,7 @@ class RemoteWalkers {
 
   void step_batch(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs(batch, specification_, notes_.size());
+    StepOutputs outputs(batch);
     call([&] {
       check_steps(input);
       client_->step_batch(input.data(), input.size(), batch_);
@@ -235,10 +235,9 @@ class RemoteWalkers {
 
   void check_steps(const Input& actions) const {
     if (is_lost_) throw ResetNeeded(std::string("step: ") + kLost);
-    const std::size_t size = specification_.action_size();
     check_actions_size(specification_, actions.size(), notes_.size());
     for (std::size_t i = 0; i < notes_.size(); ++i) {
-      check_action_of(i, specification_, actions.data() + i * size);
+      check_action_of(i, specification_, actions.data() + i * specification_.action_size());
       need_episode(i);
     }
   }

@@ -19,24 +19,21 @@ class Policy {
  public:
   Policy(const std::string& name, const std::string& id, const py::dict& parameters,
          std::uint64_t seed)
-      : Policy(name, make(id, to_parameters(parameters))->specification(), seed) {}
+      : specification_(make(id, to_parameters(parameters))->specification()),
+        agent_(make_agent(name, specification_, seed)),
+        observation_(specification_.observation_size()) {}
 
   void act(py::handle observation, py::handle action) {
     const Input input(observation, "observation", observation_.size());
-    Output output(action, "action", action_size_);
+    Output output(action, "action", specification_.action_size());
     observation_.assign(input.data(), input.data() + input.size());
     output.take(agent_->act(observation_).data());
   }
 
  private:
-  Policy(const std::string& name, const Specification& specification, std::uint64_t seed)
-      : agent_(make_agent(name, specification, seed)),
-        observation_(specification.observation_size()),
-        action_size_(specification.action_size()) {}
-
+  Specification specification_;
   std::unique_ptr<Agent> agent_;
   std::vector<double> observation_;
-  std::size_t action_size_;
 };
 
 }  // namespace

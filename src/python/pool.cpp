@@ -101,7 +101,7 @@ class VectorWalkers {
 
   void step(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs(batch, pool_.specification(), pool_.options().num_envs);
+    StepOutputs outputs(batch, last_.rewards.size(), last_.observations.size(), last_.info.size());
     const Unlocked unlocked(mutex_);
     pool_.step(input.data(), input.size(), last_.batch());
     last_.copy_to(outputs);
@@ -139,7 +139,8 @@ class VectorWalkers {
 
   /// @return whose rows these are
   std::vector<std::uint32_t> recv(const py::sequence& batch) {
-    StepOutputs outputs(batch, pool_.specification(), batch_size());
+    StepOutputs outputs(batch, arrived_.rewards.size(), arrived_.observations.size(),
+                        arrived_.info.size());
     const Unlocked unlocked(mutex_);
     pool_.recv(arrived_.batch(), arrived_environments_.data());
     arrived_.copy_to(outputs);

@@ -18,9 +18,8 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.spaces import spaces_of
 from walker_sim.time_limit import limit_of_make
-from walker_sim.transport import TRANSPORTS, Place, State, Walker, by_name
+from walker_sim.transport import TRANSPORTS, Place, State, Walker, by_name, spaces_of
 
 
 def make_walker(

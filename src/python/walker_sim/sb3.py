@@ -12,8 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
-from walker_sim.spaces import spaces_of
-from walker_sim.transport import Place, by_name, make_walkers, to_actions
+from walker_sim.transport import Place, by_name, make_walkers, spaces_of, to_actions
 
 Infos = List[Dict[str, Any]]
 

@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
+from gymnasium.spaces import Box
 from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.errors import InvalidAction
@@ -29,6 +30,20 @@ Colors = Optional[NDArray[np.uint8]]
 
 Depths = Optional[NDArray[np.float32]]
 """To be filled, shape (height, width) [m], where they are wanted."""
+
+
+def spaces_of(specification: Specification) -> tuple[Box, Box]:
+    """Of observations, shape (observation size,), float32 or float64, and of actions, shape
+    (action size,), float32."""
+    return (
+        _box(specification, "observation", np.dtype(specification["observation_dtype"])),
+        _box(specification, "action", np.dtype(np.float32)),
+    )
+
+
+def _box(specification: Specification, what: str, dtype: np.dtype[Any]) -> Box:
+    low, high = (np.array(specification[f"{what}_{end}"], dtype) for end in ("low", "high"))
+    return Box(low, high, dtype=dtype.type)
 
 
 class Place(NamedTuple):

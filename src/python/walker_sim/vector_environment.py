@@ -19,8 +19,7 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.spaces import spaces_of
-from walker_sim.transport import Batch, Place, make_walkers, to_actions
+from walker_sim.transport import Batch, Place, make_walkers, spaces_of, to_actions
 from walker_sim.vector_arguments import (
     AutoresetMode,
     Seeds,

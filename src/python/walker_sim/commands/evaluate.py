@@ -135,8 +135,7 @@ def write_json(path: Path, head: dict[str, Any], episodes: Sequence[Episode]) ->
     outcomes = []
     for episode in episodes:
         outcome = dataclasses.asdict(episode)
-        for name in ("order", "steps"):
-            del outcome[name]
+        del outcome["order"], outcome["steps"]
         outcome["return"] = outcome.pop("episode_return")
         outcomes.append(outcome)
     path.write_text(json.dumps({**head, "outcomes": outcomes}, indent=1) + "\n")
