@@ -65,7 +65,7 @@ class Client::Implementation {
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
     ServiceConnection& connection = connected(index);
     try {
-      Reader answer = connection.call(request_, patience());
+      Reader answer = connection.call(request_, deadline());
       read(answer);
     } catch (const RequestRefused&) {
       throw;
@@ -96,10 +96,10 @@ class Client::Implementation {
   ServerSpecification server;  ///< as it has last told
 
  private:
-  Patience patience() const {
+  Deadline deadline() const {
     const std::chrono::duration<double> timeout(options_.timeout);
     const auto until =
-        std::chrono::steady_clock::now() + std::chrono::duration_cast<Deadline::duration>(timeout);
+        std::chrono::steady_clock::now() + std::chrono::duration_cast<TimePoint::duration>(timeout);
     return {until, options_.is_interrupted};
   }
 
@@ -115,7 +115,7 @@ class Client::Implementation {
   ServiceConnection& connected(ServiceIndex index) {
     std::optional<ServiceConnection>& connection = connections_[index];
     if (connection) return *connection;
-    const Patience until = patience();
+    const Deadline until = deadline();
     endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
     try {
       return connection.emplace(endpoints_[index], name(index), kServiceTypes[index], until);

@@ -23,7 +23,7 @@ constexpr std::size_t kMostFields = 100;
 /// Reads an answer of HTTP/1.1 from its socket.
 class HttpReader {
  public:
-  HttpReader(Socket& socket, const Patience& patience) : socket_(socket), patience_(patience) {}
+  HttpReader(Socket& socket, const Deadline& deadline) : socket_(socket), deadline_(deadline) {}
 
   std::string body() {
     check_status(line());
@@ -138,13 +138,13 @@ class HttpReader {
   /// @return false at the end of the connection
   bool receive() {
     std::array<char, 4096> part{};
-    const std::size_t size = socket_.receive(part.data(), part.size(), patience_);
+    const std::size_t size = socket_.receive(part.data(), part.size(), deadline_);
     input_.append(part.data(), size);
     return size > 0;
   }
 
   Socket& socket_;
-  const Patience& patience_;
+  const Deadline& deadline_;
   std::string input_;
   std::size_t line_bytes_ = 0;  // in all lines so far
 };
@@ -152,16 +152,16 @@ class HttpReader {
 /// Posts `body`, an XML text, to the root of a server on a connection of its own.
 /// @return the answer's body: of a declared length, in chunks, or up to the connection's end
 /// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
-std::string http_post(const Endpoint& server, const std::string& body, const Patience& patience) {
-  Socket socket(server.host, server.port, patience);
+std::string http_post(const Endpoint& server, const std::string& body, const Deadline& deadline) {
+  Socket socket(server.host, server.port, deadline);
   const bool is_ipv6 = server.host.find(':') != std::string::npos;
   const std::string name = is_ipv6 ? "[" + server.host + "]" : server.host;
   const std::string message =
       "POST / HTTP/1.1\r\nHost: " + name + ":" + std::to_string(server.port) +
       "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
       "\r\nConnection: close\r\n\r\n" + body;
-  socket.send_all(message.data(), message.size(), patience);
-  return HttpReader(socket, patience).body();
+  socket.send_all(message.data(), message.size(), deadline);
+  return HttpReader(socket, deadline).body();
 }
 
 }  // namespace
@@ -194,8 +194,8 @@ Endpoint parse_uri(const std::string& uri, const std::string& scheme) {
 }
 
 xml_rpc::Value call_master(const std::string& uri, const std::string& call,
-                           const Patience& patience, const char* malformed) {
-  xml_rpc::Value answer = xml_rpc::parse_answer(http_post(parse_uri(uri, "http"), call, patience));
+                           const Deadline& deadline, const char* malformed) {
+  xml_rpc::Value answer = xml_rpc::parse_answer(http_post(parse_uri(uri, "http"), call, deadline));
   // [code, text, value]: 1 success, 0 failure, -1 error of the caller
   using Kind = xml_rpc::Value::Kind;
   if (answer.kind != Kind::array || answer.elements.size() != 3 ||
@@ -207,11 +207,11 @@ xml_rpc::Value call_master(const std::string& uri, const std::string& call,
 }
 
 Endpoint look_up_service(const std::string& master_uri, const std::string& name,
-                         const Patience& patience) {
+                         const Deadline& deadline) {
   const std::string whom = "ROS master " + master_uri + ": ";
   try {
     const xml_rpc::Value uri =
-        call_master(master_uri, xml_rpc::make_call("lookupService", {kCallerId, name}), patience,
+        call_master(master_uri, xml_rpc::make_call("lookupService", {kCallerId, name}), deadline,
                     "its answer to lookupService is not [code, text, URI]");
     return parse_uri(uri.text, "rosrpc");
   } catch (const MasterRefusal& refusal) {

@@ -39,13 +39,13 @@ struct MasterRefusal : std::runtime_error {
 /// @throws MasterRefusal; SocketError, Interrupted; std::exception that says what is wrong with the
 ///         URI or with the answer
 xml_rpc::Value call_master(const std::string& uri, const std::string& call,
-                           const Patience& patience,
+                           const Deadline& deadline,
                            const char* malformed = "its answer is not [code, text, value]");
 
 /// Asks a master who provides a service.
 /// @param name of the service, resolved
 /// @throws ConnectionError naming the master, the service and the cause; Interrupted
 Endpoint look_up_service(const std::string& master_uri, const std::string& name,
-                         const Patience& patience);
+                         const Deadline& deadline);
 
 }  // namespace walker

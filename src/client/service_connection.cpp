@@ -5,8 +5,8 @@
 namespace walker {
 
 ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
-                                     const ServiceType& type, const Patience& patience)
-    : socket_(endpoint.host, endpoint.port, patience), most_answer_bytes_(type.most_answer_bytes) {
+                                     const ServiceType& type, const Deadline& deadline)
+    : socket_(endpoint.host, endpoint.port, deadline), most_answer_bytes_(type.most_answer_bytes) {
   tcpros::Bytes header;
   tcpros::append_header({{"callerid", kCallerId},
                          {"service", name},
@@ -14,8 +14,8 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
                          {"type", type.type},
                          {"persistent", "1"}},
                         header);
-  socket_.send_all(header.data(), header.size(), patience);
-  const tcpros::Fields answer = receive_header(patience);
+  socket_.send_all(header.data(), header.size(), deadline);
+  const tcpros::Fields answer = receive_header(deadline);
   const auto error = answer.find("error");
   if (error != answer.end()) throw std::runtime_error("it says: " + error->second);
   const auto md5sum = answer.find("md5sum");
@@ -26,24 +26,24 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
   }
 }
 
-tcpros::Fields ServiceConnection::receive_header(const Patience& patience) {
-  receive_at_least(tcpros::kLengthBytes, patience);
+tcpros::Fields ServiceConnection::receive_header(const Deadline& deadline) {
+  receive_at_least(tcpros::kLengthBytes, deadline);
   const std::size_t size = tcpros::load_length(input_.data());
   if (size > tcpros::kMostHeaderBytes) {
     throw std::runtime_error("it sent a header of " + std::to_string(size) +
                              " bytes; is it a ROS node?");
   }
-  receive_at_least(tcpros::kLengthBytes + size, patience);
+  receive_at_least(tcpros::kLengthBytes + size, deadline);
   if (received_ != tcpros::kLengthBytes + size) throw std::runtime_error("it speaks unasked");
   received_ = 0;
   return tcpros::parse_header(input_.data() + tcpros::kLengthBytes, size);
 }
 
-Reader ServiceConnection::call(const tcpros::Bytes& request, const Patience& patience) {
+Reader ServiceConnection::call(const tcpros::Bytes& request, const Deadline& deadline) {
   constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
-  socket_.send_all(request.data(), request.size(), patience);
+  socket_.send_all(request.data(), request.size(), deadline);
   received_ = 0;
-  receive_at_least(kHeadBytes, patience);
+  receive_at_least(kHeadBytes, deadline);
   const std::size_t size = tcpros::load_length(&input_[1]);
   if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
   if (size > most_answer_bytes_) {
@@ -51,7 +51,7 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, const Patience& pat
                              " bytes; at most " + std::to_string(most_answer_bytes_) +
                              " are taken");
   }
-  receive_at_least(kHeadBytes + size, patience);
+  receive_at_least(kHeadBytes + size, deadline);
   if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");
   const std::uint8_t* const body = input_.data() + kHeadBytes;
   if (input_[0] == 0) throw RequestRefused(std::string(body, body + size));
@@ -59,11 +59,11 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, const Patience& pat
 }
 
 /// Memory grows with what has come, not with what was promised.
-void ServiceConnection::receive_at_least(std::size_t size, const Patience& patience) {
+void ServiceConnection::receive_at_least(std::size_t size, const Deadline& deadline) {
   while (received_ < size) {
     if (received_ == input_.size()) input_.resize(2 * input_.size());
     const std::size_t count =
-        socket_.receive(&input_[received_], input_.size() - received_, patience);
+        socket_.receive(&input_[received_], input_.size() - received_, deadline);
     if (count == 0) throw SocketError("the server has closed the connection");
     received_ += count;
   }

@@ -18,17 +18,17 @@ class ServiceConnection {
   /// @param name of the service, resolved
   /// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
   ServiceConnection(const Endpoint& endpoint, const std::string& name, const ServiceType& type,
-                    const Patience& patience);
+                    const Deadline& deadline);
 
   /// Sends a request with its length and waits for the answer.
   /// @return the serialised response: bytes of the connection, until its next call
   /// @throws RequestRefused with the server's words where it has none; SocketError, Interrupted,
   ///         std::runtime_error, and then the connection is of no use any more
-  Reader call(const tcpros::Bytes& request, const Patience& patience);
+  Reader call(const tcpros::Bytes& request, const Deadline& deadline);
 
  private:
-  void receive_at_least(std::size_t size, const Patience& patience);
-  tcpros::Fields receive_header(const Patience& patience);
+  void receive_at_least(std::size_t size, const Deadline& deadline);
+  tcpros::Fields receive_header(const Deadline& deadline);
 
   Socket socket_;
   std::size_t most_answer_bytes_;

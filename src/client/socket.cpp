@@ -25,15 +25,15 @@ constexpr std::chrono::milliseconds kLongestReceive = kLookPeriod / 2;
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
 /// Waits until the socket is ready. @throws SocketError at the deadline, Interrupted
-void wait_for(int descriptor, short events, const Patience& patience) {
+void wait_for(int descriptor, short events, const Deadline& deadline) {
   while (true) {
-    const auto longest = std::chrono::ceil<std::chrono::milliseconds>(patience.check());
+    const auto longest = std::chrono::ceil<std::chrono::milliseconds>(deadline.check());
     pollfd entry{descriptor, events, 0};
     const int ready = poll(&entry, 1, static_cast<int>(longest.count()));
     if (ready > 0) return;
     if (ready < 0) {
       if (errno != EINTR) fail(errno);
-      patience.take_signal();
+      deadline.take_signal();
     }
   }
 }
@@ -49,13 +49,13 @@ void wait_in_receive(int descriptor) {
 
 /// @return the connected socket
 /// @throws SocketError, Interrupted
-int connect_to(const addrinfo& address, const Patience& patience) {
+int connect_to(const addrinfo& address, const Deadline& deadline) {
   const int descriptor = socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (descriptor < 0) fail(errno);
   try {
     if (connect(descriptor, address.ai_addr, address.ai_addrlen) != 0) {
       if (errno != EINPROGRESS && errno != EINTR) fail(errno);
-      wait_for(descriptor, POLLOUT, patience);
+      wait_for(descriptor, POLLOUT, deadline);
       int outcome = 0;
       socklen_t size = sizeof(outcome);
       if (getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &outcome, &size) != 0) fail(errno);
@@ -73,8 +73,8 @@ int connect_to(const addrinfo& address, const Patience& patience) {
 
 }  // namespace
 
-Deadline::duration Patience::check() const {
-  const Deadline now = std::chrono::steady_clock::now();
+TimePoint::duration Deadline::check() const {
+  const TimePoint now = std::chrono::steady_clock::now();
   if (now >= until_) throw SocketError("timed out");
   if (now >= next_look_) {
     next_look_ = now + kLookPeriod;
@@ -83,11 +83,11 @@ Deadline::duration Patience::check() const {
   return std::min(until_, next_look_) - now;
 }
 
-void Patience::take_signal() const {
+void Deadline::take_signal() const {
   if (is_interrupted_ && is_interrupted_()) throw Interrupted();
 }
 
-Socket::Socket(const std::string& host, std::uint16_t port, const Patience& patience) {
+Socket::Socket(const std::string& host, std::uint16_t port, const Deadline& deadline) {
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
@@ -97,7 +97,7 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Patience& pati
   std::string error;
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
     try {
-      descriptor_ = connect_to(*address, patience);
+      descriptor_ = connect_to(*address, deadline);
       return;
     } catch (const SocketError& unreachable) {
       error = unreachable.what();
@@ -108,30 +108,30 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Patience& pati
 
 Socket::~Socket() { close(descriptor_); }
 
-void Socket::send_all(const void* data, std::size_t size, const Patience& patience) {
+void Socket::send_all(const void* data, std::size_t size, const Deadline& deadline) {
   const auto* next = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
-    patience.check();
+    deadline.check();
     const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent >= 0) {
       next += sent;
       size -= static_cast<std::size_t>(sent);
     } else if (errno == EAGAIN) {
-      wait_for(descriptor_, POLLOUT, patience);
+      wait_for(descriptor_, POLLOUT, deadline);
     } else if (errno != EINTR) {
       fail(errno);
     }
   }
 }
 
-std::size_t Socket::receive(void* data, std::size_t capacity, const Patience& patience) {
+std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& deadline) {
   while (true) {
-    // Where the deadline, or the next look, is near, the socket's own patience would be too long.
-    if (patience.check() < kLongestReceive) wait_for(descriptor_, POLLIN, patience);
+    // Where the deadline, or the next look, is near, the socket's own time limit would be too long.
+    if (deadline.check() < kLongestReceive) wait_for(descriptor_, POLLIN, deadline);
     const ssize_t received = recv(descriptor_, data, capacity, 0);
     if (received >= 0) return static_cast<std::size_t>(received);
     if (errno == EINTR) {
-      patience.take_signal();
+      deadline.take_signal();
     } else if (errno != EAGAIN) {
       fail(errno);
     }

@@ -53,7 +53,7 @@ bool master_hangs() {
   const std::string call = xml_rpc::make_call("getPid", {ros::this_node::getName()});
   return !is_done_within(kMasterTimeout, [uri = ros::master::getURI(), call] {
     // Longer, so that it does not end by itself.
-    call_master(uri, call, Patience(std::chrono::steady_clock::now() + 2 * kMasterTimeout));
+    call_master(uri, call, Deadline(std::chrono::steady_clock::now() + 2 * kMasterTimeout));
   });
 }
 

@@ -19,9 +19,9 @@ namespace {
 using test::Peer;
 using test::ScriptedServer;
 
-Deadline in_seconds(double seconds) {
+TimePoint in_seconds(double seconds) {
   return std::chrono::steady_clock::now() +
-         std::chrono::duration_cast<Deadline::duration>(std::chrono::duration<double>(seconds));
+         std::chrono::duration_cast<TimePoint::duration>(std::chrono::duration<double>(seconds));
 }
 
 constexpr double kPatience = 30;  // only what hangs takes as long
@@ -31,7 +31,7 @@ std::string outcome(const ScriptedServer::Script& script, double seconds = kPati
   const ScriptedServer master({script});
   const std::string uri = "http://" + master.address();
   try {
-    return look_up_service(uri, "/walker_sim/step", Patience(in_seconds(seconds))).text();
+    return look_up_service(uri, "/walker_sim/step", Deadline(in_seconds(seconds))).text();
   } catch (const ConnectionError& error) {
     const std::string whom = "ROS master " + uri + ": ";
     EXPECT_EQ(error.what(), whom + (error.what() + whom.size()));
@@ -203,7 +203,7 @@ TEST(LookUp, GivesUpAtTheDeadline) {
                   [&](Peer& peer) {
                     peer.take_post();
                     peer.give(begin);
-                    const Deadline until = in_seconds(kPatience);
+                    const TimePoint until = in_seconds(kPatience);
                     while (std::chrono::steady_clock::now() < until && !peer.has_ended()) {
                       peer.give("x");
                       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -218,11 +218,11 @@ TEST(LookUp, SaysThatThereIsNoMaster) {
   const std::string uri = "http://127.0.0.1:" + std::to_string(test::dead_port());
   EXPECT_EQ(
       message_of<ConnectionError>(
-          [&] { look_up_service(uri, "/walker_sim/step", Patience(in_seconds(kPatience))); }),
+          [&] { look_up_service(uri, "/walker_sim/step", Deadline(in_seconds(kPatience))); }),
       "ROS master " + uri + ": Connection refused; is it running, and is this its ROS_MASTER_URI?");
   const std::string unknown = message_of<ConnectionError>([&] {
     look_up_service("http://no-such-host.invalid:1", "/walker_sim/step",
-                    Patience(in_seconds(kPatience)));
+                    Deadline(in_seconds(kPatience)));
   });
   EXPECT_EQ(unknown.rfind("ROS master http://no-such-host.invalid:1: ", 0), 0U) << unknown;
 }

@@ -21,7 +21,7 @@ using test::ScriptedServer;
 
 constexpr std::chrono::seconds kHang{10};  // as long lasts only what is broken
 
-using Use = std::function<void(Socket&, const Patience&)>;
+using Use = std::function<void(Socket&, const Deadline&)>;
 
 /// Uses a connection to a peer again and again.
 /// @return the SocketError that ends it, or "nothing thrown"
@@ -30,10 +30,10 @@ std::string end_of_use(const ScriptedServer::Script& peer, const Use& use,
                        const std::function<bool()>& is_interrupted = kNeverInterrupted) {
   const ScriptedServer server({peer});
   const auto begin = std::chrono::steady_clock::now();
-  const Patience patience{begin + timeout, is_interrupted};
-  Socket socket("127.0.0.1", server.port(), patience);
+  const Deadline deadline{begin + timeout, is_interrupted};
+  Socket socket("127.0.0.1", server.port(), deadline);
   return message_of<SocketError>([&] {
-    while (std::chrono::steady_clock::now() < begin + kHang) use(socket, patience);
+    while (std::chrono::steady_clock::now() < begin + kHang) use(socket, deadline);
   });
 }
 
@@ -48,12 +48,12 @@ void swallow(Peer& peer) {
   while (peer.take(words)) continue;
 }
 
-void receive_one(Socket& socket, const Patience& patience) {
+void receive_one(Socket& socket, const Deadline& deadline) {
   char byte = 0;
-  socket.receive(&byte, 1, patience);
+  socket.receive(&byte, 1, deadline);
 }
 
-void send_one(Socket& socket, const Patience& patience) { socket.send_all("x", 1, patience); }
+void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
 
 TEST(Socket, GivesUpAtTheDeadlineWhileSomethingComes) {
   EXPECT_EQ(end_of_use(babble, receive_one, std::chrono::milliseconds(50)), "timed out");

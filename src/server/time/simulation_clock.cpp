@@ -35,7 +35,7 @@ std::optional<Value> ask(const std::string& uri, std::chrono::seconds longest,
   arguments.insert(arguments.begin(), ros::this_node::getName());
   try {
     return call_master(uri, xml_rpc::make_call(method, arguments),
-                       Patience(Clock::now() + longest));
+                       Deadline(Clock::now() + longest));
   } catch (const std::exception&) {
     return std::nullopt;
   }
@@ -89,7 +89,7 @@ void write_reserved(const std::string& uri, const std::string& caller, std::uint
       caller + "</string></value></param><param><value><string>" + kReservedUntil +
       "</string></value></param><param><value><array><data>" + integer(until.sec) +
       integer(until.nsec) + "</data></array></value></param></params></methodCall>\n";
-  call_master(uri, call, Patience(Clock::now() + kMasterTimeout));
+  call_master(uri, call, Deadline(Clock::now() + kMasterTimeout));
 }
 
 /// In whole nanoseconds.
