@@ -58,7 +58,7 @@ build_wheel() {
     return
   fi
   mkdir -p "$folder" && rm -f "$folder/ready" "$folder"/*.whl && touch "$folder/ready.new"
-  within /dev/null env -u PIP_REQUIRE_VIRTUALENV "$1" -m pip wheel --disable-pip-version-check --no-deps \
+  within /dev/null env -u PIP_REQUIRE_VIRTUALENV CXX=/usr/bin/c++ "$1" -m pip wheel --disable-pip-version-check --no-deps \
     --wheel-dir "$folder" --config-settings=build-dir="$build/.wheel_$(version_of "$1")" \
     --config-settings=cmake.define.WALKER_SIM_WERROR=ON "$root"
   mv "$folder/ready.new" "$folder/ready"

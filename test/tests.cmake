@@ -39,6 +39,14 @@ endfunction()
 # Test programs are compiled with little optimisation, in half the time: what they test is not.
 set(test_options -O1)
 
+# To those alone that ask for it; the others are compiled once for all engines, where there is a cache.
+if(WALKER_SIM_ENGINES STREQUAL "pinned")
+  set_source_files_properties(test/bipedal_walker/episodes_test.cpp
+    test/bipedal_walker/renderer_test.cpp test/bipedal_walker/specification_test.cpp
+    test/bipedal_walker/statistics_test.cpp test/mujoco/specification_test.cpp
+    PROPERTIES COMPILE_DEFINITIONS WALKER_SIM_ENGINES_PINNED)
+endif()
+
 # ---------------------------------------------------------------- units: gtests, a program a room
 # walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [WITH ROOM...] [ALSO FILE...] [LONG NAME...]
 # [LEFT_OUT NAME...]): all NAME.cpp below test/ROOM, and below those of WITH, but those of a rostest are
@@ -66,8 +74,7 @@ function(walker_sim_add_unit_tests room)
   target_compile_options(${program} PRIVATE ${test_options})
   target_compile_definitions(${program} PRIVATE
     WALKER_SIM_RECORDINGS="${CMAKE_CURRENT_SOURCE_DIR}/test/recordings"
-    WALKER_SIM_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}"
-    $<$<STREQUAL:${WALKER_SIM_ENGINES},pinned>:WALKER_SIM_ENGINES_PINNED>)
+    WALKER_SIM_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${program} PRIVATE ${add_LIBRARIES} walker_sim_flags GTest::GTest
     Threads::Threads ${CMAKE_DL_LIBS})
   if(room STREQUAL "core")
