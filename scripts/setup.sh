@@ -27,14 +27,8 @@ extra_packages=()
 extra_options=()
 wants_venv=yes
 build_targets=(all)
-# Languages in which nobody here talks to the messages, and a cache of compilations where there is one.
-# It knows a file by its way from the build directory, so build directories that are as far below their
-# sources share what is compiled.
+# Languages in which nobody here talks to the messages.
 export ROS_LANG_DISABLE=geneus:genlisp:gennodejs
-if command -v ccache >/dev/null; then
-  export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_SLOPPINESS=pch_defines,time_macros \
-    CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
-fi
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -204,7 +198,17 @@ build_in() {
   quiet "build_${dir##*[/.]}" within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@"
 }
 
+# A cache of compilations where there is one. It knows a file by its way from the build directory, so
+# build directories that are as far below their sources share what is compiled.
+use_compiler_cache() {
+  if command -v ccache >/dev/null; then
+    export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_SLOPPINESS=pch_defines,time_macros \
+      CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
+  fi
+}
+
 set_up_build() {
+  use_compiler_cache
   say "[2/3] configure: build/.ros with the $engines engines"
   configure "$ros_build" "${ros_options[@]}" "${extra_options[@]}" || return
   say "[3/3] build"
@@ -238,7 +242,8 @@ set_up_all() {
 set_up() {
   check_system
   mkdir -p "$logs"
-  locked set_up_all
+  locked set_up_all || return
+  use_compiler_cache # again: what is locked is a shell of its own
 }
 
 # The ready environment, for this shell and what it starts.

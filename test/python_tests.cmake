@@ -25,6 +25,9 @@ set(pinned_suites
   python/bits_bipedal_walker_test
   python/commands_evaluate_test
   python/commands_record_test)
+# They take a minute, and begin early so that none is left alone at the end.
+set(slow_suites bench/bench_test mujoco/episodes_gymnasium_test mujoco/renderer_gymnasium_test
+  bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # They start masters and servers, or look at what was built for ROS.
 set(ros_suites bench/bench_test programs_test readme_test rviz/rviz_test)
 # stages.cmake runs them, in virtual environments of their own.
@@ -52,6 +55,9 @@ function(walker_sim_add_suite path)
   set(label long)
   if(path IN_LIST short_suites)
     set(label short)
+  endif()
+  if(path IN_LIST slow_suites)
+    set_tests_properties(${name} PROPERTIES COST 1)
   endif()
   set(tools walker_sim_python walker_sim_c_interface walker_sim_core ${core_tools})
   if(path STREQUAL "bench/bench_test")
