@@ -199,11 +199,13 @@ build_in() {
 }
 
 # A cache of compilations where there is one. It knows a file by its way from the build directory, so
-# build directories that are as far below their sources share what is compiled.
+# build directories that are as far below their sources share what is compiled. It tells locales apart
+# too: where there is none, Python sets one for what it starts, catkin_make's compiler for example.
 use_compiler_cache() {
   if command -v ccache >/dev/null; then
     export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_SLOPPINESS=pch_defines,time_macros \
       CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
+    [ -n "${LC_ALL:-}${LC_CTYPE:-}${LANG:-}" ] || export LC_CTYPE=C.UTF-8
   fi
 }
 
