@@ -4,17 +4,21 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "walker_sim/Reset.h"
+#include "walker_sim/agent.h"
 #include "walker_sim/parameters.h"
+#include "walker_sim/specification.h"
 
 namespace walker {
 
 /// What the nodes' private parameters choose.
 struct AgentOptions {
-  std::string agent;                 ///< ~agent: heuristic or random
+  std::string agent;                 ///< ~agent: policy, heuristic or random
+  std::string policy;                ///< ~policy: its file; empty: the one that comes along
   std::string server;                ///< ~server: the server's name, relative to the namespace
   std::string env;                   ///< ~env: id of the environment; empty: the server is asked
   std::vector<std::uint64_t> seeds;  ///< ~seeds: of the episodes, in turn; empty: the server's own
@@ -32,6 +36,10 @@ std::vector<ParameterDescription> agent_parameters();
 
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed
 AgentOptions read_agent_options();
+
+/// Who decides.
+/// @throws std::invalid_argument when it does not fit the environment
+std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification);
 
 /// Drives a lock-step server by ~reset and ~step. A server that goes away is waited for; its
 /// interrupted episode does not count.

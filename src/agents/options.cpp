@@ -3,7 +3,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include <ros/package.h>
+
 #include "ros/private_parameters.h"
+#include "walker_sim/policy.h"
 
 namespace walker {
 
@@ -13,7 +16,10 @@ std::vector<ParameterDescription> agent_parameters() {
   constexpr double kLongestTolerance = 1;
   constexpr double kLargestSeed = 2147483647.0;  // XML-RPC's integers have 32 bits
   return {
-      {"agent", std::string("heuristic"), "", "Who decides: heuristic or random.", 0, 0},
+      {"agent", std::string("heuristic"), "", "Who decides: policy, heuristic or random.", 0, 0},
+      {"policy", std::string(), "",
+       "File of the agent policy; empty: the one that the package brings for the environment.", 0,
+       0},
       {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
       {"env", std::string(), "",
        "Id of the environment that the policy was made for; empty: the server is asked.", 0, 0},
@@ -44,6 +50,7 @@ AgentOptions read_agent_options() {
   const Parameters complete = complete_parameters(agent_parameters(), given);
   AgentOptions options;
   options.agent = std::get<std::string>(complete.at("agent"));
+  options.policy = std::get<std::string>(complete.at("policy"));
   options.server = std::get<std::string>(complete.at("server"));
   options.agent_seed =
       static_cast<std::uint64_t>(std::get<std::int64_t>(complete.at("agent_seed")));
@@ -61,6 +68,24 @@ AgentOptions read_agent_options() {
                                 options.env + " means that there is none");
   }
   return options;
+}
+
+std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification) {
+  if (options.agent != "policy") {
+    if (!options.policy.empty()) {
+      throw std::invalid_argument("policy = " + options.policy +
+                                  ": is for the agent policy; agent = " + options.agent);
+    }
+    if (options.agent != "heuristic" && options.agent != "random") {
+      throw std::invalid_argument("agent = " + options.agent +
+                                  ": must be policy, heuristic or random");
+    }
+    return make_agent(options.agent, specification, options.agent_seed);
+  }
+  if (!options.policy.empty()) return make_policy_agent(options.policy, specification);
+  const std::string file =
+      ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id + ".safetensors";
+  return make_policy_agent(file, specification);
 }
 
 }  // namespace walker

@@ -16,7 +16,6 @@
 #include "walker_sim/Reset.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/Transition.h"
-#include "walker_sim/agent.h"
 
 namespace walker {
 namespace {
@@ -28,7 +27,7 @@ class ServiceAgent {
                const Specification& specification)
       : options_(options),
         node_(node),
-        agent_(make_agent(options.agent, specification, options.agent_seed)),
+        agent_(make_agent(options, specification)),
         pacer_(specification.dt, options.real_time_factor) {}
 
   void run() {

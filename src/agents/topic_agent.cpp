@@ -19,7 +19,6 @@
 #include "ros/checked_subscription.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Reset.h"
-#include "walker_sim/agent.h"
 #include "walker_sim/observation_builder.h"
 #include "walker_sim/registry.h"
 
@@ -32,7 +31,7 @@ class TopicAgent {
   TopicAgent(const AgentOptions& options, ros::NodeHandle& node, const Specification& specification)
       : options_(options),
         specification_(specification),
-        agent_(make_agent(options.agent, specification, options.agent_seed)),
+        agent_(make_agent(options, specification)),
         builder_(make_observation_builder(
             specification.id, {specification.parameters.begin(), specification.parameters.end()})),
         observation_(specification.observation_size()),

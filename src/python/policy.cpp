@@ -8,19 +8,21 @@
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/agent.h"
+#include "walker_sim/policy.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// A gait, or random actions; one per walker, for it remembers its episode.
-class Policy {
+/// A gait, random actions or a network's; one per walker, for it remembers its episode.
+class AgentPolicy {
  public:
-  Policy(const std::string& name, const std::string& id, const py::dict& parameters,
-         std::uint64_t seed)
+  AgentPolicy(const std::string& name, const std::string& id, const py::dict& parameters,
+              std::uint64_t seed, const std::string& file)
       : specification_(make(id, to_parameters(parameters))->specification()),
-        agent_(make_agent(name, specification_, seed)),
+        agent_(name == "policy" ? make_policy_agent(file, specification_)
+                                : make_agent(name, specification_, seed)),
         observation_(specification_.observation_size()) {}
 
   void act(py::handle observation, py::handle action) {
@@ -39,10 +41,12 @@ class Policy {
 }  // namespace
 
 void bind_policy(py::module& module) {
-  py::class_<Policy>(module, "Policy")
-      .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t>(),
-           py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"))
-      .def("act", &Policy::act);
+  py::class_<AgentPolicy>(module, "Policy")
+      .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t,
+                    const std::string&>(),
+           py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"),
+           py::arg("file") = "")
+      .def("act", &AgentPolicy::act);
 }
 
 }  // namespace walker::python

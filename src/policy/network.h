@@ -1,0 +1,48 @@
+// Fully connected layers, in single precision.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace walker {
+
+enum class Activation { tanh, relu };
+
+/// What a network's last values become.
+enum class Output {
+  clip,  ///< clipped to the limits
+  tanh,  ///< their tanh, scaled to the limits
+};
+
+struct Layer {
+  Eigen::MatrixXf weight;  ///< outputs x inputs
+  Eigen::VectorXf bias;
+};
+
+struct Network {
+  Activation activation = Activation::tanh;
+  Output output = Output::clip;
+  Eigen::VectorXd mean;       ///< of observations
+  Eigen::VectorXd deviation;  ///< of observations, above 0
+  Eigen::VectorXf low;        ///< the action's limits
+  Eigen::VectorXf high;
+  std::vector<Layer> layers;  ///< at least one
+};
+
+/// Runs a network without allocating.
+class Forward {
+ public:
+  explicit Forward(Network network);
+
+  const Network& network() const { return network_; }
+
+  void act(const double* observation, double* action);
+
+ private:
+  Network network_;
+  Eigen::VectorXf normal_;
+  std::vector<Eigen::VectorXf> values_;  // after each layer
+};
+
+}  // namespace walker

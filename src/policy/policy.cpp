@@ -1,0 +1,221 @@
+#include "walker_sim/policy.h"
+
+#include <cstddef>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "core/shortest_text.h"
+#include "policy/network.h"
+#include "policy/safetensors.h"
+
+namespace walker {
+namespace {
+
+constexpr const char* kFormat = "walker_sim policy 1";
+constexpr std::size_t kMostLayers = 16;
+constexpr std::streamoff kLargestFile = std::streamoff{1} << 28U;
+
+std::vector<char> read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
+  if (size < 0 || size > kLargestFile) throw std::invalid_argument("it cannot be read as a file");
+  std::vector<char> data(static_cast<std::size_t>(size));
+  file.seekg(0);
+  if (!file.read(data.data(), size)) throw std::invalid_argument("it cannot be read");
+  return data;
+}
+
+std::string take(std::map<std::string, std::string>& metadata, const std::string& name) {
+  const auto found = metadata.find(name);
+  if (found == metadata.end()) throw std::invalid_argument("its header has no " + name);
+  std::string text = std::move(found->second);
+  metadata.erase(found);
+  return text;
+}
+
+/// The one of two words that a text is.
+bool is_first(const std::string& name, const std::string& text, const std::string& first,
+              const std::string& second) {
+  if (text != first && text != second) {
+    throw std::invalid_argument(name + " = " + text + ": must be " + first + " or " + second);
+  }
+  return text == first;
+}
+
+const Tensor& tensor(const Tensors& tensors, const std::string& name, std::size_t dimensions) {
+  const auto found = tensors.by_name.find(name);
+  if (found == tensors.by_name.end()) throw std::invalid_argument("it has no tensor " + name);
+  if (found->second.shape.size() != dimensions) {
+    throw std::invalid_argument(name + " has " + std::to_string(found->second.shape.size()) +
+                                " dimensions; must have " + std::to_string(dimensions));
+  }
+  return found->second;
+}
+
+Eigen::VectorXd vector(const Tensors& tensors, const std::string& name, Eigen::Index size) {
+  const Tensor& found = tensor(tensors, name, 1);
+  const auto length = static_cast<Eigen::Index>(found.shape[0]);
+  if (size > 0 && length != size) {
+    throw std::invalid_argument(name + " has " + std::to_string(length) + " values; must have " +
+                                std::to_string(size));
+  }
+  return Eigen::Map<const Eigen::VectorXd>(found.values.data(), length);
+}
+
+Layer read_layer(const Tensors& tensors, const std::string& name, Eigen::Index inputs) {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Tensor& weight = tensor(tensors, name + ".weight", 2);
+  const auto outputs = static_cast<Eigen::Index>(weight.shape[0]);
+  if (static_cast<Eigen::Index>(weight.shape[1]) != inputs) {
+    throw std::invalid_argument(name + ".weight has " + std::to_string(weight.shape[1]) +
+                                " inputs; must have " + std::to_string(inputs));
+  }
+  return {Eigen::Map<const Rows>(weight.values.data(), outputs, inputs).cast<float>(),
+          vector(tensors, name + ".bias", outputs).cast<float>()};
+}
+
+std::size_t read_layer_count(const std::string& text) {
+  for (std::size_t count = 1; count <= kMostLayers; ++count) {
+    if (text == std::to_string(count)) return count;
+  }
+  throw std::invalid_argument("layers = " + text + ": must be a number from 1 to " +
+                              std::to_string(kMostLayers));
+}
+
+Network read_network(const Tensors& tensors, std::map<std::string, std::string>& metadata) {
+  Network network;
+  network.activation = is_first("activation", take(metadata, "activation"), "tanh", "relu")
+                           ? Activation::tanh
+                           : Activation::relu;
+  network.output =
+      is_first("output", take(metadata, "output"), "clip", "tanh") ? Output::clip : Output::tanh;
+  network.mean = vector(tensors, "observation.mean", 0);
+  network.deviation = vector(tensors, "observation.deviation", network.mean.size());
+  if (network.deviation.minCoeff() <= 0) {
+    throw std::invalid_argument("observation.deviation has a value that is not above 0");
+  }
+  network.low = vector(tensors, "action.low", 0).cast<float>();
+  network.high = vector(tensors, "action.high", network.low.size()).cast<float>();
+  if ((network.high - network.low).minCoeff() <= 0) {
+    throw std::invalid_argument("action.high is not above action.low");
+  }
+  Eigen::Index inputs = network.mean.size();
+  const std::size_t count = read_layer_count(take(metadata, "layers"));
+  for (std::size_t i = 0; i < count; ++i) {
+    network.layers.push_back(read_layer(tensors, "layers." + std::to_string(i), inputs));
+    inputs = network.layers.back().bias.size();
+  }
+  if (inputs != network.low.size()) {
+    throw std::invalid_argument("its last layer has " + std::to_string(inputs) +
+                                " outputs; its action " + std::to_string(network.low.size()));
+  }
+  return network;
+}
+
+void check_limits(const char* name, const Eigen::VectorXf& ours,
+                  const std::vector<double>& theirs) {
+  for (std::size_t i = 0; i < theirs.size(); ++i) {
+    const float value = ours[static_cast<Eigen::Index>(i)];
+    if (value != static_cast<float>(theirs[i])) {
+      throw std::invalid_argument(std::string(name) + " of action " + std::to_string(i) + " is " +
+                                  shortest_text(value) + " there and " + shortest_text(theirs[i]) +
+                                  " here");
+    }
+  }
+}
+
+}  // namespace
+
+struct Policy::State {
+  std::string file;
+  std::string id;
+  std::map<std::string, std::string> notes;
+  Forward forward;
+};
+
+Policy::Policy(const std::string& file) {
+  try {
+    Tensors tensors = read_safetensors(read_file(file));
+    std::map<std::string, std::string>& metadata = tensors.metadata;
+    const std::string format = take(metadata, "format");
+    if (format != kFormat) {
+      throw std::invalid_argument("its format is " + format + "; must be " + kFormat);
+    }
+    std::string id = take(metadata, "id");
+    Network network = read_network(tensors, metadata);
+    state_ = std::make_unique<State>(
+        State{file, std::move(id), std::move(metadata), Forward(std::move(network))});
+  } catch (const std::invalid_argument& error) {
+    throw PolicyError("policy " + file + ": " + error.what());
+  }
+}
+
+Policy::Policy(Policy&&) noexcept = default;
+Policy& Policy::operator=(Policy&&) noexcept = default;
+Policy::~Policy() = default;
+
+const std::string& Policy::id() const { return state_->id; }
+
+const std::map<std::string, std::string>& Policy::notes() const { return state_->notes; }
+
+std::size_t Policy::observation_size() const {
+  return static_cast<std::size_t>(state_->forward.network().mean.size());
+}
+
+std::size_t Policy::action_size() const {
+  return static_cast<std::size_t>(state_->forward.network().low.size());
+}
+
+void Policy::check(const Specification& specification) const {
+  try {
+    const std::size_t observations = specification.observation_size();
+    const std::size_t actions = specification.action_size();
+    if (observation_size() != observations || action_size() != actions) {
+      throw std::invalid_argument("it takes " + std::to_string(observation_size()) +
+                                  " observations and gives " + std::to_string(action_size()) +
+                                  " actions; " + specification.id + " has " +
+                                  std::to_string(observations) + " and " + std::to_string(actions));
+    }
+    check_limits("the lower limit", state_->forward.network().low, specification.action_low);
+    check_limits("the upper limit", state_->forward.network().high, specification.action_high);
+  } catch (const std::invalid_argument& error) {
+    throw PolicyError("policy " + state_->file + ", made for " + id() + ": " + error.what());
+  }
+}
+
+void Policy::act(const double* observation, double* action) {
+  state_->forward.act(observation, action);
+}
+
+namespace {
+
+class PolicyAgent : public Agent {
+ public:
+  PolicyAgent(const std::string& file, const Specification& specification)
+      : policy_(file), action_(specification.action_size()) {
+    policy_.check(specification);
+  }
+
+  void reset() override {}  // it remembers nothing
+
+  const std::vector<double>& act(const std::vector<double>& observation) override {
+    policy_.act(observation.data(), action_.data());
+    return action_;
+  }
+
+ private:
+  Policy policy_;
+  std::vector<double> action_;
+};
+
+}  // namespace
+
+std::unique_ptr<Agent> make_policy_agent(const std::string& file,
+                                         const Specification& specification) {
+  return std::make_unique<PolicyAgent>(file, specification);
+}
+
+}  // namespace walker

@@ -1,0 +1,58 @@
+"""How returns rose: a line for each evaluation, as CSV and as a picture."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import NamedTuple, Sequence
+
+
+class Point(NamedTuple):
+    """What was known after so many steps."""
+
+    steps: int
+    seconds: float  # of wall time, evaluations not counted
+    training_return: float  # mean of the last 100 episodes, with exploration noise
+    evaluation_return: float  # mean over the evaluation's episodes
+    deviation: float  # of these
+    least: float  # of these
+
+
+def write_curve(points: Sequence[Point], path: Path) -> None:
+    """A line each."""
+    unfinished = path.with_name(path.name + ".new")
+    with unfinished.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Point._fields)
+        for point in points:
+            writer.writerow([point.steps, *(f"{value:.6g}" for value in point[1:])])
+    unfinished.replace(path)
+
+
+def read_curve(path: Path) -> list[Point]:
+    """What `write_curve` wrote."""
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file))[1:]
+    return [Point(int(row[0]), *(float(value) for value in row[1:])) for row in rows]
+
+
+def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
+    """Returns over steps, with the spread of the episodes evaluated."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    steps = [point.steps / 1e6 for point in points]
+    means = [point.evaluation_return for point in points]
+    low = [point.evaluation_return - point.deviation for point in points]
+    high = [point.evaluation_return + point.deviation for point in points]
+    axes.fill_between(steps, low, high, alpha=0.2, linewidth=0)
+    axes.plot(steps, means, label="evaluation (mean, deviation of episodes)")
+    noisy = [point.training_return for point in points]
+    axes.plot(steps, noisy, linestyle="--", linewidth=1, label="training, with exploration")
+    axes.set(xlabel="steps [million]", ylabel="return", title=title)
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right")
+    figure.savefig(path)

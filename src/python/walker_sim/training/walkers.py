@@ -1,0 +1,221 @@
+"""The walkers that a learner of Stable-Baselines3 steps: observations and rewards normalised."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any, Deque, Dict, List, Protocol
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+from stable_baselines3.common.running_mean_std import RunningMeanStd
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
+
+from walker_sim.training.policy_file import OBSERVATION_CLIP
+from walker_sim.training.settings import Settings
+from walker_sim.transport import Place, make_walkers, spaces_of
+
+REWARD_CLIP = 10.0
+EPSILON = 1e-8
+"""Both as VecNormalize of Stable-Baselines3 has them."""
+FIRST_TRAINING_SEED = 1 << 40
+"""Far from the seeds on which policies are chosen and judged."""
+_RETURNS_TOLD = 100
+_NOTHING: Dict[str, Any] = {}
+
+Outcome = Any
+"""Observations, rewards, terminated, truncated: arrays with a row per walker."""
+
+
+class Source(Protocol):
+    """Walkers whose next episode begins in the step that ends one."""
+
+    observation_space: Box
+    action_space: Box
+
+    def reset(self, seeds: list[int]) -> NDArray[Any]:
+        """Observations, shape (n, observation size)."""
+
+    def step(self, actions: NDArray[np.float32]) -> Outcome:
+        """Observations after it, rewards, terminated, truncated."""
+
+    def final_observations(self, ended: NDArray[np.intp]) -> NDArray[Any]:
+        """The last ones of the episodes that have just ended, shape (ended, observation size)."""
+
+    def close(self) -> None:
+        """Lets go of what it holds."""
+
+
+class OurWalkers:
+    """A pool's."""
+
+    def __init__(self, env_id: str, settings: Settings, num_threads: int) -> None:
+        self._walkers = make_walkers(
+            *(env_id, settings.num_envs, "same_step", dict(settings.parameters), Place()),
+            num_threads,
+        )
+        self.observation_space, self.action_space = spaces_of(self._walkers.specification)
+
+    def reset(self, seeds: list[int]) -> NDArray[Any]:
+        return self._walkers.reset([], seeds)[0]
+
+    def step(self, actions: NDArray[np.float32]) -> Outcome:
+        batch = self._walkers.step(actions.astype(np.float64))
+        return batch.observations, batch.rewards, batch.terminated, batch.truncated
+
+    def final_observations(self, ended: NDArray[np.intp]) -> NDArray[Any]:
+        return self._walkers.final_rows(self._walkers.num_envs)[0][ended]
+
+    def close(self) -> None:
+        self._walkers.close()
+
+
+class GymnasiumsWalkers:
+    """Gymnasium's own, in its SyncVectorEnv: what the benchmark compares with."""
+
+    def __init__(self, env_id: str, settings: Settings) -> None:
+        parameters = dict(settings.parameters)
+        self._walkers = gymnasium.vector.SyncVectorEnv(
+            [lambda: gymnasium.make(env_id, **parameters)] * settings.num_envs,
+            **_same_step(),
+        )
+        self.observation_space = self._walkers.single_observation_space
+        self.action_space = self._walkers.single_action_space
+        self._infos: dict[str, Any] = {}
+
+    def reset(self, seeds: list[int]) -> NDArray[Any]:
+        return np.array(self._walkers.reset(seed=seeds)[0])
+
+    def step(self, actions: NDArray[np.float32]) -> Outcome:
+        *outcome, self._infos = self._walkers.step(actions)
+        return outcome
+
+    def final_observations(self, ended: NDArray[np.intp]) -> NDArray[Any]:
+        name = "final_obs" if "final_obs" in self._infos else "final_observation"
+        return np.stack([self._infos[name][index] for index in ended])
+
+    def close(self) -> None:
+        self._walkers.close()
+
+
+def _same_step() -> dict[str, Any]:
+    """Gymnasium below 1.1 has no other mode, 1.0 only the other."""
+    mode = getattr(gymnasium.vector, "AutoresetMode", None)
+    return {} if mode is None else {"autoreset_mode": mode.SAME_STEP}
+
+
+class LearnersWalkers(VecEnv):
+    """What the learner sees of a source.
+
+    Infos have ``terminal_observation``, ``TimeLimit.truncated`` and ``episode``, as
+    Stable-Baselines3's learners want them, where an episode has ended, and nothing elsewhere.
+    """
+
+    def __init__(self, source: Source, settings: Settings) -> None:
+        size = source.observation_space.shape
+        super().__init__(
+            settings.num_envs,
+            Box(-OBSERVATION_CLIP, OBSERVATION_CLIP, size, np.float32),
+            source.action_space,
+        )
+        self.settings = settings
+        self.observation_statistics = RunningMeanStd(shape=size)
+        self.return_statistics = RunningMeanStd(shape=())
+        self.returns: Deque[float] = deque(maxlen=_RETURNS_TOLD)
+        self._source = source
+        self._random = np.random.default_rng(settings.seed)
+        self._discounted = np.zeros(settings.num_envs)
+        self._return = np.zeros(settings.num_envs)
+        self._length = np.zeros(settings.num_envs, np.int64)
+        self._held = np.zeros((settings.num_envs, *source.action_space.shape), np.float32)
+        self._actions = self._held
+
+    def reset(self) -> NDArray[np.float32]:
+        first = FIRST_TRAINING_SEED + self.settings.seed * (1 << 20)
+        observations = self._source.reset(list(range(first, first + self.num_envs)))
+        self._begin_all()
+        self.observation_statistics.update(observations)
+        return self.normal(observations)
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        if self.settings.action_delay > 0:
+            is_late = self._random.random(self.num_envs) < self.settings.action_delay
+            self._held, actions = actions, np.where(is_late[:, None], self._held, actions)
+        self._actions = actions
+
+    def step_wait(
+        self,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], List[Dict[str, Any]]]:
+        observations, rewards, terminated, truncated = self._source.step(self._actions)
+        dones = terminated | truncated
+        self._return += rewards
+        self._length += 1
+        infos = [_NOTHING] * self.num_envs
+        ended = np.flatnonzero(dones)
+        if ended.size:
+            self._conclude(ended, truncated & ~terminated, infos)
+        self.observation_statistics.update(observations)
+        return self.normal(observations), self._learnt_rewards(rewards, dones), dones, infos
+
+    def normal(self, observations: NDArray[Any]) -> NDArray[np.float32]:
+        """As the network sees them."""
+        statistics = self.observation_statistics
+        values = (observations - statistics.mean) / np.sqrt(statistics.var + EPSILON)
+        normal: NDArray[np.float32] = np.clip(values, -OBSERVATION_CLIP, OBSERVATION_CLIP).astype(
+            np.float32
+        )
+        return normal
+
+    def close(self) -> None:
+        self._source.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        raise AttributeError(f"{attr_name} cannot be set to {value!r}")
+
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **keywords: Any
+    ) -> list[Any]:
+        raise AttributeError(f"walkers stepped together have no method {method_name}")
+
+    def env_is_wrapped(
+        self, wrapper_class: type[Any], indices: VecEnvIndices = None
+    ) -> list[bool]:
+        return [False for _ in self._get_indices(indices)]
+
+    def _begin_all(self) -> None:
+        for values in (self._discounted, self._return, self._length, self._held):
+            values[:] = 0
+
+    def _conclude(
+        self, ended: NDArray[np.intp], is_cut_off: NDArray[np.bool_], infos: List[Dict[str, Any]]
+    ) -> None:
+        last = self.normal(self._source.final_observations(ended))
+        for row, index in enumerate(ended.tolist()):
+            episode_return = float(self._return[index])
+            self.returns.append(episode_return)
+            infos[index] = {
+                "terminal_observation": last[row],
+                "TimeLimit.truncated": bool(is_cut_off[index]),
+                "episode": {"r": episode_return, "l": int(self._length[index])},
+            }
+        self._return[ended] = 0
+        self._length[ended] = 0
+        self._held = self._held.copy()
+        self._held[ended] = 0
+
+    def _learnt_rewards(
+        self, rewards: NDArray[np.float64], dones: NDArray[np.bool_]
+    ) -> NDArray[np.float32]:
+        """Divided by the deviation of discounted returns."""
+        if self.settings.least_reward is not None:
+            rewards = np.maximum(rewards, self.settings.least_reward)
+        self._discounted = self._discounted * self.settings.gamma + rewards
+        self.return_statistics.update(self._discounted)
+        self._discounted[dones] = 0
+        scaled = rewards / np.sqrt(self.return_statistics.var + EPSILON)
+        return np.clip(scaled, -REWARD_CLIP, REWARD_CLIP).astype(np.float32)
