@@ -106,6 +106,7 @@ if(NOT WALKER_SIM_ENGINES STREQUAL "pinned")
 endif()
 walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} LEFT_OUT pool_race_test)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_types_test)
+walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
 walker_sim_add_unit_tests(bipedal_walker LIBRARIES ${core_libraries}
   LEFT_OUT shortcuts_test ${not_these_engines})
 walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d)

@@ -5,6 +5,7 @@
 
 #include <ros/package.h>
 
+#include "core/user_path.h"
 #include "ros/private_parameters.h"
 #include "walker_sim/policy.h"
 
@@ -82,7 +83,7 @@ std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specificati
     }
     return make_agent(options.agent, specification, options.agent_seed);
   }
-  if (!options.policy.empty()) return make_policy_agent(options.policy, specification);
+  if (!options.policy.empty()) return make_policy_agent(expand_home(options.policy), specification);
   const std::string file =
       ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id + ".safetensors";
   return make_policy_agent(file, specification);

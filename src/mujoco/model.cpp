@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -10,6 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "core/user_path.h"
 #include "mujoco/builtin_models.h"
 
 namespace walker::mujoco {
@@ -36,11 +36,6 @@ const BuiltinModel* find_builtin(const std::string& name) {
     return name == model.name;
   });
   return found == models.end() ? nullptr : &*found;
-}
-
-std::string expand_home(const std::string& path) {
-  const char* const home = std::getenv("HOME");
-  return path.rfind("~/", 0) == 0 && home != nullptr ? home + path.substr(1) : path;
 }
 
 struct DeleteVirtualFiles {

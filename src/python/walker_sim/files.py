@@ -15,7 +15,8 @@ def package_file(name: str) -> Path | None:
     name
         From the top of the repository, e.g. ``assets/policies/Walker2d-v5.safetensors``.
     """
-    for folder in (_HERE / "share", _HERE.parents[2]):
+    # In a wheel; in the repository; in a catkin workspace's install space.
+    for folder in (_HERE / "share", _HERE.parents[2], _HERE.parents[3] / "share" / "walker_sim"):
         if (folder / name).is_file():
             return folder / name
     return None

@@ -1,4 +1,4 @@
-"""The command line: ``python3 -m walker_sim evaluate|play|record|bench``."""
+"""The command line: ``python3 -m walker_sim evaluate|play|record|train|convert|bench``."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ COMMANDS = {
     "evaluate": "plays a policy over many seeds; statistics, plot, CSV",
     "play": "shows a walker in a window, with the keyboard for pause and speed",
     "record": "writes episodes to a file, and checks that they repeat to the bit",
+    "train": "learns a policy with Stable-Baselines3, on many walkers at once",
+    "convert": "makes a policy's file of a model of Stable-Baselines3, or in ONNX",
     "bench": "measures steps per second, beside Gymnasium's own",
 }
 
@@ -25,6 +27,8 @@ commands:
 
 examples:
   python3 -m walker_sim evaluate BipedalWalker-v3 --policy heuristic --plot returns.png
+  python3 -m walker_sim evaluate BipedalWalkerHardcore-v3 --policy shipped
+  python3 -m walker_sim train BipedalWalker-v3
   python3 -m walker_sim play Walker2d-v5
   python3 -m walker_sim record Walker2d-v5 --episodes 10 --output gait.npz
   python3 -m walker_sim bench BipedalWalker-v3

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import zipfile
+from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.commands.episodes import Policy
 from walker_sim.commands.options import InputError
+from walker_sim.files import package_file
+from walker_sim.training.models import sb3_algorithm
 from walker_sim.transport import Specification
 
 Policies = Callable[[int], Policy]
@@ -23,6 +26,8 @@ POLICY is one of
   heuristic        Gymnasium's for BipedalWalker, a linear gait for Walker2d (default)
   random           uniform between the action's bounds, drawn anew from each episode's seed
   zero             no torque
+  shipped          the trained network that comes along for ID
+  FILE.safetensors a trained network, of `train` or `convert`
   FILE.zip         a model that Stable-Baselines3 (or its contrib) has saved; acts
                    deterministically. Such a file can run code: open none that you do not trust
   MODULE:FUNCTION  called as FUNCTION(observation), one observation of shape (observation size,)
@@ -50,31 +55,64 @@ def make_policies(
         return lambda seed: lambda observation: np.zeros(size, np.float32)
     if text in ("heuristic", "random"):
         return _core_policies(text, env_id, parameters, size)
+    if text == "shipped":
+        return _network_policies(str(shipped_policy(env_id)), text, env_id, parameters, size)
+    if text.endswith(".safetensors"):
+        return _network_policies(text, text, env_id, parameters, size)
     if text.endswith(".zip"):
         return _sb3_policies(text, specification)
     if ":" in text:
         return _function_policies(text, size)
     raise InputError(
-        f"--policy {text}: must be heuristic, random, zero, FILE.zip or MODULE:FUNCTION"
+        f"--policy {text}: must be heuristic, random, zero, shipped, FILE.safetensors, FILE.zip or"
+        " MODULE:FUNCTION"
     )
+
+
+def shipped_policy(env_id: str) -> Path:
+    """The file that comes along.
+
+    Raises
+    ------
+    InputError
+        Where there is none for this environment.
+    """
+    path = package_file(f"assets/policies/{env_id}.safetensors")
+    if path is None:
+        raise InputError(f"--policy shipped: no policy comes with {env_id}; `train` makes one")
+    return path
 
 
 def _core_policies(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
     def policy_of(seed: int) -> Policy:
-        policy = _core.Policy(name, env_id, parameters, seed)
-        action = np.empty(size)
-
-        def act(observation: NDArray[Any]) -> NDArray[Any]:
-            policy.act(np.ascontiguousarray(observation, np.float64), action)
-            return action
-
-        return act
+        return _acting(_core.Policy(name, env_id, parameters, seed), size)
 
     try:
         policy_of(0)
     except ValueError as error:
         raise InputError(f"--policy {name}: {error}") from error
     return policy_of
+
+
+def _network_policies(
+    path: str, text: str, env_id: str, parameters: dict[str, Any], size: int
+) -> Policies:
+    """A network remembers nothing, so one does for all episodes."""
+    try:
+        policy = _acting(_core.Policy("policy", env_id, parameters, 0, path), size)
+    except ValueError as error:
+        raise InputError(f"--policy {text}: {error}") from error
+    return lambda seed: policy
+
+
+def _acting(policy: _core.Policy, size: int) -> Policy:
+    action = np.empty(size)
+
+    def act(observation: NDArray[Any]) -> NDArray[Any]:
+        policy.act(np.ascontiguousarray(observation, np.float64), action)
+        return action
+
+    return act
 
 
 def _function_policies(text: str, size: int) -> Policies:
@@ -109,7 +147,7 @@ def _sb3_policies(text: str, specification: Specification) -> Policies:
     try:
         with zipfile.ZipFile(text) as file:
             data = json.loads(file.read("data"))
-        module, name = _sb3_algorithm(data)
+        module, name = sb3_algorithm(data)
     except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
         raise InputError(
             f"--policy {text}: no model that Stable-Baselines3 has saved: {error}"
@@ -138,17 +176,3 @@ def _sb3_policies(text: str, specification: Specification) -> Policies:
         return action
 
     return lambda seed: act
-
-
-def _sb3_algorithm(data: dict[str, Any]) -> tuple[str, str]:
-    """Package and class that saved a model: the file says which policy it has, not who trained it.
-
-    Algorithms with a policy of their own name it after themselves. Of those that share the
-    actor-critic policy, the one with clip_range is PPO; to act, A2C is the same.
-    """
-    home = str(data["policy_class"]["__module__"])
-    package, _, rest = home.partition(".")
-    algorithm = rest.partition(".")[0]
-    if package in ("stable_baselines3", "sb3_contrib") and algorithm not in ("", "common"):
-        return package, {"tqc": "TQC", "crossq": "CrossQ"}.get(algorithm, algorithm.upper())
-    return "stable_baselines3", "PPO" if "clip_range" in data else "A2C"

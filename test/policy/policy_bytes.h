@@ -1,0 +1,88 @@
+// A policy's file, made by hand.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace walker::test {
+
+inline void append_bytes(const void* value, std::size_t size, std::string& bytes) {
+  bytes.append(static_cast<const char*>(value), size);
+}
+
+/// One tensor of a file to be.
+struct Written {
+  std::string dtype;  // F32 or F64
+  std::vector<std::size_t> shape;
+  std::vector<double> values;
+};
+
+/// What a file says; a test changes what it is about.
+struct PolicyBytes {
+  std::map<std::string, std::string> metadata;
+  std::map<std::string, Written> tensors;
+
+  std::string bytes() const {
+    std::string header = "{\"__metadata__\":{";
+    for (const auto& [name, text] : metadata) {
+      header += (header.back() == '{' ? "\"" : ",\"") + name + "\":\"" + text + "\"";
+    }
+    header += "}";
+    std::string values;
+    for (const auto& [name, tensor] : tensors) {
+      const std::size_t begin = values.size();
+      for (const double value : tensor.values) {
+        const auto single = static_cast<float>(value);
+        if (tensor.dtype == "F32") {
+          append_bytes(&single, sizeof(single), values);
+        } else {
+          append_bytes(&value, sizeof(value), values);
+        }
+      }
+      header += ",\"" + name + "\":{\"dtype\":\"" + tensor.dtype + "\",\"shape\":[";
+      for (std::size_t i = 0; i < tensor.shape.size(); ++i) {
+        header += (i == 0 ? "" : ",") + std::to_string(tensor.shape[i]);
+      }
+      header += "],\"data_offsets\":[" + std::to_string(begin) + "," +
+                std::to_string(values.size()) + "]}";
+    }
+    header += "}";
+    const std::uint64_t size = header.size();
+    std::string result;
+    append_bytes(&size, sizeof(size), result);
+    return result + header + values;
+  }
+
+  std::string write(const std::string& path) const {
+    std::ofstream(path, std::ios::binary) << bytes();
+    return path;
+  }
+};
+
+/// Two observations, a hidden layer of two, one action.
+inline PolicyBytes small_policy() {
+  PolicyBytes policy;
+  policy.metadata = {{"format", "walker_sim policy 1"},
+                     {"id", "Toy-v0"},
+                     {"activation", "tanh"},
+                     {"output", "clip"},
+                     {"layers", "2"},
+                     {"steps", "12"}};
+  policy.tensors = {
+      {"observation.mean", {"F64", {2}, {1, -1}}},
+      {"observation.deviation", {"F64", {2}, {2, 0.5}}},
+      {"action.low", {"F32", {1}, {-1}}},
+      {"action.high", {"F32", {1}, {1}}},
+      {"layers.0.weight", {"F32", {2, 2}, {1, 2, 3, 4}}},
+      {"layers.0.bias", {"F32", {2}, {0.1, -0.2}}},
+      {"layers.1.weight", {"F32", {1, 2}, {0.5, -0.25}}},
+      {"layers.1.bias", {"F32", {1}, {0.05}}},
+  };
+  return policy;
+}
+
+}  // namespace walker::test
