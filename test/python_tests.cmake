@@ -24,14 +24,15 @@ set(pinned_suites
   core/pool_gymnasium_test
   python/bits_bipedal_walker_test
   python/commands_evaluate_test
-  python/commands_record_test)
+  python/commands_record_test
+  python/shipped_policies_test)
 # They take a minute, and begin early so that none is left alone at the end.
 set(slow_suites bench/bench_test mujoco/episodes_gymnasium_test mujoco/renderer_gymnasium_test
   bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # They start masters and servers, or look at what was built for ROS.
 set(ros_suites bench/bench_test programs_test readme_test rviz/rviz_test)
 # stages.cmake runs them, in virtual environments of their own.
-set(other_suites python/sb3_test python/wheel_test)
+set(other_suites python/sb3_test python/train_test python/wheel_test)
 
 add_library(walker_sim_c_interface MODULE EXCLUDE_FROM_ALL test/c_interface.cpp)
 target_include_directories(walker_sim_c_interface PRIVATE test)

@@ -4,9 +4,11 @@
 import os
 import signal
 import sys
+import tempfile
 import time
 
 import rosgraph
+import rospkg
 import rospy
 import rostest
 
@@ -62,6 +64,26 @@ class AgentNodesTest(ServerTest):
                 node_type, ["episodes = 1.0e+300", "[0, 4294967295]"], episodes=1e300
             )
             self.assert_refused(node_type, ["stamp_tolerance", "-0.1"], stamp_tolerance=-0.1)
+
+    def test_a_policy_that_cannot_walk_here_is_named_with_the_reason(self):
+        self.serve(mode="lockstep")
+        with tempfile.TemporaryDirectory() as folder:
+            broken = os.path.join(folder, "broken.safetensors")
+            with open(broken, "wb") as file:
+                file.write(b"no policy")
+            other = os.path.join(
+                rospkg.RosPack().get_path("walker_sim"), "assets/policies/Walker2d-v5.safetensors"
+            )
+            for node_type in ("service_agent", "topic_agent"):
+                for policy, words in (
+                    ("missing.safetensors", ["missing.safetensors", "cannot be read"]),
+                    (broken, [broken, "header"]),
+                    (other, [other, "Walker2d-v5", "17", "24"]),
+                ):
+                    self.assert_refused(node_type, words, agent="policy", policy=policy)
+                self.assert_refused(
+                    node_type, [broken, "agent = random"], agent="random", policy=broken
+                )
 
     def test_of_many_walkers_it_says_that_it_drives_one(self):
         self.serve(mode="lockstep", num_envs=3)

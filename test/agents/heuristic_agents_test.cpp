@@ -1,15 +1,17 @@
-// The two agent nodes walk as the heuristic does in process: by ~step with equal bits, by topics as
-// closely as two processes can.
+// The two agent nodes walk as heuristic and policy do in process: by ~step with equal bits, by
+// topics as closely as two processes can.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <nav_msgs/Odometry.h>
+#include <ros/package.h>
 #include <ros/ros.h>
 
 #include "bipedal_walker/heuristic.h"
@@ -18,23 +20,37 @@
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
 #include "walker_sim/agent.h"
+#include "walker_sim/policy.h"
 
 namespace walker::test {
 namespace {
 
 const std::vector<std::uint64_t> kSeeds{0, 3, 6};  // as in heuristic_agents_test.test
 
-/// The heuristic's whole episode in process.
-Twin play(const std::string& id, std::uint64_t seed, std::uint32_t& length) {
+std::unique_ptr<Agent> make_heuristic(const Specification& specification) {
+  return make_agent("heuristic", specification, 0);
+}
+
+std::unique_ptr<Agent> make_shipped_policy(const Specification& specification) {
+  return make_policy_agent(
+      ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id + ".safetensors",
+      specification);
+}
+
+using MakeAgent = std::unique_ptr<Agent> (*)(const Specification&);
+
+/// The agent's whole episode in process.
+Twin play(const std::string& id, MakeAgent make_agent, std::uint64_t seed, std::uint32_t& length) {
   Twin twin(id);
-  const auto heuristic = make_agent("heuristic", twin.environment().specification(), 0);
+  const auto agent = make_agent(twin.environment().specification());
   twin.reset(seed);
-  for (length = 0; !twin.has_ended(); ++length) twin.step(heuristic->act(twin.observation()));
+  for (length = 0; !twin.has_ended(); ++length) twin.step(agent->act(twin.observation()));
   return twin;
 }
 
-/// What the agent plays in the namespace is what the heuristic plays in process.
-void expect_equal_episodes(const std::string& name_space, const std::string& id) {
+/// What the agent plays in the namespace is what it plays in process.
+void expect_equal_episodes(const std::string& name_space, const std::string& id,
+                           MakeAgent make_agent = make_heuristic) {
   ros::NodeHandle node;
   Inbox<walker_sim::Episode> episodes(node, name_space + "/episode");
   // Twice round the seeds, from wherever the agent is by now.
@@ -49,7 +65,7 @@ void expect_equal_episodes(const std::string& name_space, const std::string& id)
     if (told.length == 0) continue;
     ++ends[told.seed];
     std::uint32_t length = 0;
-    const Twin twin = play(id, told.seed, length);
+    const Twin twin = play(id, make_agent, told.seed, length);
     EXPECT_EQ(told.length, length) << "seed " << told.seed;
     EXPECT_EQ(bits({told.episode_return}), bits({twin.episode_return()})) << "seed " << told.seed;
     EXPECT_NE(told.end_reason.find(twin.end_reason()), std::string::npos) << told.end_reason;
@@ -63,6 +79,10 @@ TEST(ServiceAgent, PlaysBipedalWalkersHeuristicToTheBit) {
 
 TEST(ServiceAgent, PlaysWalker2dsHeuristicToTheBit) {
   expect_equal_episodes("/lockstep_walker2d", "Walker2d-v5");
+}
+
+TEST(ServiceAgent, PlaysTheShippedPolicyToTheBit) {
+  expect_equal_episodes("/lockstep_policy", "BipedalWalker-v3", make_shipped_policy);
 }
 
 TEST(ServiceAgent, WithoutSeedsTheGeneratorContinues) {

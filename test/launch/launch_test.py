@@ -24,11 +24,21 @@ TEN_WALKERS = os.path.join(ROOT, "launch", "ten_walkers.launch")
 WALKERS = [f"/walker_{number}/" for number in range(1, 11)]
 # What the package's interface names.
 ARGUMENTS = [
-    *("env", "mode", "agent", "num_envs", "seed", "real_time_factor", "xml_file", "config"),
+    *(
+        "env",
+        "mode",
+        "agent",
+        "policy",
+        "num_envs",
+        "seed",
+        "real_time_factor",
+        "xml_file",
+        "config",
+    ),
     *("use_sim_time", "rviz", "paused", "ns", "gui", "headless", "debug", "verbose", "output"),
     *("required", "respawn", "recording"),
 ]
-SEEDS_THAT_ARRIVE = "0 6 9 19 21 32"
+AGENTS = ["none", "policy", "heuristic", "random"]
 ROBOTS = {
     "BipedalWalker-v3": "bipedal_walker",
     "BipedalWalkerHardcore-v3": "bipedal_walker_hardcore",
@@ -93,7 +103,7 @@ class LaunchTest(unittest.TestCase):
         self.assertIn('<robot name="bipedal_walker">', parameters["/robot_description"])
 
     def test_each_agent_drives_in_each_mode(self):
-        for agent, mode in itertools.product(["none", "heuristic", "random"], ["free", "lockstep"]):
+        for agent, mode in itertools.product(AGENTS, ["free", "lockstep"]):
             with self.subTest(agent=agent, mode=mode):
                 launch = Launch("agent:=" + agent, "mode:=" + mode)
                 self.assertEqual(launch.parameters["/walker_sim/mode"], mode)
@@ -124,23 +134,26 @@ class LaunchTest(unittest.TestCase):
         for node_type in types:
             self.assertTrue(roslib.packages.find_node("walker_sim", node_type), node_type)
 
-    def test_heuristic_is_shown_where_it_arrives(self):
-        launch = Launch("agent:=heuristic")
-        self.assertEqual(launch.parameters["/agent/seeds"], SEEDS_THAT_ARRIVE)
+    def test_seeds_are_the_server_s_unless_they_are_given(self):
+        for agent in ("policy", "heuristic", "random"):
+            launch = Launch("agent:=" + agent)
+            self.assertEqual(launch.parameters["/agent/seeds"], "")
+            self.assertNotIn("/walker_sim/auto_reset", launch.parameters)
+        launch = Launch("agent:=policy", "seeds:=3 4")
+        self.assertEqual(launch.parameters["/agent/seeds"], "3 4")
         self.assertIs(
             launch.parameters["/walker_sim/auto_reset"], False, "two would begin each episode"
         )
 
-    def test_others_have_the_server_s_seeds(self):
-        for arguments in (
-            ["agent:=random"],
-            ["agent:=heuristic", "seed:=7"],
-            ["agent:=heuristic", "env:=BipedalWalkerHardcore-v3"],
+    def test_a_policy_s_path_is_meant_from_where_roslaunch_was_called(self):
+        self.assertNotIn("/agent/policy", Launch("agent:=policy").parameters)
+        for given, path in (
+            ("walker.safetensors", "/my runs/walker.safetensors"),
+            ("/tmp/walker.safetensors", "/tmp/walker.safetensors"),
+            ("~/walker.safetensors", "~/walker.safetensors"),
         ):
-            with self.subTest(arguments=arguments):
-                launch = Launch(*arguments)
-                self.assertEqual(launch.parameters["/agent/seeds"], "")
-                self.assertNotIn("/walker_sim/auto_reset", launch.parameters)
+            launch = Launch("agent:=policy", "policy:=" + given, PWD="/my runs")
+            self.assertEqual(launch.parameters["/agent/policy"], path)
 
     def test_a_seed_of_64_bits_stays_a_text(self):
         launch = Launch("seed:=18446744073709551615")

@@ -23,6 +23,7 @@ from tf2_msgs.msg import TFMessage
 from walker_sim._core import Policy
 from walker_sim.srv import GetSpec, Reset, Step
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 PATIENCE = 60.0  # wall seconds; only what fails waits as long
 # In some of a hundred starts on a busy machine Mesa's software renderer ends rviz while it compiles
 # its first shaders: a segmentation fault in libLLVM, called by swrast, called by a swap of buffers,
@@ -223,7 +224,8 @@ class Show:
                     raise
                 print(f"rviz has ended at its start, and is started again:\n{self.log()}")
                 processes.close()
-        self._env = env
+        file = ROOT / "assets/policies" / f"{env}.safetensors"
+        self._policy = Policy("policy", env, {}, 0, str(file))
         spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
         self._action = np.empty(spec.action_size)
         self._reset = rospy.ServiceProxy("/walker_sim/reset", Reset, persistent=True)
@@ -249,12 +251,11 @@ class Show:
 
     def reset(self, seed):
         """Begin an episode; the transition."""
-        self._gait = Policy("heuristic", self._env, {}, 0)  # it remembers its episode
         return self._checked(self._reset(has_seed=True, seed=seed))
 
     def walk(self, transition):
-        """Make a step of the environment's own gait; the next transition."""
-        self._gait.act(np.array(transition.observation), self._action)
+        """Make a step of the policy that comes along; the next transition."""
+        self._policy.act(np.array(transition.observation), self._action)
         return self._checked(self._step(action=self._action.tolist()))
 
     @staticmethod

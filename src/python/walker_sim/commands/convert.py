@@ -77,7 +77,9 @@ def run(arguments: Sequence[str]) -> int:
     except models.ModelError as error:
         raise InputError(f"{options.model}: {error}") from error
     except ImportError as error:
-        raise InputError(f"{options.model}: needs {error.name}: pip install {error.name}") from error
+        raise InputError(
+            f"{options.model}: needs {error.name}: pip install {error.name}"
+        ) from error
     except ValueError as error:
         raise InputError(str(error)) from error
     write_policy(policy, options.out)

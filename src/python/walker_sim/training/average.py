@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from pathlib import Path
-from typing import Any, Deque
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ class Average:
     """Of the actor after the last `count` updates."""
 
     def __init__(self, count: int) -> None:
-        self._networks: Deque[list[NDArray[np.float32]]] = deque(maxlen=count)
+        self._networks: deque[list[NDArray[np.float32]]] = deque(maxlen=count)
 
     def add(self, arrays: list[NDArray[np.float32]]) -> None:
         """Takes the newest; the oldest goes."""
@@ -22,12 +22,11 @@ class Average:
 
     def mean(self) -> list[NDArray[np.float32]]:
         """Weight and bias of each layer in turn."""
-        return [
-            np.mean([network[index] for network in self._networks], axis=0, dtype=np.float64).astype(
-                np.float32
-            )
-            for index in range(len(self._networks[0]))
-        ]
+        means: list[NDArray[np.float32]] = []
+        for arrays in zip(*self._networks):
+            mean: NDArray[np.float64] = np.mean(np.stack(arrays), axis=0, dtype=np.float64)
+            means.append(mean.astype(np.float32))
+        return means
 
     def save(self, path: Path) -> None:
         """All that it remembers."""

@@ -18,7 +18,7 @@ FORMAT = "walker_sim policy 1"
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped to plus and minus this, as Stable-Baselines3's VecNormalize
 does."""
-_TYPES = {"F32": np.dtype("<f4"), "F64": np.dtype("<f8")}
+_TYPES: dict[str, np.dtype[Any]] = {"F32": np.dtype("<f4"), "F64": np.dtype("<f8")}
 _LARGEST_HEADER = 1 << 20
 
 
@@ -37,7 +37,7 @@ class PolicyFile:
     activation
         Of every layer but the last: tanh or relu.
     output
-        clip: the last layer's values, clipped to the limits; tanh: their tanh, scaled to the limits.
+        clip: the last layer's values, clipped to the limits; tanh: their tanh, scaled to them.
     mean, deviation
         Of observations, float64, shape (observation size,).
     low, high
@@ -69,8 +69,9 @@ class PolicyFile:
                 values = np.tanh(values) if self.activation == "tanh" else np.maximum(values, 0)
         if self.output == "tanh":
             half = (self.high - self.low) / 2
-            return self.low + half * (np.tanh(values) + 1)
-        return np.clip(values, self.low, self.high)
+            values = self.low + half * (np.tanh(values) + 1)
+        actions: NDArray[np.float32] = np.clip(values, self.low, self.high)
+        return actions
 
 
 def write_policy(policy: PolicyFile, path: Path) -> None:

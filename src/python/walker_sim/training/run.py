@@ -37,7 +37,7 @@ class Training:
     num_threads
         That step walkers; 0: one per processor. Changes no result.
     environments
-        ``walker_sim``, or ``gymnasium``: its own in a SyncVectorEnv, to compare with.
+        ``walker_sim``, or ``gymnasium``: its own in a DummyVecEnv, to compare with.
     report
         Called with the training after each rollout, and with the newest point after an evaluation.
     """
@@ -115,6 +115,8 @@ class Training:
         for each in handlers:
             signal.signal(each, self._stop_soon)
         try:
+            if self.steps == 0:
+                self.after_update()  # so that there is a network to save, however early
             if not self.is_done:
                 self.model.learn(
                     self.settings.steps - self.steps,
@@ -179,8 +181,6 @@ class Training:
             for part in ("mean", "var", "count"):
                 arrays[f"{name}.{part}"] = getattr(getattr(self.walkers, name), part)
         np.savez(unfinished / "statistics.npz", **arrays)
-        if not self.points and self.steps == 0:
-            self.after_update()
         self.average.save(unfinished / "average.npz")
         state = {
             "id": self.env_id,

@@ -188,9 +188,7 @@ def _changes(value: Mapping[Any, Any]) -> dict[int, dict[str, Any]]:
             raise SettingsError(f"changes: at {step!r} is {change!r}; must be a mapping")
         for name in change:
             if name not in CHANGEABLE:
-                raise SettingsError(
-                    f"changes: {name!r}: must be one of {', '.join(CHANGEABLE)}"
-                )
+                raise SettingsError(f"changes: {name!r}: must be one of {', '.join(CHANGEABLE)}")
         changes[_whole("changes", step, 1)] = {
             name: _checked(name, changed) for name, changed in change.items()
         }
@@ -211,5 +209,7 @@ def _number(name: str, value: Any, low: float, high: float) -> float:
 
 def _pair(name: str, value: Any, low: float, high: float) -> tuple[float, float]:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise SettingsError(f"{name} = {value!r}: must be two numbers, at the beginning and the end")
+        raise SettingsError(
+            f"{name} = {value!r}: must be two numbers, at the beginning and the end"
+        )
     return _number(name, value[0], low, high), _number(name, value[1], low, high)

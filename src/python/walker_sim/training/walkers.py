@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Deque, Dict, List, Protocol
+from typing import Any, Protocol
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from stable_baselines3.common.running_mean_std import RunningMeanStd
-from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.training.policy_file import OBSERVATION_CLIP
@@ -23,7 +23,7 @@ EPSILON = 1e-8
 FIRST_TRAINING_SEED = 1 << 40
 """Far from the seeds on which policies are chosen and judged."""
 _RETURNS_TOLD = 100
-_NOTHING: Dict[str, Any] = {}
+_NOTHING: dict[str, Any] = {}
 
 Outcome = Any
 """Observations, rewards, terminated, truncated: arrays with a row per walker."""
@@ -73,37 +73,32 @@ class OurWalkers:
 
 
 class GymnasiumsWalkers:
-    """Gymnasium's own, in its SyncVectorEnv: what the benchmark compares with."""
+    """Gymnasium's own, in Stable-Baselines3's DummyVecEnv: what the benchmark compares with."""
 
     def __init__(self, env_id: str, settings: Settings) -> None:
         parameters = dict(settings.parameters)
-        self._walkers = gymnasium.vector.SyncVectorEnv(
-            [lambda: gymnasium.make(env_id, **parameters)] * settings.num_envs,
-            **_same_step(),
+        self._walkers = DummyVecEnv(
+            [lambda: gymnasium.make(env_id, **parameters)] * settings.num_envs
         )
-        self.observation_space = self._walkers.single_observation_space
-        self.action_space = self._walkers.single_action_space
-        self._infos: dict[str, Any] = {}
+        self.observation_space = self._walkers.observation_space
+        self.action_space = self._walkers.action_space
+        self._infos: list[dict[str, Any]] = []
 
     def reset(self, seeds: list[int]) -> NDArray[Any]:
-        return np.array(self._walkers.reset(seed=seeds)[0])
+        self._walkers.seed(seeds[0])
+        return np.array(self._walkers.reset())
 
     def step(self, actions: NDArray[np.float32]) -> Outcome:
-        *outcome, self._infos = self._walkers.step(actions)
-        return outcome
+        observations, rewards, dones, self._infos = self._walkers.step(actions)
+        is_cut_off = [info["TimeLimit.truncated"] for info in self._infos]
+        truncated = np.array(is_cut_off, np.bool_)
+        return observations, rewards.astype(np.float64), dones & ~truncated, truncated
 
     def final_observations(self, ended: NDArray[np.intp]) -> NDArray[Any]:
-        name = "final_obs" if "final_obs" in self._infos else "final_observation"
-        return np.stack([self._infos[name][index] for index in ended])
+        return np.stack([self._infos[index]["terminal_observation"] for index in ended])
 
     def close(self) -> None:
         self._walkers.close()
-
-
-def _same_step() -> dict[str, Any]:
-    """Gymnasium below 1.1 has no other mode, 1.0 only the other."""
-    mode = getattr(gymnasium.vector, "AutoresetMode", None)
-    return {} if mode is None else {"autoreset_mode": mode.SAME_STEP}
 
 
 class LearnersWalkers(VecEnv):
@@ -112,6 +107,8 @@ class LearnersWalkers(VecEnv):
     Infos have ``terminal_observation``, ``TimeLimit.truncated`` and ``episode``, as
     Stable-Baselines3's learners want them, where an episode has ended, and nothing elsewhere.
     """
+
+    render_mode: str | None = None
 
     def __init__(self, source: Source, settings: Settings) -> None:
         size = source.observation_space.shape
@@ -123,7 +120,7 @@ class LearnersWalkers(VecEnv):
         self.settings = settings
         self.observation_statistics = RunningMeanStd(shape=size)
         self.return_statistics = RunningMeanStd(shape=())
-        self.returns: Deque[float] = deque(maxlen=_RETURNS_TOLD)
+        self.returns: deque[float] = deque(maxlen=_RETURNS_TOLD)
         self._source = source
         self._random = np.random.default_rng(settings.seed)
         self._discounted = np.zeros(settings.num_envs)
@@ -141,13 +138,13 @@ class LearnersWalkers(VecEnv):
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
         if self.settings.action_delay > 0:
-            is_late = self._random.random(self.num_envs) < self.settings.action_delay
-            self._held, actions = actions, np.where(is_late[:, None], self._held, actions)
+            is_late = self._random.random((self.num_envs, 1)) < self.settings.action_delay
+            self._held, actions = actions, np.where(is_late, self._held, actions)
         self._actions = actions
 
     def step_wait(
         self,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], List[Dict[str, Any]]]:
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], list[dict[str, Any]]]:
         observations, rewards, terminated, truncated = self._source.step(self._actions)
         dones = terminated | truncated
         self._return += rewards
@@ -182,9 +179,7 @@ class LearnersWalkers(VecEnv):
     ) -> list[Any]:
         raise AttributeError(f"walkers stepped together have no method {method_name}")
 
-    def env_is_wrapped(
-        self, wrapper_class: type[Any], indices: VecEnvIndices = None
-    ) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
         return [False for _ in self._get_indices(indices)]
 
     def _begin_all(self) -> None:
@@ -192,7 +187,7 @@ class LearnersWalkers(VecEnv):
             values[:] = 0
 
     def _conclude(
-        self, ended: NDArray[np.intp], is_cut_off: NDArray[np.bool_], infos: List[Dict[str, Any]]
+        self, ended: NDArray[np.intp], is_cut_off: NDArray[np.bool_], infos: list[dict[str, Any]]
     ) -> None:
         last = self.normal(self._source.final_observations(ended))
         for row, index in enumerate(ended.tolist()):
@@ -218,4 +213,5 @@ class LearnersWalkers(VecEnv):
         self.return_statistics.update(self._discounted)
         self._discounted[dones] = 0
         scaled = rewards / np.sqrt(self.return_statistics.var + EPSILON)
-        return np.clip(scaled, -REWARD_CLIP, REWARD_CLIP).astype(np.float32)
+        learnt: NDArray[np.float32] = np.clip(scaled, -REWARD_CLIP, REWARD_CLIP).astype(np.float32)
+        return learnt

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""Takes a finished training over into the package: its policy, its settings, its curve, and a card.
+
+  ./scripts/env python3 scripts/ship_policy.py runs/Walker2d-v5
+
+The card's returns are those of `python3 -m walker_sim evaluate ID --policy shipped --seeds
+1000000:1000100`, which a test repeats.
+"""
+
+import argparse
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+from walker_sim.training.curve import read_curve
+from walker_sim.training.policy_file import read_policy
+from walker_sim.training.settings import read_settings
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+SEEDS = "1000000:1000100"
+
+CARD = """\
+# {id}
+
+`assets/policies/{id}.safetensors`, made by `python3 -m walker_sim train {id}` with
+[config/training/{id}.yaml](../../config/training/{id}.yaml).
+
+| | |
+|---|---|
+| algorithm | {algorithm}, seed {seed} |
+| network | {layers}, {activation} |
+| steps | {steps:,}; kept is the best of them on seeds 2000000 .. 2000099, after {chosen:,} |
+| wall time | {minutes:.0f} min on one core, other work beside it |
+| settings' SHA-256 | `{settings}` |
+
+Returns over the 100 seeds 1000000 .. 1000099, which training never sees:
+
+| mean | deviation | least | most | ends |
+|---|---|---|---|---|
+| **{mean:.1f}** | {deviation:.1f} | {least:.1f} | {most:.1f} | {ends} |
+
+`python3 -m walker_sim evaluate {id} --policy shipped --seeds {seeds}` says the same.
+
+![Returns over steps]({id}.png)
+"""
+
+
+def evaluate(env_id):
+    """What the command says of the shipped policy."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder, "evaluation.json")
+        command = [sys.executable, "-m", "walker_sim", "evaluate", env_id, "--policy", "shipped"]
+        subprocess.run([*command, "--seeds", SEEDS, "--json", path], check=True)
+        return json.loads(path.read_text())["outcomes"]
+
+
+def describe_ends(outcomes):
+    ends = [outcome["end"] for outcome in outcomes]
+    return ", ".join(f"{ends.count(end)} {end}" for end in sorted(set(ends)))
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("run", type=pathlib.Path, help="the training's folder")
+    run = parser.parse_args().run
+    policy = read_policy(run / "policy.safetensors")
+    env_id = policy.env_id
+    cards = ROOT / "docs" / "policies"
+    cards.mkdir(exist_ok=True)
+    shutil.copy(run / "policy.safetensors", ROOT / "assets/policies" / f"{env_id}.safetensors")
+    settings = ROOT / "config/training" / f"{env_id}.yaml"
+    # One that says the same may say why, too.
+    if not settings.exists() or read_settings(settings).hash() != policy.notes["settings"]:
+        shutil.copy(run / "settings.yaml", settings)
+    shutil.copy(run / "curve.png", cards / f"{env_id}.png")
+    outcomes = evaluate(env_id)
+    returns = np.array([outcome["return"] for outcome in outcomes])
+    last = read_curve(run / "curve.csv")[-1]
+    sizes = [policy.layers[0][0].shape[1], *(len(bias) for _, bias in policy.layers)]
+    text = CARD.format(
+        id=env_id,
+        algorithm=policy.notes["algorithm"].upper(),
+        seed=policy.notes["seed"],
+        layers="-".join(str(size) for size in sizes),
+        activation=policy.activation,
+        steps=last.steps,
+        chosen=int(policy.notes["steps"]),
+        minutes=last.seconds / 60,
+        settings=policy.notes["settings"],
+        mean=returns.mean(),
+        deviation=returns.std(),
+        least=returns.min(),
+        most=returns.max(),
+        ends=describe_ends(outcomes),
+        seeds=SEEDS,
+    )
+    (cards / f"{env_id}.md").write_text(text)
+    print(cards / f"{env_id}.md")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""The policies that come along: their cards, and the same walk in Gymnasium's own walkers."""
+
+import json
+import pathlib
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+from bipedal_walker_reference import IDS as BIPEDAL_WALKERS
+from gymnasium_reference import equal_bits
+from mujoco_reference import IDS as MUJOCO_WALKERS
+from mujoco_reference import NEARLY_ALL
+from walker_sim import _core
+from walker_sim.commands import main
+from walker_sim.commands.policies import shipped_policy
+from walker_sim.training.policy_file import read_policy
+from walker_sim.training.settings import read_settings
+
+ROOT = pathlib.Path(__file__).parents[2]
+IDS = (*BIPEDAL_WALKERS, *MUJOCO_WALKERS)
+LEAST = {
+    "BipedalWalker-v3": 300,
+    "BipedalWalkerHardcore-v3": 200,
+    "Walker2d-v4": 5000,
+    "Walker2d-v5": 5000,
+    "Hopper-v4": 3000,
+    "Hopper-v5": 3000,
+}
+LARGEST = 1_000_000  # bytes
+STEPS = 20  # in which MuJoCo's versions have not parted yet, see episodes_gymnasium_test.py
+NEAR = 1e-9
+
+
+def play(environment, env_id, seed, most=10**6):
+    """Rows of observation, reward, terminated and truncated, with the shipped policy."""
+    policy = _core.Policy("policy", env_id, {}, 0, str(shipped_policy(env_id)))
+    action = np.empty(environment.action_space.shape)
+    observation, _ = environment.reset(seed=seed)
+    rows = [[*observation, 0, 0, 0]]
+    ended = False
+    while not ended and len(rows) <= most:
+        policy.act(observation.astype(np.float64), action)
+        observation, reward, terminated, truncated, _ = environment.step(action.astype(np.float32))
+        rows.append([*observation, reward, terminated, truncated])
+        ended = terminated or truncated
+    return np.array(rows, np.float64)
+
+
+def test_there_is_one_for_each_environment():
+    assert sorted(IDS) == sorted(_core.ids())
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_is_small_and_says_what_made_it(env_id):
+    path = shipped_policy(env_id)
+    assert path.stat().st_size < LARGEST
+    policy = read_policy(path)
+    assert policy.env_id == env_id
+    settings = read_settings(ROOT / "config/training" / f"{env_id}.yaml")
+    assert policy.notes["settings"] == settings.hash()
+    assert policy.notes["seed"] == str(settings.seed)
+    assert int(policy.notes["steps"]) <= settings.steps * 1.01
+
+
+@pytest.mark.parametrize("env_id", BIPEDAL_WALKERS)
+def test_walks_in_gymnasium_to_the_bit(env_id):
+    """Whole episodes."""
+    for seed in (1_000_000, 7):
+        rows = play(gymnasium.make(f"walker_sim/{env_id}"), env_id, seed)
+        assert equal_bits(rows, play(gymnasium.make(env_id), env_id, seed))
+
+
+@pytest.mark.parametrize("env_id", ["Walker2d-v4", "Walker2d-v5"])
+def test_walks_in_gymnasium_as_near_as_another_mujoco_comes(env_id):
+    """Hopper's contact margins mean another thing there, see docs/fidelity.md."""
+    near = []
+    for seed in range(100):
+        rows = play(gymnasium.make(f"walker_sim/{env_id}"), env_id, seed, STEPS)
+        others = play(gymnasium.make(env_id), env_id, seed, STEPS)
+        assert equal_bits(rows[0], others[0])
+        near.append(rows.shape == others.shape and np.abs(rows - others).max() <= NEAR)
+    assert np.mean(near) >= NEARLY_ALL["Walker2d"]
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_card_s_returns_come_again(env_id, tmp_path, capsys):
+    card = (ROOT / "docs/policies" / f"{env_id}.md").read_text()
+    row = re.search(r"^\| \*\*(\S+)\*\* \| (\S+) \| (\S+) \| (\S+) \|", card, re.MULTILINE)
+    file = tmp_path / "evaluation.json"
+    seeds = ["--seeds", "1000000:1000100"]
+    assert main(["evaluate", env_id, "--policy", "shipped", *seeds, "--json", str(file)]) == 0
+    returns = np.array([each["return"] for each in json.loads(file.read_text())["outcomes"]])
+    figures = (returns.mean(), returns.std(), returns.min(), returns.max())
+    assert tuple(f"{figure:.1f}" for figure in figures) == row.groups()
+    assert returns.mean() >= LEAST[env_id]
