@@ -10,9 +10,10 @@ import signal
 import sys
 import tempfile
 import time
-from typing import FrozenSet, List
+from typing import FrozenSet, List, Optional
 
 import in_process
+import learning
 import over_ros
 import report
 from machine import describe_machine
@@ -32,6 +33,7 @@ SECTIONS = {
     "reset": in_process.reset,
     "python": in_process.python,
 }
+LONG_SECTIONS = {"training": learning.training, "policies": learning.policies}
 QUICK_SECONDS = 0.1
 QUICK_SHARE = 10  # that many times fewer environments
 
@@ -46,6 +48,8 @@ class Settings:
     two_cores: List[int]
     is_quick: bool
     without: FrozenSet[str]  # peers that are left out
+    learner: Optional[pathlib.Path] = None  # a Python with Stable-Baselines3
+    shipped: pathlib.Path = ROOT / "config/training"  # settings of trainings
 
     def seconds(self, usual):
         return min(usual, QUICK_SECONDS) if self.is_quick else usual
@@ -83,11 +87,13 @@ def parse_arguments():
         choices=("envpool", "gymnasium", "plot"),
         help="what is not installed",
     )
+    parser.add_argument("--learner", type=pathlib.Path, help="a Python with Stable-Baselines3")
     arguments = parser.parse_args()
     arguments.only = arguments.only.split(",")
     for name in arguments.only:
-        if name not in SECTIONS:
-            parser.error(f"--only {name}: must be some of {', '.join(SECTIONS)}")
+        if name not in {**SECTIONS, **LONG_SECTIONS}:
+            names = ", ".join({**SECTIONS, **LONG_SECTIONS})
+            parser.error(f"--only {name}: must be some of {names}")
     if arguments.update_readme and (arguments.quick or set(arguments.only) != set(SECTIONS)):
         parser.error("--update-readme: not with --quick or --only, which do not measure everything")
     return arguments
@@ -107,7 +113,7 @@ def run_sections(names, settings):
         begin = time.monotonic()
         print(f"[{number}/{len(names)}] {name}", end=" ", file=sys.stderr, flush=True)
         try:
-            rows += SECTIONS[name](settings)
+            rows += {**SECTIONS, **LONG_SECTIONS}[name](settings)
         except (Failure, OSError) as failure:
             rows.append(Row(name, "", "all of it", "", error=str(failure)))
         print(f"{time.monotonic() - begin:.0f} s", file=sys.stderr)
@@ -145,6 +151,7 @@ def main():
             two_cores=two_cores,
             is_quick=arguments.quick,
             without=frozenset(arguments.without),
+            learner=arguments.learner,
         )
         rows = run_sections(arguments.only, settings)
     write(arguments, machine, rows)

@@ -4,6 +4,10 @@ import dataclasses
 from typing import Callable, Optional
 
 BIPEDAL, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
+WALKERS = (
+    *("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5"),
+    *("Hopper-v4", "Hopper-v5"),
+)
 
 
 @dataclasses.dataclass
@@ -139,5 +143,18 @@ TARGETS = (
             unit=" s",
         )
         for name in (BIPEDAL, "Walker2d-v5")
+    ),
+    Target(
+        "from nothing to a walker, with Gymnasium's walkers against ours",
+        2.5,
+        ratio("training", BIPEDAL, "Gymnasium's in DummyVecEnv"),
+    ),
+    *(
+        Target(
+            f"{name}'s policy in real time against lock-step",
+            0.95,
+            ratio("policies", name, "free-running"),
+        )
+        for name in WALKERS
     ),
 )

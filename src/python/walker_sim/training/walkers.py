@@ -63,7 +63,13 @@ class OurWalkers:
 
     def step(self, actions: NDArray[np.float32]) -> Outcome:
         batch = self._walkers.step(actions.astype(np.float64))
-        return batch.observations, batch.rewards, batch.terminated, batch.truncated
+        # In single precision, as Stable-Baselines3's own vector environments have them.
+        return (
+            batch.observations,
+            batch.rewards.astype(np.float32),
+            batch.terminated,
+            batch.truncated,
+        )
 
     def final_observations(self, ended: NDArray[np.intp]) -> NDArray[Any]:
         return self._walkers.final_rows(self._walkers.num_envs)[0][ended]
@@ -92,7 +98,7 @@ class GymnasiumsWalkers:
         observations, rewards, dones, self._infos = self._walkers.step(actions)
         is_cut_off = [info["TimeLimit.truncated"] for info in self._infos]
         truncated = np.array(is_cut_off, np.bool_)
-        return observations, rewards.astype(np.float64), dones & ~truncated, truncated
+        return observations, rewards, dones & ~truncated, truncated
 
     def final_observations(self, ended: NDArray[np.intp]) -> NDArray[Any]:
         return np.stack([self._infos[index]["terminal_observation"] for index in ended])
@@ -204,7 +210,7 @@ class LearnersWalkers(VecEnv):
         self._held[ended] = 0
 
     def _learnt_rewards(
-        self, rewards: NDArray[np.float64], dones: NDArray[np.bool_]
+        self, rewards: NDArray[np.float32], dones: NDArray[np.bool_]
     ) -> NDArray[np.float32]:
         """Divided by the deviation of discounted returns."""
         if self.settings.least_reward is not None:

@@ -1,0 +1,36 @@
+"""Prints seed, return and length of the episodes that end on the topic `episode`, a line each."""
+
+import argparse
+import json
+import threading
+
+import rospy
+from walker_sim.msg import Episode
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, required=True, help="of different seeds")
+    count = parser.parse_args().count
+    found, is_done = {}, threading.Event()
+
+    def take(episode):
+        if (
+            episode.length
+            and episode.has_seed
+            and episode.seed not in found
+            and not is_done.is_set()
+        ):
+            found[episode.seed] = episode.episode_return, episode.length
+            if len(found) == count:
+                is_done.set()
+
+    rospy.init_node("episode_returns", anonymous=True, disable_rostime=True, disable_signals=True)
+    rospy.Subscriber("episode", Episode, take, queue_size=100)
+    is_done.wait()
+    for seed, (episode_return, length) in sorted(found.items()):
+        print(json.dumps({"seed": seed, "return": episode_return, "length": length}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+"""What takes long, and is measured on request alone: how soon a walker walks, and how well a policy
+walks over ROS in real time."""
+
+import json
+import pathlib
+import subprocess
+import sys
+
+from measure import Failure, Row
+from ros import Master
+from targets import WALKERS
+
+HERE = pathlib.Path(__file__).parent
+WALKER = "BipedalWalker-v3"
+WALKING = 300  # mean return over the held-out seeds
+FIRST_SEED = 3_000_000
+EPISODES = 20
+PATIENCE = 3600  # of a training, or of the episodes of an environment [s]
+
+
+def training(settings):
+    """Wall time to a walker, with the same settings and the same library: on our walkers, and on
+    Gymnasium's own."""
+    rows = {
+        side: Row("training", WALKER, title, "s")
+        for side, title in (
+            ("walker_sim", "walker_sim"),
+            ("gymnasium", "Gymnasium's in DummyVecEnv"),
+        )
+    }
+    if settings.learner is None:
+        for row in rows.values():
+            row.error = "Stable-Baselines3 is not installed"
+        return list(rows.values())
+    rows["gymnasium"].peer = rows["walker_sim"]
+    for seed in range(settings.rounds(2)):
+        for side, row in rows.items():
+            command = [settings.learner, HERE / "time_to_walk.py", "--env", WALKER]
+            command += ["--environments", side, "--seed", seed, "--settings", settings.shipped]
+            command += ["--return", WALKING] if not settings.is_quick else ["--return", -1000]
+            measure(row, command, settings.two_cores, "seconds")
+    return list(rows.values())
+
+
+def measure(row, command, cores, name):
+    """Adds what a command's last line says."""
+    try:
+        row.slices += run(command, cores)
+        row.values.append(row.slices[-1][name])
+    except Failure as failure:
+        row.error = str(failure)
+
+
+def run(command, cores):
+    """The lines of JSON that it prints."""
+    pinned = ["taskset", "--cpu-list", ",".join(map(str, cores)), *map(str, command)]
+    try:
+        done = subprocess.run(
+            pinned, capture_output=True, encoding="utf-8", errors="replace", timeout=PATIENCE
+        )
+    except subprocess.TimeoutExpired:
+        raise Failure(f"took longer than {PATIENCE} s: {' '.join(pinned)}") from None
+    if done.returncode != 0:
+        words = done.stderr.strip().splitlines() or ["it said nothing"]
+        raise Failure(f"status {done.returncode}: {words[-1]}")
+    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+
+
+def policies(settings):
+    """The shipped policies over ROS, with the same seeds: in lock-step, and free-running in real
+    time, where commands come as late as they come."""
+    rows = []
+    for env in WALKERS:
+        pair = [Row("policies", env, side, "") for side in ("lock-step", "free-running")]
+        pair[1].peer = pair[0]
+        for row, mode, agent in zip(pair, ("lockstep", "free"), ("service_agent", "topic_agent")):
+            try:
+                row.slices = walk(settings, env, mode, agent)
+                returns = [line["return"] for line in row.slices]
+                row.values.append(sum(returns) / len(returns))
+            except Failure as failure:
+                row.error = str(failure)
+        rows += pair
+    return rows
+
+
+def walk(settings, env, mode, agent):
+    """Seed, return and length of each episode."""
+    episodes = settings.count(EPISODES)
+    seeds = " ".join(str(FIRST_SEED + index) for index in range(episodes))
+    parameters = {"env": env, "mode": mode}
+    if mode == "free":
+        parameters["auto_reset"] = "false"
+    if settings.is_quick:
+        parameters["max_episode_steps"] = 100
+    with Master(settings) as master:
+        master.server(**parameters)
+        program = settings.programs / agent
+        master.process([program, "_agent:=policy", f"_seeds:='{seeds}'"])
+        count = ["--count", str(episodes)]
+        return run([sys.executable, HERE / "episode_returns.py", *count], settings.two_cores)
