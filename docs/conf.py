@@ -19,7 +19,14 @@ project = "walker_sim"
 author = "walker_sim developers"
 release = re.search("<version>(.*)</version>", (ROOT / "package.xml").read_text())[1]
 extensions = ["breathe", "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-include_patterns = ["*.md", "CHANGELOG.rst", "docs/*.md", "docs/*.rst", "examples/*.md"]
+include_patterns = [
+    "*.md",
+    "CHANGELOG.rst",
+    "docs/*.md",
+    "docs/policies/*.md",
+    "docs/*.rst",
+    "examples/*.md",
+]
 exclude_patterns = ["build", "devel", ".*"]
 root_doc = "README"
 
@@ -45,7 +52,10 @@ html_css_files = ["site.css"]
 
 # What README has no room for: the order of the pages.
 TREE = {
-    "Use": "ros_guide ros_interface python cli custom_model install",
+    "Use": "ros_guide ros_interface python cli training policies custom_model install",
+    "Policies that come along": " ".join(
+        f"policies/{path.stem}" for path in sorted((ROOT / "docs/policies").glob("*.md"))
+    ),
     "Evidence": "fidelity benchmark engines",
     "Reference": "python_api cpp_api",
     "Work on it": "architecture adding_an_environment testing /CONTRIBUTING /CHANGELOG",

@@ -10,6 +10,7 @@ The card's returns are those of `python3 -m walker_sim evaluate ID --policy ship
 import argparse
 import json
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -22,6 +23,8 @@ from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 SEEDS = "1000000:1000100"
+BEGIN, END = "<!-- cards begin: written by scripts/ship_policy.py -->", "<!-- cards end -->"
+RETURNS = r"^\| (\*\*.+\*\*) \| (.+) \| (.+) \| (.+) \| (.+) \|$"
 
 CARD = """\
 # {id}
@@ -63,6 +66,23 @@ def describe_ends(outcomes):
     return ", ".join(f"{ends.count(end)} {end}" for end in sorted(set(ends)))
 
 
+def write_table(cards):
+    """What the cards say, into docs/policies.md."""
+    lines = ["| policy | mean return | deviation | least | ends | steps | wall time |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    for card in sorted(cards.glob("*.md")):
+        text = card.read_text()
+        mean, deviation, least, _, ends = re.search(RETURNS, text, re.MULTILINE).groups()
+        steps = re.search(r"^\| steps \| ([0-9,]+);", text, re.MULTILINE)[1]
+        time = re.search(r"^\| wall time \| ([0-9]+ min)", text, re.MULTILINE)[1]
+        link = f"[{card.stem}](policies/{card.name})"
+        lines.append(f"| {link} | {mean} | {deviation} | {least} | {ends} | {steps} | {time} |")
+    page = ROOT / "docs" / "policies.md"
+    before, rest = page.read_text().split(BEGIN)
+    after = rest.split(END)[1]
+    page.write_text("\n".join([before + BEGIN, *lines, END + after]))
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -101,6 +121,7 @@ def main():
         seeds=SEEDS,
     )
     (cards / f"{env_id}.md").write_text(text)
+    write_table(cards)
     print(cards / f"{env_id}.md")
 
 

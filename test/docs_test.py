@@ -8,7 +8,7 @@ import pytest
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGES = sorted(
     [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.rst")]
-    + [*ROOT.glob("docs/*.md")]
+    + [*ROOT.glob("docs/**/*.md")]
 )
 LONGEST_README = 220
 
