@@ -114,7 +114,7 @@ def main():
         minutes=last.seconds / 60,
         settings=policy.notes["settings"],
         mean=returns.mean(),
-        deviation=returns.std(),
+        deviation=returns.std(ddof=1),
         least=returns.min(),
         most=returns.max(),
         ends=describe_ends(outcomes),

@@ -64,7 +64,10 @@ def test_readme_is_short_and_leads_to_every_page():
     readme = ROOT / "README.md"
     assert len(readme.read_text(encoding="utf-8").splitlines()) <= LONGEST_README
     linked = {(ROOT / link.partition("#")[0]).resolve() for link in links(readme)}
-    assert set(PAGES) - {readme} <= linked
+    cards = set(ROOT.glob("docs/policies/*.md"))
+    assert set(PAGES) - {readme} - cards <= linked
+    overview = ROOT / "docs/policies.md"
+    assert cards == {(overview.parent / link).resolve() for link in links(overview)} & cards
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ SECTIONS = {
     "memory": in_process.memory,
     "start": over_ros.start,
     "reset": in_process.reset,
+    "act": in_process.act,
     "python": in_process.python,
 }
 LONG_SECTIONS = {"training": learning.training, "policies": learning.policies}

@@ -23,6 +23,7 @@
 #include "bench/arguments.h"
 #include "bench/slice.h"
 #include "stepper.h"
+#include "walker_sim/policy.h"
 #include "walker_sim/pool.h"
 
 namespace walker::bench {
@@ -33,6 +34,7 @@ constexpr const char* kUsage =
     "       walker_sim_benchmark reset  --env ID --seconds S\n"
     "       walker_sim_benchmark pool   --env ID --num-envs N[,N...] --threads K --seconds S\n"
     "       walker_sim_benchmark async  --env ID --num-envs N[,N...] --threads K --seconds S\n"
+    "       walker_sim_benchmark act    --file FILE --seconds S\n"
     "       walker_sim_benchmark memory --env ID --num-envs N --steps M\n";
 
 /// A pool with the arrays of a caller who wants no more than Gymnasium gives.
@@ -157,6 +159,16 @@ void step_pool_asynchronously(const Arguments& arguments) {
   }
 }
 
+/// A policy's answer to an observation.
+void act(const Arguments& arguments) {
+  Policy policy(arguments.text("file"));
+  Actions observations(policy.observation_size());
+  std::vector<double> action(policy.action_size());
+  print(std::cout, 1, measure(arguments.number("seconds"), 1, [&] {
+          policy.act(observations.next(), action.data());
+        }));
+}
+
 /// Memory of this process that is in use now [bytes].
 double resident_bytes() {
   malloc_trim(0);  // what was given back
@@ -191,6 +203,7 @@ void run(const std::string& what, char** begin, char** end) {
   if (what == "reset") return reset({begin, end, one});
   if (what == "pool") return step_pool({begin, end, many});
   if (what == "async") return step_pool_asynchronously({begin, end, many});
+  if (what == "act") return act({begin, end, {"file", "seconds"}});
   if (what == "memory") return memory({begin, end, {"env", "num-envs", "steps"}});
   throw std::invalid_argument(what + ": unknown measurement\n" + kUsage);
 }

@@ -1,5 +1,6 @@
-"""What is measured without ROS: speed of one core and of the pool, resets, memory."""
+"""What is measured without ROS: speed of one core and of the pool, resets, memory, policies."""
 
+import numpy as np
 from measure import (
     Plan,
     against,
@@ -8,6 +9,9 @@ from measure import (
     steps_per_processor_second,
     steps_per_second,
 )
+from targets import LARGE
+from walker_sim.commands.policies import shipped_policy
+from walker_sim.training.policy_file import PolicyFile, write_policy
 
 IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
 POOLED_IDS = ("BipedalWalker-v3", "Walker2d-v4")
@@ -86,6 +90,29 @@ def python(settings):
         vector = add("make_vec, 64", settings.python("make_vec", env, *many), two, (size,))
         against(vector, add("pool, 64", settings.ours("pool", env, *many), two, (size,)))
     return plan.run(settings.rounds(6))
+
+
+def act(settings):
+    """A policy's answer to an observation: networks that come along, and one of 256 and 256."""
+    plan = Plan("act", "us", microseconds_of_processor_time, settings.folder)
+    random = np.random.default_rng(0)
+    sizes = (17, 256, 256, 6)
+    layers = [
+        (random.normal(0, 0.1, (outputs, inputs)), random.normal(0, 0.1, outputs))
+        for inputs, outputs in zip(sizes, sizes[1:])
+    ]
+    large = PolicyFile(
+        *("Walker2d-v5", {}, "tanh", "clip", np.zeros(17), np.ones(17), -np.ones(6), np.ones(6)),
+        layers,
+    )
+    file = settings.folder / "large.safetensors"
+    write_policy(large, file)
+    files = {LARGE: file, **{env: shipped_policy(env) for env in IDS}}
+    for name, path in files.items():
+        command = [settings.programs / "walker_sim_benchmark", "act", "--file", path]
+        command += ["--seconds", settings.seconds(0.2)]
+        plan.add("action", name, command, settings.one_core)
+    return plan.run(settings.rounds(3))
 
 
 def reset(settings):

@@ -84,6 +84,12 @@ TABLES = (
         ("environment",),
     ),
     Table(
+        "act",
+        "A policy's action [us]",
+        "Of processor time: the network of 256 and 256, and those that come along.",
+        ("environment",),
+    ),
+    Table(
         "python",
         "From Python [steps/s]",
         "Of wall time. What gymnasium.make gives, on one core, times Gymnasium's own environment; "

@@ -91,6 +91,6 @@ def test_the_card_s_returns_come_again(env_id, tmp_path, capsys):
     seeds = ["--seeds", "1000000:1000100"]
     assert main(["evaluate", env_id, "--policy", "shipped", *seeds, "--json", str(file)]) == 0
     returns = np.array([each["return"] for each in json.loads(file.read_text())["outcomes"]])
-    figures = (returns.mean(), returns.std(), returns.min(), returns.max())
+    figures = (returns.mean(), returns.std(ddof=1), returns.min(), returns.max())
     assert tuple(f"{figure:.1f}" for figure in figures) == row.groups()
     assert returns.mean() >= LEAST[env_id]

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 import walker_sim
 from walker_sim import _core
+from walker_sim.commands import main
 
 TEST = pathlib.Path(__file__).parents[1]
 sys.path[:0] = [str(TEST), str(TEST / "server")]
@@ -87,6 +88,23 @@ def test_what_is_in_the_wheel():
     assert {name for name in names if name.endswith(".py")} == ours
     assert not [name for name in names if name.endswith((".h", ".cpp", ".txt", "_test.py"))]
     assert sum(name.endswith(".so") for name in names) == 1
+
+
+def test_policies_and_settings_come_along():
+    ids = sorted(_core.ids())
+    share = SITE / "walker_sim/share"
+    for folder, ending in (("assets/policies", ".safetensors"), ("config/training", ".yaml")):
+        assert sorted(path.name for path in (share / folder).iterdir()) == [
+            env_id + ending for env_id in ids
+        ]
+    for env_id in ids:
+        command = ["evaluate", env_id, "--policy", "shipped", "--seeds", "1000000:1000002"]
+        assert main([*command, "max_episode_steps=50"]) == 0
+
+
+def test_train_says_what_it_needs(capsys):
+    assert main(["train", "BipedalWalker-v3"]) == 2
+    assert "pip install 'walker_sim[train]'" in capsys.readouterr().err
 
 
 def test_there_is_one_version():

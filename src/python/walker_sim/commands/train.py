@@ -62,12 +62,13 @@ def run(arguments: Sequence[str]) -> int:
     """Trains. Returns the exit status."""
     options = _parser().parse_intermixed_args(arguments)
     threads = options.num_threads[0] if options.num_threads else 0
-    env_id, settings, folder = _chosen(options)
     try:
         training_run: Any = importlib.import_module("walker_sim.training.run")
         torch: Any = importlib.import_module("torch")
+        importlib.import_module("yaml")
     except ImportError as error:
         raise InputError(f"needs pip install 'walker_sim[train]' ({error})") from error
+    env_id, settings, folder = _chosen(options)
     if threads:
         torch.set_num_threads(threads)
     folder.mkdir(parents=True, exist_ok=True)
