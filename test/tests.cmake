@@ -4,7 +4,6 @@
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
 if(WALKER_SIM_ROS)
   find_package(tf2 REQUIRED)
-  find_package(urdf REQUIRED)
 else()
   enable_testing()
   add_custom_target(tests)

@@ -27,7 +27,9 @@ class Reader {
   }
 
   void skip_blanks() {
-    while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != text_.npos) ++at_;
+    while (at_ < text_.size() &&
+           std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos)
+      ++at_;
   }
 
   char next() {
@@ -115,7 +117,7 @@ class Reader {
     constexpr std::string_view kLetters = "\"\\/bfnrt";
     constexpr std::string_view kMeanings = "\"\\/\b\f\n\r\t";
     const std::size_t found = kLetters.find(text_[at_]);
-    if (found == kLetters.npos) fail("has an escape that policies do not use");
+    if (found == std::string_view::npos) fail("has an escape that policies do not use");
     return kMeanings[found];
   }
 

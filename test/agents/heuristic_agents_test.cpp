@@ -11,16 +11,15 @@
 #include <vector>
 
 #include <nav_msgs/Odometry.h>
-#include <ros/package.h>
 #include <ros/ros.h>
 
+#include "agents/shipped_policy.h"
 #include "bipedal_walker/heuristic.h"
 #include "server/inbox.h"
 #include "server/twin.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
 #include "walker_sim/agent.h"
-#include "walker_sim/policy.h"
 
 namespace walker::test {
 namespace {
@@ -29,12 +28,6 @@ const std::vector<std::uint64_t> kSeeds{0, 3, 6};  // as in heuristic_agents_tes
 
 std::unique_ptr<Agent> make_heuristic(const Specification& specification) {
   return make_agent("heuristic", specification, 0);
-}
-
-std::unique_ptr<Agent> make_shipped_policy(const Specification& specification) {
-  return make_policy_agent(
-      ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id + ".safetensors",
-      specification);
 }
 
 using MakeAgent = std::unique_ptr<Agent> (*)(const Specification&);

@@ -16,6 +16,7 @@
 #include <std_msgs/Float64MultiArray.h>
 
 #include "agents/sensor_messages.h"
+#include "agents/shipped_policy.h"
 #include "server/inbox.h"
 #include "server/topics/converters.h"
 #include "server/twin.h"
@@ -45,11 +46,14 @@ void shuffle(std::vector<std::string>& names, Lists&... lists) {
 /// A walker whose sensors publish and whose commands are kept.
 class Robot {
  public:
-  Robot(const std::string& space, const std::string& id, const std::string& command)
+  /// @param agent who answers the sensors: heuristic or policy
+  Robot(const std::string& space, const std::string& id, const std::string& command,
+        const std::string& agent = "heuristic")
       : node_(space),
         body_(id),
         builder_(make_observation_builder(id)),
-        mind_(make_agent("heuristic", specification(), 0)),
+        mind_(agent == "policy" ? make_shipped_policy(specification())
+                                : make_agent(agent, specification(), 0)),
         joints_(node_.advertise<sensor_msgs::JointState>("joint_states", 10)),
         imu_(node_.advertise<sensor_msgs::Imu>("imu", 10)),
         odometry_(node_.advertise<nav_msgs::Odometry>("odom", 10)),

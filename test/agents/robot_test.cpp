@@ -58,6 +58,11 @@ class RobotTest : public testing::Test {
 
 TEST_F(RobotTest, ItsSensorsAreAnsweredWithTheHeuristicsEfforts) { robot_.play(200); }
 
+TEST_F(RobotTest, ItsSensorsAreAnsweredWithThePolicysEfforts) {
+  Robot robot("/policy", "Walker2d-v5", "effort_command", "policy");
+  robot.play(200);
+}
+
 TEST_F(RobotTest, WithAToleranceStampsMayDiffer) {
   Robot robot("/apart", "Walker2d-v5", "effort_command");
   for (int i = 0; i < 200; ++i) {

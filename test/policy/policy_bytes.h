@@ -29,9 +29,10 @@ struct PolicyBytes {
   std::string bytes() const {
     std::string header = "{\"__metadata__\":{";
     for (const auto& [name, text] : metadata) {
-      header += (header.back() == '{' ? "\"" : ",\"") + name + "\":\"" + text + "\"";
+      if (header.back() != '{') header += ',';
+      header.append("\"").append(name).append("\":\"").append(text).append("\"");
     }
-    header += "}";
+    header += '}';
     std::string values;
     for (const auto& [name, tensor] : tensors) {
       const std::size_t begin = values.size();
@@ -50,7 +51,7 @@ struct PolicyBytes {
       header += "],\"data_offsets\":[" + std::to_string(begin) + "," +
                 std::to_string(values.size()) + "]}";
     }
-    header += "}";
+    header += '}';
     const std::uint64_t size = header.size();
     std::string result;
     append_bytes(&size, sizeof(size), result);

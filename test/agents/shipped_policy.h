@@ -1,0 +1,18 @@
+// The policy that comes along for an environment.
+#pragma once
+
+#include <memory>
+
+#include <ros/package.h>
+
+#include "walker_sim/policy.h"
+
+namespace walker::test {
+
+inline std::unique_ptr<Agent> make_shipped_policy(const Specification& specification) {
+  return make_policy_agent(
+      ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id + ".safetensors",
+      specification);
+}
+
+}  // namespace walker::test
