@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import sys
 import threading
 
 import rospy
@@ -11,7 +12,9 @@ from walker_sim.msg import Episode
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, required=True, help="of different seeds")
-    count = parser.parse_args().count
+    parser.add_argument("--while", type=int, required=True, dest="agent", help="this process runs")
+    arguments = parser.parse_args()
+    count = arguments.count
     found, is_done = {}, threading.Event()
 
     def take(episode):
@@ -27,7 +30,10 @@ def main():
 
     rospy.init_node("episode_returns", anonymous=True, disable_rostime=True, disable_signals=True)
     rospy.Subscriber("episode", Episode, take, queue_size=100)
-    is_done.wait()
+    while not is_done.wait(1):
+        with open(f"/proc/{arguments.agent}/stat", encoding="utf-8") as file:
+            if file.read().rpartition(")")[2].split()[0] == "Z":
+                sys.exit(f"the agent has ended, after {len(found)} of {count} episodes")
     for seed, (episode_return, length) in sorted(found.items()):
         print(json.dumps({"seed": seed, "return": episode_return, "length": length}))
 

@@ -95,7 +95,6 @@ def walk(settings, env, mode, agent):
         parameters["max_episode_steps"] = 100
     with Master(settings) as master:
         master.server(**parameters)
-        program = settings.programs / agent
-        master.process([program, "_agent:=policy", f"_seeds:='{seeds}'"])
-        count = ["--count", str(episodes)]
-        return run([sys.executable, HERE / "episode_returns.py", *count], settings.two_cores)
+        walker = master.process([settings.programs / agent, "_agent:=policy", f"_seeds:={seeds}"])
+        command = [sys.executable, HERE / "episode_returns.py", "--count", episodes]
+        return run([*command, "--while", walker.pid], settings.two_cores)

@@ -18,6 +18,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from walker_sim import _core
 from walker_sim.commands import main
 from walker_sim.sb3 import VecEnv
+from walker_sim.training import evaluation
 from walker_sim.training.learner import actor_arrays
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
@@ -420,3 +421,17 @@ def test_what_cannot_be_converted_is_named(tmp_path, capsys):
 
 def test_settings_have_a_default_for_everything():
     assert settings_from({}) == Settings()
+
+
+def test_an_evaluation_plays_every_seed_whatever_runs_at_once(monkeypatch):
+    random = np.random.default_rng(0)
+    policy = read_policy(ROOT / "assets/policies" / f"{ID}.safetensors")
+    policy.layers[-1][1][:] += random.normal(0, 0.3, 4).astype(np.float32)  # falls now and then
+    returns = []
+    for at_once in (7, 3):
+        monkeypatch.setattr(evaluation, "_AT_ONCE", at_once)
+        plays = evaluation.Evaluation(ID, {"max_episode_steps": 200}, 7, 1)
+        returns.append(plays.returns(policy))
+        plays.close()
+    assert np.allclose(returns[0], returns[1], rtol=0, atol=0.5)
+    assert len(set(returns[0])) == 7

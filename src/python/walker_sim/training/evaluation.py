@@ -14,27 +14,39 @@ FIRST_CHOICE_SEED = 2_000_000
 """Of the episodes that choose which policy is kept. The cards' own seeds begin at 1000000."""
 
 
+_AT_ONCE = 100
+
+
 class Evaluation:
-    """Plays the same episodes again for each policy, all at once."""
+    """Plays the same episodes again for each policy, many at once."""
 
     def __init__(
         self, env_id: str, parameters: Mapping[str, Any], episodes: int, num_threads: int
     ) -> None:
         self._walkers = make_walkers(
-            env_id, episodes, "next_step", dict(parameters), Place(), num_threads
+            *(env_id, min(episodes, _AT_ONCE), "next_step", dict(parameters), Place()), num_threads
         )
         self._seeds = list(range(FIRST_CHOICE_SEED, FIRST_CHOICE_SEED + episodes))
 
     def returns(self, policy: PolicyFile) -> NDArray[np.float64]:
         """Of each episode."""
-        observations, _ = self._walkers.reset([], self._seeds)
+        size = self._walkers.num_envs
         returns = np.zeros(len(self._seeds))
-        running = np.ones(len(self._seeds), np.bool_)
-        while running.any():
+        episodes = np.arange(size)  # which each walker plays; one beyond the last is none
+        begun = size
+        observations, _ = self._walkers.reset([], self._seeds[:size])
+        while (episodes < len(returns)).any():
             batch = self._walkers.step(policy.act(observations).astype(np.float64))
-            returns[running] += batch.rewards[running]
-            running &= ~(batch.terminated | batch.truncated)
             observations = batch.observations
+            playing = episodes < len(returns)
+            returns[episodes[playing]] += batch.rewards[playing]
+            ended = np.flatnonzero(playing & (batch.terminated | batch.truncated))
+            episodes[ended] = np.arange(begun, begun + len(ended))
+            begun += len(ended)
+            further = ended[episodes[ended] < len(returns)]
+            if further.size:
+                seeds = [self._seeds[episode] for episode in episodes[further]]
+                observations, _ = self._walkers.reset(further.tolist(), seeds)
         return returns
 
     def close(self) -> None:
