@@ -34,7 +34,7 @@ packages_of_debian_12() {
     python3-tf2-ros liburdf-dev)
   system_engine_packages+=(libmujoco-dev)
   view_packages=(rviz)
-  example_packages=(python3-torch)
+  example_packages=(libopenblas0 python3-torch) # else torch multiplies matrices by a slow reference
 }
 
 # Untested: nobody has run this on Ubuntu 20.04 yet.

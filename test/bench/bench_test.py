@@ -35,7 +35,7 @@ def test_everything_is_measured(everything):
     assert {row["section"] for row in written["rows"]} == set(SECTIONS)
     assert all(value > 0 for row in written["rows"] for value in row["values"])
     for table in TABLES:
-        assert table.title in done.stdout
+        assert (table.title in done.stdout) == (table.section in SECTIONS)
 
 
 def test_what_needs_no_envpool_is_judged(everything):
@@ -51,6 +51,19 @@ def test_what_cannot_be_measured_is_a_failure_that_names_it(tmp_path):
     assert "walker_sim_benchmark" in done.stderr
     assert "failed" in done.stdout
     assert "Gymnasium" in done.stdout
+
+
+def test_policies_walk_over_ros(tmp_path):
+    done = run(tmp_path, "--only", "policies")
+    rows = json.loads((tmp_path / "bench.json").read_text())["rows"]
+    assert [row["error"] for row in rows if row["error"]] == [], done.stderr
+    assert [len(row["slices"]) for row in rows] == [2] * 12  # seeds; six walkers, two ways
+
+
+def test_without_its_learner_training_says_so(tmp_path):
+    done = run(tmp_path, "--only", "training")
+    assert done.returncode == 1
+    assert "Stable-Baselines3 is not installed" in done.stderr
 
 
 def test_an_unknown_section_is_refused(tmp_path):

@@ -4,7 +4,7 @@ import dataclasses
 import math
 import statistics
 
-from targets import TARGETS
+from targets import targets_of
 
 BEGIN, END = "<!-- bench begin: written by scripts/bench -->", "<!-- bench end -->"
 
@@ -158,7 +158,7 @@ def grid(table, rows):
 
 def target_grid(rows):
     lines = [["target", "limit", "measured", ""]]
-    for target in TARGETS:
+    for target in targets_of(rows):
         value, verdict = target.verdict(rows)
         limit = f"at most {target.limit:g}" if target.is_most else f"at least {target.limit:g}"
         measured = "" if value is None else f"{value:.2f}{target.unit}"
@@ -203,7 +203,7 @@ def as_text(machine, rows):
 def as_summary(rows):
     """README's few rows."""
     lines = [["steps per second", "times as many"]]
-    for target in TARGETS:
+    for target in targets_of(rows):
         if target.is_in_readme:
             value, verdict = target.verdict(rows)
             lines.append([target.what, verdict if value is None else f"{value:.2f}"])
@@ -243,7 +243,7 @@ def as_json(machine, rows, is_quick):
         "machine": machine,
         "quick": is_quick,
         "rows": [of_row(row) for row in rows],
-        "targets": [of_target(target) for target in TARGETS],
+        "targets": [of_target(target) for target in targets_of(rows)],
     }
 
 

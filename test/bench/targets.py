@@ -19,6 +19,7 @@ class Target:
     is_most: bool = False  # else the limit is the least
     unit: str = ""
     is_in_readme: bool = False  # among the few that a newcomer sees
+    section: str = ""  # a long one: a target only where that is measured
 
     def verdict(self, rows):
         """The measured value, and what became of it."""
@@ -156,13 +157,21 @@ TARGETS = (
         "from nothing to a walker, with Gymnasium's walkers against ours",
         2.5,
         ratio("training", BIPEDAL, "Gymnasium's in DummyVecEnv"),
+        section="training",
     ),
     *(
         Target(
             f"{name}'s policy in real time against lock-step",
             0.95,
             ratio("policies", name, "free-running"),
+            section="policies",
         )
         for name in WALKERS
     ),
 )
+
+
+def targets_of(rows):
+    """Those that what was measured is about."""
+    sections = {row.section for row in rows}
+    return [target for target in TARGETS if target.section in {"", *sections}]

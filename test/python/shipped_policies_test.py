@@ -83,6 +83,16 @@ def test_walks_in_gymnasium_as_near_as_another_mujoco_comes(env_id):
     assert np.mean(near) >= NEARLY_ALL["Walker2d"]
 
 
+@pytest.mark.parametrize("env_id", ["Walker2d-v4", "Walker2d-v5"])
+def test_walks_as_far_in_gymnasium_with_another_mujoco(env_id):
+    """The mean return of whole episodes, in which the two part."""
+    means = []
+    for name in (f"walker_sim/{env_id}", env_id):
+        rows = [play(gymnasium.make(name), env_id, seed) for seed in range(1_000_000, 1_000_010)]
+        means.append(np.mean([episode[:, -3].sum() for episode in rows]))
+    assert means[0] == pytest.approx(means[1], rel=0.05)
+
+
 @pytest.mark.parametrize("env_id", IDS)
 def test_the_card_s_returns_come_again(env_id, tmp_path, capsys):
     card = (ROOT / "docs/policies" / f"{env_id}.md").read_text()
