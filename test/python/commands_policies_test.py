@@ -1,6 +1,7 @@
 """Who walks: a user's functions, and files of Stable-Baselines3 (made up here: see examples)."""
 
 import json
+import re
 import sys
 import zipfile
 from types import SimpleNamespace
@@ -10,7 +11,7 @@ import pytest
 from walker_sim import _core
 from walker_sim.commands import main
 from walker_sim.commands.options import InputError
-from walker_sim.commands.policies import PolicyFailed, make_policies
+from walker_sim.commands.policies import PolicyFailed, make_policies, shipped_policy
 
 ID = "BipedalWalker-v3"
 SPECIFICATION = _core.Environment(ID, {}).specification
@@ -149,3 +150,32 @@ def test_a_zip_that_is_no_model(tmp_path):
         file.writestr("readme", "nothing")
     with pytest.raises(InputError, match="no model that Stable-Baselines3 has saved"):
         policies(str(path))
+
+
+def test_a_network_that_comes_along_acts():
+    shipped = policies("shipped")(0)(OBSERVATION)
+    file = policies(str(shipped_policy(ID)))(1)(OBSERVATION)
+    assert shipped.shape == (4,)
+    assert (abs(shipped) <= 1).all()
+    assert (shipped == file).all()
+    assert (shipped == shipped.astype(np.float32)).all()
+
+
+def test_a_network_for_another_walker_or_none_is_refused(tmp_path):
+    path = tmp_path / "broken.safetensors"
+    path.write_bytes(b"nothing")
+    for text, words in (
+        (str(path), "broken.safetensors: it has 7 bytes"),
+        (str(tmp_path / "none.safetensors"), "none.safetensors: it cannot be read as a file"),
+        (str(shipped_policy("Walker2d-v5")), "made for Walker2d-v5: it takes 17 observations"),
+    ):
+        with pytest.raises(InputError, match=re.escape(words)):
+            policies(text)
+
+
+def test_where_none_comes_along_it_says_so(monkeypatch):
+    monkeypatch.setattr("walker_sim.commands.policies.package_file", lambda name: None)
+    with pytest.raises(
+        InputError, match="no policy comes with BipedalWalker-v3; `train` makes one"
+    ):
+        policies("shipped")

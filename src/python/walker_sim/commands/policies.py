@@ -56,9 +56,9 @@ def make_policies(
     if text in ("heuristic", "random"):
         return _core_policies(text, env_id, parameters, size)
     if text == "shipped":
-        return _network_policies(str(shipped_policy(env_id)), text, env_id, parameters, size)
+        return _network_policies(str(shipped_policy(env_id)), env_id, parameters, size)
     if text.endswith(".safetensors"):
-        return _network_policies(text, text, env_id, parameters, size)
+        return _network_policies(text, env_id, parameters, size)
     if text.endswith(".zip"):
         return _sb3_policies(text, specification)
     if ":" in text:
@@ -94,14 +94,12 @@ def _core_policies(name: str, env_id: str, parameters: dict[str, Any], size: int
     return policy_of
 
 
-def _network_policies(
-    path: str, text: str, env_id: str, parameters: dict[str, Any], size: int
-) -> Policies:
+def _network_policies(path: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
     """A network remembers nothing, so one does for all episodes."""
     try:
         policy = _acting(_core.Policy("policy", env_id, parameters, 0, path), size)
     except ValueError as error:
-        raise InputError(f"--policy {text}: {error}") from error
+        raise InputError(f"--{error}") from error  # which begins with policy and the file
     return lambda seed: policy
 
 
