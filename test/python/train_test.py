@@ -313,9 +313,11 @@ def wait_for_file(path):
         (["train", ID, "--settings", "missing.yaml"], "missing.yaml"),
         (["train", "--resume", "nowhere"], "--resume nowhere: has no checkpoint"),
         (["train", ID, "--resume", "nowhere"], "walker cannot be given too"),
+        (["train", ID, "max_episode_steps=-3"], "max_episode_steps"),
     ],
 )
-def test_wrong_input_is_named(given, words, capsys):
+def test_wrong_input_is_named(given, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert main(given) == 2
     assert words in capsys.readouterr().err
 

@@ -63,7 +63,7 @@ def add_walker_options(parser: Parser) -> None:
     )
     where.add_argument(
         "--num-threads",
-        type=_count,
+        type=count,
         metavar="N",
         help="that step, in process (default: one per processor)",
     )
@@ -73,7 +73,7 @@ def add_num_envs(parser: Parser) -> None:
     """Adds the number of environments, which changes how long it takes and nothing else."""
     parser.add_argument(
         "--num-envs",
-        type=_count,
+        type=count,
         metavar="N",
         help=f"environments stepped at once; changes no result (default: {AT_ONCE}; over ROS 1, "
         "and it must be the server's number)",
@@ -92,7 +92,7 @@ def add_episodes(parser: Parser, episodes: int) -> None:
     )
     group.add_argument(
         "--episodes",
-        type=_count,
+        type=count,
         metavar="N",
         help=f"the same as --seeds 0:N (default: {episodes})",
     )
@@ -105,15 +105,21 @@ def chosen_seeds(options: argparse.Namespace) -> list[int]:
     return list(range(options.episodes or options.default_episodes)) if seeds is None else seeds
 
 
-def _count(text: str) -> int:
+def count(text: str) -> int:
+    """For argparse: a whole number above 0."""
     if not re.fullmatch(r"[0-9]+", text) or int(text) == 0:
         raise argparse.ArgumentTypeError(f"{text}: must be a whole number above 0")
     return int(text)
 
 
+def count_or_zero(text: str) -> int:
+    """For argparse: a whole number."""
+    return 0 if text.strip("0") == "" and text else count(text)
+
+
 def counts(text: str) -> list[int]:
     """For argparse: whole numbers above 0 with commas between."""
-    return [_count(part.strip()) for part in text.split(",")]
+    return [count(part.strip()) for part in text.split(",")]
 
 
 def number(text: str, above: float = -math.inf) -> float:

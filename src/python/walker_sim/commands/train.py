@@ -44,15 +44,16 @@ def _parser() -> common.Parser:
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder (default: runs/ID)")
     parser.add_argument("--resume", type=Path, metavar="DIR", help="go on in a folder")
     parser.add_argument(
-        "--steps", type=common.counts, metavar="N", help="in place of the settings' number"
+        "--steps", type=common.count, metavar="N", help="in place of the settings' number"
     )
     parser.add_argument(
-        "--seed", type=common.counts, metavar="N", help="in place of the settings' seed"
+        "--seed", type=common.count_or_zero, metavar="N", help="in place of the settings' seed"
     )
     parser.add_argument(
         "--num-threads",
-        type=common.counts,
+        type=common.count,
         metavar="N",
+        default=0,
         help="that learn and step walkers (default: one per processor)",
     )
     return parser
@@ -61,7 +62,7 @@ def _parser() -> common.Parser:
 def run(arguments: Sequence[str]) -> int:
     """Trains. Returns the exit status."""
     options = _parser().parse_intermixed_args(arguments)
-    threads = options.num_threads[0] if options.num_threads else 0
+    threads = options.num_threads
     try:
         training_run: Any = importlib.import_module("walker_sim.training.run")
         torch: Any = importlib.import_module("torch")
@@ -73,11 +74,14 @@ def run(arguments: Sequence[str]) -> int:
         torch.set_num_threads(threads)
     folder.mkdir(parents=True, exist_ok=True)
     with _Display(settings.steps) as display:
-        training = training_run.Training(
-            env_id, settings, folder, num_threads=threads, report=display.show
-        )
-        if options.resume:
-            training.resume()
+        try:
+            training = training_run.Training(
+                env_id, settings, folder, num_threads=threads, report=display.show
+            )
+            if options.resume:
+                training.resume()
+        except (ValueError, AssertionError) as error:  # of the walkers, of the learner
+            raise InputError(str(error)) from error
         training.run()
         training.close()
     if not training.is_done:
@@ -94,7 +98,7 @@ def run(arguments: Sequence[str]) -> int:
 def _chosen(options: Any) -> tuple[str, Settings, Path]:
     if options.resume:
         for name in ("walker", "settings", "out", "steps", "seed"):
-            if getattr(options, name):
+            if getattr(options, name) not in (None, []):
                 raise InputError(f"--resume goes on with what is there; {name} cannot be given too")
         return _resumed(options.resume)
     env_id, parameters = common.walker_of(options.walker)
@@ -103,10 +107,9 @@ def _chosen(options: Any) -> tuple[str, Settings, Path]:
     except SettingsError as error:
         raise InputError(str(error)) from error
     changes: dict[str, Any] = {"parameters": {**settings.parameters, **parameters}}
-    if options.steps:
-        changes["steps"] = options.steps[0]
-    if options.seed:
-        changes["seed"] = options.seed[0]
+    for name in ("steps", "seed"):
+        if getattr(options, name) is not None:
+            changes[name] = getattr(options, name)
     folder = options.out or Path("runs") / env_id
     if (folder / "checkpoint").exists():
         raise InputError(f"--out {folder}: holds a training already; --resume {folder} goes on")
