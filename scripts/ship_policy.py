@@ -18,6 +18,7 @@ import tempfile
 
 import numpy as np
 from walker_sim.training.curve import read_curve
+from walker_sim.training.evaluation import FIRST_CHOICE_SEED
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.settings import read_settings
 
@@ -36,7 +37,7 @@ CARD = """\
 |---|---|
 | algorithm | {algorithm}, seed {seed} |
 | network | {layers}, {activation} |
-| steps | {steps:,}; kept is the best of them on seeds 2000000 .. 2000099, after {chosen:,} |
+| steps | {steps:,}; kept is the best of them on seeds 2000000 .. {last_seed}, after {chosen:,} |
 | wall time | {minutes:.0f} min on one core, other work beside it |
 | settings' SHA-256 | `{settings}` |
 
@@ -110,6 +111,7 @@ def main():
         layers="-".join(str(size) for size in sizes),
         activation=policy.activation,
         steps=last.steps,
+        last_seed=FIRST_CHOICE_SEED + read_settings(settings).evaluation_episodes - 1,
         chosen=int(policy.notes["steps"]),
         minutes=last.seconds / 60,
         settings=policy.notes["settings"],
