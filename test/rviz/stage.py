@@ -179,14 +179,16 @@ class Stage:
         self._folder.cleanup()
 
     @contextlib.contextmanager
-    def show(self, env):
-        """walker.launch with rviz, in lock-step, for as long as the context."""
+    def show(self, env, agent="policy"):
+        """walker.launch with rviz, in lock-step, for as long as the context; `walk` takes the steps
+        of policy, the network that comes along, or heuristic, the gait that does."""
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
         processes = Processes()
         try:
-            yield Show(self, processes, env, pathlib.Path(self._folder.name, "roslaunch.log"))
+            log = pathlib.Path(self._folder.name, "roslaunch.log")
+            yield Show(self, processes, env, agent, log)
         finally:
             processes.close()
 
@@ -209,7 +211,7 @@ class NodeHasEnded(AssertionError):
 class Show:
     """A walker in rviz, and the calls that move it."""
 
-    def __init__(self, stage, processes, env, log):
+    def __init__(self, stage, processes, env, agent, log):
         self.screen, self._stage, self._processes, self._log = stage.screen, stage, processes, log
         arguments = [f"env:={env}", "mode:=lockstep", "rviz:=true", "status:=false"]
         for left in reversed(range(MOST_STARTS)):
@@ -224,8 +226,7 @@ class Show:
                     raise
                 print(f"rviz has ended at its start, and is started again:\n{self.log()}")
                 processes.close()
-        file = ROOT / "assets/policies" / f"{env}.safetensors"
-        self._policy = Policy("policy", env, {}, 0, str(file))
+        self._agent = agent, env, {}, 0, str(ROOT / "assets/policies" / f"{env}.safetensors")
         spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
         self._action = np.empty(spec.action_size)
         self._reset = rospy.ServiceProxy("/walker_sim/reset", Reset, persistent=True)
@@ -251,10 +252,11 @@ class Show:
 
     def reset(self, seed):
         """Begin an episode; the transition."""
+        self._policy = Policy(*self._agent)  # it may remember its episode
         return self._checked(self._reset(has_seed=True, seed=seed))
 
     def walk(self, transition):
-        """Make a step of the policy that comes along; the next transition."""
+        """Make a step as the policy does; the next transition."""
         self._policy.act(np.array(transition.observation), self._action)
         return self._checked(self._step(action=self._action.tolist()))
 
