@@ -30,8 +30,8 @@ RETURNS = r"^\| (\*\*.+\*\*) \| (.+) \| (.+) \| (.+) \| (.+) \|$"
 CARD = """\
 # {id}
 
-`assets/policies/{id}.safetensors`, made by `python3 -m walker_sim train {id}` with
-[config/training/{id}.yaml](../../config/training/{id}.yaml).
+`assets/policies/{id}.safetensors`, made by `python3 -m walker_sim train {trained}` with
+[config/training/{trained}.yaml](../../config/training/{trained}.yaml).
 
 | | |
 |---|---|
@@ -89,13 +89,15 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("run", type=pathlib.Path, help="the training's folder")
-    run = parser.parse_args().run
+    parser.add_argument("--also", metavar="ID", help="ship it for this environment, too")
+    arguments = parser.parse_args()
+    run = arguments.run
     policy = read_policy(run / "policy.safetensors")
-    env_id = policy.env_id
+    env_id = arguments.also or policy.env_id
     cards = ROOT / "docs" / "policies"
     cards.mkdir(exist_ok=True)
     shutil.copy(run / "policy.safetensors", ROOT / "assets/policies" / f"{env_id}.safetensors")
-    settings = ROOT / "config/training" / f"{env_id}.yaml"
+    settings = ROOT / "config/training" / f"{policy.env_id}.yaml"
     # One that says the same may say why, too.
     if not settings.exists() or read_settings(settings).hash() != policy.notes["settings"]:
         shutil.copy(run / "settings.yaml", settings)
@@ -106,6 +108,7 @@ def main():
     sizes = [policy.layers[0][0].shape[1], *(len(bias) for _, bias in policy.layers)]
     text = CARD.format(
         id=env_id,
+        trained=policy.env_id,
         algorithm=policy.notes["algorithm"].upper(),
         seed=policy.notes["seed"],
         layers="-".join(str(size) for size in sizes),
