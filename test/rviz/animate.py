@@ -38,7 +38,7 @@ class Scene(NamedTuple):
 # In real time: 3 steps of 0.02 s in 60 ms; 8 steps of 0.008 s in 60 ms.
 SCENES = {
     "BipedalWalker-v3": ("bipedal_walker", Scene(0, 0, 300, 3, 60)),
-    "BipedalWalkerHardcore-v3": ("bipedal_walker_hardcore", Scene(363, 150, 450, 3, 60)),
+    "BipedalWalkerHardcore-v3": ("bipedal_walker_hardcore", Scene(3, 120, 420, 3, 60)),
     "Walker2d-v5": ("walker2d", Scene(0, 40, 760, 8, 60)),
 }
 
