@@ -16,7 +16,7 @@ SHOULD_BE = [
     (f"evaluate {WALKER} hardcore=true hardcore=true", "parameter hardcore: given twice"),
     (
         f"evaluate {WALKER} --policy walk",
-        "--policy walk: must be heuristic, random, zero, FILE.zip",
+        "--policy walk: must be heuristic, random, zero, shipped, FILE.safetensors, FILE.zip or ",
     ),
     (
         f"evaluate {WALKER} --policy no_such:walk",
