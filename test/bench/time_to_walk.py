@@ -16,6 +16,7 @@ from walker_sim.training.run import Training
 from walker_sim.training.settings import read_settings
 
 EVALUATE_EVERY = 100_000
+HELD_OUT_SEEDS = 100  # evaluations are left out of the time, on both sides
 
 
 def main():
@@ -29,7 +30,11 @@ def main():
     settings = read_settings(arguments.settings / f"{arguments.env}.yaml")
     parameters = {"reuse_world": True} if arguments.environments == "walker_sim" else {}
     settings = dataclasses.replace(
-        settings, seed=arguments.seed, evaluate_every=EVALUATE_EVERY, parameters=parameters
+        settings,
+        seed=arguments.seed,
+        evaluate_every=EVALUATE_EVERY,
+        evaluation_episodes=HELD_OUT_SEEDS,
+        parameters=parameters,
     )
 
     if np.lib.NumpyVersion(np.__version__) < "2.0.0":
