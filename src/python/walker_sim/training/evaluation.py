@@ -23,8 +23,10 @@ class Evaluation:
     def __init__(
         self, env_id: str, parameters: Mapping[str, Any], episodes: int, num_threads: int
     ) -> None:
+        # In a used world an episode depends on those before it.
+        own = {name: value for name, value in parameters.items() if name != "reuse_world"}
         self._walkers = make_walkers(
-            *(env_id, min(episodes, _AT_ONCE), "next_step", dict(parameters), Place()), num_threads
+            *(env_id, min(episodes, _AT_ONCE), "next_step", own, Place()), num_threads
         )
         self._seeds = list(range(FIRST_CHOICE_SEED, FIRST_CHOICE_SEED + episodes))
 
