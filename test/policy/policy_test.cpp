@@ -128,7 +128,7 @@ TEST_F(PolicyTest, SurvivesFlippedBits) {
   const std::string path = folder_.path("flipped.safetensors");
   std::mt19937 random(1);  // NOLINT(cert-msc51-cpp): the same flips in every run
   int refused = 0;
-  constexpr int kFiles = 1000;
+  constexpr int kFiles = 5000;
   for (int i = 0; i < kFiles; ++i) {
     std::string flipped = whole;
     for (int flips = 0; flips < 3; ++flips) {
