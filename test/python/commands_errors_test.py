@@ -52,6 +52,8 @@ SHOULD_BE = [
     (f"record {WALKER} --output walk.zip", "--output walk.zip: must end in .npz"),
     (f"record {WALKER} --check walk.npz", "walker cannot be given, is the file's"),
     ("record --check /no/such.npz", "No such file or directory: '/no/such.npz'"),
+    (f"train {WALKER} --seed x", "--seed: x: must be a whole number from 0"),
+    (f"train {WALKER} --steps 0", "--steps: 0: must be a whole number above 0"),
     (f"bench {WALKER} --seconds 0", "--seconds: 0: must be a number above 0"),
     (f"bench {WALKER} --num-envs 1,x", "--num-envs: x: must be a whole number above 0"),
     (f"bench {WALKER} --num-envs 1048577", "num_envs = 1048577: must be in [1, 1048576]"),

@@ -105,16 +105,17 @@ def chosen_seeds(options: argparse.Namespace) -> list[int]:
     return list(range(options.episodes or options.default_episodes)) if seeds is None else seeds
 
 
-def count(text: str) -> int:
-    """For argparse: a whole number above 0."""
-    if not re.fullmatch(r"[0-9]+", text) or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text}: must be a whole number above 0")
+def count(text: str, least: int = 1) -> int:
+    """For argparse: a whole number above 0, or with least 0 from there."""
+    if not re.fullmatch(r"[0-9]+", text) or int(text) < least:
+        allowed = "above 0" if least else "from 0"
+        raise argparse.ArgumentTypeError(f"{text}: must be a whole number {allowed}")
     return int(text)
 
 
 def count_or_zero(text: str) -> int:
-    """For argparse: a whole number."""
-    return 0 if text.strip("0") == "" and text else count(text)
+    """For argparse: a whole number from 0."""
+    return count(text, least=0)
 
 
 def counts(text: str) -> list[int]:

@@ -11,11 +11,12 @@ from typing import Any, Sequence
 
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
+from walker_sim.files import package_file
 from walker_sim.training.settings import Settings, SettingsError, read_settings
 
 DESCRIPTION = """\
 Trains a policy with Stable-Baselines3 and the settings tuned for the environment. It learns on
-seeds that no evaluation uses; the policy that does best on 100 seeds set apart is kept.
+seeds that no evaluation uses; the policy that does best on seeds set apart is kept.
 """
 
 EPILOG = f"""\
@@ -134,8 +135,6 @@ def settings_file(env_id: str) -> Path:
     InputError
         Where there are none for this environment.
     """
-    from walker_sim.files import package_file
-
     path = package_file(f"config/training/{env_id}.yaml")
     if path is None:
         raise InputError(f"{env_id}: no settings come with the package; give --settings FILE")
