@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Takes a finished training over into the package: its policy, its settings, its curve, and a card.
 
-  ./scripts/env python3 scripts/ship_policy.py runs/Walker2d-v5
+  ./scripts/env python3 scripts/ship_policy.py runs/Walker2d-v5 --on "two cores"
 
 The card's returns are those of `python3 -m walker_sim evaluate ID --policy shipped --seeds
 1000000:1000100`, which a test repeats.
@@ -37,8 +37,8 @@ CARD = """\
 |---|---|
 | algorithm | {algorithm}, seed {seed} |
 | network | {layers}, {activation} |
-| steps | {steps:,}; kept is the best of them on seeds 2000000 .. {last_seed}, after {chosen:,} |
-| wall time | {minutes:.0f} min on one core, other work beside it |
+| steps | {steps:,}; kept is the best of them on seeds {first} .. {last}, after {chosen:,} |
+| wall time | {minutes:.0f} min on {machine} |
 | settings' SHA-256 | `{settings}` |
 
 Returns over the 100 seeds 1000000 .. 1000099, which training never sees:
@@ -89,6 +89,7 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("run", type=pathlib.Path, help="the training's folder")
+    parser.add_argument("--on", required=True, metavar="WHAT", help="it trained, for the card")
     parser.add_argument("--also", metavar="ID", help="ship it for this environment, too")
     arguments = parser.parse_args()
     run = arguments.run
@@ -114,9 +115,11 @@ def main():
         layers="-".join(str(size) for size in sizes),
         activation=policy.activation,
         steps=last.steps,
-        last_seed=FIRST_CHOICE_SEED + read_settings(settings).evaluation_episodes - 1,
+        first=FIRST_CHOICE_SEED,
+        last=FIRST_CHOICE_SEED + read_settings(settings).evaluation_episodes - 1,
         chosen=int(policy.notes["steps"]),
         minutes=last.seconds / 60,
+        machine=arguments.on,
         settings=policy.notes["settings"],
         mean=returns.mean(),
         deviation=returns.std(ddof=1),
