@@ -1,5 +1,6 @@
 #include "policy/json.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
@@ -26,11 +27,7 @@ class Reader {
     throw std::invalid_argument("its header " + what + " at byte " + std::to_string(at_));
   }
 
-  void skip_blanks() {
-    while (at_ < text_.size() &&
-           std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos)
-      ++at_;
-  }
+  void skip_blanks() { at_ = std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size()); }
 
   char next() {
     skip_blanks();
