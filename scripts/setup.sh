@@ -151,6 +151,16 @@ set_up_venv() {
   echo "$wanted" >"$dir/ready.new" && mv "$dir/ready.new" "$dir/ready"
 }
 
+# Of the examples and of the benchmark's learner: example_venv LEARNER.
+example_venv() { echo "$build/.examples/$1"; }
+
+# With the distribution's PyTorch, for pip's brings gigabytes for GPUs; pip does not see it, so the
+# requirements are complete and pip has to look for no more.
+set_up_example() {
+  PIP_NO_DEPS=1 set_up_venv "examples $1" "$(example_venv "$1")" \
+    "$root/test/examples/requirements_$1.txt"
+}
+
 # set_up_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand.
 set_up_engine() {
   if [ -n "${!2:-}" ]; then

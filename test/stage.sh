@@ -80,19 +80,12 @@ run_wheel_suite() {
     -p no:cacheprovider --noconftest --junit-xml="$results" "$root/test/python/wheel_test.py"
 }
 
-# With the distribution's PyTorch, for pip's brings gigabytes for GPUs; pip does not see it, so the
-# requirements are complete and pip has to look for no more.
-set_up_example() {
-  PIP_NO_DEPS=1 set_up_venv "examples $1" "$build/.examples/$1" \
-    "$root/test/examples/requirements_$1.txt"
-}
-
 run_example() {
   local learner=$1 suite=$2 results=$3
   mkdir -p "${results%/*}"
   within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
     ROS_HOME="$build/.examples/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" \
-    "$build/.examples/$learner/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
+    "$(example_venv "$learner")/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
 }
 
 check_system

@@ -35,6 +35,7 @@ SECTIONS = {
     "python": in_process.python,
 }
 LONG_SECTIONS = {"training": learning.training, "policies": learning.policies}
+ALL_SECTIONS = {**SECTIONS, **LONG_SECTIONS}
 QUICK_SECONDS = 0.1
 QUICK_SHARE = 10  # that many times fewer environments
 
@@ -50,7 +51,6 @@ class Settings:
     is_quick: bool
     without: FrozenSet[str]  # peers that are left out
     learner: Optional[pathlib.Path] = None  # a Python with Stable-Baselines3
-    shipped: pathlib.Path = ROOT / "config/training"  # settings of trainings
 
     def seconds(self, usual):
         return min(usual, QUICK_SECONDS) if self.is_quick else usual
@@ -92,9 +92,8 @@ def parse_arguments():
     arguments = parser.parse_args()
     arguments.only = arguments.only.split(",")
     for name in arguments.only:
-        if name not in {**SECTIONS, **LONG_SECTIONS}:
-            names = ", ".join({**SECTIONS, **LONG_SECTIONS})
-            parser.error(f"--only {name}: must be some of {names}")
+        if name not in ALL_SECTIONS:
+            parser.error(f"--only {name}: must be some of {', '.join(ALL_SECTIONS)}")
     if arguments.update_readme and (arguments.quick or set(arguments.only) != set(SECTIONS)):
         parser.error("--update-readme: not with --quick or --only, which do not measure everything")
     return arguments
@@ -114,7 +113,7 @@ def run_sections(names, settings):
         begin = time.monotonic()
         print(f"[{number}/{len(names)}] {name}", end=" ", file=sys.stderr, flush=True)
         try:
-            rows += {**SECTIONS, **LONG_SECTIONS}[name](settings)
+            rows += ALL_SECTIONS[name](settings)
         except (Failure, OSError) as failure:
             rows.append(Row(name, "", "all of it", "", error=str(failure)))
         print(f"{time.monotonic() - begin:.0f} s", file=sys.stderr)

@@ -1,16 +1,14 @@
 """What takes long, and is measured on request alone: how soon a walker walks, and how well a policy
 walks over ROS in real time."""
 
-import json
 import pathlib
-import subprocess
 import sys
 
-from measure import Failure, Row
+from measure import Failure, Row, run_slice
 from ros import Master
 from targets import WALKERS
 
-HERE = pathlib.Path(__file__).parent
+HERE = pathlib.Path(__file__).resolve().parent
 WALKER = "BipedalWalker-v3"
 WALKING = 300  # mean return over the held-out seeds
 FIRST_SEED = 3_000_000
@@ -36,34 +34,14 @@ def training(settings):
     for seed in range(settings.rounds(2)):
         for side, row in rows.items():
             command = [settings.learner, HERE / "time_to_walk.py", "--env", WALKER]
-            command += ["--environments", side, "--seed", seed, "--settings", settings.shipped]
+            command += ["--environments", side, "--seed", seed]
             command += ["--return", WALKING] if not settings.is_quick else ["--return", -1000]
-            measure(row, command, settings.two_cores, "seconds")
+            try:
+                row.slices += run_slice(command, settings.two_cores, settings.folder, PATIENCE)
+                row.values.append(row.slices[-1]["seconds"])
+            except Failure as failure:
+                row.error = str(failure)
     return list(rows.values())
-
-
-def measure(row, command, cores, name):
-    """Adds what a command's last line says."""
-    try:
-        row.slices += run(command, cores)
-        row.values.append(row.slices[-1][name])
-    except Failure as failure:
-        row.error = str(failure)
-
-
-def run(command, cores):
-    """The lines of JSON that it prints."""
-    pinned = ["taskset", "--cpu-list", ",".join(map(str, cores)), *map(str, command)]
-    try:
-        done = subprocess.run(
-            pinned, capture_output=True, encoding="utf-8", errors="replace", timeout=PATIENCE
-        )
-    except subprocess.TimeoutExpired:
-        raise Failure(f"took longer than {PATIENCE} s: {' '.join(pinned)}") from None
-    if done.returncode != 0:
-        words = done.stderr.strip().splitlines() or ["it said nothing"]
-        raise Failure(f"status {done.returncode}: {words[-1]}")
-    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
 
 
 def policies(settings):
@@ -97,4 +75,5 @@ def walk(settings, env, mode, agent):
         master.server(**parameters)
         walker = master.process([settings.programs / agent, "_agent:=policy", f"_seeds:={seeds}"])
         command = [sys.executable, HERE / "episode_returns.py", "--count", episodes]
-        return run([*command, "--while", walker.pid], settings.two_cores)
+        command += ["--while", walker.pid]
+        return run_slice(command, settings.two_cores, settings.folder, PATIENCE)

@@ -121,8 +121,8 @@ class Job:
         return any(row.error for row in self.rows.values())
 
 
-def run_slice(command, cores, cwd):
-    """The lines of JSON that a command on these cores prints."""
+def run_slice(command, cores, cwd, patience=PATIENCE):
+    """The lines of JSON that a command on these cores prints within the patience [s]."""
     pinned = ["taskset", "--cpu-list", ",".join(map(str, cores)), *map(str, command)]
     try:
         done = subprocess.run(
@@ -132,10 +132,10 @@ def run_slice(command, cores, cwd):
             capture_output=True,
             encoding="utf-8",
             errors="replace",
-            timeout=PATIENCE,
+            timeout=patience,
         )
     except subprocess.TimeoutExpired:
-        raise Failure(f"took longer than {PATIENCE} s: {' '.join(pinned)}") from None
+        raise Failure(f"took longer than {patience} s: {' '.join(pinned)}") from None
     if done.returncode != 0:
         words = done.stderr.strip().splitlines() or ["it said nothing"]
         raise Failure(f"status {done.returncode}: {words[-1]}")

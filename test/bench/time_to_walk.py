@@ -11,7 +11,8 @@ import pathlib
 import sys
 import tempfile
 
-import numpy as np
+from promotion import promotion_of_numpy_2
+from walker_sim.commands.train import settings_file
 from walker_sim.training.run import Training
 from walker_sim.training.settings import read_settings
 
@@ -23,11 +24,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--env", required=True)
     parser.add_argument("--environments", choices=("walker_sim", "gymnasium"), required=True)
-    parser.add_argument("--settings", type=pathlib.Path, required=True, help="a folder of them")
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--return", type=float, required=True, dest="wanted")
     arguments = parser.parse_args()
-    settings = read_settings(arguments.settings / f"{arguments.env}.yaml")
+    settings = read_settings(settings_file(arguments.env))
     parameters = {"reuse_world": True} if arguments.environments == "walker_sim" else {}
     settings = dataclasses.replace(
         settings,
@@ -37,15 +37,12 @@ def main():
         parameters=parameters,
     )
 
-    if np.lib.NumpyVersion(np.__version__) < "2.0.0":
-        np._set_promotion_state("weak")  # Gymnasium's rewards are those of NumPy 2
-
     def look(training, point):
         if point is not None:
             print(*point, file=sys.stderr, flush=True)
             training.wants_to_stop = point.evaluation_return >= arguments.wanted
 
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, promotion_of_numpy_2():
         training = Training(
             arguments.env,
             settings,

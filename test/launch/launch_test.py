@@ -24,17 +24,8 @@ TEN_WALKERS = os.path.join(ROOT, "launch", "ten_walkers.launch")
 WALKERS = [f"/walker_{number}/" for number in range(1, 11)]
 # What the package's interface names.
 ARGUMENTS = [
-    *(
-        "env",
-        "mode",
-        "agent",
-        "policy",
-        "num_envs",
-        "seed",
-        "real_time_factor",
-        "xml_file",
-        "config",
-    ),
+    *("env", "mode", "agent", "policy", "num_envs", "seed", "real_time_factor", "xml_file"),
+    "config",
     *("use_sim_time", "rviz", "paused", "ns", "gui", "headless", "debug", "verbose", "output"),
     *("required", "respawn", "recording"),
 ]

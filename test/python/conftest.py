@@ -26,6 +26,15 @@ def master(tmp_path_factory):
         yield running
 
 
+@pytest.fixture
+def promotion():
+    """Of NumPy 2, with either NumPy."""
+    from promotion import promotion_of_numpy_2
+
+    with promotion_of_numpy_2():
+        yield
+
+
 class Clock:
     """Goes when it is told to."""
 

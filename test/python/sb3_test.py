@@ -29,16 +29,7 @@ ROBOTS = ["Walker2d-v4", "Walker2d-v5", "Hopper-v5"]
 LIMITS = {**dict.fromkeys(WALKERS, 90), **dict.fromkeys(ROBOTS, 12)}
 
 
-@pytest.fixture(autouse=True)
-def promotion():
-    """Gymnasium's rewards are those of NumPy 2, which promotes types otherwise than NumPy 1."""
-    if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
-        yield
-        return
-    before = np._get_promotion_state()
-    np._set_promotion_state("weak")
-    yield
-    np._set_promotion_state(before)
+pytestmark = pytest.mark.usefixtures("promotion")
 
 
 def make_ours(env_id, num_envs=NUM_ENVS, **keywords):

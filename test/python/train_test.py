@@ -51,18 +51,6 @@ def one_thread():
     torch.set_num_threads(1)
 
 
-@pytest.fixture
-def promotion():
-    """Gymnasium's rewards are those of NumPy 2, which promotes types otherwise than NumPy 1."""
-    if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
-        yield
-        return
-    before = np._get_promotion_state()
-    np._set_promotion_state("weak")
-    yield
-    np._set_promotion_state(before)
-
-
 def small(**changes):
     return settings_from({**SMALL, **changes})
 

@@ -21,9 +21,9 @@ import rospy
 from PIL import ImageGrab
 from tf2_msgs.msg import TFMessage
 from walker_sim._core import Policy
+from walker_sim.commands.policies import shipped_policy
 from walker_sim.srv import GetSpec, Reset, Step
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 PATIENCE = 60.0  # wall seconds; only what fails waits as long
 # In some of a hundred starts on a busy machine Mesa's software renderer ends rviz while it compiles
 # its first shaders: a segmentation fault in libLLVM, called by swrast, called by a swap of buffers,
@@ -226,7 +226,7 @@ class Show:
                     raise
                 print(f"rviz has ended at its start, and is started again:\n{self.log()}")
                 processes.close()
-        self._agent = agent, env, {}, 0, str(ROOT / "assets/policies" / f"{env}.safetensors")
+        self._agent = agent, env, {}, 0, str(shipped_policy(env)) if agent == "policy" else ""
         spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
         self._action = np.empty(spec.action_size)
         self._reset = rospy.ServiceProxy("/walker_sim/reset", Reset, persistent=True)
