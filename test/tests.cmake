@@ -108,7 +108,20 @@ walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_ty
 walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
 walker_sim_add_unit_tests(bipedal_walker LIBRARIES ${core_libraries}
   LEFT_OUT shortcuts_test ${not_these_engines})
-walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d)
+set(for_other_processors "")
+if(NOT walker2d_kernels)
+  set(for_other_processors kernel_test trial_test)
+endif()
+walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d
+  LEFT_OUT ${for_other_processors})
+if(walker2d_kernels)
+  foreach(name altered_add altered_pow)
+    set_source_files_properties(test/walker2d/kernel/${name}.cpp PROPERTIES
+      SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${walker2d_kernel_options}")
+    target_sources(mujoco_tests PRIVATE test/walker2d/kernel/${name}.cpp)
+  endforeach()
+  target_sources(mujoco_tests PRIVATE test/walker2d/kernel/run.cpp)
+endif()
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   include(test/bipedal_walker/shortcuts.cmake)
   include(test/core/race_test.cmake)

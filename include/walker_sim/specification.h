@@ -108,8 +108,8 @@ struct Specification {
   std::vector<std::string> contact_links;  ///< links with a ground contact sensor
   RangeFinder range_finder;
   std::string engine;
-  std::string engine_version;
-  std::string engine_path;  ///< file from which the engine's code was loaded
+  std::string engine_version;  ///< and, where there is a choice, by what it is stepped
+  std::string engine_path;     ///< file from which the engine's code was loaded
 
   std::size_t observation_size() const { return observation_low.size(); }
   std::size_t action_size() const { return action_low.size(); }

@@ -4,6 +4,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "core/engine_release.h"
 #include "core/random.h"
 
 namespace walker {
@@ -54,7 +55,8 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
   compare("id", record.id, own.id);
   compare_parameters(record, own);
   compare("engine", record.engine, own.engine);
-  compare("engine_version", record.engine_version, own.engine_version);
+  compare("engine_version", engine_release(record.engine_version),
+          engine_release(own.engine_version));
   if (!specification.episodes_are_independent) {
     throw std::invalid_argument(
         "an episode of this environment depends on those before it (parameter reuse_world), which "

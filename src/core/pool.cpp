@@ -38,6 +38,12 @@ PoolOptions complete(PoolOptions options) {
   return options;
 }
 
+/// Two for each thread, so that one which is done finds something of another's to do.
+std::size_t largest_group(const PoolOptions& options) {
+  const std::size_t num_groups = options.num_threads > 1 ? 2 * options.num_threads : 1;
+  return (options.batch_size + num_groups - 1) / num_groups;
+}
+
 }  // namespace
 
 const char* to_text(AutoresetMode mode) {
@@ -79,7 +85,8 @@ struct Pool::Implementation {
         last_list(options.num_envs),
         all(options.num_envs),
         arrived(options.num_envs),
-        threads(options.num_envs, options.num_threads, members.group_size(),
+        group_size(std::min(members.group_size(), largest_group(options))),
+        threads(options.num_envs, options.num_threads, group_size,
                 [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
     std::iota(all.begin(), all.end(), 0U);
   }
@@ -96,10 +103,7 @@ struct Pool::Implementation {
                   [this](std::uint32_t i) { members.write(i, *task.batch, i); });
   }
 
-  std::size_t num_groups(std::size_t count) const {
-    const std::size_t size = members.group_size();
-    return (count + size - 1) / size;
-  }
+  std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
 
   void run(const Task& wanted, const std::vector<std::uint32_t>& environments) {
     task = wanted;
@@ -178,6 +182,7 @@ struct Pool::Implementation {
   std::vector<std::uint32_t> arrived;
   std::vector<double> sent_actions;                 // rows of all; none before the first `send`
   std::vector<std::optional<std::uint64_t>> seeds;  // of all; none before the first `reset`
+  std::size_t group_size;
   ThreadPool threads;  // the last: its threads end before what they use
 };
 

@@ -73,6 +73,8 @@ struct HealthyRobotKind {
   double camera_distance = 0;                ///< Gymnasium's DEFAULT_CAMERA_CONFIG [m]
   std::vector<HealthyRange> healthy_ranges;  ///< in the order of Gymnasium's parameters
   std::vector<MotorWeights> gait;            ///< in action order
+  /// As PlanarOptions has it.
+  std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
 };
 
 /// NAME-v4 and NAME-v5, with their models, observations, pictures and gait.

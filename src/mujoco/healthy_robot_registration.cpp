@@ -81,6 +81,7 @@ PlanarOptions to_options(const Version& version, const Parameters& given) {
   }
   options.parameters.emplace_back("max_episode_steps", given.at("max_episode_steps"));
   options.model = {version.model(), version.kind->num_hinges, version.kind->robot + "_v5.xml"};
+  options.make_physics = version.kind->make_physics;
   options.frame_skip = kFrameSkip;
   if (version.is_v5) {
     options.model.xml_file = value_of<std::string>(given, "xml_file");

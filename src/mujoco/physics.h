@@ -1,40 +1,64 @@
-// A robot's world: one model, one state, stepped by MuJoCo.
+// A robot's world: what is stepped.
 #pragma once
+
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <string>
 
 #include "mujoco/engine.h"
 
 namespace walker::mujoco {
 
-/// Owns the mutable state; the model is shared and constant.
+class Physics;
+
+/// One of several worlds that are stepped together.
+struct PhysicsCall {
+  Physics* physics = nullptr;
+  const double* control = nullptr;
+  std::exception_ptr failure;  ///< what `step` would have thrown
+};
+
+/// The mutable state; the model is shared and constant.
 class Physics {
  public:
-  explicit Physics(ModelPointer model);
+  Physics() = default;
+  Physics(const Physics&) = delete;
+  Physics& operator=(const Physics&) = delete;
+  virtual ~Physics() = default;
 
-  const mjModel& model() const { return *model_; }
-  const mjData& data() const { return *data_; }
+  virtual const mjModel& model() const = 0;
+  virtual const double* position() const = 0;  ///< nq values [m, rad]
+  virtual const double* velocity() const = 0;  ///< nv values [m/s, rad/s]
 
   /// Puts the robot into a state and computes its accelerations, which later steps start their
   /// solver from: they are part of the bits.
   /// @param position nq values [m, rad]
   /// @param velocity nv values [m/s, rad/s]
   /// @throws std::runtime_error with MuJoCo's words when it gives up
-  void reset(const double* position, const double* velocity);
+  virtual void reset(const double* position, const double* velocity) = 0;
 
   /// Makes engine steps under a constant control.
   /// @param control nu values; MuJoCo limits them to the actuators' ranges
   /// @throws std::runtime_error with MuJoCo's words when the simulation is unstable; the state is
   ///         then lost
-  void step(const double* control, int count);
+  virtual void step(const double* control, int count) = 0;
 
-  /// Brings poses and contacts up to the present state. After a step they are those of the
-  /// integrator's last stage. Changes nothing that a later step depends on.
-  void measure();
+  /// Makes engine steps of several worlds, each as `step` does it.
+  /// @param calls without a failure yet; of distinct worlds of this one's kind
+  virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept;
 
- private:
-  void check_warnings() const;
+  /// How many worlds `step_together` best takes.
+  virtual std::size_t group_size() const { return 1; }
 
-  ModelPointer model_;
-  DataPointer data_;
+  /// Shows MuJoCo's data with the poses and contacts of the present state. After a step the
+  /// library's own are those of the integrator's last stage. Changes nothing that a later step
+  /// depends on.
+  virtual void measure(const std::function<void(const mjData&)>& look) const = 0;
+
+  /// What makes the steps, in a few words.
+  virtual std::string stepper() const = 0;
 };
 
 }  // namespace walker::mujoco

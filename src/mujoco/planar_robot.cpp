@@ -1,12 +1,24 @@
 #include "mujoco/planar_robot.h"
 
 #include <algorithm>
+#include <array>
 
+#include "core/engine_release.h"
+#include "mujoco/library_physics.h"
 #include "mujoco/planar_base.h"
 #include "mujoco/sense.h"
 #include "mujoco/specification.h"
 
 namespace walker::mujoco {
+namespace {
+
+std::unique_ptr<Physics> make_physics(const PlanarOptions& options) {
+  ModelPointer model = load_planar_model(options.model);
+  if (options.make_physics) return options.make_physics(std::move(model));
+  return std::make_unique<LibraryPhysics>(std::move(model));
+}
+
+}  // namespace
 
 void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
                        const double* velocity, double* observation) {
@@ -19,11 +31,13 @@ void write_observation(const mjModel& model, const PlanarOptions& options, const
 
 PlanarRobot::PlanarRobot(const PlanarOptions& options)
     : options_(options),
-      physics_(load_planar_model(options.model)),
-      layout_(physics_.model()),
-      specification_(make_specification(options, layout_, physics_.model())),
+      physics_(make_physics(options)),
+      layout_(model()),
+      specification_(make_specification(options, layout_, model())),
       first_position_(model().nq),
-      velocity_before_step_(model().nv) {}
+      velocity_before_step_(model().nv) {
+  specification_.engine_version += kSteppedBy + physics_->stepper();
+}
 
 void PlanarRobot::reset(std::optional<std::uint64_t> seed, Result& result) {
   if (seed) {
@@ -36,7 +50,7 @@ void PlanarRobot::reset(std::optional<std::uint64_t> seed, Result& result) {
   draw_noise(velocity_before_step_);
   std::transform(first_position_.begin(), first_position_.end(), model().qpos0,
                  first_position_.begin(), std::plus<>());
-  physics_.reset(first_position_.data(), velocity_before_step_.data());
+  physics_->reset(first_position_.data(), velocity_before_step_.data());
   result = {result.observation, result.info};
   write_observation(model(), options_, position(), velocity(), result.observation);
   std::fill_n(result.info, specification_.info_names.size(),
@@ -50,21 +64,54 @@ void PlanarRobot::draw_noise(std::vector<double>& noise) {
 }
 
 void PlanarRobot::step(const double* action, std::size_t /*size*/, Result& result) {
-  const double x_before = position()[kBaseX];
+  remember_state();
+  physics_->step(action, options_.frame_skip);
+  finish_step(action, result);
+}
+
+void PlanarRobot::step_together(StepCall* const* calls, std::size_t count,
+                                std::size_t /*size*/) noexcept {
+  const auto robot_of = [](const StepCall& call) -> PlanarRobot& {
+    return static_cast<PlanarRobot&>(*call.environment);
+  };
+  std::array<PhysicsCall, kLargestGroup> steps;
+  for (std::size_t i = 0; i < count; ++i) {
+    PlanarRobot& robot = robot_of(*calls[i]);
+    robot.remember_state();
+    steps[i].physics = robot.physics_.get();
+    steps[i].control = calls[i]->action;
+  }
+  physics_->step_together(steps.data(), count, options_.frame_skip);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (steps[i].failure) {
+      calls[i]->failure = steps[i].failure;
+    } else {
+      robot_of(*calls[i]).finish_step(calls[i]->action, *calls[i]->result);
+    }
+  }
+}
+
+void PlanarRobot::remember_state() {
+  x_before_step_ = position()[kBaseX];
   std::copy_n(velocity(), model().nv, velocity_before_step_.begin());
-  physics_.step(action, options_.frame_skip);
+}
+
+void PlanarRobot::finish_step(const double* action, Result& result) const {
   result = {result.observation, result.info};
   write_observation(model(), options_, position(), velocity(), result.observation);
-  conclude_step(action, (position()[kBaseX] - x_before) / specification_.dt, result);
+  conclude_step(action, (position()[kBaseX] - x_before_step_) / specification_.dt, result);
 }
 
 void PlanarRobot::sense(Sensors& sensors) {
-  physics_.measure();
-  mujoco::sense(model(), physics_.data(), layout_, sensors);
-  sense_motion(physics_.data(), velocity_before_step_.data(), specification_.dt, sensors);
+  physics_->measure([&](const mjData& data) {
+    mujoco::sense(model(), data, layout_, sensors);
+    sense_motion(data, velocity_before_step_.data(), specification_.dt, sensors);
+  });
 }
 
-void PlanarRobot::scene(Scene& scene) const { describe_scene(model(), physics_.data(), scene); }
+void PlanarRobot::scene(Scene& scene) const {
+  physics_->measure([&](const mjData& data) { describe_scene(model(), data, scene); });
+}
 
 GeneratorState PlanarRobot::generator_state() const {
   return generator_ ? generator_->state() : GeneratorState{};

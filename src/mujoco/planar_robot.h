@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,6 +22,8 @@ struct PlanarOptions {
   std::string id;
   std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< complete, to be told
   PlanarModel model;
+  /// What steps it; without this, the library.
+  std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
   int frame_skip = 1;            ///< engine steps a step
   double reset_noise_scale = 0;  ///< largest deviation of a position or velocity at a reset
   bool exclude_current_positions_from_observation = true;
@@ -46,16 +50,18 @@ class PlanarRobot : public Environment {
 
   /// @throws std::runtime_error when the simulation is unstable; then only a reset is allowed
   void step(const double* action, std::size_t size, Result& result) override;
+  void step_together(StepCall* const* calls, std::size_t count, std::size_t size) noexcept override;
+  std::size_t group_size() const override { return physics_->group_size(); }
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
   void set_generator_state(const GeneratorState& state) override { generator_.emplace(state); }
 
  protected:
-  const mjModel& model() const { return physics_.model(); }
+  const mjModel& model() const { return physics_->model(); }
   /// MuJoCo's qpos and qvel, as they are now.
-  const double* position() const { return physics_.data().qpos; }
-  const double* velocity() const { return physics_.data().qvel; }
+  const double* position() const { return physics_->position(); }
+  const double* velocity() const { return physics_->velocity(); }
 
  private:
   /// What the info has right after a reset; all of it is absent before.
@@ -67,13 +73,16 @@ class PlanarRobot : public Environment {
   virtual void conclude_step(const double* action, double x_velocity, Result& result) const = 0;
 
   void draw_noise(std::vector<double>& noise);
+  void remember_state();
+  void finish_step(const double* action, Result& result) const;
 
   PlanarOptions options_;
-  Physics physics_;
+  std::unique_ptr<Physics> physics_;
   Layout layout_;
   Specification specification_;
   std::optional<Generator> generator_;        // none before the first reset
   std::vector<double> first_position_;        // of this episode
+  double x_before_step_ = 0;                  // of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel
 };
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/engine_release.h"
 #include "core/episode_recorder.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
@@ -24,7 +25,7 @@ namespace py = pybind11;
 namespace {
 
 std::string engine_of(const Specification& specification) {
-  return specification.engine + " " + specification.engine_version;
+  return specification.engine + " " + engine_release(specification.engine_version);
 }
 
 py::bytes to_bytes(const std::vector<double>& values) {

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "core/engine_release.h"
 #include "core/random.h"
 #include "core/shortest_text.h"
 #include "ros/records.h"
@@ -77,10 +78,10 @@ class Comparison {
 
 std::string compare_versions(const walker_sim::EnvironmentSpec& recorded,
                              const Specification& own) {
-  const std::string then =
-      recorded.engine + " " + recorded.engine_version + " and walker_sim " + recorded.version;
-  const std::string now =
-      own.engine + " " + own.engine_version + " and walker_sim " + walker::version();
+  const std::string then = recorded.engine + " " + engine_release(recorded.engine_version) +
+                           " and walker_sim " + recorded.version;
+  const std::string now = own.engine + " " + engine_release(own.engine_version) +
+                          " and walker_sim " + walker::version();
   return then == now ? "" : "recorded with " + then + "; repeated with " + now;
 }
 

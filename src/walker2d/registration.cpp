@@ -1,6 +1,7 @@
 #include "walker2d/registration.h"
 
 #include "mujoco/healthy_robot.h"
+#include "walker2d/kernel/kernel_physics.h"
 
 namespace walker::walker2d {
 namespace {
@@ -50,6 +51,7 @@ mujoco::HealthyRobotKind make_kind() {
   kind.gait = gait();
   kind.healthy_ranges = {mujoco::height_range("walker", 0.8, 2.0),
                          mujoco::angle_range("walker", -1.0, 1.0)};
+  kind.make_physics = make_kernel_physics;
   return kind;
 }
 

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "core/random.h"
+#include "mujoco/library_physics.h"
 #include "mujoco/model.h"
 #include "mujoco/model_file.h"
-#include "mujoco/physics.h"
 #include "mujoco/player.h"
 #include "stepper.h"
 
@@ -101,7 +101,7 @@ TEST_P(Limits, FitTheSizes) {
 }
 
 TEST_P(Limits, AreReachedByTheWorstCase) {
-  Physics physics(ours);
+  LibraryPhysics physics(ours);
   Usage usage;
   for (const double depth : {-2.0, -5.0, -20.0}) {
     for (const double speed : {0.0, 30.0, -30.0}) {
@@ -123,7 +123,7 @@ TEST_P(Limits, AreReachedByTheWorstCase) {
 }
 
 TEST_P(Limits, AreNotPassedByRandomViolence) {
-  Physics physics(ours);
+  LibraryPhysics physics(ours);
   Violence violence(1);
   Usage usage;
   int unstable = 0;
@@ -152,7 +152,7 @@ TEST_P(Limits, AreNotPassedByRandomViolence) {
 class Equality : public Limits {
  protected:
   /// @returns the engine's words when it gives up
-  static std::string advance(Physics& physics, const Control& control) {
+  static std::string advance(LibraryPhysics& physics, const Control& control) {
     try {
       physics.step(control.data(), 1);
     } catch (const std::runtime_error& error) {
@@ -177,7 +177,7 @@ class Equality : public Limits {
 
   Folder folder_;
   ModelPointer stock_ = load_model(folder_.write("stock.xml", stock_text(GetParam().file)));
-  std::array<Physics, 2> pair_{Physics(ours), Physics(stock_)};
+  std::array<LibraryPhysics, 2> pair_{LibraryPhysics(ours), LibraryPhysics(stock_)};
   int most_contacts_ = 0;
 };
 
@@ -197,7 +197,7 @@ TEST_P(Equality, HoldsInRandomAndViolentStates) {
   int steps = 0;
   while (steps < kWantedSteps) {
     violence.draw(violence.draw_speed(), position, velocity);
-    for (Physics& physics : pair_) physics.reset(position.data(), velocity.data());
+    for (LibraryPhysics& physics : pair_) physics.reset(position.data(), velocity.data());
     expect_equal();
     for (int i = 0; i < kStepsFromEach; ++i) {
       if (i % kFrameSkip == 0) violence.draw(control);

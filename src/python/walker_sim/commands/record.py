@@ -165,7 +165,8 @@ def _check(options: argparse.Namespace) -> int:
     texts = dict(zip(recorded["parameter_names"].tolist(), recorded["parameter_values"].tolist()))
     _, parameters = common.walker_of([env_id, *(f"{name}={text}" for name, text in texts.items())])
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, 1)
-    here, there = walkers.specification["engine_version"], str(recorded["engine_version"])
+    versions = walkers.specification["engine_version"], str(recorded["engine_version"])
+    here, there = (version.partition(", stepped by ")[0] for version in versions)
     if here != there:
         print(f"recorded on {recorded['engine']} {there}, repeated on {here}")
     print(f"{'seed':>20}  steps     return", flush=True)

@@ -1,0 +1,16 @@
+// What distinguishes the models of Walker2d-v4 and v5: how slippery the floor is to each limb.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace walker::walker2d {
+
+/// Of each limb, in the order of bodies.
+struct Ground {
+  static constexpr std::size_t kLimbs = 7;
+  std::array<double, kLimbs> friction{};
+  std::array<double, kLimbs> diagonal{};  ///< MuJoCo's diagApprox of a contact's rows
+};
+
+}  // namespace walker::walker2d

@@ -1,0 +1,35 @@
+// The environment variable by which a user chooses a kernel, for the time of a test.
+#pragma once
+
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+namespace walker::walker2d {
+
+class KernelVariable {
+ public:
+  /// @param value null: not set
+  explicit KernelVariable(const char* value) {
+    if (const char* const before = std::getenv(kName)) before_ = before;
+    set(value);
+  }
+  KernelVariable(const KernelVariable&) = delete;
+  KernelVariable& operator=(const KernelVariable&) = delete;
+  ~KernelVariable() { set(before_ ? before_->c_str() : nullptr); }
+
+ private:
+  static constexpr const char* kName = "WALKER_SIM_KERNEL";
+
+  static void set(const char* value) {
+    if (value == nullptr) {
+      unsetenv(kName);
+    } else {
+      setenv(kName, value, 1);
+    }
+  }
+
+  std::optional<std::string> before_;
+};
+
+}  // namespace walker::walker2d
