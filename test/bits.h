@@ -6,6 +6,8 @@
 #include <cstring>
 #include <vector>
 
+#include "core/bits.h"
+
 namespace walker {
 
 /// The double with these IEEE 754 bits.
@@ -13,12 +15,6 @@ inline double from_bits(std::uint64_t bits) {
   double value = 0;
   std::memcpy(&value, &bits, sizeof(value));
   return value;
-}
-
-inline std::uint64_t to_bits(double value) {
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof(bits));
-  return bits;
 }
 
 inline std::vector<std::uint64_t> to_bits(const std::vector<double>& values) {

@@ -1,13 +1,13 @@
 #include "replay/replay.h"
 
 #include <algorithm>
-#include <cstring>
 #include <exception>
 #include <iomanip>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 
+#include "core/bits.h"
 #include "core/engine_release.h"
 #include "core/random.h"
 #include "core/shortest_text.h"
@@ -17,12 +17,6 @@
 namespace walker {
 namespace {
 
-std::uint64_t bits(double value) {
-  std::uint64_t word = 0;
-  std::memcpy(&word, &value, sizeof word);
-  return word;
-}
-
 std::string text(double value) { return shortest_text(value); }
 std::string text(bool value) { return value ? "true" : "false"; }
 std::string text(std::size_t value) { return std::to_string(value); }
@@ -30,7 +24,7 @@ std::string text(const std::string& value) { return '"' + value + '"'; }
 
 std::string hexadecimal(double value) {
   std::ostringstream stream;
-  stream << " (0x" << std::hex << std::setw(16) << std::setfill('0') << bits(value) << ")";
+  stream << " (0x" << std::hex << std::setw(16) << std::setfill('0') << to_bits(value) << ")";
   return stream.str();
 }
 
@@ -43,7 +37,7 @@ class Comparison {
   }
 
   void compare(const std::string& name, double recorded, double repeated) {
-    if (bits(recorded) == bits(repeated)) return;
+    if (to_bits(recorded) == to_bits(repeated)) return;
     std::string one = text(recorded);
     std::string other = text(repeated);
     if (one == other) {  // NaN
@@ -59,7 +53,7 @@ class Comparison {
                const std::vector<std::string>& element_names = {}) {
     compare("size of " + name, recorded.size(), repeated.size());
     for (std::size_t i = 0; i < std::min(recorded.size(), repeated.size()); ++i) {
-      if (bits(recorded[i]) == bits(repeated[i])) continue;
+      if (to_bits(recorded[i]) == to_bits(repeated[i])) continue;
       std::string element = name + "[" + std::to_string(i) + "]";
       if (i < element_names.size()) element += " (" + element_names[i] + ")";
       compare(element, recorded[i], repeated[i]);

@@ -58,9 +58,8 @@ TEST_F(EpisodeRecordTest, TheFieldThatDiffersIsNamedWithBothValues) {
   EXPECT_EQ(refusal(), "engine = another engine in the record; here it is MuJoCo");
   record_ = describe_origin(specification_);
   record_.engine_version = "9";
-  EXPECT_EQ(refusal(),
-            "engine_version = 9 in the record; here it is " +
-                engine_release(specification_.engine_version));
+  EXPECT_EQ(refusal(), "engine_version = 9 in the record; here it is " +
+                           engine_release(specification_.engine_version));
 }
 
 TEST_F(EpisodeRecordTest, WhatMadeTheStepsDoesNotCount) {

@@ -7,8 +7,6 @@
 #include "simd/vector.h"
 #include "walker2d/model_constants.h"
 
-extern "C" void sincos(double x, double* sine, double* cosine);  // the C library's, a GNU extension
-
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
@@ -60,7 +58,7 @@ template <int W>
 inline void sine_and_cosine(Vector<W> angle, Vector<W>& sine, Vector<W>& cosine) {
   alignas(8 * W) double sines[W];
   alignas(8 * W) double cosines[W];
-  for (int lane = 0; lane < W; ++lane) sincos(angle[lane], &sines[lane], &cosines[lane]);
+  for (int lane = 0; lane < W; ++lane) ::sincos(angle[lane], &sines[lane], &cosines[lane]);
   for (int lane = 0; lane < W; ++lane) {
     sine.set(lane, sines[lane]);
     cosine.set(lane, cosines[lane]);

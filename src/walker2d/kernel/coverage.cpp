@@ -1,9 +1,9 @@
 #include "walker2d/kernel/coverage.h"
 
 #include <algorithm>
-#include <cstring>
 #include <iterator>
 
+#include "core/bits.h"
 #include "walker2d/kernel/model_fields.h"
 #include "walker2d/model_constants.h"
 
@@ -11,7 +11,7 @@ namespace walker::walker2d {
 namespace {
 
 /// To the bit; integers may be bytes in the model.
-bool is_equal(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool is_equal(double a, double b) { return to_bits(a) == to_bits(b); }
 bool is_equal(int a, int b) { return a == b; }
 
 template <typename T, typename Source>

@@ -166,16 +166,18 @@ void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds
 
 template <int W>
 void step_worlds(World* const* worlds, std::size_t count, int steps, const Ground& ground) {
+  constexpr std::size_t kMost = std::size_t{W} * kGroups;
   Group<W> groups[kGroups];
   Forward<W> forward(ground);
   while (count > 0) {
-    const int num_worlds = count < W * kGroups ? static_cast<int>(count) : W * kGroups;
+    const int num_worlds = static_cast<int>(count < kMost ? count : kMost);
     const int num_groups = (num_worlds + W - 1) / W;
+    const auto worlds_of = [&](int g) { return worlds + std::ptrdiff_t{g} * W; };
     const auto size = [&](int g) { return g + 1 < num_groups ? W : num_worlds - g * W; };
-    for (int g = 0; g < num_groups; ++g) load(worlds + g * W, size(g), groups[g]);
+    for (int g = 0; g < num_groups; ++g) load(worlds_of(g), size(g), groups[g]);
     for (int i = 0; i < steps; ++i) step_groups(num_groups, groups, forward);
     for (int g = 0; g < num_groups; ++g) {
-      store(groups[g], forward.rows(g), size(g), worlds + g * W);
+      store(groups[g], forward.rows(g), size(g), worlds_of(g));
     }
     worlds += num_worlds;
     count -= static_cast<std::size_t>(num_worlds);

@@ -294,9 +294,10 @@ class Solver {
       jacobian[limit.dof] = limit.jacobian;
       update(jacobian, limit.D, limits_before[k], limit.is_active);
     }
+    const Mask<W>(*slot_before)[kRows] = slots_before;
     rows_.for_each_slot([&](auto side, auto& slot) WALKER_SIM_INLINE {
       unrolled<kRows>([&](auto row) WALKER_SIM_INLINE {
-        const Mask<W> was = (*slots_before)[row];
+        const Mask<W> was = (*slot_before)[row];
         if (!any((was ^ slot.is_active[row]) & going_)) return;
         V jacobian[kSize];
         read_row<side, row>(slot.jacobian, jacobian);
@@ -304,7 +305,7 @@ class Solver {
           update(jacobian, slot.D, was, slot.is_active[row]);
         });
       });
-      ++slots_before;
+      ++slot_before;
     });
   }
 

@@ -2,22 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <mutex>
 #include <vector>
 
+#include "core/bits.h"
 #include "core/random.h"
 #include "mujoco/library_physics.h"
 #include "simd/allowed_kernels.h"
 #include "walker2d/kernel/coverage.h"
 
-extern "C" void sincos(double x, double* sine, double* cosine);
-
 namespace walker::walker2d {
 namespace {
-
-bool have_equal_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 /// MuJoCo calls sin and cos; the kernel both at once.
 bool is_sincos_as_sin_and_cos() {
@@ -28,8 +24,8 @@ bool is_sincos_as_sin_and_cos() {
     const double angle = generator.uniform(-largest, largest);
     double sine = 0;
     double cosine = 0;
-    sincos(angle, &sine, &cosine);
-    if (!have_equal_bits(sine, std::sin(angle)) || !have_equal_bits(cosine, std::cos(angle))) {
+    ::sincos(angle, &sine, &cosine);
+    if (to_bits(sine) != to_bits(std::sin(angle)) || to_bits(cosine) != to_bits(std::cos(angle))) {
       return false;
     }
   }
@@ -50,7 +46,8 @@ World world_of(const mjModel& model, const mjData& data) {
 
 bool is_as(const World& world, const mjData& data) {
   const auto is_equal = [](const auto& ours, const mjtNum* theirs) {
-    return std::memcmp(ours.data(), theirs, sizeof ours) == 0;
+    return std::equal(ours.begin(), ours.end(), theirs,
+                      [](double a, double b) { return to_bits(a) == to_bits(b); });
   };
   return is_equal(world.position, data.qpos) && is_equal(world.velocity, data.qvel) &&
          is_equal(world.warm_start, data.qacc_warmstart);
@@ -66,13 +63,14 @@ class Trial {
 
   void step() {
     std::vector<World> together;
+    together.reserve(data_.size());
     for (const mujoco::DataPointer& each : data_) {
       std::generate_n(each->ctrl, World::kMotors, [this] { return generator_.uniform(-1, 1); });
       together.push_back(world_of(model_, *each));
     }
     std::vector<World> singly = together;
-    std::vector<World*> worlds;
-    for (World& world : together) worlds.push_back(&world);
+    std::vector<World*> worlds(together.size());
+    std::transform(together.begin(), together.end(), worlds.begin(), [](World& w) { return &w; });
     kernel_.step(worlds.data(), worlds.size(), 1, ground_);
     for (std::size_t i = 0; i < data_.size(); ++i) {
       World* const world = &singly[i];
@@ -107,7 +105,8 @@ class Trial {
   }
 
   void compare(const World& world, const mjData& data) {
-    ++(world.is_flagged ? num_flagged_ : is_as(world, data) ? num_equal_ : num_different_);
+    int& count = is_as(world, data) ? num_equal_ : num_different_;
+    ++(world.is_flagged ? num_flagged_ : count);
   }
 
   const Kernel& kernel_;

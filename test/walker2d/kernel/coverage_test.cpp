@@ -81,10 +81,11 @@ TEST(CoverageTest, SmallerBuffersAreNotCovered) {
 /// The friction of each limb may be any; across the plane as along it, which one row stands for.
 TEST(CoverageTest, FrictionIsFreeButTheSameBothWays) {
   const auto model = copy("walker2d_v5.xml");
-  mjtNum* const friction = model->pair_friction + 5 * 3;
+  constexpr int kLimb = 3;
+  mjtNum* const friction = &model->pair_friction[5 * kLimb];
   friction[0] = friction[1] = 0.3;
   EXPECT_EQ(why_not_covered(*model), "");
-  EXPECT_EQ(ground_of(*model).friction[3], 0.3);
+  EXPECT_EQ(ground_of(*model).friction[kLimb], 0.3);
   friction[1] = 0.4;
   EXPECT_EQ(why_not_covered(*model), "pair_friction");
 }

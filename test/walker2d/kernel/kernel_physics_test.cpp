@@ -255,9 +255,9 @@ TEST_F(KernelPhysicsTest, MeasuresWhatTheLibraryMeasures) {
     for (int side = 0; side < 2; ++side) {
       both[side]->measure([&](const mjData& data) {
         State& all = seen[side];
-        all.assign(data.xpos, data.xpos + 3 * model_->nbody);
-        all.insert(all.end(), data.xquat, data.xquat + 4 * model_->nbody);
-        all.insert(all.end(), data.xaxis, data.xaxis + 3 * model_->njnt);
+        all.assign(data.xpos, data.xpos + std::ptrdiff_t{3} * model_->nbody);
+        all.insert(all.end(), data.xquat, data.xquat + std::ptrdiff_t{4} * model_->nbody);
+        all.insert(all.end(), data.xaxis, data.xaxis + std::ptrdiff_t{3} * model_->njnt);
         all.insert(all.end(), data.qfrc_actuator, data.qfrc_actuator + kSize);
         for (int k = 0; k < data.ncon; ++k) {
           all.push_back(data.contact[k].geom2);

@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
 #include <iostream>
 #include <random>
 #include <tuple>
 
+#include "bits.h"
 #include "walker2d/kernel/altered.h"
 #include "walker2d/kernel/coverage.h"
 #include "walker2d/kernel/run.h"
@@ -74,37 +74,53 @@ TEST(KernelControlTest, AFusedAdditionIsNoticed) {
   EXPECT_GT(report.tallies[0].different, 0);
 }
 
+class KernelGroupTest : public testing::Test {
+ protected:
+  std::vector<World> draw(const Kernel& kernel, std::size_t count) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::vector<World> worlds(count);
+    for (World& world : worlds) {
+      for (double& value : world.position) value = 0.5 * unit(random_);
+      for (double& value : world.velocity) value = 5 * unit(random_);
+      world.position[1] += 1.1;
+      kernel.start(world, ground_);
+      for (double& value : world.torque) value = 100 * unit(random_);
+    }
+    return worlds;
+  }
+
+  static void expect_same(const World& one, const World& other) {
+    EXPECT_EQ(one.is_flagged, other.is_flagged);
+    EXPECT_EQ(one.pattern, other.pattern);
+    for (const auto part : {&World::position, &World::velocity, &World::warm_start}) {
+      for (std::size_t i = 0; i < World::kSize; ++i) {
+        EXPECT_EQ(to_bits((one.*part)[i]), to_bits((other.*part)[i]));
+      }
+    }
+  }
+
+  std::mt19937_64 random_{3};
+  Ground ground_ = ground_of(*mujoco::load_model("walker2d_v5.xml"));
+};
+
 /// Whatever worlds share a vector, and however many there are.
-TEST(KernelGroupTest, NoResultDependsOnTheOthers) {
-  const auto model = mujoco::load_model("walker2d_v5.xml");
-  const Ground ground = ground_of(*model);
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> unit(-1, 1);
+TEST_F(KernelGroupTest, NoResultDependsOnTheOthers) {
   for (const Kernel* kernel : kernels()) {
     for (std::size_t count = 1; count <= 40; ++count) {
-      std::vector<World> together(count);
-      for (World& world : together) {
-        for (double& value : world.position) value = 0.5 * unit(random);
-        for (double& value : world.velocity) value = 5 * unit(random);
-        for (double& value : world.torque) value = 100 * unit(random);
-        world.position[1] += 1.1;
-        kernel->start(world, ground);
-      }
+      SCOPED_TRACE(kernel->instruction_set + (" of " + std::to_string(count)));
+      std::vector<World> together = draw(*kernel, count);
       std::vector<World> apart = together;
-      std::vector<World*> pointers;
-      for (World& world : together) pointers.push_back(&world);
-      std::shuffle(pointers.begin(), pointers.end(), random);
-      kernel->step(pointers.data(), count, 3, ground);
+      std::vector<World*> pointers(count);
+      std::transform(together.begin(), together.end(), pointers.begin(),
+                     [](World& world) { return &world; });
+      std::shuffle(pointers.begin(), pointers.end(), random_);
+      kernel->step(pointers.data(), count, 3, ground_);
       for (std::size_t i = 0; i < count; ++i) {
         World* const world = &apart[i];
-        kernel->step_singly(&world, 1, 3, ground);
-        ASSERT_EQ(world->is_flagged, together[i].is_flagged);
-        ASSERT_EQ(world->pattern, together[i].pattern);
-        for (const auto part : {&World::position, &World::velocity, &World::warm_start}) {
-          ASSERT_EQ(std::memcmp(&(world->*part), &(together[i].*part), sizeof(world->*part)), 0)
-              << kernel->instruction_set << ", " << i << " of " << count;
-        }
+        kernel->step_singly(&world, 1, 3, ground_);
+        expect_same(*world, together[i]);
       }
+      if (HasFailure()) return;
     }
   }
 }

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <map>
 #include <memory>
 #include <random>
 #include <sstream>
 
+#include "bits.h"
 #include "walker2d/kernel/coverage.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
@@ -130,7 +130,8 @@ bool has_warned(const mjData& data) {
 
 bool is_as(const World& world, const mjData& data) {
   const auto is_equal = [](const auto& ours, const mjtNum* theirs) {
-    return std::memcmp(ours.data(), theirs, sizeof ours) == 0;
+    return std::equal(ours.begin(), ours.end(), theirs,
+                      [](double a, double b) { return to_bits(a) == to_bits(b); });
   };
   return is_equal(world.position, data.qpos) && is_equal(world.velocity, data.qvel) &&
          is_equal(world.warm_start, data.qacc_warmstart);
@@ -144,7 +145,7 @@ void copy(const mjData& data, World& world) {
 
 /// A contestant's worlds.
 struct Side {
-  explicit Side(const Contestant& who) : contestant(who) {
+  explicit Side(Contestant who) : contestant(std::move(who)) {
     for (World& world : worlds) pointers.push_back(&world);
   }
 
