@@ -81,7 +81,7 @@ TEST(CoverageTest, SmallerBuffersAreNotCovered) {
 /// The friction of each limb may be any; across the plane as along it, which one row stands for.
 TEST(CoverageTest, FrictionIsFreeButTheSameBothWays) {
   const auto model = copy("walker2d_v5.xml");
-  constexpr int kLimb = 3;
+  constexpr std::size_t kLimb = 3;
   mjtNum* const friction = &model->pair_friction[5 * kLimb];
   friction[0] = friction[1] = 0.3;
   EXPECT_EQ(why_not_covered(*model), "");
