@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import importlib.resources
 import json
 import os
 import pathlib
@@ -36,6 +37,7 @@ SECTIONS = {
 }
 LONG_SECTIONS = {"training": learning.training, "policies": learning.policies}
 ALL_SECTIONS = {**SECTIONS, **LONG_SECTIONS}
+MODELS = {"Walker2d-v4": "walker2d.xml", "Walker2d-v5": "walker2d_v5.xml"}  # in Gymnasium
 QUICK_SECONDS = 0.1
 QUICK_SHARE = 10  # that many times fewer environments
 
@@ -51,6 +53,7 @@ class Settings:
     is_quick: bool
     without: FrozenSet[str]  # peers that are left out
     learner: Optional[pathlib.Path] = None  # a Python with Stable-Baselines3
+    python_of_mjbatch: Optional[pathlib.Path] = None
 
     def seconds(self, usual):
         return min(usual, QUICK_SECONDS) if self.is_quick else usual
@@ -73,6 +76,17 @@ class Settings:
             return None
         return [sys.executable, HERE / "peers.py", kind, "--env", env, *options]
 
+    def mjbatch(self, env, *options):
+        """By Gymnasium's model of a walker; None for others, and where it is left out."""
+        model = MODELS.get(env)
+        if self.python_of_mjbatch is None or model is None:
+            return None
+        folder = importlib.resources.files("gymnasium.envs.mujoco") / "assets"
+        return [
+            *(self.python_of_mjbatch, HERE / "mjbatch_peer.py"),
+            *("--model", folder / model, *options),
+        ]
+
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__)
@@ -89,6 +103,7 @@ def parse_arguments():
         help="what is not installed",
     )
     parser.add_argument("--learner", type=pathlib.Path, help="a Python with Stable-Baselines3")
+    parser.add_argument("--mjbatch", type=pathlib.Path, help="a Python with mjbatch")
     arguments = parser.parse_args()
     arguments.only = arguments.only.split(",")
     for name in arguments.only:
@@ -152,6 +167,7 @@ def main():
             is_quick=arguments.quick,
             without=frozenset(arguments.without),
             learner=arguments.learner,
+            python_of_mjbatch=arguments.mjbatch,
         )
         rows = run_sections(arguments.only, settings)
     write(arguments, machine, rows)

@@ -23,15 +23,19 @@ def core(settings):
     """One thread on one core."""
     plan = Plan("core", "steps/s", steps_per_processor_second, settings.folder)
     one = ["--seconds", settings.seconds(0.6)]
-    many = [*one, "--num-envs", 16, "--threads", 1]
-    core = settings.one_core
     for env in IDS:
-        pooled = plan.add("pool, 16", env, settings.ours("pool", env, *many), core, (16,))
-        single = plan.add("single", env, settings.ours("loop", env, *one), core)
-        envpool = plan.add("EnvPool, 16", env, settings.peer("envpool", env, *many), core, (16,))
-        gymnasium = plan.add("Gymnasium", env, settings.peer("gymnasium", env, *one), core)
-        against(pooled, envpool)
-        against(single, gymnasium)
+
+        def add(side, command, sizes=(1,), env=env):
+            return plan.add(side, env, command, settings.one_core, sizes)
+
+        for size in (16, 64):
+            many = [*one, "--num-envs", size, "--threads", 1]
+            pooled = add(f"pool, {size}", settings.ours("pool", env, *many), (size,))
+            envpool = settings.peer("envpool", env, *many)
+            against(pooled, add(f"EnvPool, {size}", envpool, (size,)))
+        add("mjbatch, 64", settings.mjbatch(env, *many), (64,))
+        single = add("single", settings.ours("loop", env, *one))
+        against(single, add("Gymnasium", settings.peer("gymnasium", env, *one)))
     return plan.run(settings.rounds(4))
 
 

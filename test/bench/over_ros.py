@@ -7,7 +7,7 @@ import time
 from measure import Failure, Plan, Row, against, run_slice, steps_per_second
 from ros import Master, await_true, call_service, diagnostics, place, stop
 
-WALKER = "BipedalWalker-v3"
+WALKER, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 BATCHES = (1, 8, 64, 512)
 PLACEMENTS = {1: "1 core", 2: "2 cores"}
 # Bytes of ~step's request and response for BipedalWalker-v3, with their lengths and flags.
@@ -61,7 +61,26 @@ def lockstep(settings):
             peer = [ping_pong, "run", "--port", port, *sizes, *seconds]
             against(ours, add("raw TCP", peer))
             rows += plan.run(rounds)
-    return rows
+    return rows + lockstep_of_walker2d(settings)
+
+
+def lockstep_of_walker2d(settings):
+    """With our client alone."""
+    plan = Plan("lockstep", "steps/s", steps_per_second, settings.folder)
+    seconds = ["--seconds", settings.seconds(0.6)]
+    cores = settings.one_core
+    with Master(settings) as master:
+        walker, process = master.server(mode="lockstep", env=WALKER2D)
+        place(process, cores)
+
+        def add(side, command):
+            return plan.add(side, WALKER2D, command, cores, placement=PLACEMENTS[len(cores)])
+
+        client = settings.programs / "walker_sim_lockstep_client"
+        ours = add("our client", [client, "--client", "ours", "--server", walker, *seconds])
+        peer = settings.peer("gymnasium-lockstep", WALKER2D, *seconds)
+        against(ours, add("Gymnasium in process", peer))
+        return plan.run(settings.rounds(4))
 
 
 def step_batch(settings):

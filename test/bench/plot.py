@@ -32,9 +32,9 @@ def bars(axes, labels, sides):
 
 def draw_core(axes, rows):
     ids = (BIPEDAL, "BipedalWalkerHardcore-v3", WALKER2D)
-    sides = [("walker_sim", OURS, "pool, 16"), ("EnvPool", ENVPOOL, "EnvPool, 16")]
-    sides.append(("Gymnasium", GYMNASIUM, "Gymnasium"))
-    axes.set_title("One core, one thread", loc="left")
+    sides = [("walker_sim", OURS, "pool, 64"), ("EnvPool", ENVPOOL, "EnvPool, 64")]
+    sides.append(("Gymnasium, one walker", GYMNASIUM, "Gymnasium"))
+    axes.set_title("One core, one thread, 64 walkers", loc="left")
     bars(
         axes,
         [name.replace("Hardcore", "\nHardcore") for name in ids],

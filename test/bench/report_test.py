@@ -19,7 +19,7 @@ def row(side, values=(), error="", section="core", environment="BipedalWalker-v3
 
 def pair(ours, theirs, **attributes):
     """Two rows, the first compared with the second."""
-    first, second = row("pool, 16", ours, **attributes), row("EnvPool, 16", theirs, **attributes)
+    first, second = row("pool, 64", ours, **attributes), row("EnvPool, 64", theirs, **attributes)
     first.peer = second
     return first, second
 
@@ -78,10 +78,10 @@ def test_a_cell_says_median_spread_and_ratio():
 
 
 def test_a_table_has_a_line_for_each_environment_and_a_column_for_each_side():
-    rows = [*pair([3, 3], [2, 2]), row("pool, 16", [5], environment="Walker2d-v4")]
+    rows = [*pair([3, 3], [2, 2]), row("pool, 64", [5], environment="Walker2d-v4")]
     table = report.TABLES[0]
     assert report.grid(table, rows) == [
-        ["environment", "pool, 16", "EnvPool, 16"],
+        ["environment", "pool, 64", "EnvPool, 64"],
         ["BipedalWalker-v3", "3.00 ±0 % x1.50", "2.00 ±0 %"],
         ["Walker2d-v4", "5.00", ""],
     ]
@@ -128,11 +128,11 @@ def test_all_that_is_written_says_what_was_not_reached():
         assert "made up" in text
     head, _, first, *others = report.as_summary(rows).splitlines()
     assert head == "| steps per second | times as many |"
-    assert first == "| one core, BipedalWalker, against EnvPool | 0.50 |"
+    assert first == "| one core, 64 BipedalWalkers, against EnvPool | 0.50 |"
     assert {line.split(" | ")[1] for line in others} == {"not measured |"}
     written = json.loads(json.dumps(report.as_json(machine, rows, is_quick=True)))
     assert written["rows"][0]["ratio"] == 0.5
-    assert written["rows"][0]["peer"] == "EnvPool, 16"
+    assert written["rows"][0]["peer"] == "EnvPool, 64"
     assert written["targets"][0]["verdict"] == "NOT REACHED"
     assert written["quick"] is True
 
