@@ -114,7 +114,23 @@ if(NOT walker2d_kernels)
 endif()
 walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d
   LEFT_OUT ${for_other_processors})
+# walker_sim_register_variant(NAME FILE LABEL VARIABLE...): a file of these again, in another environment.
+function(walker_sim_register_variant name file label)
+  walker_sim_register_gtest(${name} mujoco_tests ${label} --file=${file}.cpp)
+  if(WALKER_SIM_ROS)
+    set(name _ctest_${PROJECT_NAME}_gtest_${name})
+  endif()
+  set_tests_properties(${name} PROPERTIES ENVIRONMENT "${ARGN}")
+endfunction()
+
 if(walker2d_kernels)
+  # Every recorded episode without Walker2d's kernel, too, and with the one that all processors can run.
+  foreach(kernel off sse2)
+    walker_sim_register_variant(mujoco_recordings_test_kernel_${kernel} recordings_test short
+      WALKER_SIM_KERNEL=${kernel})
+  endforeach()
+  walker_sim_register_variant(walker2d_kernel_kernel_test_long kernel_test long
+    WALKER_SIM_TEST_STEPS=30000)
   foreach(name altered_add altered_pow)
     set_source_files_properties(test/walker2d/kernel/${name}.cpp PROPERTIES
       SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${walker2d_kernel_options}")

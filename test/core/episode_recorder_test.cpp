@@ -115,11 +115,11 @@ TEST_P(AnyWalker, GoesBackToItsOwnPastAsOftenAsWanted) {
 }
 
 TEST_P(AnyWalker, AnEndedEpisodeIsRestoredAsEnded) {
-  Restorable original = simulation_of(GetParam(), {{"max_episode_steps", 5}});
+  Restorable original = simulation_of(GetParam(), {{"max_episode_steps", std::int64_t{5}}});
   original.reset(4);
   play(original, 5, 1);
   ASSERT_EQ(original.state().end_reason, "truncated: 5 steps");
-  Restorable restarted = simulation_of(GetParam(), {{"max_episode_steps", 5}});
+  Restorable restarted = simulation_of(GetParam(), {{"max_episode_steps", std::int64_t{5}}});
   restarted.restore(original.record());
   expect_same_future(original, restarted);
   EXPECT_EQ(restarted.state().step, 0U);
