@@ -2,6 +2,7 @@
 # Gymnasium of that Python. Included by tests.cmake.
 set(short_suites
   core/exported_symbols_test
+  walker2d/kernel/symbols_test
   core/pool_gymnasium_test
   core/random_numpy_test
   docs_test
@@ -45,6 +46,8 @@ string(CONCAT suite_environment
   ";WALKER_SIM_POOL_ROLLOUT=$<TARGET_FILE:walker_sim_pool_rollout>"
   ";WALKER_SIM_CORE_LIBRARY=$<TARGET_FILE:walker_sim_core>"
   ";WALKER_SIM_C_INTERFACE=$<TARGET_FILE:walker_sim_c_interface>"
+  ";WALKER_SIM_KERNEL_OBJECTS="
+  "$<JOIN:$<FILTER:$<TARGET_OBJECTS:walker_sim_core_objects>,INCLUDE,kernel_(sse2|avx2)>,:>"
   ";WALKER_SIM_PROGRAMS=$<TARGET_FILE_DIR:walker_sim_benchmark>")
 
 function(walker_sim_add_suite path)

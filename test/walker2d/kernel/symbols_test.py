@@ -1,0 +1,32 @@
+"""No code that is compiled for one set of instructions is taken for another: of functions that several
+files define, the linker keeps one, which might be the one that this processor cannot run."""
+
+import os
+import pathlib
+import platform
+import re
+import subprocess
+
+import pytest
+
+pytestmark = pytest.mark.skipif(
+    platform.machine() != "x86_64", reason="there are kernels for x86-64 alone"
+)
+
+OBJECTS = [pathlib.Path(name) for name in os.environ["WALKER_SIM_KERNEL_OBJECTS"].split(":") if name]
+
+
+def test_each_kernel_has_an_object():
+    assert [file.name for file in OBJECTS] == ["kernel_sse2.cpp.o", "kernel_avx2.cpp.o"]
+
+
+@pytest.mark.parametrize("file", OBJECTS, ids=lambda file: file.name)
+def test_what_is_shared_has_the_kernels_name(file):
+    instruction_set = re.fullmatch(r"kernel_(\w+)\.cpp\.o", file.name)[1]
+    command = ["nm", "--defined-only", "--demangle", file]
+    listed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+    shared = [line for line in listed if re.match(r"[0-9a-f]* [TWVuBD] ", line)]
+    assert len(shared) > 5, "else the listing was not understood"
+    # Constants have no instructions.
+    strange = [line for line in shared if instruction_set not in line and "::model::" not in line]
+    assert strange == []
