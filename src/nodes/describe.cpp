@@ -18,19 +18,21 @@
 namespace {
 
 constexpr const char* kUsage =
-    "Usage: describe [ID [NAME=VALUE ...]] [--urdf FILE] [--meshes FOLDER]\n"
+    "Usage: describe [ID [NAME=VALUE ...]] [--urdf FILE] [--meshes FOLDER] [--engine]\n"
     "Describes environment ID (BipedalWalker-v3) as URDF, read off its running world.\n"
     "  NAME=VALUE       parameters of the environment, e.g. xml_file=/path/model.xml\n"
     "  --urdf FILE      writes the URDF there; without, it goes to the terminal\n"
     "  --meshes FOLDER  copies the package's meshes there (an existing folder), under the names "
     "that\n"
-    "                   the URDF has for them\n";
+    "                   the URDF has for them\n"
+    "  --engine         tells instead what engine makes the steps, and from which file\n";
 
 struct Options {
   std::string id = "BipedalWalker-v3";
   std::vector<std::string> assignments;  // NAME=VALUE
   std::string urdf;
   std::string meshes;
+  bool wants_engine = false;
   bool wants_help = false;
 };
 
@@ -40,6 +42,8 @@ Options parse(int argc, char** argv) {
     const std::string argument = argv[i];
     if (argument == "--help" || argument == "-h") {
       options.wants_help = true;
+    } else if (argument == "--engine") {
+      options.wants_engine = true;
     } else if (argument == "--urdf" || argument == "--meshes") {
       if (++i == argc) throw std::invalid_argument(argument + ": needs a value");
       (argument == "--urdf" ? options.urdf : options.meshes) = argv[i];
@@ -74,8 +78,13 @@ void describe(const Options& options) {
   const auto environment = walker::make(
       options.id,
       walker::parse_assignments(walker::parameter_descriptions(options.id), options.assignments));
-  const walker::UrdfFiles files =
-      walker::make_urdf(environment->specification(), walker::robot_name(options.id));
+  const walker::Specification& specification = environment->specification();
+  if (options.wants_engine) {
+    std::cout << specification.engine << " " << specification.engine_version << "\n"
+              << specification.engine_path << "\n";
+    return;
+  }
+  const walker::UrdfFiles files = walker::make_urdf(specification, walker::robot_name(options.id));
   if (options.urdf.empty()) {
     std::cout << files.urdf;
   } else {

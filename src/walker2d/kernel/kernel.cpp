@@ -1,6 +1,7 @@
 #include "walker2d/kernel/kernel.h"
 
 #include "walker2d/kernel/instruction_sets.h"
+#include "walker2d/kernel/suppositions.h"
 
 namespace walker::walker2d {
 
