@@ -46,7 +46,7 @@ class Physics {
   virtual void step(const double* control, int count) = 0;
 
   /// Makes engine steps of several worlds, each as `step` does it.
-  /// @param calls without a failure yet; of distinct worlds of this one's kind
+  /// @param calls without a failure yet; of distinct worlds
   virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept;
 
   /// How many worlds `step_together` best takes.

@@ -34,7 +34,10 @@ Scratch::Loan::Loan(Scratch& scratch) : scratch_(scratch) {
       scratch_.unused_.pop_back();
     }
   }
-  if (!data_) data_ = make_data(scratch_.model());
+  if (data_) return;
+  data_ = make_data(scratch_.model());
+  const std::lock_guard<std::mutex> lock(scratch_.mutex_);
+  scratch_.unused_.reserve(++scratch_.num_made_);  // for giving it back must not fail
 }
 
 Scratch::Loan::~Loan() {

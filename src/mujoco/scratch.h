@@ -1,6 +1,8 @@
 // MuJoCo's data for whoever needs them for a moment.
 #pragma once
 
+#include <cstddef>
+#include <memory>
 #include <mutex>
 #include <vector>
 
@@ -37,6 +39,7 @@ class Scratch {
  private:
   ModelPointer model_;
   std::mutex mutex_;
+  std::size_t num_made_ = 0;
   std::vector<DataPointer> unused_;
 };
 

@@ -52,23 +52,27 @@ class KernelPhysics : public mujoco::Physics {
 
   void step_together(mujoco::PhysicsCall* calls, std::size_t num_calls,
                      int count) noexcept override {
+    std::array<KernelPhysics*, kMostTogether> members{};
     std::array<World, kMostTogether> before;
     std::array<World*, kMostTogether> worlds{};
     std::size_t num_worlds = 0;
     for (std::size_t i = 0; i < num_calls; ++i) {
-      KernelPhysics& physics = of(calls[i]);
-      before[i] = physics.world_;
-      if (physics.take_control(calls[i].control)) worlds[num_worlds++] = &physics.world_;
+      members[i] = find_alike(calls[i]);
+      if (members[i] == nullptr) {
+        Physics::step_together(&calls[i], 1, count);
+        continue;
+      }
+      before[i] = members[i]->world_;
+      if (members[i]->take_control(calls[i].control)) worlds[num_worlds++] = &members[i]->world_;
     }
     // Worlds with like contacts have the most in common.
     std::sort(worlds.begin(), worlds.begin() + num_worlds,
               [](const World* a, const World* b) { return a->pattern < b->pattern; });
     kernel_.step(worlds.data(), num_worlds, count, ground_);
     for (std::size_t i = 0; i < num_calls; ++i) {
-      KernelPhysics& physics = of(calls[i]);
-      if (!physics.world_.is_flagged) continue;
+      if (members[i] == nullptr || !members[i]->world_.is_flagged) continue;
       try {
-        physics.step_by_library(before[i], count);
+        members[i]->step_by_library(before[i], count);
       } catch (...) {
         calls[i].failure = std::current_exception();
       }
@@ -94,8 +98,13 @@ class KernelPhysics : public mujoco::Physics {
   }
 
  private:
-  static KernelPhysics& of(const mujoco::PhysicsCall& call) {
-    return static_cast<KernelPhysics&>(*call.physics);
+  /// A world for the same kernel with the same model. Null for others: between the making of two
+  /// environments the user may have changed the model's file, or asked for another kernel.
+  KernelPhysics* find_alike(const mujoco::PhysicsCall& call) const {
+    auto* const other = dynamic_cast<KernelPhysics*>(call.physics);
+    const bool is_alike =
+        other != nullptr && &other->kernel_ == &kernel_ && other->model_ == model_;
+    return is_alike ? other : nullptr;
   }
 
   /// mj_fwdActuation. @return whether the kernel may make the step; else the world is flagged
