@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "simd/vector.h"
+#include "walker2d/kernel/trigonometry.h"
 #include "walker2d/model_constants.h"
 
 namespace walker::walker2d::kernel {
@@ -53,12 +54,14 @@ WALKER_SIM_INLINE inline Constants<V, N> constant(const double* numbers) {
   return made;
 }
 
-/// The C library's, lane by lane: MuJoCo calls it, and its bits are what is asked for.
+/// Lane by lane.
 template <int W>
 inline void sine_and_cosine(Vector<W> angle, Vector<W>& sine, Vector<W>& cosine) {
   alignas(8 * W) double sines[W];
   alignas(8 * W) double cosines[W];
-  for (int lane = 0; lane < W; ++lane) ::sincos(angle[lane], &sines[lane], &cosines[lane]);
+  for (int lane = 0; lane < W; ++lane) {
+    sine_and_cosine_of(angle[lane], &sines[lane], &cosines[lane]);
+  }
   for (int lane = 0; lane < W; ++lane) {
     sine.set(lane, sines[lane]);
     cosine.set(lane, cosines[lane]);

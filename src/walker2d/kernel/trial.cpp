@@ -1,7 +1,6 @@
 #include "walker2d/kernel/trial.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <mutex>
 #include <vector>
@@ -11,26 +10,10 @@
 #include "mujoco/library_physics.h"
 #include "simd/allowed_kernels.h"
 #include "walker2d/kernel/coverage.h"
+#include "walker2d/kernel/trigonometry.h"
 
 namespace walker::walker2d {
 namespace {
-
-/// MuJoCo calls sin and cos; the kernel both at once.
-bool is_sincos_as_sin_and_cos() {
-  constexpr int kAngles = 10000;
-  Generator generator(0);
-  for (int i = 0; i < kAngles; ++i) {
-    const double largest = std::pow(10.0, generator.uniform(-8, 8));
-    const double angle = generator.uniform(-largest, largest);
-    double sine = 0;
-    double cosine = 0;
-    ::sincos(angle, &sine, &cosine);
-    if (to_bits(sine) != to_bits(std::sin(angle)) || to_bits(cosine) != to_bits(std::cos(angle))) {
-      return false;
-    }
-  }
-  return true;
-}
 
 /// What the library is about to step, for the kernel.
 World world_of(const mjModel& model, const mjData& data) {
@@ -145,8 +128,7 @@ KernelChoice choose_kernel(const mjModel& model) {
   if (!other_field.empty()) return {nullptr, "the model has another " + other_field};
   if (usable.empty()) return {nullptr, "there is no kernel for this processor"};
   if (allowed.empty()) return {nullptr, "WALKER_SIM_KERNEL is off"};
-  static const bool kIsSincosAsSinAndCos = is_sincos_as_sin_and_cos();
-  if (!kIsSincosAsSinAndCos) return {nullptr, "the C library's sincos is not its sin and cos"};
+  choose_sine_and_cosine();
   for (const Kernel* kernel : allowed) {
     if (is_as_library_here(*kernel, model)) return {kernel, ""};
   }

@@ -15,8 +15,8 @@ struct KernelChoice {
 };
 
 /// The fastest kernel that the user allows and that this processor can run. None where the kernels'
-/// constants do not cover the model, or where the C library's sincos, or some hundred steps, show
-/// other bits than MuJoCo's library has here; these are tried once in a process.
+/// constants do not cover the model, or where some hundred steps show other bits than MuJoCo's
+/// library has here, which is tried once in a process.
 /// @throws std::invalid_argument where the user asks for what there is not
 KernelChoice choose_kernel(const mjModel& model);
 
