@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import subprocess
 
 import pytest
@@ -50,6 +51,18 @@ def test_rospack_finds_the_package_once():
 def test_a_program_runs_by_rosrun():
     lines = told("rosrun", "walker_sim", "describe", "Walker2d-v5")
     assert any('<robot name="walker2d">' in line for line in lines)
+
+
+def test_describe_tells_what_makes_the_steps():
+    for options in ([], ["frame_skip=2"]):
+        told_engine = told("rosrun", "walker_sim", "describe", "Walker2d-v5", *options, "--engine")
+        assert re.fullmatch(
+            r"MuJoCo 2\.2\.2 \(.+\), stepped by the (kernel for|library).*", told_engine[0]
+        )
+        assert pathlib.Path(told_engine[1]).is_file()
+    model = f"xml_file={ROOT}/assets/hopper_v5.xml"
+    (engine, _) = told("rosrun", "walker_sim", "describe", "Hopper-v5", model, "--engine")
+    assert engine.endswith(", stepped by the library")
 
 
 def test_nothing_loads_libraries_from_the_current_directory():

@@ -13,7 +13,9 @@ pytestmark = pytest.mark.skipif(
     platform.machine() != "x86_64", reason="there are kernels for x86-64 alone"
 )
 
-OBJECTS = [pathlib.Path(name) for name in os.environ["WALKER_SIM_KERNEL_OBJECTS"].split(":") if name]
+OBJECTS = [
+    pathlib.Path(name) for name in os.environ["WALKER_SIM_KERNEL_OBJECTS"].split(":") if name
+]
 
 
 def test_each_kernel_has_an_object():
