@@ -17,6 +17,8 @@ endfunction()
 walker_sim_add_race_copy(box2d_pinned)
 set_target_properties(box2d_pinned_race PROPERTIES UNITY_BUILD ON)
 walker_sim_add_race_copy(walker_sim_core_objects)
+# Or Make would generate a header for both at the same time.
+add_dependencies(walker_sim_core_objects_race walker_sim_core_objects)
 
 add_executable(core_pool_race_test EXCLUDE_FROM_ALL
   test/unit_test_main.cpp test/core/thread_pool_test.cpp test/core/pool_race_test.cpp)
