@@ -1,5 +1,5 @@
 """No code that is compiled for one set of instructions is taken for another: of functions that
-several files define, the linker keeps one, which might be the one that this processor cannot run."""
+several files define, the linker keeps one, perhaps the one that this processor cannot run."""
 
 import os
 import pathlib
