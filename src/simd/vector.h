@@ -118,7 +118,7 @@ struct Vector {
     return vector;
   }
 
-  WALKER_SIM_INLINE double operator[](int lane) const {
+  WALKER_SIM_INLINE double operator[]([[maybe_unused]] int lane) const {
     if constexpr (W == 1) {
       return number;
     } else {
@@ -126,7 +126,7 @@ struct Vector {
     }
   }
 
-  WALKER_SIM_INLINE void set(int lane, double value) {
+  WALKER_SIM_INLINE void set([[maybe_unused]] int lane, double value) {
     if constexpr (W == 1) {
       number = value;
     } else {
