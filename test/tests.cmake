@@ -110,7 +110,7 @@ walker_sim_add_unit_tests(bipedal_walker LIBRARIES ${core_libraries}
   LEFT_OUT shortcuts_test ${not_these_engines})
 set(for_other_processors "")
 if(NOT walker2d_kernels)
-  set(for_other_processors kernel_physics_test kernel_test trial_test)
+  set(for_other_processors kernel_physics_test kernel_pool_test kernel_test trial_test)
 endif()
 walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d
   LEFT_OUT ${for_other_processors})

@@ -14,11 +14,8 @@
 #include "error_message.h"
 #include "mujoco/library_physics.h"
 #include "mujoco/model.h"
-#include "stepper.h"
-#include "walker2d/kernel/kernel.h"
 #include "walker2d/kernel/kernel_variable.h"
 #include "walker_sim/agent.h"
-#include "walker_sim/pool.h"
 
 namespace walker::walker2d {
 namespace {
@@ -29,11 +26,6 @@ constexpr int kSize = 9;
 constexpr int kMotors = 6;
 
 using State = std::vector<double>;
-
-Stepper make_by(const char* kernel, const std::string& id, const Parameters& parameters = {}) {
-  const KernelVariable variable(kernel);
-  return Stepper(id, parameters);
-}
 
 std::string stepper_of(const Stepper& walker) {
   const std::string& version = walker.environment->specification().engine_version;
@@ -267,84 +259,6 @@ TEST_F(KernelPhysicsTest, MeasuresWhatTheLibraryMeasures) {
       });
     }
     ASSERT_EQ(to_bits(seen[0]), to_bits(seen[1])) << i;
-  }
-}
-
-/// Someone changes the kernel, or a model's file, while environments are made.
-TEST(KernelPoolTest, WorldsOfOtherKindsAreSteppedApart) {
-  const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
-  const mujoco::ModelPointer other_model = mujoco::load_model("walker2d_v4.xml");
-  const auto make_by_each = [&] {
-    std::vector<std::unique_ptr<mujoco::Physics>> all;
-    for (const char* kernel : {"sse2", "off", kernels().front()->instruction_set}) {
-      const KernelVariable variable(kernel);
-      all.push_back(make_kernel_physics(model));
-      all.push_back(make_kernel_physics(other_model));
-    }
-    return all;
-  };
-  const auto together = make_by_each();
-  const auto apart = make_by_each();
-  const State velocity(kSize, 0.3);
-  for (const auto* all : {&together, &apart}) {
-    for (const auto& physics : *all) physics->reset(model->qpos0, velocity.data());
-  }
-  const State control(kMotors, 0.7);
-  std::vector<mujoco::PhysicsCall> calls(together.size());
-  for (int step = 0; step < 100; ++step) {
-    for (std::size_t i = 0; i < calls.size(); ++i)
-      calls[i] = {together[i].get(), control.data(), {}};
-    together[step % calls.size()]->step_together(calls.data(), calls.size(), 4);
-    for (std::size_t i = 0; i < calls.size(); ++i) {
-      ASSERT_FALSE(calls[i].failure);
-      apart[i]->step(control.data(), 4);
-      for (int k = 0; k < kSize; ++k) {
-        ASSERT_EQ(to_bits(together[i]->position()[k]), to_bits(apart[i]->position()[k]));
-      }
-    }
-  }
-}
-
-/// Any number of environments and threads, however they are grouped, by the kernel and by the
-/// library.
-TEST(KernelPoolTest, IsTheSameForAllGroupings) {
-  constexpr int kSteps = 60;
-  for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
-    for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
-      std::vector<State> rows;
-      for (const auto& [kernel, num_threads] : std::vector<std::pair<const char*, std::size_t>>{
-               {"off", 1}, {"sse2", 1}, {nullptr, 1}, {nullptr, 3}}) {
-        const KernelVariable variable(kernel);
-        PoolOptions options;
-        options.num_envs = num_envs;
-        options.num_threads = num_threads;
-        options.autoreset_mode = mode;
-        Pool pool([] { return make("Walker2d-v5"); }, options);
-        const Specification& specification = pool.specification();
-        State observations(num_envs * specification.observation_size());
-        State rewards(num_envs);
-        Batch batch;
-        batch.observations = observations.data();
-        batch.rewards = rewards.data();
-        std::vector<std::optional<std::uint64_t>> seeds(num_envs);
-        for (std::size_t i = 0; i < num_envs; ++i) seeds[i] = i;
-        pool.reset({}, seeds, batch);
-        std::mt19937_64 random(9);
-        std::uniform_real_distribution<double> unit(-1, 1);
-        State actions(num_envs * kMotors);
-        State all;
-        for (int i = 0; i < kSteps; ++i) {
-          for (double& action : actions) action = unit(random);
-          pool.step(actions.data(), actions.size(), batch);
-          all.insert(all.end(), observations.begin(), observations.end());
-          all.insert(all.end(), rewards.begin(), rewards.end());
-        }
-        rows.push_back(std::move(all));
-      }
-      for (const State& row : rows) {
-        ASSERT_EQ(to_bits(row), to_bits(rows[0])) << num_envs << " environments";
-      }
-    }
   }
 }
 

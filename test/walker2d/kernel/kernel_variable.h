@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "stepper.h"
+
 namespace walker::walker2d {
 
 class KernelVariable {
@@ -31,5 +33,12 @@ class KernelVariable {
 
   std::optional<std::string> before_;
 };
+
+/// An environment made under a value of that variable.
+inline Stepper make_by(const char* kernel, const std::string& id,
+                       const Parameters& parameters = {}) {
+  const KernelVariable variable(kernel);
+  return Stepper(id, parameters);
+}
 
 }  // namespace walker::walker2d

@@ -1,0 +1,175 @@
+// Pools whose walkers are stepped together: no result depends on who is stepped with whom.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "bits.h"
+#include "mujoco/model.h"
+#include "walker2d/kernel/kernel.h"
+#include "walker2d/kernel/kernel_physics.h"
+#include "walker2d/kernel/kernel_variable.h"
+#include "walker_sim/pool.h"
+
+namespace walker::walker2d {
+namespace {
+
+constexpr int kSize = 9;
+constexpr int kMotors = 6;
+
+using State = std::vector<double>;
+
+/// Someone changes the kernel, or a model's file, while environments are made.
+TEST(KernelPoolTest, WorldsOfOtherKindsAreSteppedApart) {
+  const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
+  const mujoco::ModelPointer other_model = mujoco::load_model("walker2d_v4.xml");
+  const auto make_by_each = [&] {
+    std::vector<std::unique_ptr<mujoco::Physics>> all;
+    for (const char* kernel : {"sse2", "off", kernels().front()->instruction_set}) {
+      const KernelVariable variable(kernel);
+      all.push_back(make_kernel_physics(model));
+      all.push_back(make_kernel_physics(other_model));
+    }
+    return all;
+  };
+  const auto together = make_by_each();
+  const auto apart = make_by_each();
+  const State velocity(kSize, 0.3);
+  for (const auto* all : {&together, &apart}) {
+    for (const auto& physics : *all) physics->reset(model->qpos0, velocity.data());
+  }
+  const State control(kMotors, 0.7);
+  std::vector<mujoco::PhysicsCall> calls(together.size());
+  for (int step = 0; step < 100; ++step) {
+    for (std::size_t i = 0; i < calls.size(); ++i)
+      calls[i] = {together[i].get(), control.data(), {}};
+    together[step % calls.size()]->step_together(calls.data(), calls.size(), 4);
+    for (std::size_t i = 0; i < calls.size(); ++i) {
+      ASSERT_FALSE(calls[i].failure);
+      apart[i]->step(control.data(), 4);
+      for (int k = 0; k < kSize; ++k) {
+        ASSERT_EQ(to_bits(together[i]->position()[k]), to_bits(apart[i]->position()[k]));
+      }
+    }
+  }
+}
+
+/// Any number of environments and threads, however they are grouped, by the kernel and by the
+/// library.
+TEST(KernelPoolTest, IsTheSameForAllGroupings) {
+  constexpr int kSteps = 60;
+  for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
+    for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
+      std::vector<State> rows;
+      for (const auto& [kernel, num_threads] : std::vector<std::pair<const char*, std::size_t>>{
+               {"off", 1}, {"sse2", 1}, {nullptr, 1}, {nullptr, 3}}) {
+        const KernelVariable variable(kernel);
+        PoolOptions options;
+        options.num_envs = num_envs;
+        options.num_threads = num_threads;
+        options.autoreset_mode = mode;
+        Pool pool([] { return make("Walker2d-v5"); }, options);
+        const Specification& specification = pool.specification();
+        State observations(num_envs * specification.observation_size());
+        State rewards(num_envs);
+        Batch batch;
+        batch.observations = observations.data();
+        batch.rewards = rewards.data();
+        std::vector<std::optional<std::uint64_t>> seeds(num_envs);
+        for (std::size_t i = 0; i < num_envs; ++i) seeds[i] = i;
+        pool.reset({}, seeds, batch);
+        std::mt19937_64 random(9);
+        std::uniform_real_distribution<double> unit(-1, 1);
+        State actions(num_envs * kMotors);
+        State all;
+        for (int i = 0; i < kSteps; ++i) {
+          for (double& action : actions) action = unit(random);
+          pool.step(actions.data(), actions.size(), batch);
+          all.insert(all.end(), observations.begin(), observations.end());
+          all.insert(all.end(), rewards.begin(), rewards.end());
+        }
+        rows.push_back(std::move(all));
+      }
+      for (const State& row : rows) {
+        ASSERT_EQ(to_bits(row), to_bits(rows[0])) << num_envs << " environments";
+      }
+    }
+  }
+}
+
+/// Sent and received in whatever order they come, each walker has the library's episodes.
+TEST(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
+  constexpr std::size_t kEnvironments = 37;
+  constexpr std::size_t kBatch = 10;
+  constexpr int kSteps = 80;  // at least, of each
+  const auto action_of = [](std::size_t environment, std::size_t step) {
+    State action(kMotors);
+    for (std::size_t k = 0; k < kMotors; ++k) {
+      action[k] = std::sin(0.7 * static_cast<double>(environment * 31 + step * 7 + k * 3));
+    }
+    return action;
+  };
+  const KernelVariable variable(nullptr);
+  PoolOptions options;
+  options.num_envs = kEnvironments;
+  options.num_threads = 2;
+  options.batch_size = kBatch;
+  Pool pool([] { return make("Walker2d-v5"); }, options);
+  const std::size_t size = pool.specification().observation_size();
+  State first(kEnvironments * size);
+  Batch all;
+  all.observations = first.data();
+  std::vector<std::optional<std::uint64_t>> seeds(kEnvironments);
+  for (std::size_t i = 0; i < kEnvironments; ++i) seeds[i] = i;
+  pool.reset({}, seeds, all);
+
+  std::vector<State> seen(kEnvironments);  // observations, one after the other
+  std::vector<std::size_t> num_sent(kEnvironments);
+  const auto send = [&](const std::vector<std::uint32_t>& environments) {
+    State actions;
+    for (const std::uint32_t i : environments) {
+      const State action = action_of(i, num_sent[i]++);
+      actions.insert(actions.end(), action.begin(), action.end());
+    }
+    pool.send(actions.data(), environments.data(), environments.size());
+  };
+  std::vector<std::uint32_t> everyone(kEnvironments);
+  std::iota(everyone.begin(), everyone.end(), 0U);
+  send(everyone);
+  State rows(kBatch * size);
+  Batch batch;
+  batch.observations = rows.data();
+  std::vector<std::uint32_t> received(kBatch);
+  while (*std::min_element(num_sent.begin(), num_sent.end()) < kSteps) {
+    pool.recv(batch, received.data());
+    for (std::size_t row = 0; row < kBatch; ++row) {
+      const double* const observation = rows.data() + row * size;
+      seen[received[row]].insert(seen[received[row]].end(), observation, observation + size);
+    }
+    send(received);
+  }
+
+  Stepper walker = make_by("off", "Walker2d-v5");
+  for (std::size_t i = 0; i < kEnvironments; ++i) {
+    State expected;
+    walker.reset(i);
+    for (std::size_t step = 0; expected.size() < seen[i].size(); ++step) {
+      if (walker.has_ended()) {
+        walker.reset();
+      } else {
+        walker.step(action_of(i, step));
+      }
+      expected.insert(expected.end(), walker.observation.begin(), walker.observation.end());
+    }
+    ASSERT_EQ(to_bits(expected), to_bits(seen[i])) << "environment " << i;
+  }
+}
+
+}  // namespace
+}  // namespace walker::walker2d
