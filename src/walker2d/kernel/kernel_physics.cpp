@@ -68,7 +68,10 @@ class KernelPhysics : public mujoco::Physics {
     // Worlds with like contacts have the most in common.
     std::sort(worlds.begin(), worlds.begin() + num_worlds,
               [](const World* a, const World* b) { return a->pattern < b->pattern; });
-    kernel_.step(worlds.data(), num_worlds, count, ground_);
+    // One alone among lanes would take longer than by itself.
+    const std::size_t num_alone = num_worlds % kernel_.lanes == 1 ? 1 : 0;
+    kernel_.step(worlds.data(), num_worlds - num_alone, count, ground_);
+    kernel_.step_singly(worlds.data() + num_worlds - num_alone, num_alone, count, ground_);
     for (std::size_t i = 0; i < num_calls; ++i) {
       if (members[i] == nullptr || !members[i]->world_.is_flagged) continue;
       try {
