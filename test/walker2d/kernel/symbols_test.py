@@ -29,6 +29,6 @@ def test_what_is_shared_has_the_kernels_name(file):
     listed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
     shared = [line for line in listed if re.match(r"[0-9a-f]* [TWVuBD] ", line)]
     assert len(shared) > 5, "else the listing was not understood"
-#Constants have no instructions.
+    # Constants have no instructions.
     strange = [line for line in shared if instruction_set not in line and "::model::" not in line]
     assert strange == []
