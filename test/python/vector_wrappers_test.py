@@ -1,0 +1,91 @@
+"""Gymnasium's wrappers of vector environments around WalkerVectorEnv."""
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim  # noqa: F401  # registers the ids
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import vector as wrappers
+from vector_comparison import assert_same
+
+WALKER2D = "walker_sim/Walker2d-v5"
+NUM_ENVS = 3
+
+WRAPPERS = {
+    "RecordEpisodeStatistics": wrappers.RecordEpisodeStatistics,
+    "NormalizeObservation": wrappers.NormalizeObservation,
+    "NormalizeReward": wrappers.NormalizeReward,
+    "ClipReward": lambda envs: wrappers.ClipReward(envs, -0.1, 0.1),
+    "ClipAction": wrappers.ClipAction,
+    "RescaleAction": lambda envs: wrappers.RescaleAction(
+        envs, np.full(6, -2, np.float32), np.full(6, 2, np.float32)
+    ),
+    "FlattenObservation": wrappers.FlattenObservation,
+    "DictInfoToList": wrappers.DictInfoToList,
+    "several": lambda envs: wrappers.NormalizeObservation(
+        wrappers.NormalizeReward(wrappers.RecordEpisodeStatistics(envs))
+    ),
+}
+NEXT_STEP_ONLY = ("NormalizeObservation", "FlattenObservation", "several")
+
+
+def without_times(result):
+    """RecordEpisodeStatistics looks at the clock."""
+    if isinstance(result[-1], dict) and "episode" in result[-1]:
+        result[-1]["episode"].pop("t", None)
+    return result
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+@pytest.mark.parametrize("name", WRAPPERS)
+def test_gymnasiums_wrappers_see_no_difference(name, mode):
+    sides = [
+        gymnasium.make_vec(WALKER2D, NUM_ENVS, autoreset_mode=mode, max_episode_steps=20),
+        SyncVectorEnv(
+            [lambda: gymnasium.make(WALKER2D, max_episode_steps=20)] * NUM_ENVS,
+            autoreset_mode=AutoresetMode[mode.upper()],
+        ),
+    ]
+    if mode == "same_step" and name in NEXT_STEP_ONLY:
+        for side in sides:
+            with pytest.raises((ValueError, AssertionError)):
+                WRAPPERS[name](side)
+        return
+    sides = [WRAPPERS[name](side) for side in sides]
+    random = np.random.default_rng(2)
+    assert_same(*(side.reset(seed=3) for side in sides))
+    num_ended = 0
+    for number in range(80):
+        actions = random.uniform(-1, 1, sides[0].action_space.shape).astype(np.float32)
+        results = [without_times(side.step(actions.copy())) for side in sides]
+        assert_same(*results, number)
+        num_ended += (results[0][2] | results[0][3]).sum()
+    assert num_ended > 5
+    for side in sides:
+        side.close()
+
+
+def test_statistics_of_episodes_that_are_reset_by_mask():
+    """Gymnasium's own environments take the mask out of the options, and with it from the wrapper,
+    which then forgets all episodes; so there is nothing to compare with."""
+    envs = wrappers.RecordEpisodeStatistics(
+        gymnasium.make_vec(WALKER2D, NUM_ENVS, autoreset_mode="disabled", max_episode_steps=20)
+    )
+    envs.reset(seed=3)
+    random = np.random.default_rng(2)
+    lengths, returns = np.zeros(NUM_ENVS, int), np.zeros(NUM_ENVS)
+    num_ended = 0
+    for _ in range(80):
+        actions = random.uniform(-1, 1, envs.action_space.shape).astype(np.float32)
+        _, rewards, terminated, truncated, infos = envs.step(actions)
+        lengths += 1
+        returns += rewards
+        ended = terminated | truncated
+        if not ended.any():
+            continue
+        num_ended += ended.sum()
+        assert (infos["episode"]["l"][ended] == lengths[ended]).all()
+        assert (infos["episode"]["r"][ended] == returns[ended]).all()
+        lengths[ended], returns[ended] = 0, 0
+        envs.reset(options={"reset_mask": ended})
+    assert num_ended > 5
