@@ -32,8 +32,9 @@ function(walker_sim_check_box2d folder)
 endfunction()
 
 # ---------------------------------------------------------------- Box2D
-# Sets box2d_room to the folder in src/bipedal_walker with what depends on whose Box2D it is.
+# Sets box2d_room_sources to what depends on whose Box2D it is.
 add_library(walker_sim_box2d INTERFACE)
+set(box2d_room_files body_list broad_phase cast_rays together)
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set(box2d_source ${BOX2D_SOURCE_DIR})
   if(NOT box2d_source)
@@ -57,7 +58,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   add_library(box2d_pinned STATIC ${box2d_sources})
   set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
   set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
-    ${box2d_ours}/broad_phase.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
+    ${box2d_ours}/broad_phase.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
   # live in the same process.
   set(box2d_options -O3 -ffp-contract=off -w)
@@ -70,6 +71,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
       CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   endforeach()
   set(box2d_room box2d_pinned)
+  list(APPEND box2d_room_files world_step)
   target_link_libraries(walker_sim_box2d INTERFACE box2d_pinned)
   set(box2d_origin "pinned, box2d-py 2.3.8")
 elseif(WALKER_SIM_ENGINES STREQUAL "system")
@@ -90,6 +92,9 @@ elseif(WALKER_SIM_ENGINES STREQUAL "system")
 else()
   message(FATAL_ERROR "WALKER_SIM_ENGINES = ${WALKER_SIM_ENGINES}: must be pinned or system")
 endif()
+
+list(TRANSFORM box2d_room_files REPLACE "(.+)" "src/bipedal_walker/${box2d_room}/\\1.cpp"
+  OUTPUT_VARIABLE box2d_room_sources)
 
 # ---------------------------------------------------------------- MuJoCo
 # A folder of a release (lib/, include/), named or fetched, or what the distribution has installed.

@@ -1,14 +1,25 @@
 #include "bipedal_walker/bipedal_walker.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <exception>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
+#include "bipedal_walker/kernel/trial.h"
+#include "bipedal_walker/together.h"
+
 namespace walker::bipedal_walker {
 namespace {
+
+std::string stepper_of(const KernelChoice& choice) {
+  return choice.kernel != nullptr
+             ? std::string("the library, in groups by the kernel for ") +
+                   choice.kernel->instruction_set
+             : "the library: " + choice.why_none;
+}
 
 /// By the arm in the body's frame: Box2D's own function takes the difference of two places in the
 /// world, which single precision makes coarse far from its origin.
@@ -19,8 +30,11 @@ b2Vec2 velocity_of_origin(const b2Body& body) {
 
 }  // namespace
 
-BipedalWalker::BipedalWalker(const Options& options)
-    : options_(options), specification_(make_specification(options)) {}
+BipedalWalker::BipedalWalker(const Options& options) : options_(options) {
+  const KernelChoice choice = choose_kernel();
+  kernel_ = choice.kernel;
+  specification_ = make_specification(options, stepper_of(choice));
+}
 
 void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
   if (seed) {
@@ -44,11 +58,43 @@ void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
 
 void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& result) {
   advance(action);
-  result = {result.observation, result.info};
-  observe(result.observation);
-  result.reward = score(action);
-  judge(result);
+  finish_step(action, result);
 }
+
+void BipedalWalker::step_together(StepCall* const* calls, std::size_t count,
+                                  std::size_t size) noexcept {
+  static_assert(kLargestGroup <= kMostTogether);
+  const auto walker_of = [](const StepCall& call) -> BipedalWalker& {
+    return static_cast<BipedalWalker&>(*call.environment);
+  };
+  std::array<WorldCall, kLargestGroup> steps;
+  std::array<StepCall*, kLargestGroup> members;
+  std::size_t num_steps = 0;
+  for (StepCall* const* call = calls; call != calls + count; ++call) {
+    BipedalWalker& walker = walker_of(**call);
+    if (walker.kernel_ != kernel_ || kernel_ == nullptr) {
+      Environment::step_together(call, 1, size);
+      continue;
+    }
+    walker.begin_step((*call)->action);
+    steps[num_steps].physics = &*walker.physics_;
+    members[num_steps++] = *call;
+  }
+  if (num_steps != 0) bipedal_walker::step_together(*kernel_, steps.data(), num_steps);
+  for (std::size_t i = 0; i < num_steps; ++i) {
+    StepCall& call = *members[i];
+    BipedalWalker& walker = walker_of(call);
+    try {
+      if (steps[i].failure) std::rethrow_exception(steps[i].failure);
+      cast_lidar(*walker.physics_, walker.terrain_, walker.lidar_);
+      walker.finish_step(call.action, *call.result);
+    } catch (const std::exception&) {
+      call.failure = walker.break_world();
+    }
+  }
+}
+
+std::size_t BipedalWalker::group_size() const { return kernel_ != nullptr ? kLargestGroup : 1; }
 
 void BipedalWalker::renew_world() {
   if (physics_ && options_.reuse_world && !world_is_broken_) {
@@ -60,15 +106,32 @@ void BipedalWalker::renew_world() {
 }
 
 void BipedalWalker::advance(const double* action) {
-  velocity_before_step_ = velocity_of_origin(physics_->hull());
-  physics_->drive(action);
+  begin_step(action);
   try {
     physics_->step();
     cast_lidar(*physics_, terrain_, lidar_);
   } catch (const std::exception&) {
-    world_is_broken_ = true;  // a failed assertion leaves it locked for ever
-    throw std::runtime_error("Box2D failed an assertion");
+    std::rethrow_exception(break_world());
   }
+}
+
+void BipedalWalker::begin_step(const double* action) {
+  velocity_before_step_ = velocity_of_origin(physics_->hull());
+  physics_->drive(action);
+}
+
+/// A failed assertion leaves it locked for ever.
+/// @return what a step throws then
+std::exception_ptr BipedalWalker::break_world() {
+  world_is_broken_ = true;
+  return std::make_exception_ptr(std::runtime_error("Box2D failed an assertion"));
+}
+
+void BipedalWalker::finish_step(const double* action, Result& result) {
+  result = {result.observation, result.info};
+  observe(result.observation);
+  result.reward = score(action);
+  judge(result);
 }
 
 void BipedalWalker::observe(double* observation) const {

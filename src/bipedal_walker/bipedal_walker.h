@@ -1,9 +1,11 @@
 // BipedalWalker-v3: observation, reward and termination on top of the physics.
 #pragma once
 
+#include <exception>
 #include <memory>
 #include <optional>
 
+#include "bipedal_walker/kernel/kernel.h"
 #include "bipedal_walker/lidar.h"
 #include "bipedal_walker/observation.h"
 #include "bipedal_walker/physics.h"
@@ -26,6 +28,9 @@ class BipedalWalker : public Environment {
 
   /// @throws std::runtime_error when Box2D fails an assertion; then only a reset is allowed
   void step(const double* action, std::size_t size, Result& result) override;
+  /// By a kernel, where there is one (`specification().engine_version` says so).
+  void step_together(StepCall* const* calls, std::size_t count, std::size_t size) noexcept override;
+  std::size_t group_size() const override;
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
@@ -35,12 +40,16 @@ class BipedalWalker : public Environment {
   friend class BrokenWorldTest;  // breaks the world
 
   void renew_world();
+  void begin_step(const double* action);
+  void finish_step(const double* action, Result& result);
   void advance(const double* action);
+  std::exception_ptr break_world();
   void observe(double* observation) const;
   double score(const double* action);
   void judge(Result& result) const;
 
   Options options_;
+  const Kernel* kernel_;  // of worlds that are stepped together; null: none
   std::shared_ptr<const Specification> specification_;
   std::optional<Generator> generator_;  // none before the first reset
   // None before the first reset. In place, for a world is 100 kB of which a step hardly touches

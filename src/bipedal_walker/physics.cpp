@@ -213,6 +213,12 @@ void Physics::drive(const double* action) {
   }
 }
 
+WalkerParts Physics::parts() {
+  return {&world_,
+          {limbs_[kKnee2], limbs_[kHip2], hull_, limbs_[kHip1], limbs_[kKnee1]},
+          {joints_[kKnee2], joints_[kHip2], joints_[kHip1], joints_[kKnee1]}};
+}
+
 void Physics::step() {
   const ShortBodyList walker_only(world_, *hull_);
   world_.Step(static_cast<float>(1.0 / kStepsPerSecond), kVelocityIterations, kPositionIterations);

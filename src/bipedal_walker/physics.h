@@ -7,6 +7,7 @@
 #include "bipedal_walker/box2d.h"
 #include "bipedal_walker/constants.h"
 #include "bipedal_walker/terrain.h"
+#include "bipedal_walker/walker_parts.h"
 
 namespace walker::bipedal_walker {
 
@@ -38,6 +39,8 @@ class Physics {
 
   /// Advances by 1 / kStepsPerSecond.
   void step();
+
+  WalkerParts parts();
 
   bool hull_has_touched() const { return contacts_.hull_has_touched; }
   /// @param leg 0 or 1: its lower part has ground contact

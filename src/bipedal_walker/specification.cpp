@@ -10,6 +10,7 @@
 
 #include "bipedal_walker/observation.h"
 #include "bipedal_walker/physics.h"
+#include "core/engine_release.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -129,7 +130,7 @@ void set_engine(Specification& specification) {
   }
 }
 
-Specification build_specification(const Options& options) {
+Specification build_specification(const Options& options, const std::string& stepper) {
   Specification specification;
   specification.id = options.id;
   specification.parameters = {{"hardcore", options.hardcore},
@@ -144,6 +145,7 @@ Specification build_specification(const Options& options) {
   specification.range_finder = {kLidarRays, -M_PI / 2, kLidarIncrement, kLidarRange};
   set_spaces(specification);
   set_engine(specification);
+  if (!stepper.empty()) specification.engine_version += kSteppedBy + stepper;
   specification.links = the_walker().links;
   specification.joints = the_walker().joints;
   return specification;
@@ -151,16 +153,17 @@ Specification build_specification(const Options& options) {
 
 }  // namespace
 
-std::shared_ptr<const Specification> make_specification(const Options& options) {
-  using Key = std::tuple<std::string, bool, bool, std::uint32_t>;
+std::shared_ptr<const Specification> make_specification(const Options& options,
+                                                        const std::string& stepper) {
+  using Key = std::tuple<std::string, bool, bool, std::uint32_t, std::string>;
   static std::mutex mutex;
   static std::map<Key, std::weak_ptr<const Specification>> specifications;
   const std::lock_guard<std::mutex> lock(mutex);
   std::weak_ptr<const Specification>& known = specifications[{
-      options.id, options.hardcore, options.reuse_world, options.max_episode_steps}];
+      options.id, options.hardcore, options.reuse_world, options.max_episode_steps, stepper}];
   std::shared_ptr<const Specification> specification = known.lock();
   if (!specification) {
-    specification = std::make_shared<const Specification>(build_specification(options));
+    specification = std::make_shared<const Specification>(build_specification(options, stepper));
     known = specification;
   }
   return specification;

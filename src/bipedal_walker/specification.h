@@ -22,7 +22,9 @@ struct Options {
 
 /// Builds a walker once and reads masses, shapes, joints and limits from its bodies. Walkers with
 /// the same options share what they get as long as one of them lives. Thread-safe.
-std::shared_ptr<const Specification> make_specification(const Options& options);
+/// @param stepper of the engine's version; empty: unknown
+std::shared_ptr<const Specification> make_specification(const Options& options,
+                                                        const std::string& stepper = "");
 
 /// Terrain and sky in Gymnasium's colours.
 void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene);

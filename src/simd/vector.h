@@ -1,9 +1,11 @@
-// A number per lane: Vector<4> holds one double of each of four worlds, Vector<1> is a double.
+// A number per lane: Vector<double, 4> holds one double of each of four worlds, Vector<double, 1> is
+// a double.
 //
 // Compiled once for each set of instructions, as WALKER_SIM_INSTRUCTION_SET says, which names the
 // namespace too: two translation units never share code, however the linker chooses.
 #pragma once
 
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -42,23 +44,50 @@ WALKER_SIM_INLINE inline void unrolled_backwards(const Function& function) {
   });
 }
 
+template <typename Scalar>
+struct IntegerOf;
+template <>
+struct IntegerOf<double> {
+  using Type = long long;
+};
+template <>
+struct IntegerOf<float> {
+  using Type = int;
+};
+/// Of a number's size.
+template <typename Scalar>
+using Integer = typename IntegerOf<Scalar>::Type;
+
 /// The compiler's own vectors.
-template <int W>
-struct Native {  // not by `using`, where GCC loses the attribute
-  typedef double Number __attribute__((vector_size(8 * W)));    // NOLINT(modernize-use-using)
-  typedef long long Truth __attribute__((vector_size(8 * W)));  // NOLINT(modernize-use-using)
+template <typename Scalar, int W>
+struct Native {                                        // not by `using`, where GCC loses the attribute
+  typedef Scalar Number                                // NOLINT(modernize-use-using)
+      __attribute__((vector_size(sizeof(Scalar) * W)));
+  typedef Integer<Scalar> Truth                        // NOLINT(modernize-use-using)
+      __attribute__((vector_size(sizeof(Scalar) * W)));
 };
 
-template <>
-struct Native<1> {
-  using Number = double;
-  using Truth = long long;  // 0 or -1, as in a vector
+template <typename Scalar>
+struct Native<Scalar, 1> {
+  using Number = Scalar;
+  using Truth = Integer<Scalar>;  // 0 or -1, as in a vector
 };
 
 /// Yes or no per lane.
-template <int W>
+template <typename Scalar, int W>
 struct Mask {
-  using Truth = typename Native<W>::Truth;
+  using Truth = typename Native<Scalar, W>::Truth;
+
+  WALKER_SIM_INLINE static Mask none() { return {Truth{}}; }
+  /// By the result of a comparison of two numbers or vectors.
+  template <typename Comparison>
+  WALKER_SIM_INLINE static Mask of(Comparison comparison) {
+    if constexpr (W == 1) {
+      return {comparison ? Truth{-1} : Truth{0}};
+    } else {
+      return {reinterpret_cast<Truth>(comparison)};
+    }
+  }
 
   WALKER_SIM_INLINE friend Mask operator&(Mask a, Mask b) { return {a.truth & b.truth}; }
   WALKER_SIM_INLINE friend Mask operator|(Mask a, Mask b) { return {a.truth | b.truth}; }
@@ -68,23 +97,31 @@ struct Mask {
   Truth truth;
 };
 
-template <int W>
-WALKER_SIM_INLINE inline Mask<W> no_lane() {
-  return {typename Mask<W>::Truth{}};
-}
-
 /// Bit i is lane i's.
-template <int W>
-WALKER_SIM_INLINE inline unsigned to_bits(Mask<W> mask) {
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline unsigned to_bits(Mask<Scalar, W> mask) {
+  [[maybe_unused]] constexpr bool kIsFloat = std::is_same_v<Scalar, float>;
   if constexpr (W == 1) {
     return static_cast<unsigned>(mask.truth & 1);
 #ifdef __SSE2__
-  } else if constexpr (W == 2) {
-    return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask.truth)));
+  } else if constexpr (sizeof(mask) == 16) {
+    if constexpr (kIsFloat) {
+      return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(mask.truth)));
+    } else {
+      return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask.truth)));
+    }
 #endif
 #ifdef __AVX__
-  } else if constexpr (W == 4) {
-    return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask.truth)));
+  } else if constexpr (sizeof(mask) == 32) {
+    if constexpr (kIsFloat) {
+      return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask.truth)));
+    } else {
+      return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask.truth)));
+    }
+#endif
+#ifdef __AVX512DQ__
+  } else if constexpr (sizeof(mask) == 64 && kIsFloat) {
+    return static_cast<unsigned>(_mm512_movepi32_mask(reinterpret_cast<__m512i>(mask.truth)));
 #endif
   } else {
     unsigned bits = 0;
@@ -93,22 +130,22 @@ WALKER_SIM_INLINE inline unsigned to_bits(Mask<W> mask) {
   }
 }
 
-template <int W>
-WALKER_SIM_INLINE inline bool any(Mask<W> mask) {
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline bool any(Mask<Scalar, W> mask) {
   return to_bits(mask) != 0;
 }
 
-template <int W>
+template <typename Scalar, int W>
 struct Vector {
-  using Number = typename Native<W>::Number;
+  using Number = typename Native<Scalar, W>::Number;
 
   Vector() = default;
   /// The same in each lane.
-  WALKER_SIM_INLINE Vector(double value) {  // NOLINT(google-explicit-constructor): as a number
+  WALKER_SIM_INLINE Vector(Scalar value) {  // NOLINT(google-explicit-constructor): as a number
     if constexpr (W == 1) {
       number = value;
     } else {
-      number = Number{} + value;
+      number = value - Number{};
     }
   }
 
@@ -118,7 +155,7 @@ struct Vector {
     return vector;
   }
 
-  WALKER_SIM_INLINE double operator[]([[maybe_unused]] int lane) const {
+  WALKER_SIM_INLINE Scalar operator[]([[maybe_unused]] int lane) const {
     if constexpr (W == 1) {
       return number;
     } else {
@@ -126,7 +163,7 @@ struct Vector {
     }
   }
 
-  WALKER_SIM_INLINE void set([[maybe_unused]] int lane, double value) {
+  WALKER_SIM_INLINE void set([[maybe_unused]] int lane, Scalar value) {
     if constexpr (W == 1) {
       number = value;
     } else {
@@ -143,80 +180,142 @@ struct Vector {
   WALKER_SIM_INLINE friend Vector operator-(Vector a, Vector b) { return of(a.number - b.number); }
   WALKER_SIM_INLINE friend Vector operator*(Vector a, Vector b) { return of(a.number * b.number); }
   WALKER_SIM_INLINE friend Vector operator/(Vector a, Vector b) { return of(a.number / b.number); }
-  WALKER_SIM_INLINE friend Mask<W> operator<(Vector a, Vector b) {
-    if constexpr (W == 1) {
-      return {a.number < b.number ? -1LL : 0LL};
-    } else {
-      return {a.number < b.number};
-    }
+  WALKER_SIM_INLINE friend Mask<Scalar, W> operator<(Vector a, Vector b) {
+    return Mask<Scalar, W>::of(a.number < b.number);
   }
-  WALKER_SIM_INLINE friend Mask<W> operator>(Vector a, Vector b) { return b < a; }
+  WALKER_SIM_INLINE friend Mask<Scalar, W> operator<=(Vector a, Vector b) {
+    return Mask<Scalar, W>::of(a.number <= b.number);
+  }
+  WALKER_SIM_INLINE friend Mask<Scalar, W> operator>(Vector a, Vector b) { return b < a; }
+  WALKER_SIM_INLINE friend Mask<Scalar, W> operator>=(Vector a, Vector b) { return b <= a; }
 
   Number number;
 };
 
 /// a where the mask says yes, else b.
-template <int W>
-WALKER_SIM_INLINE inline Vector<W> select(Mask<W> mask, Vector<W> a, Vector<W> b) {
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Vector<Scalar, W> select(Mask<Scalar, W> mask, Vector<Scalar, W> a,
+                                                  Vector<Scalar, W> b) {
   if constexpr (W == 1) {
     return mask.truth != 0 ? a : b;
   } else {
-    return Vector<W>::of(mask.truth ? a.number : b.number);
+    return Vector<Scalar, W>::of(mask.truth ? a.number : b.number);
   }
 }
 
-template <int W>
-WALKER_SIM_INLINE inline Vector<W> abs(Vector<W> a) {
-  return select(a < Vector<W>(0.0), -a, a);
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Vector<Scalar, W> abs(Vector<Scalar, W> a) {
+  return select(a < Vector<Scalar, W>(0), -a, a);
+}
+
+/// a < b ? a : b, for zeros of either sign and for what is no number too.
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Vector<Scalar, W> min(Vector<Scalar, W> a, Vector<Scalar, W> b) {
+  return select(a < b, a, b);
+}
+
+/// a > b ? a : b, likewise.
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Vector<Scalar, W> max(Vector<Scalar, W> a, Vector<Scalar, W> b) {
+  return select(a > b, a, b);
 }
 
 /// Correctly rounded, as IEEE 754 asks for.
-template <int W>
-WALKER_SIM_INLINE inline Vector<W> sqrt(Vector<W> a) {
-  if constexpr (W == 1) {
-    return __builtin_sqrt(a.number);
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Vector<Scalar, W> sqrt(Vector<Scalar, W> a) {
+  [[maybe_unused]] constexpr bool kIsFloat = std::is_same_v<Scalar, float>;
 #ifdef __SSE2__
-  } else if constexpr (W == 2) {
-    return Vector<W>::of(_mm_sqrt_pd(a.number));
+  if constexpr (sizeof(a) == 16) {
+    if constexpr (kIsFloat) {
+      return Vector<Scalar, W>::of(_mm_sqrt_ps(a.number));
+    } else {
+      return Vector<Scalar, W>::of(_mm_sqrt_pd(a.number));
+    }
+  }
 #endif
 #ifdef __AVX__
-  } else if constexpr (W == 4) {
-    return Vector<W>::of(_mm256_sqrt_pd(a.number));
-#endif
-  } else {
-    Vector<W> root;
-    for (int lane = 0; lane < W; ++lane) root.set(lane, __builtin_sqrt(a[lane]));
-    return root;
+  if constexpr (sizeof(a) == 32) {
+    if constexpr (kIsFloat) {
+      return Vector<Scalar, W>::of(_mm256_sqrt_ps(a.number));
+    } else {
+      return Vector<Scalar, W>::of(_mm256_sqrt_pd(a.number));
+    }
   }
+#endif
+#ifdef __AVX512F__
+  if constexpr (sizeof(a) == 64 && kIsFloat) {
+    // The unmasked intrinsic reads what is not initialised, by the words of GCC 12.
+    return Vector<Scalar, W>::of(_mm512_maskz_sqrt_ps(0xFFFF, a.number));
+  }
+#endif
+  Vector<Scalar, W> root;
+  for (int lane = 0; lane < W; ++lane) {
+    if constexpr (kIsFloat) {
+      root.set(lane, __builtin_sqrtf(a[lane]));
+    } else {
+      root.set(lane, __builtin_sqrt(a[lane]));
+    }
+  }
+  return root;
 }
 
 /// Whether the magnitude is above the limit, or this is no number. By its bits, for under
 /// -ffinite-math-only comparisons may take it that there are no such numbers.
-template <int W>
-WALKER_SIM_INLINE inline Mask<W> exceeds(Vector<W> a, double limit) {
-  typename Mask<W>::Truth bits;
-  long long limit_bits = 0;
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Mask<Scalar, W> exceeds(Vector<Scalar, W> a, Scalar limit) {
+  constexpr auto kAllButSign = std::numeric_limits<Integer<Scalar>>::max();
+  typename Mask<Scalar, W>::Truth bits;
+  Integer<Scalar> limit_bits = 0;
   __builtin_memcpy(&bits, &a, sizeof bits);
   __builtin_memcpy(&limit_bits, &limit, sizeof limit_bits);
-  bits = bits & 0x7fffffffffffffffLL;
-  if constexpr (W == 1) {
-    return {bits > limit_bits ? -1LL : 0LL};
-  } else {
-    return {bits > limit_bits};
-  }
+  bits = bits & kAllButSign;
+  return Mask<Scalar, W>::of(bits > limit_bits);
 }
 
 /// Whether it is 0 or -0.
-template <int W>
-WALKER_SIM_INLINE inline Mask<W> is_zero(Vector<W> a) {
-  typename Mask<W>::Truth bits;
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Mask<Scalar, W> is_zero(Vector<Scalar, W> a) {
+  constexpr auto kAllButSign = std::numeric_limits<Integer<Scalar>>::max();
+  typename Mask<Scalar, W>::Truth bits;
   __builtin_memcpy(&bits, &a, sizeof bits);
-  bits = bits & 0x7fffffffffffffffLL;
-  if constexpr (W == 1) {
-    return {bits == 0 ? -1LL : 0LL};
-  } else {
-    return {bits == 0};
-  }
+  bits = bits & kAllButSign;
+  return Mask<Scalar, W>::of(bits == 0);
+}
+
+/// Whether all bits are the same: 0 is not -0.
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline Mask<Scalar, W> is_same(Vector<Scalar, W> a, Vector<Scalar, W> b) {
+  typename Mask<Scalar, W>::Truth bits_of_a;
+  typename Mask<Scalar, W>::Truth bits_of_b;
+  __builtin_memcpy(&bits_of_a, &a, sizeof bits_of_a);
+  __builtin_memcpy(&bits_of_b, &b, sizeof bits_of_b);
+  return Mask<Scalar, W>::of(bits_of_a == bits_of_b);
+}
+
+/// Twice as many lanes of half the size.
+template <int W>
+struct Halves {
+  Vector<double, W / 2> low, high;
+};
+
+template <int W>
+WALKER_SIM_INLINE inline Halves<W> to_double(Vector<float, W> a) {
+  typedef float Half __attribute__((vector_size(2 * W)));  // NOLINT(modernize-use-using)
+  Half halves[2];
+  __builtin_memcpy(halves, &a, sizeof a);
+  using Number = typename Native<double, W / 2>::Number;
+  return {Vector<double, W / 2>::of(__builtin_convertvector(halves[0], Number)),
+          Vector<double, W / 2>::of(__builtin_convertvector(halves[1], Number))};
+}
+
+template <int W>
+WALKER_SIM_INLINE inline Vector<float, W> to_float(Halves<W> a) {
+  typedef float Half __attribute__((vector_size(2 * W)));  // NOLINT(modernize-use-using)
+  const Half halves[2] = {__builtin_convertvector(a.low.number, Half),
+                          __builtin_convertvector(a.high.number, Half)};
+  Vector<float, W> numbers;
+  __builtin_memcpy(&numbers, halves, sizeof numbers);
+  return numbers;
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

@@ -15,14 +15,16 @@ using simd::abs;
 using simd::any;
 using simd::exceeds;
 using simd::is_zero;
-using simd::Mask;
-using simd::no_lane;
 using simd::select;
 using simd::sqrt;
 using simd::to_bits;
 using simd::unrolled;
 using simd::unrolled_backwards;
-using simd::Vector;
+
+template <int W>
+using Vector = simd::Vector<double, W>;
+template <int W>
+using Mask = simd::Mask<double, W>;
 
 constexpr int kLimbs = model::nbody - 1;  ///< bodies that move, each with one capsule
 constexpr double kMinimum = 1e-15;        ///< mjMINVAL

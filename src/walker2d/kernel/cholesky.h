@@ -50,7 +50,7 @@ template <int W>
 WALKER_SIM_INLINE inline Mask<W> update_factor(Vector<W>* H, Vector<W>* x, Vector<W> sign) {
   using V = Vector<W>;
   constexpr int n = model::nv;
-  Mask<W> is_low = no_lane<W>();
+  Mask<W> is_low = Mask<W>::none();
   unrolled<n>([&](auto k) WALKER_SIM_INLINE {
     if (!any((x[k] < V(0.0)) | (V(0.0) < x[k]))) return;  // a limit's row begins with zeros
     V& diagonal = H[at(k, k)];

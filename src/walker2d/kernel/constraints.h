@@ -275,7 +275,7 @@ __attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth, const 
                                          const Vector<W>* qpos, const Vector<W>* qvel,
                                          Rows<W>& rows) {
   rows.num_limits = rows.num_right = rows.num_slots = 0;
-  rows.has_any = no_lane<W>();
+  rows.has_any = Mask<W>::none();
   find_limits(qpos, qvel, rows);
   Touch<W> touches[kEnds];
   find_touches(smooth, ground, touches, rows);

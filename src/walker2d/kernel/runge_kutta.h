@@ -25,7 +25,7 @@ struct Group {
 
 template <int W>
 WALKER_SIM_INLINE inline Mask<W> is_bad(const Vector<W>* values) {
-  Mask<W> bad = no_lane<W>();
+  Mask<W> bad = Mask<W>::none();
   unrolled<model::nv>([&](auto i)
                           WALKER_SIM_INLINE { bad = bad | exceeds(values[i], kLargestValue); });
   return bad;
@@ -131,7 +131,7 @@ void step_groups(int count, Group<W>* groups, Forward<W>& forward) {
 /// Lanes without a world repeat the last one's.
 template <int W>
 void load(World* const* worlds, int count, Group<W>& group) {
-  group.flagged = no_lane<W>();
+  group.flagged = Mask<W>::none();
   for (int lane = 0; lane < W; ++lane) {
     const World& world = *worlds[lane < count ? lane : count - 1];
     for (int i = 0; i < model::nv; ++i) {

@@ -356,7 +356,7 @@ class Solver {
   V hessian_[kTriangle];  ///< its Cholesky factor
   V search_[kSize];
   Mask<W> going_;
-  Mask<W> flagged_ = no_lane<W>();
+  Mask<W> flagged_ = Mask<W>::none();
 };
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

@@ -1,14 +1,11 @@
 #include "walker2d/kernel/trial.h"
 
 #include <algorithm>
-#include <map>
-#include <mutex>
 #include <vector>
 
 #include "core/bits.h"
 #include "core/random.h"
 #include "mujoco/library_physics.h"
-#include "simd/allowed_kernels.h"
 #include "walker2d/kernel/coverage.h"
 #include "walker2d/kernel/trigonometry.h"
 
@@ -102,16 +99,6 @@ class Trial {
   int num_flagged_ = 0;
 };
 
-/// Tried once.
-bool is_as_library_here(const Kernel& kernel, const mjModel& model) {
-  static std::mutex mutex;
-  static std::map<const Kernel*, bool> known;
-  const std::lock_guard<std::mutex> lock(mutex);
-  const auto found = known.find(&kernel);
-  if (found != known.end()) return found->second;
-  return known[&kernel] = is_as_library(kernel, model);
-}
-
 }  // namespace
 
 bool is_as_library(const Kernel& kernel, const mjModel& model) {
@@ -122,17 +109,13 @@ bool is_as_library(const Kernel& kernel, const mjModel& model) {
 }
 
 KernelChoice choose_kernel(const mjModel& model) {
-  const std::vector<const Kernel*> usable = kernels();
-  const std::vector<const Kernel*> allowed = simd::allowed_kernels(usable);
+  const simd::AllowedKernels<Kernel> allowed = simd::allowed_kernels(kernels());
   const std::string other_field = why_not_covered(model);
   if (!other_field.empty()) return {nullptr, "the model has another " + other_field};
-  if (usable.empty()) return {nullptr, "there is no kernel for this processor"};
-  if (allowed.empty()) return {nullptr, "WALKER_SIM_KERNEL is off"};
-  choose_sine_and_cosine();
-  for (const Kernel* kernel : allowed) {
-    if (is_as_library_here(*kernel, model)) return {kernel, ""};
-  }
-  return {nullptr, "the kernel has other bits here"};
+  return simd::choose_kernel(allowed, [&model](const Kernel& kernel) {
+    choose_sine_and_cosine();
+    return is_as_library(kernel, model);
+  });
 }
 
 }  // namespace walker::walker2d

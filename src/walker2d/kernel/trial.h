@@ -1,18 +1,13 @@
 // Whether the kernel is as the library on the machine at hand.
 #pragma once
 
-#include <string>
-
 #include "mujoco/engine.h"
+#include "simd/choose_kernel.h"
 #include "walker2d/kernel/kernel.h"
 
 namespace walker::walker2d {
 
-/// A kernel for a model, or why there is none.
-struct KernelChoice {
-  const Kernel* kernel = nullptr;
-  std::string why_none;
-};
+using KernelChoice = simd::KernelChoice<Kernel>;
 
 /// The fastest kernel that the user allows and that this processor can run. None where the kernels'
 /// constants do not cover the model, or where some hundred steps show other bits than MuJoCo's

@@ -1,0 +1,12 @@
+// The kernel's compilations, one translation unit each.
+#pragma once
+
+#include "bipedal_walker/kernel/kernel.h"
+
+namespace walker::bipedal_walker {
+
+extern const Kernel kernel_sse2;
+extern const Kernel kernel_avx2;
+extern const Kernel kernel_avx512;
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,16 @@
+#include "bipedal_walker/kernel/kernel.h"
+
+#include "bipedal_walker/kernel/instruction_sets.h"
+#include "simd/instruction_sets.h"
+
+namespace walker::bipedal_walker {
+
+std::vector<const Kernel*> kernels() {
+#ifdef WALKER_SIM_HAS_KERNELS
+  return simd::usable_kernels<Kernel>({&kernel_avx512, &kernel_avx2, &kernel_sse2});
+#else
+  return {};
+#endif
+}
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,78 @@
+// Which of a robot's kernels steps it: the first that the user allows and that gives the engine's
+// bits on the machine at hand.
+#pragma once
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "simd/instruction_sets.h"
+
+namespace walker::simd {
+
+/// A kernel, or why there is none.
+template <typename Kernel>
+struct KernelChoice {
+  const Kernel* kernel = nullptr;
+  std::string why_none;
+};
+
+/// Kernels, or why there are none.
+template <typename Kernel>
+struct AllowedKernels {
+  std::vector<const Kernel*> kernels;
+  std::string why_none;
+};
+
+/// What the environment variable WALKER_SIM_KERNEL says of kernels: all where it is not set, none
+/// where it is "off", else that of the named set of instructions and, after it, those of smaller
+/// ones. No bit depends on it.
+/// @param usable those that this processor can run
+/// @throws std::invalid_argument naming what may be asked for
+template <typename Kernel>
+AllowedKernels<Kernel> allowed_kernels(const std::vector<const Kernel*>& usable) {
+  constexpr const char* kVariable = "WALKER_SIM_KERNEL";
+  const char* const text = std::getenv(kVariable);
+  const std::string wanted = text != nullptr ? text : "";
+  if (wanted == "off") return {{}, std::string(kVariable) + " is off"};
+  const std::vector<std::string>& sets = instruction_sets();
+  auto allowed = sets.begin();
+  if (!wanted.empty()) {
+    allowed = std::find(sets.begin(), sets.end(), wanted);
+    if (allowed == sets.end()) {
+      std::string names = "off";
+      for (const std::string& set : sets) names += ", " + set;
+      throw std::invalid_argument(kVariable + (" = " + wanted) + ": must be one of " + names +
+                                  ", or not set");
+    }
+  }
+  AllowedKernels<Kernel> kernels{{}, "there is no kernel for this processor"};
+  std::copy_if(usable.begin(), usable.end(), std::back_inserter(kernels.kernels),
+               [&](const Kernel* kernel) {
+                 return std::find(allowed, sets.end(), kernel->instruction_set) != sets.end();
+               });
+  return kernels;
+}
+
+/// The first that passes a trial, which each has once in a process.
+/// @param is_as_engine called with a kernel: whether its results are the engine's here
+template <typename Kernel, typename Trial>
+KernelChoice<Kernel> choose_kernel(const AllowedKernels<Kernel>& allowed,
+                                   const Trial& is_as_engine) {
+  static std::mutex mutex;
+  static std::map<const Kernel*, bool> known;
+  if (allowed.kernels.empty()) return {nullptr, allowed.why_none};
+  const std::lock_guard<std::mutex> lock(mutex);
+  for (const Kernel* kernel : allowed.kernels) {
+    auto found = known.find(kernel);
+    if (found == known.end()) found = known.emplace(kernel, is_as_engine(*kernel)).first;
+    if (found->second) return {kernel, ""};
+  }
+  return {nullptr, "the kernel has other bits here"};
+}
+
+}  // namespace walker::simd

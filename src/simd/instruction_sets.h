@@ -1,0 +1,26 @@
+// Sets of instructions for which kernels are compiled.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace walker::simd {
+
+/// Names of those that this processor can run, the one with the widest vectors first:
+/// avx512 (its parts F, DQ and VL), avx2, sse2. None but on x86-64.
+const std::vector<std::string>& instruction_sets();
+
+/// Of some kernels, those that this processor can run, in the order of `instruction_sets`.
+/// @tparam Kernel with a member `instruction_set`
+template <typename Kernel>
+std::vector<const Kernel*> usable_kernels(const std::vector<const Kernel*>& compiled) {
+  std::vector<const Kernel*> usable;
+  for (const std::string& set : instruction_sets()) {
+    std::copy_if(compiled.begin(), compiled.end(), std::back_inserter(usable),
+                 [&](const Kernel* kernel) { return set == kernel->instruction_set; });
+  }
+  return usable;
+}
+
+}  // namespace walker::simd
