@@ -103,20 +103,25 @@ set(not_these_engines "")
 if(NOT WALKER_SIM_ENGINES STREQUAL "pinned")
   set(not_these_engines block_allocator_test recordings_test)
 endif()
-walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} LEFT_OUT pool_race_test)
+walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} WITH simd LEFT_OUT pool_race_test)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_types_test)
 walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
+set(for_other_processors "")
+if(NOT bipedal_walker_kernels)
+  set(for_other_processors kernel_test rotation_test trial_test)
+endif()
 walker_sim_add_unit_tests(bipedal_walker LIBRARIES ${core_libraries}
-  LEFT_OUT shortcuts_test ${not_these_engines})
+  LEFT_OUT shortcuts_test ${not_these_engines} ${for_other_processors})
 set(for_other_processors "")
 if(NOT walker2d_kernels)
-  set(for_other_processors kernel_physics_test kernel_pool_test kernel_test trial_test)
+  set(for_other_processors kernel_group_test kernel_physics_test kernel_test trial_test)
 endif()
 walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d
   LEFT_OUT ${for_other_processors})
-# walker_sim_register_variant(NAME FILE LABEL VARIABLE...): a file of these again, in another environment.
-function(walker_sim_register_variant name file label)
-  walker_sim_register_gtest(${name} mujoco_tests ${label} --file=${file}.cpp)
+# walker_sim_register_variant(NAME ROOM FILE LABEL VARIABLE...): a file of a room's tests again, in
+# another environment.
+function(walker_sim_register_variant name room file label)
+  walker_sim_register_gtest(${name} ${room}_tests ${label} --file=${file}.cpp)
   if(WALKER_SIM_ROS)
     set(name _ctest_${PROJECT_NAME}_gtest_${name})
   endif()
@@ -126,10 +131,10 @@ endfunction()
 if(walker2d_kernels)
   # Every recorded episode without Walker2d's kernel, too, and with the one that all processors can run.
   foreach(kernel off sse2)
-    walker_sim_register_variant(mujoco_recordings_test_kernel_${kernel} recordings_test short
+    walker_sim_register_variant(mujoco_recordings_test_kernel_${kernel} mujoco recordings_test short
       WALKER_SIM_KERNEL=${kernel})
   endforeach()
-  walker_sim_register_variant(walker2d_kernel_kernel_test_long kernel_test long
+  walker_sim_register_variant(walker2d_kernel_kernel_test_long mujoco kernel_test long
     WALKER_SIM_TEST_STEPS=30000)
   foreach(name altered_add altered_pow)
     set_source_files_properties(test/walker2d/kernel/${name}.cpp PROPERTIES
@@ -137,6 +142,16 @@ if(walker2d_kernels)
     target_sources(mujoco_tests PRIVATE test/walker2d/kernel/${name}.cpp)
   endforeach()
   target_sources(mujoco_tests PRIVATE test/walker2d/kernel/run.cpp)
+endif()
+if(bipedal_walker_kernels)
+  walker_sim_register_variant(bipedal_walker_kernel_kernel_test_long bipedal_walker kernel_test long
+    WALKER_SIM_TEST_STEPS=60000)
+  walker_sim_register_variant(bipedal_walker_kernel_rotation_test_long bipedal_walker rotation_test long
+    WALKER_SIM_TEST_ALL_ANGLES=1)
+  set_source_files_properties(test/bipedal_walker/kernel/world_words.cpp PROPERTIES
+    SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
+  target_sources(bipedal_walker_tests PRIVATE
+    test/bipedal_walker/kernel/run.cpp test/bipedal_walker/kernel/world_words.cpp)
 endif()
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   include(test/bipedal_walker/shortcuts.cmake)

@@ -41,11 +41,14 @@ b2Transform transform_of(const Rotation<float>& rotation, const b2Vec2& center,
   return transform;
 }
 
-b2TimeStep whole_step(const Model& model) {
+/// As the model has it, but for a world's first step, before which there was none.
+float dt_ratio_of(const b2World& world, const Model& model) { return world.m_inv_dt0 * model.dt; }
+
+b2TimeStep whole_step(const b2World& world, const Model& model) {
   b2TimeStep step;
   step.dt = model.dt;
   step.inv_dt = 1.0F / model.dt;
-  step.dtRatio = model.dt_ratio;
+  step.dtRatio = dt_ratio_of(world, model);
   step.velocityIterations = model.velocity_iterations;
   step.positionIterations = model.position_iterations;
   step.warmStarting = true;
@@ -78,7 +81,7 @@ Model model_of(const WalkerParts& parts) {
   model.gravity_x = parts.world->m_gravity.x;
   model.gravity_y = parts.world->m_gravity.y;
   model.dt = static_cast<float>(1.0 / kStepsPerSecond);
-  model.dt_ratio = parts.world->m_inv_dt0 * model.dt;
+  model.dt_ratio = 1.0F / model.dt * model.dt;
   model.velocity_iterations = kVelocityIterations;
   model.position_iterations = kPositionIterations;
   return model;
@@ -105,7 +108,7 @@ bool WorldStep::begin() {
 
 /// @return whether the kernel can take it
 bool WorldStep::read_island() {
-  if (parts_.world->m_inv_dt0 * model_->dt != model_->dt_ratio) return false;
+  if (dt_ratio_of(*parts_.world, *model_) != model_->dt_ratio) return false;
   unsigned pattern = 0;
   num_contacts_ = 0;
   for (std::size_t i = 0; i < kBodies; ++i) {
@@ -167,7 +170,7 @@ void WorldStep::read_contact(const b2Contact& contact, const b2Body& walker,
 }
 
 /// The rest of a step before its impacts.
-void WorldStep::solve_by_box2d() { parts_.world->Solve(whole_step(*model_)); }
+void WorldStep::solve_by_box2d() { parts_.world->Solve(whole_step(*parts_.world, *model_)); }
 
 void WorldStep::finish_island() {
   if (!std::all_of(island_.bodies.begin(), island_.bodies.end(), is_finite)) {
@@ -396,7 +399,7 @@ void WorldStep::finish_impact() {
       island.Add(impact_bodies_[static_cast<std::size_t>(i)]);
     }
     for (int i = 0; i < num_contacts_; ++i) island.Add(contacts_[static_cast<std::size_t>(i)]);
-    b2TimeStep step = whole_step(*model_);
+    b2TimeStep step = whole_step(world, *model_);
     step.dt = impact_.dt;
     step.inv_dt = 1.0F / step.dt;
     step.dtRatio = 1;

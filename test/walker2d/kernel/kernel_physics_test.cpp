@@ -14,7 +14,7 @@
 #include "error_message.h"
 #include "mujoco/library_physics.h"
 #include "mujoco/model.h"
-#include "walker2d/kernel/kernel_variable.h"
+#include "kernel_variable.h"
 #include "walker_sim/agent.h"
 
 namespace walker::walker2d {

@@ -9,7 +9,7 @@
 #include "error_message.h"
 #include "mujoco/model.h"
 #include "walker2d/kernel/altered.h"
-#include "walker2d/kernel/kernel_variable.h"
+#include "kernel_variable.h"
 
 namespace walker::walker2d {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "stepper.h"
 
-namespace walker::walker2d {
+namespace walker {
 
 class KernelVariable {
  public:
@@ -41,4 +41,4 @@ inline Stepper make_by(const char* kernel, const std::string& id,
   return Stepper(id, parameters);
 }
 
-}  // namespace walker::walker2d
+}  // namespace walker

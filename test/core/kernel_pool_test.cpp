@@ -1,4 +1,5 @@
-// Pools whose walkers are stepped together: no result depends on who is stepped with whom.
+// Pools whose walkers a kernel steps together: no result depends on who is stepped with whom, and none
+// on the kernel.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,74 +8,42 @@
 #include <numeric>
 #include <optional>
 #include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "bits.h"
-#include "mujoco/model.h"
-#include "walker2d/kernel/kernel.h"
-#include "walker2d/kernel/kernel_physics.h"
-#include "walker2d/kernel/kernel_variable.h"
+#include "kernel_variable.h"
+#include "simd/instruction_sets.h"
 #include "walker_sim/pool.h"
 
-namespace walker::walker2d {
+namespace walker {
 namespace {
-
-constexpr int kSize = 9;
-constexpr int kMotors = 6;
 
 using State = std::vector<double>;
 
-/// Someone changes the kernel, or a model's file, while environments are made.
-TEST(KernelPoolTest, WorldsOfOtherKindsAreSteppedApart) {
-  const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
-  const mujoco::ModelPointer other_model = mujoco::load_model("walker2d_v4.xml");
-  const auto make_by_each = [&] {
-    std::vector<std::unique_ptr<mujoco::Physics>> all;
-    for (const char* kernel : {"sse2", "off", kernels().front()->instruction_set}) {
-      const KernelVariable variable(kernel);
-      all.push_back(make_kernel_physics(model));
-      all.push_back(make_kernel_physics(other_model));
-    }
-    return all;
-  };
-  const auto together = make_by_each();
-  const auto apart = make_by_each();
-  const State velocity(kSize, 0.3);
-  for (const auto* all : {&together, &apart}) {
-    for (const auto& physics : *all) physics->reset(model->qpos0, velocity.data());
-  }
-  const State control(kMotors, 0.7);
-  std::vector<mujoco::PhysicsCall> calls(together.size());
-  for (int step = 0; step < 100; ++step) {
-    for (std::size_t i = 0; i < calls.size(); ++i)
-      calls[i] = {together[i].get(), control.data(), {}};
-    together[step % calls.size()]->step_together(calls.data(), calls.size(), 4);
-    for (std::size_t i = 0; i < calls.size(); ++i) {
-      ASSERT_FALSE(calls[i].failure);
-      apart[i]->step(control.data(), 4);
-      for (int k = 0; k < kSize; ++k) {
-        ASSERT_EQ(to_bits(together[i]->position()[k]), to_bits(apart[i]->position()[k]));
-      }
-    }
-  }
+/// What every processor of the kind has.
+const char* last_set() {
+  return simd::instruction_sets().empty() ? "off" : simd::instruction_sets().back().c_str();
 }
+
+class KernelPoolTest : public testing::TestWithParam<const char*> {};
 
 /// Any number of environments and threads, however they are grouped, by the kernel and by the
 /// library.
-TEST(KernelPoolTest, IsTheSameForAllGroupings) {
+TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
   constexpr int kSteps = 60;
   for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
     for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
       std::vector<State> rows;
       for (const auto& [kernel, num_threads] : std::vector<std::pair<const char*, std::size_t>>{
-               {"off", 1}, {"sse2", 1}, {nullptr, 1}, {nullptr, 3}}) {
+               {"off", 1}, {last_set(), 1}, {nullptr, 1}, {nullptr, 3}}) {
         const KernelVariable variable(kernel);
         PoolOptions options;
         options.num_envs = num_envs;
         options.num_threads = num_threads;
         options.autoreset_mode = mode;
-        Pool pool([] { return make("Walker2d-v5"); }, options);
+        Pool pool([] { return make(GetParam()); }, options);
         const Specification& specification = pool.specification();
         State observations(num_envs * specification.observation_size());
         State rewards(num_envs);
@@ -86,7 +55,7 @@ TEST(KernelPoolTest, IsTheSameForAllGroupings) {
         pool.reset({}, seeds, batch);
         std::mt19937_64 random(9);
         std::uniform_real_distribution<double> unit(-1, 1);
-        State actions(num_envs * kMotors);
+        State actions(num_envs * specification.action_size());
         State all;
         for (int i = 0; i < kSteps; ++i) {
           for (double& action : actions) action = unit(random);
@@ -104,13 +73,14 @@ TEST(KernelPoolTest, IsTheSameForAllGroupings) {
 }
 
 /// Sent and received in whatever order they come, each walker has the library's episodes.
-TEST(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
+TEST_P(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
   constexpr std::size_t kEnvironments = 37;
   constexpr std::size_t kBatch = 10;
   constexpr int kSteps = 80;  // at least, of each
-  const auto action_of = [](std::size_t environment, std::size_t step) {
-    State action(kMotors);
-    for (std::size_t k = 0; k < kMotors; ++k) {
+  const std::size_t action_size = make(GetParam())->specification().action_size();
+  const auto action_of = [action_size](std::size_t environment, std::size_t step) {
+    State action(action_size);
+    for (std::size_t k = 0; k < action_size; ++k) {
       action[k] = std::sin(0.7 * static_cast<double>(environment * 31 + step * 7 + k * 3));
     }
     return action;
@@ -120,7 +90,7 @@ TEST(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
   options.num_envs = kEnvironments;
   options.num_threads = 2;
   options.batch_size = kBatch;
-  Pool pool([] { return make("Walker2d-v5"); }, options);
+  Pool pool([] { return make(GetParam()); }, options);
   const std::size_t size = pool.specification().observation_size();
   State first(kEnvironments * size);
   Batch all;
@@ -155,7 +125,7 @@ TEST(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
     send(received);
   }
 
-  Stepper walker = make_by("off", "Walker2d-v5");
+  Stepper walker = make_by("off", GetParam());
   for (std::size_t i = 0; i < kEnvironments; ++i) {
     State expected;
     walker.reset(i);
@@ -171,5 +141,12 @@ TEST(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Walkers, KernelPoolTest,
+                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v5"),
+                         [](const testing::TestParamInfo<const char*>& test) {
+                           const std::string id = test.param;
+                           return id.substr(0, id.find('-'));
+                         });
+
 }  // namespace
-}  // namespace walker::walker2d
+}  // namespace walker

@@ -1,0 +1,209 @@
+#include "bipedal_walker/kernel/run.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <random>
+#include <sstream>
+
+#include "bipedal_walker/heuristic.h"
+#include "bipedal_walker/kernel/world_words.h"
+#include "bipedal_walker/observation.h"
+#include "bipedal_walker/terrain.h"
+#include "bipedal_walker/together.h"
+#include "core/random.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+using Action = std::array<double, kJointCount>;
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+int count_contacts(const Physics& physics) {
+  int count = 0;
+  for (const b2Contact* contact = physics.world().GetContactList(); contact != nullptr;
+       contact = contact->GetNext()) {
+    count += contact->IsTouching() ? 1 : 0;
+  }
+  return count;
+}
+
+/// One world, as Box2D steps it and as each contestant does.
+class Place {
+ public:
+  Place(std::size_t num_sides, std::uint64_t seed, const RunOptions& options)
+      : options_(options), generator_(seed), random_(seed), sides_(num_sides) {
+    begin();
+  }
+
+  void begin() {
+    const Terrain terrain = generate_terrain(generator_, options_.hardcore);
+    const double push = generator_.uniform(-kInitialPush, kInitialPush);
+    for (std::optional<Physics>& side : sides_) {
+      if (side && options_.reuse_world && !has_failed_) {
+        side->destroy();
+      } else {
+        side.emplace();
+      }
+      side->build(terrain, push);
+    }
+    has_failed_ = false;
+    age_ = 0;
+    life_ = random_() % 800;
+    heuristic_.reset();
+  }
+
+  /// Drives all sides and steps Box2D's.
+  void step() {
+    const Action action = draw_action();
+    ++age_;
+    const std::uint64_t seed = random_();
+    for (std::optional<Physics>& side : sides_) {
+      Random same(seed);
+      disturb(*side, same);
+      side->drive(action.data());
+    }
+    try {
+      sides_[0]->step();
+    } catch (const std::exception&) {
+      has_failed_ = true;
+    }
+  }
+
+  Physics& side(std::size_t index) { return *sides_[index]; }
+  bool has_failed() const { return has_failed_; }
+
+  bool has_ended() {
+    const Physics& physics = *sides_[0];
+    if (has_failed_ || age_ >= 1600) return true;
+    if (options_.mode == "endless" || options_.mode == "rest") return age_ > 100 + life_;
+    if (options_.mode == "thrown" || options_.mode == "far") return age_ > life_ / 4;
+    return physics.hull_has_touched() || physics.hull().GetPosition().x < 0;
+  }
+
+ private:
+  Action draw_action() {
+    Action action{};
+    if (options_.mode == "rest") return action;
+    if (options_.mode == "heuristic") {
+      const Physics& physics = *sides_[0];
+      Observed observed{};
+      observed.hull_angle = double{physics.hull().GetAngle()};
+      observed.hull_velocity = {double{physics.hull().GetLinearVelocity().x},
+                                double{physics.hull().GetLinearVelocity().y}};
+      for (std::size_t i = 0; i < kJointCount; ++i) {
+        observed.joint_position[i] = double{physics.joint(i).GetJointAngle()};
+        observed.joint_velocity[i] = double{physics.joint(i).GetJointSpeed()};
+      }
+      for (std::size_t leg = 0; leg < 2; ++leg) observed.leg_touches[leg] = physics.leg_touches(leg);
+      std::array<double, kObservationSize> observation{};
+      write_observation(observed, observation.data());
+      heuristic_.act(observation.data(), action.data());
+    }
+    for (double& value : action) {
+      if (options_.mode == "saturated") {
+        value = static_cast<double>(random_() % 3) - 1;
+      } else {
+        value += (options_.mode == "heuristic" ? 0.2 : 1) * uniform(random_, -1, 1);
+      }
+    }
+    return action;
+  }
+
+  void disturb(Physics& physics, Random& random) const {
+    const WalkerParts parts = physics.parts();
+    if (options_.mode == "thrown" && random() % 20 == 0) {
+      b2Body& body = *parts.bodies[random() % parts.bodies.size()];
+      const double speed = std::pow(10.0, uniform(random, -1, 2.5));
+      body.SetLinearVelocity(b2Vec2(static_cast<float>(speed * uniform(random, -1, 1)),
+                                    static_cast<float>(speed * uniform(random, -1, 1))));
+      body.SetAngularVelocity(static_cast<float>(speed * uniform(random, -1, 1)));
+    }
+    if (options_.mode == "far" && random() % 20 == 0) {
+      b2Body& body = *parts.bodies[random() % parts.bodies.size()];
+      const b2Vec2 place = body.GetPosition();
+      const double distance = std::pow(10.0, uniform(random, -2, 0.5));
+      body.SetTransform(b2Vec2(place.x + static_cast<float>(distance * uniform(random, -1, 1)),
+                               place.y + static_cast<float>(distance * uniform(random, 0, 1))),
+                        static_cast<float>(uniform(random, -40, 40)));
+    }
+  }
+
+  RunOptions options_;
+  Generator generator_;
+  Random random_;
+  std::vector<std::optional<Physics>> sides_;  // Box2D's is the first
+  Heuristic heuristic_;
+  bool has_failed_ = false;
+  std::uint64_t age_ = 0;
+  std::uint64_t life_ = 0;
+};
+
+std::string describe(Place& place, std::size_t side, long steps) {
+  std::ostringstream text;
+  text << "after " << steps << " steps, " << count_contacts(place.side(0)) << " contacts:";
+  const auto ours = place.side(side).parts().bodies;
+  const auto theirs = place.side(0).parts().bodies;
+  text << std::hexfloat;
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    for (const b2Body* body : {ours[i], theirs[i]}) {
+      text << "\n  " << body->GetWorldCenter().x << " " << body->GetWorldCenter().y << " "
+           << body->GetAngle() << "  " << body->GetLinearVelocity().x << " "
+           << body->GetLinearVelocity().y << " " << body->GetAngularVelocity();
+    }
+  }
+  return text.str();
+}
+
+}  // namespace
+
+const std::vector<std::string>& modes() {
+  static const std::vector<std::string> kModes{"random", "saturated", "heuristic", "endless",
+                                               "rest",   "thrown",    "far"};
+  return kModes;
+}
+
+Report run(const std::vector<const Kernel*>& contestants, const RunOptions& options) {
+  Report report;
+  report.tallies.resize(contestants.size());
+  std::vector<std::unique_ptr<Place>> places;
+  for (std::size_t i = 0; i < options.worlds; ++i) {
+    places.push_back(std::make_unique<Place>(contestants.size() + 1, i, options));
+  }
+  std::vector<WorldCall> calls(places.size());
+  while (report.steps < options.steps) {
+    for (const auto& place : places) place->step();
+    std::vector<bool> differs(places.size());
+    for (std::size_t k = 0; k < contestants.size(); ++k) {
+      for (std::size_t i = 0; i < places.size(); ++i) calls[i] = {&places[i]->side(k + 1), {}};
+      step_together(*contestants[k], calls.data(), calls.size());
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        Place& place = *places[i];
+        const bool is_as = calls[i].failure || place.has_failed()
+                               ? calls[i].failure && place.has_failed()
+                               : words_of(place.side(k + 1)) == words_of(place.side(0));
+        if (is_as) continue;
+        differs[i] = true;
+        Tally& tally = report.tallies[k];
+        if (tally.different++ == 0) tally.first_different = describe(place, k + 1, report.steps);
+      }
+    }
+    report.steps += static_cast<long>(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      report.most_contacts = std::max(report.most_contacts, count_contacts(places[i]->side(0)));
+      report.failures += places[i]->has_failed() ? 1 : 0;
+      if (!differs[i] && !places[i]->has_ended()) continue;
+      ++report.resets;
+      places[i]->begin();
+    }
+  }
+  return report;
+}
+
+}  // namespace walker::bipedal_walker

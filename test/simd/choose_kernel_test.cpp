@@ -1,0 +1,117 @@
+#include "simd/choose_kernel.h"
+
+#include <gtest/gtest.h>
+
+#include "error_message.h"
+#include "kernel_variable.h"
+
+namespace walker::simd {
+namespace {
+
+/// Each test has a type of its own, for trials are made once in a process.
+template <int>
+struct FakeKernel {
+  const char* instruction_set;
+};
+
+/// One for each set that this processor can run but the first, and one for a set that none can.
+template <int kTest>
+const std::vector<const FakeKernel<kTest>*>& compiled() {
+  static const std::vector<FakeKernel<kTest>> kKernels = [] {
+    std::vector<FakeKernel<kTest>> kernels{{"sse1000"}};
+    for (const std::string& set : instruction_sets()) {
+      if (set != instruction_sets().front()) kernels.push_back({set.c_str()});
+    }
+    return kernels;
+  }();
+  static const std::vector<const FakeKernel<kTest>*> kPointers = [] {
+    std::vector<const FakeKernel<kTest>*> pointers;
+    for (const auto& kernel : kKernels) pointers.insert(pointers.begin(), &kernel);
+    return pointers;
+  }();
+  return kPointers;
+}
+
+std::vector<std::string> sets_of(const std::vector<const FakeKernel<0>*>& kernels) {
+  std::vector<std::string> sets;
+  for (const auto* kernel : kernels) sets.emplace_back(kernel->instruction_set);
+  return sets;
+}
+
+class ChooseKernelTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (instruction_sets().size() < 2) GTEST_SKIP() << "this processor has not two sets";
+    fewer_.assign(instruction_sets().begin() + 1, instruction_sets().end());
+  }
+
+  std::vector<std::string> fewer_;
+};
+
+TEST_F(ChooseKernelTest, TheWidestThatTheProcessorCanRunComesFirst) {
+  EXPECT_EQ(sets_of(usable_kernels(compiled<0>())), fewer_);
+}
+
+TEST_F(ChooseKernelTest, AllAreAllowedUnlessTheUserSaysSo) {
+  const KernelVariable variable(nullptr);
+  EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels), fewer_);
+}
+
+/// Of a robot that has none for the set, the next best.
+TEST_F(ChooseKernelTest, TheUserNamesTheLargestSet) {
+  const KernelVariable first(instruction_sets().front().c_str());
+  EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels), fewer_);
+  const KernelVariable last(instruction_sets().back().c_str());
+  EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels),
+            std::vector<std::string>{instruction_sets().back()});
+}
+
+TEST_F(ChooseKernelTest, OffAllowsNone) {
+  const KernelVariable variable("off");
+  const auto allowed = allowed_kernels(usable_kernels(compiled<0>()));
+  EXPECT_TRUE(allowed.kernels.empty());
+  EXPECT_EQ(allowed.why_none, "WALKER_SIM_KERNEL is off");
+}
+
+TEST_F(ChooseKernelTest, WhatThereIsNotIsRefusedByName) {
+  const KernelVariable variable("sse3");
+  const std::string message = message_of<std::invalid_argument>(
+      [] { allowed_kernels(usable_kernels(compiled<0>())); });
+  EXPECT_EQ(message.rfind("WALKER_SIM_KERNEL = sse3: must be one of off, ", 0), 0U) << message;
+  EXPECT_NE(message.find(", sse2, or not set"), std::string::npos) << message;
+}
+
+TEST_F(ChooseKernelTest, NoneForThisProcessorIsSaid) {
+  const KernelVariable variable(nullptr);
+  const auto choice = choose_kernel(allowed_kernels<FakeKernel<1>>({}),
+                                    [](const FakeKernel<1>& /*kernel*/) { return true; });
+  EXPECT_EQ(choice.kernel, nullptr);
+  EXPECT_EQ(choice.why_none, "there is no kernel for this processor");
+}
+
+TEST_F(ChooseKernelTest, TheFirstThatPassesItsTrialIsChosenAndTriedOnce) {
+  const KernelVariable variable(nullptr);
+  const auto allowed = allowed_kernels(usable_kernels(compiled<2>()));
+  int trials = 0;
+  const auto passes_with_sse2 = [&trials](const FakeKernel<2>& kernel) {
+    ++trials;
+    return kernel.instruction_set == std::string("sse2");
+  };
+  for (int i = 0; i < 3; ++i) {
+    const auto choice = choose_kernel(allowed, passes_with_sse2);
+    ASSERT_NE(choice.kernel, nullptr);
+    EXPECT_EQ(choice.kernel->instruction_set, std::string("sse2"));
+  }
+  EXPECT_EQ(trials, static_cast<int>(allowed.kernels.size()));
+}
+
+TEST_F(ChooseKernelTest, NoneThatPassesIsSaid) {
+  const KernelVariable variable(nullptr);
+  const auto choice = choose_kernel(allowed_kernels(usable_kernels(compiled<3>())),
+                                    [](const FakeKernel<3>& /*kernel*/) { return false; });
+  EXPECT_EQ(choice.kernel, nullptr);
+  EXPECT_EQ(choice.why_none, "the kernel has other bits here");
+}
+
+}  // namespace
+}  // namespace walker::simd
