@@ -268,6 +268,11 @@ bool WorldStep::find_impact() {
   }
 }
 
+std::size_t WorldStep::index_of(const b2Body& walker) const {
+  const auto found = std::find(parts_.bodies.begin(), parts_.bodies.end(), &walker);
+  return static_cast<std::size_t>(found - parts_.bodies.begin());
+}
+
 /// The contact that comes first, and when, as a part of the step.
 b2Contact* WorldStep::find_first_impact(float& alpha) {
   b2Contact* first = nullptr;
@@ -299,6 +304,13 @@ float WorldStep::time_of_impact(b2Contact& contact) {
   if (sweep_a.alpha0 < alpha0) sweep_a.Advance(alpha0);
   if (sweep_b.alpha0 < alpha0) sweep_b.Advance(alpha0);
   b2Assert(alpha0 < 1.0F);
+
+  const bool a_is_terrain = fixture_a.m_body->m_type == b2_staticBody;
+  const b2Body& walker = a_is_terrain ? *fixture_b.m_body : *fixture_a.m_body;
+  const b2Fixture& terrain = a_is_terrain ? fixture_a : fixture_b;
+  SweptVertices& swept = swept_[index_of(walker)];
+  swept.follow(walker);
+  if (swept.stay_apart_from(*terrain.m_shape)) return 1;
 
   b2TOIInput input;
   input.proxyA.Set(fixture_a.GetShape(), contact.m_indexA);
@@ -345,8 +357,7 @@ bool WorldStep::advance(b2Contact& contact, float alpha) {
   num_contacts_ = 1;
   gather_contacts(walker, alpha);
 
-  impact_.body = static_cast<int>(
-      std::find(parts_.bodies.begin(), parts_.bodies.end(), &walker) - parts_.bodies.begin());
+  impact_.body = static_cast<int>(index_of(walker));
   impact_.dt = (1.0F - alpha) * model_->dt;
   impact_.state = state_of(walker);
   impact_.num_contacts = std::min(num_contacts_, kMostContactsOfBody);

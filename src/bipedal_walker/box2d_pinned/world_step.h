@@ -9,6 +9,7 @@
 
 #include <array>
 
+#include "bipedal_walker/box2d_pinned/swept_vertices.h"
 #include "bipedal_walker/kernel/kernel.h"
 #include "bipedal_walker/walker_parts.h"
 
@@ -40,6 +41,7 @@ class WorldStep {
   void synchronize();
   void solve_by_box2d();
   void begin_impacts();
+  std::size_t index_of(const b2Body& walker) const;
   b2Contact* find_first_impact(float& alpha);
   float time_of_impact(b2Contact& contact);
   bool advance(b2Contact& contact, float alpha);
@@ -49,6 +51,7 @@ class WorldStep {
   const Model* model_;
   Island island_;
   Impact impact_;
+  std::array<SweptVertices, kBodies> swept_;
   std::array<b2Contact*, kMostContacts> contacts_;  ///< of the island, in its order
   int num_contacts_;
   std::array<b2Body*, kMostContacts + 2> impact_bodies_;
