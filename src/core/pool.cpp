@@ -38,10 +38,10 @@ PoolOptions complete(PoolOptions options) {
   return options;
 }
 
-/// Two for each thread, so that one which is done finds something of another's to do.
+/// One for each thread: in smaller ones, worlds that are stepped together have less in common, which
+/// costs more than the end of a step, where a thread that is done waits for another's group.
 std::size_t largest_group(const PoolOptions& options) {
-  const std::size_t num_groups = options.num_threads > 1 ? 2 * options.num_threads : 1;
-  return (options.batch_size + num_groups - 1) / num_groups;
+  return (options.batch_size + options.num_threads - 1) / options.num_threads;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ import sys
 import pytest
 from bench import SECTIONS
 from report import TABLES
+from targets import BIPEDAL
 
 BENCH = pathlib.Path(__file__).with_name("bench.py")
 PATIENCE = 240  # [s]
@@ -42,6 +43,34 @@ def test_what_needs_no_envpool_is_judged(everything):
     judged = {target["target"]: target["verdict"] for target in everything[1]["targets"]}
     for what, verdict in judged.items():
         assert (verdict == "not measured") == ("EnvPool" in what), (what, verdict)
+
+
+# A processor that is made up says by which kernel it steps, and makes 11 steps where one was named.
+@pytest.mark.parametrize(
+    ("kernel", "steps"),
+    [
+        ("${WALKER_SIM_KERNEL:-avx512}", {"": 1, ", avx2": 11, ", sse2": 11}),
+        ("${WALKER_SIM_KERNEL:-avx2}", {"": 1, ", avx2": 1, ", sse2": 11}),
+        ("sse2", {"": 1, ", sse2": 1}),
+        ("library", {"": 1}),
+    ],
+)
+def test_each_kernel_that_the_processor_has_is_measured_once(tmp_path, monkeypatch, kernel, steps):
+    slice_ = '"steps": ${WALKER_SIM_KERNEL:+1}1, "seconds": 1, "processor_seconds": 1'
+    programs = {
+        "describe": f"Box2D, stepped by the {kernel}",
+        "walker_sim_benchmark": f'{{"num_envs": ${{7:-1}}, {slice_}}}'.replace('"', '\\"'),
+    }
+    for name, answer in programs.items():
+        (tmp_path / name).write_text(f'#!/bin/sh\necho "{answer}"\n')
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.delenv("WALKER_SIM_KERNEL", raising=False)
+    done = run(tmp_path, "--only", "core", "--without", "gymnasium", "--programs", tmp_path)
+    assert done.returncode == 0, done.stderr
+    rows = json.loads((tmp_path / "bench.json").read_text())["rows"]
+    many = [(row["side"], row["median"]) for row in rows if row["environment"] == BIPEDAL]
+    expected = {"pool, 16": 1, "single": 1, **{f"pool, 64{k}": n for k, n in steps.items()}}
+    assert sorted(many) == sorted(expected.items())
 
 
 def test_what_cannot_be_measured_is_a_failure_that_names_it(tmp_path):

@@ -25,6 +25,7 @@ TABLES = (
         "core",
         "One core, one thread [steps/s]",
         "Of processor time. Pools times EnvPool of as many, the single one times Gymnasium. "
+        "Behind a pool's number: the kernel, where WALKER_SIM_KERNEL names it. "
         "mjbatch: physics alone, without observation, reward and resets.",
         ("environment",),
     ),

@@ -101,12 +101,25 @@ def test_a_target_is_reached_at_its_limit_and_not_before():
 
 
 def test_targets_find_their_rows():
-    ours, theirs = pair([29, 29], [20, 20])
+    ours, theirs = pair([80, 80], [20, 20])
     target = TARGETS[0]
-    assert target.verdict([ours, theirs]) == (1.45, "reached")
+    assert target.verdict([ours, theirs]) == (4, "reached")
     assert target.verdict([theirs]) == (None, "not measured")
     ours.error = "status 1"
     assert target.verdict([ours, theirs]) == (None, "not measured")
+
+
+def test_each_kernel_has_its_target():
+    _, envpool = pair([], [20, 20])
+    default, avx2, sse2 = (
+        row(f"pool, 64{kernel}", [rate, rate], peer=envpool)
+        for kernel, rate in (("", 90), (", avx2", 70), (", sse2", 60))
+    )
+    verdicts = {t.what: t.verdict([default, avx2, sse2, envpool]) for t in TARGETS}
+    many = "one core, 64 BipedalWalkers"
+    assert verdicts[f"{many}, against EnvPool"] == (4.5, "reached")
+    assert verdicts[f"{many} with AVX2, against EnvPool"] == (3.5, "NOT REACHED")
+    assert verdicts[f"{many} with SSE2, against EnvPool"] == (3, "reached")
 
 
 def test_scaling_compares_two_threads_with_one():
@@ -126,9 +139,10 @@ def test_all_that_is_written_says_what_was_not_reached():
         assert "NOT REACHED" in text
         assert "not measured" in text
         assert "made up" in text
-    head, _, first, *others = report.as_summary(rows).splitlines()
+    head, _, first, second, *others = report.as_summary(rows).splitlines()
     assert head == "| steps per second | times as many |"
     assert first == "| one core, 64 BipedalWalkers, against EnvPool | 0.50 |"
+    assert second == "| one core, 64 BipedalWalkerHardcores, against EnvPool | not measured |"
     assert {line.split(" | ")[1] for line in others} == {"not measured |"}
     written = json.loads(json.dumps(report.as_json(machine, rows, is_quick=True)))
     assert written["rows"][0]["ratio"] == 0.5

@@ -4,6 +4,8 @@ import dataclasses
 from typing import Callable, Optional
 
 BIPEDAL, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
+HARDCORE = "BipedalWalkerHardcore-v3"
+KERNEL_LIMITS = {"avx2": 4.0, "sse2": 3.0}  # by instruction set: 64 BipedalWalkers
 LARGE = "17-256-256-6"  # a policy of these sizes
 WALKERS = (
     *("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5"),
@@ -65,8 +67,21 @@ TARGETS = (
             ratio("core", environment, f"pool, {size}"),
             is_in_readme=size == 64,
         )
-        for environment, limit in ((BIPEDAL, 1.45), (WALKER2D, 9))
-        for size in (64, 16)
+        for environment, size, limit in (
+            (BIPEDAL, 64, 4.0),
+            (BIPEDAL, 16, 3.0),
+            (HARDCORE, 64, 3.0),
+            (WALKER2D, 64, 9),
+            (WALKER2D, 16, 9),
+        )
+    ),
+    *(
+        Target(
+            f"one core, 64 BipedalWalkers with {kernel.upper()}, against EnvPool",
+            limit,
+            ratio("core", BIPEDAL, f"pool, 64, {kernel}"),
+        )
+        for kernel, limit in KERNEL_LIMITS.items()
     ),
     Target(
         "one core, a single Walker2d, against Gymnasium",
@@ -122,7 +137,7 @@ TARGETS = (
             limit,
             ratio("python", name, "make_vec, 64", num_envs=64),
         )
-        for name, limit in ((BIPEDAL, 0.95), (WALKER2D, 0.8))
+        for name, limit in ((BIPEDAL, 0.85), (WALKER2D, 0.8))
     ),
     *(
         Target(
@@ -134,7 +149,7 @@ TARGETS = (
     ),
     Target(
         "step_batch of 64 against the pool in process",
-        0.9,
+        0.85,
         ratio("step_batch", BIPEDAL, "step_batch", num_envs=64),
     ),
     Target(

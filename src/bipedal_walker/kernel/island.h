@@ -14,6 +14,8 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
+constexpr int kHull = kBodies / 2;
+
 /// In the chain of bodies, the hull is in the middle: joint i has its body A on the hull's side.
 constexpr int body_a(int joint) { return joint < kJoints / 2 ? joint + 1 : joint; }
 constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1; }
@@ -68,7 +70,7 @@ class IslandLanes {
     load_bodies();
     load_joints();
     prepare_velocities();
-    for (int i = 0; i < model_.velocity_iterations; ++i) solve_velocities();
+    solve_velocities();
     for (int i = 0; i < kBodies; ++i) {
       bodies_[i].velocity_x = velocities_[i].velocity.x;
       bodies_[i].velocity_y = velocities_[i].velocity.y;
@@ -119,6 +121,8 @@ class IslandLanes {
     num_slots_ = 0;
     std::array<int, W> next{};  // contact
     for (int body = 0; body < kBodies; ++body) {
+      if (body == kHull) slots_of_hull_ = num_slots_;
+      if (body == kHull + 1) slots_of_other_leg_ = num_slots_;
       int most = 0;
       for (const Island* island : islands_) most = std::max(most, island->num_contacts[body]);
       for (int i = 0; i < most; ++i) {
@@ -204,14 +208,38 @@ class IslandLanes {
     }
   }
 
-  WALKER_SIM_INLINE void solve_velocities() {
-    std::array<BodyLanes<W>, kBodies>& v = velocities_;
-    simd::unrolled<kJoints>([&](auto i) WALKER_SIM_INLINE {
-      constexpr int kA = body_a(i);
-      constexpr int kB = body_b(i);
-      kernel::solve(model_.bodies[kA], model_.bodies[kB], joints_[i], v[kA], v[kB]);
-    });
-    for (int i = 0; i < num_slots_; ++i) kernel::solve(contacts_[i], v[slots_[i].body]);
+  /// All iterations, in an order that lets the processor work at two constraints at a time: those
+  /// without a common body do not see each other, so they may change places, and the leg at the
+  /// chain's beginning may be one iteration ahead of the hull and the other leg.
+  void solve_velocities() {
+    const int hull = slots_of_hull_;
+    const int other_leg = slots_of_other_leg_;
+    solve_joint<0>();
+    solve_joint<1>();
+    solve_contacts(0, hull);
+    for (int i = 1; i < model_.velocity_iterations; ++i) {
+      solve_joint<2>();
+      solve_joint<0>();  // of the next iteration
+      solve_contacts(hull, other_leg);
+      solve_joint<3>();
+      solve_joint<1>();  // of the next iteration
+      solve_contacts(other_leg, num_slots_);
+      solve_contacts(0, hull);  // of the next iteration
+    }
+    solve_joint<2>();
+    solve_joint<3>();
+    solve_contacts(hull, num_slots_);
+  }
+
+  template <int I>
+  WALKER_SIM_INLINE void solve_joint() {
+    constexpr int kA = body_a(I);
+    constexpr int kB = body_b(I);
+    kernel::solve(model_.bodies[kA], model_.bodies[kB], joints_[I], velocities_[kA], velocities_[kB]);
+  }
+
+  WALKER_SIM_INLINE void solve_contacts(int begin, int end) {
+    for (int i = begin; i < end; ++i) kernel::solve(contacts_[i], velocities_[slots_[i].body]);
   }
 
   /// b2ContactSolver::StoreImpulses, and what joints keep.
@@ -269,6 +297,7 @@ class IslandLanes {
   int count_;
   std::array<Island*, W> islands_;
   int num_slots_;
+  int slots_of_hull_, slots_of_other_leg_;  ///< the first ones, of those that are sorted by body
   std::array<Slot<W>, kMostContactsInLanes> slots_;
   std::array<std::array<int, W>, kMostContactsInLanes> places_of_contacts_;
   std::array<ContactImpulses<Number<W>>, kMostContactsInLanes> impulses_;
