@@ -2,7 +2,7 @@
 # Gymnasium of that Python. Included by tests.cmake.
 set(short_suites
   core/exported_symbols_test
-  walker2d/kernel/symbols_test
+  simd/symbols_test
   core/pool_gymnasium_test
   core/random_numpy_test
   docs_test
@@ -47,7 +47,7 @@ string(CONCAT suite_environment
   ";WALKER_SIM_CORE_LIBRARY=$<TARGET_FILE:walker_sim_core>"
   ";WALKER_SIM_C_INTERFACE=$<TARGET_FILE:walker_sim_c_interface>"
   ";WALKER_SIM_KERNEL_OBJECTS="
-  "$<JOIN:$<FILTER:$<TARGET_OBJECTS:walker_sim_core_objects>,INCLUDE,kernel_(sse2|avx2)>,:>"
+  "$<JOIN:$<FILTER:$<TARGET_OBJECTS:walker_sim_core_objects>,INCLUDE,kernel_(sse2|avx2|avx512)>,:>"
   ";WALKER_SIM_PROGRAMS=$<TARGET_FILE_DIR:walker_sim_benchmark>")
 
 function(walker_sim_add_suite path)

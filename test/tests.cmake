@@ -101,7 +101,7 @@ endfunction()
 set(core_libraries walker_sim_core_objects walker_sim_pictures)
 set(not_these_engines "")
 if(NOT WALKER_SIM_ENGINES STREQUAL "pinned")
-  set(not_these_engines block_allocator_test recordings_test)
+  set(not_these_engines block_allocator_test recordings_test swept_vertices_test)
 endif()
 walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} WITH simd LEFT_OUT pool_race_test)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_types_test)
@@ -144,16 +144,24 @@ if(walker2d_kernels)
   target_sources(mujoco_tests PRIVATE test/walker2d/kernel/run.cpp)
 endif()
 if(bipedal_walker_kernels)
-  walker_sim_register_variant(bipedal_walker_kernel_kernel_test_long bipedal_walker kernel_test long
-    WALKER_SIM_TEST_STEPS=60000)
+  set(shards 4)
+  foreach(shard RANGE 1 ${shards})
+    math(EXPR index "${shard} - 1")
+    walker_sim_register_variant(bipedal_walker_kernel_kernel_test_long_${shard} bipedal_walker
+      kernel_test long WALKER_SIM_TEST_STEPS=100000 GTEST_TOTAL_SHARDS=${shards}
+      GTEST_SHARD_INDEX=${index})
+  endforeach()
   walker_sim_register_variant(bipedal_walker_kernel_rotation_test_long bipedal_walker rotation_test long
     WALKER_SIM_TEST_ALL_ANGLES=1)
+  # The comparison takes longer than the steps.
   set_source_files_properties(test/bipedal_walker/kernel/world_words.cpp PROPERTIES
-    SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
+    SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "-O3;-fno-access-control")
   target_sources(bipedal_walker_tests PRIVATE
     test/bipedal_walker/kernel/run.cpp test/bipedal_walker/kernel/world_words.cpp)
 endif()
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
+  set_source_files_properties(test/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
+    SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
   include(test/bipedal_walker/shortcuts.cmake)
   include(test/core/race_test.cmake)
 endif()

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <stdexcept>
+#include <vector>
 
 #include "bipedal_walker/bipedal_walker.h"
 #include "core/episode_rules.h"
@@ -83,6 +84,58 @@ TEST_F(BrokenWorldTest, AResetThatFailsSaysSo) {
   EXPECT_THROW(rules_->reset(2, result_), std::runtime_error);
   EXPECT_THROW(walk_until_the_end(), ResetNeeded);
   EXPECT_NO_THROW(rules_->reset(2, result_));
+}
+
+/// Of several that are stepped together.
+TEST_F(BrokenWorldTest, DisturbsNoOther) {
+  constexpr std::size_t kWalkers = 5;
+  constexpr std::size_t kBroken = 3;
+  struct Episode {
+    std::unique_ptr<EpisodeRules> rules;
+    std::array<double, kObservationSize> observation{};
+    Result result;
+  };
+  const auto begin = [this] {
+    auto episodes = std::make_unique<std::array<Episode, kWalkers>>();
+    for (std::size_t i = 0; i < kWalkers; ++i) {
+      Episode& episode = (*episodes)[i];
+      make(false);
+      episode.rules = std::move(rules_);
+      episode.result.observation = episode.observation.data();
+      episode.rules->reset(i == kBroken ? 1 : 10 + i, episode.result);
+      if (i == kBroken) break_world();
+    }
+    return episodes;
+  };
+  const auto together = begin();
+  const auto apart = begin();
+  const std::array<double, kJointCount> action{};
+  bool has_failed = false;
+  for (int step = 0; step < 200; ++step) {
+    std::vector<StepCall> calls;
+    for (std::size_t i = 0; i < kWalkers; ++i) {
+      Episode& one = (*together)[i];
+      Episode& other = (*apart)[i];
+      ASSERT_EQ(one.result.terminated, other.result.terminated) << i;
+      if (one.result.terminated) {
+        ASSERT_STREQ(one.result.error, other.result.error) << i;
+        has_failed = has_failed || one.result.error[0] != '\0';
+        one.rules->reset(step, one.result);
+        other.rules->reset(step, other.result);
+      }
+      calls.push_back({one.rules.get(), action.data(), &one.result, nullptr});
+      other.rules->step(action.data(), action.size(), other.result);
+    }
+    std::vector<StepCall*> pointers;
+    for (StepCall& call : calls) pointers.push_back(&call);
+    (*together)[0].rules->step_together(pointers.data(), kWalkers, action.size());
+    for (std::size_t i = 0; i < kWalkers; ++i) {
+      EXPECT_FALSE(calls[i].failure) << "the rules tell it";
+      EXPECT_EQ((*together)[i].observation, (*apart)[i].observation) << i << " in step " << step;
+      EXPECT_EQ((*together)[i].result.reward, (*apart)[i].result.reward);
+    }
+  }
+  EXPECT_TRUE(has_failed);
 }
 
 }  // namespace walker::bipedal_walker

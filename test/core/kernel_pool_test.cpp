@@ -29,11 +29,21 @@ const char* last_set() {
 
 class KernelPoolTest : public testing::TestWithParam<const char*> {};
 
+/// As a caller does who resets by hand.
+void reset_ended(Pool& pool, const std::vector<std::uint8_t>& terminated, const Batch& batch) {
+  std::vector<std::uint32_t> ended;
+  for (std::size_t i = 0; i < terminated.size(); ++i) {
+    if (terminated[i] != 0) ended.push_back(static_cast<std::uint32_t>(i));
+  }
+  if (!ended.empty()) pool.reset(ended, {}, batch);
+}
+
 /// Any number of environments and threads, however they are grouped, by the kernel and by the
 /// library.
 TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
   constexpr int kSteps = 60;
-  for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
     for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
       std::vector<State> rows;
       for (const auto& [kernel, num_threads] : std::vector<std::pair<const char*, std::size_t>>{
@@ -47,9 +57,11 @@ TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
         const Specification& specification = pool.specification();
         State observations(num_envs * specification.observation_size());
         State rewards(num_envs);
+        std::vector<std::uint8_t> terminated(num_envs);
         Batch batch;
         batch.observations = observations.data();
         batch.rewards = rewards.data();
+        batch.terminated = terminated.data();
         std::vector<std::optional<std::uint64_t>> seeds(num_envs);
         for (std::size_t i = 0; i < num_envs; ++i) seeds[i] = i;
         pool.reset({}, seeds, batch);
@@ -62,6 +74,7 @@ TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
           pool.step(actions.data(), actions.size(), batch);
           all.insert(all.end(), observations.begin(), observations.end());
           all.insert(all.end(), rewards.begin(), rewards.end());
+          if (mode == AutoresetMode::disabled) reset_ended(pool, terminated, batch);
         }
         rows.push_back(std::move(all));
       }

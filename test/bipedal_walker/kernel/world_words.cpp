@@ -8,6 +8,8 @@ namespace {
 
 class Words {
  public:
+  Words() { words.reserve(kUsual); }
+
   void add(float value) {
     std::uint32_t word = 0;
     std::memcpy(&word, &value, sizeof word);
@@ -20,6 +22,9 @@ class Words {
   void add_count(std::int64_t count) { words.push_back(static_cast<std::uint32_t>(count)); }
 
   std::vector<std::uint32_t> words;
+
+ private:
+  static constexpr std::size_t kUsual = 12000;
 };
 
 void add_body(const b2Body& body, Words& words) {
