@@ -58,7 +58,8 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   add_library(box2d_pinned STATIC ${box2d_sources})
   set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
   set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
-    ${box2d_ours}/broad_phase.cpp ${box2d_ours}/swept_vertices.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
+    ${box2d_ours}/broad_phase.cpp ${box2d_ours}/swept_vertices.cpp ${box2d_ours}/world_impacts.cpp
+    ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
   # live in the same process.
   set(box2d_options -O3 -ffp-contract=off -w)
@@ -71,7 +72,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
       CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   endforeach()
   set(box2d_room box2d_pinned)
-  list(APPEND box2d_room_files swept_vertices world_step)
+  list(APPEND box2d_room_files swept_vertices world_impacts world_step)
   target_link_libraries(walker_sim_box2d INTERFACE box2d_pinned)
   set(box2d_origin "pinned, box2d-py 2.3.8")
 elseif(WALKER_SIM_ENGINES STREQUAL "system")

@@ -88,7 +88,7 @@ void BipedalWalker::step_together(StepCall* const* calls, std::size_t count,
       if (steps[i].failure) std::rethrow_exception(steps[i].failure);
       cast_lidar(*walker.physics_, walker.terrain_, walker.lidar_);
       walker.finish_step(call.action, *call.result);
-    } catch (const std::exception&) {
+    } catch (...) {
       call.failure = walker.break_world();
     }
   }

@@ -3,23 +3,27 @@
 #include <algorithm>
 #include <array>
 
+#include "bipedal_walker/box2d_pinned/world_impacts.h"
 #include "bipedal_walker/box2d_pinned/world_step.h"
 #include "bipedal_walker/physics.h"
 
 namespace walker::bipedal_walker {
 namespace {
 
+static_assert(kMostTogether <= kMostIslands);
+
 /// What is asked to be solved, those that have the most in common beside each other.
 template <typename Problem>
 class Queue {
  public:
   void add(Problem& problem) { problems_[count_++] = &problem; }
+  bool is_empty() const { return count_ == 0; }
 
   template <typename Solve>
   void solve(const Solve& solve, const Model& model) {
     std::sort(problems_.begin(), problems_.begin() + count_,
               [](const Problem* a, const Problem* b) { return a->pattern < b->pattern; });
-    if (count_ != 0) solve(problems_.data(), count_, model);
+    solve(problems_.data(), static_cast<std::size_t>(count_), model);
     count_ = 0;
   }
 
@@ -31,53 +35,63 @@ class Queue {
 class Group {
  public:
   Group(const Kernel& kernel, WorldCall* calls, std::size_t count)
-      : kernel_(kernel), calls_(calls), count_(count), model_(model_of(calls[0].physics->parts())) {}
+      : kernel_(kernel),
+        calls_(calls),
+        count_(count),
+        model_(model_of(calls[0].physics->parts())) {}
 
   void step() {
-    Queue<Island> islands;
-    for (std::size_t i = 0; i < count_; ++i) {
-      steps_[i].start(calls_[i].physics->parts(), model_);
-      is_waiting_[i] = false;
-      try_to(i, [&](WorldStep& step) { is_waiting_[i] = step.begin(); });
-      if (is_waiting_[i]) islands.add(steps_[i].island());
-    }
-    islands.solve(kernel_.solve, model_);
-    for_waiting([](WorldStep& step) { step.finish_island(); });
-
-    for (std::size_t i = 0; i < count_; ++i) is_waiting_[i] = true;
-    for (;;) {
-      Queue<Impact> impacts;
-      bool is_any = false;
-      for (std::size_t i = 0; i < count_; ++i) {
-        if (!is_waiting_[i] || calls_[i].failure) continue;
-        is_waiting_[i] = false;
-        try_to(i, [&](WorldStep& step) { is_waiting_[i] = step.find_impact(); });
-        if (is_waiting_[i]) impacts.add(steps_[i].impact());
-        is_any = is_any || is_waiting_[i];
-      }
-      if (!is_any) break;
-      impacts.solve(kernel_.solve_impacts, model_);
-      for_waiting([](WorldStep& step) { step.finish_impact(); });
-    }
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (!calls_[i].failure) steps_[i].end();
-    }
+    solve_islands();
+    solve_impacts();
+    for_each([this](std::size_t i) { steps_[i].end(); });
   }
 
  private:
-  template <typename Function>
-  void try_to(std::size_t i, const Function& function) {
-    try {
-      function(steps_[i]);
-    } catch (...) {
-      calls_[i].failure = std::current_exception();
+  void solve_islands() {
+    Queue<Island> islands;
+    std::array<bool, kMostTogether> is_waiting{};
+    for_each([&](std::size_t i) {
+      steps_[i].start(calls_[i].physics->parts(), model_);
+      is_waiting[i] = steps_[i].begin();
+      if (is_waiting[i]) islands.add(steps_[i].island());
+    });
+    islands.solve(kernel_.solve, model_);
+    for_each([&](std::size_t i) {
+      if (is_waiting[i]) steps_[i].finish_island();
+    });
+  }
+
+  /// One impact of each world at a time, until no world has another one.
+  void solve_impacts() {
+    Queue<Impact> impacts;
+    std::array<bool, kMostTogether> is_waiting{};
+    for_each([&](std::size_t i) {
+      impacts_[i].begin(calls_[i].physics->parts(), model_);
+      is_waiting[i] = true;
+    });
+    for (;;) {
+      for_each([&](std::size_t i) {
+        is_waiting[i] = is_waiting[i] && impacts_[i].find();
+        if (is_waiting[i]) impacts.add(impacts_[i].impact());
+      });
+      if (impacts.is_empty()) return;
+      impacts.solve(kernel_.solve_impacts, model_);
+      for_each([&](std::size_t i) {
+        if (is_waiting[i]) impacts_[i].finish();
+      });
     }
   }
 
+  /// Calls function(i) for each world that has not failed, and notes where it does.
   template <typename Function>
-  void for_waiting(const Function& function) {
+  void for_each(const Function& function) {
     for (std::size_t i = 0; i < count_; ++i) {
-      if (is_waiting_[i] && !calls_[i].failure) try_to(i, function);
+      if (calls_[i].failure) continue;
+      try {
+        function(i);
+      } catch (...) {
+        calls_[i].failure = std::current_exception();
+      }
     }
   }
 
@@ -86,7 +100,7 @@ class Group {
   std::size_t count_;
   Model model_;
   std::array<WorldStep, kMostTogether> steps_;
-  std::array<bool, kMostTogether> is_waiting_;
+  std::array<WorldImpacts, kMostTogether> impacts_;
 };
 
 }  // namespace

@@ -11,7 +11,7 @@
 //   dv = s (v + w x r),    v += s m P,  w += s i r x P
 //
 // What Box2D adds for the terrain is zero, but a zero has a sign, and adding it may change that of
-// another zero: `before` and `after` below are these zeros.
+// another zero: `zero_before` and `zero_after` below are these.
 #pragma once
 
 #include "bipedal_walker/kernel/lanes.h"
@@ -28,7 +28,7 @@ using ManifoldLanes = ContactManifold<Number<W>, Truth<W>>;
 template <int W>
 struct PointLanes {
   Vec2<W> arm;    ///< from the walker's centre to the point: rB, or rA
-  Vec2<W> after;  ///< 0 x rA of a terrain's A, else 0
+  Vec2<W> zero_after;  ///< 0 x rA of a terrain's A, else 0
   Number<W> normal_mass, tangent_mass;
   Number<W> normal_impulse, tangent_impulse;
 };
@@ -41,7 +41,7 @@ struct ContactLanes {
   PointLanes<W> points[2];
   Mat22<W> k, inverse_k;
   Truth<W> exists, has_two;
-  Number<W> sign, before;
+  Number<W> sign, zero_before;
   Number<W> signed_mass, signed_inertia;
   bool any_one, any_two, all_exist, any_walker_is_a;
 };
@@ -93,7 +93,7 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
     PointLanes<W>& point = contact.points[i];
     const Vec2<W> place = place_of_point(manifold, i, walker, face_normal);
     point.arm = place - center;
-    point.after = select(is_a, Vec2<W>{zero, zero}, cross(zero, place));
+    point.zero_after = select(is_a, Vec2<W>{zero, zero}, cross(zero, place));
     point.normal_mass = one / mass_along(point.arm, point.arm, normal);
     point.tangent_mass = one / mass_along(point.arm, point.arm, tangent);
   }
@@ -115,7 +115,7 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
   contact.friction = manifold.friction;
   contact.exists = manifold.exists;
   contact.sign = select(is_a, -one, one);
-  contact.before = select(is_a, zero, -zero);
+  contact.zero_before = select(is_a, zero, -zero);
   contact.signed_mass = contact.sign * mass;
   contact.signed_inertia = contact.sign * inertia;
   contact.any_two = any(contact.has_two);
@@ -155,10 +155,10 @@ WALKER_SIM_INLINE inline Vec2<W> relative_velocity(const ContactLanes<W>& contac
                                                    const BodyLanes<W>& body) {
   const Vec2<W> turning = cross(body.angular_velocity, point.arm);
   if (contact.any_walker_is_a) {
-    const Vec2<W> before{contact.before, contact.before};
-    return ((before + contact.sign * body.velocity) + contact.sign * turning) - point.after;
+    const Vec2<W> zero{contact.zero_before, contact.zero_before};
+    return ((zero + contact.sign * body.velocity) + contact.sign * turning) - point.zero_after;
   }
-  return (body.velocity + turning) - point.after;
+  return (body.velocity + turning) - point.zero_after;
 }
 
 template <int W>

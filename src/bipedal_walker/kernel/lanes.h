@@ -95,7 +95,7 @@ struct Mat22 {
   Vec2<W> ex, ey;
 };
 
-/// 1 / a; 0 of 0.
+/// 1 / a, or a where it is zero, as Box2D does with determinants.
 template <int W>
 WALKER_SIM_INLINE inline Number<W> inverse_of(Number<W> a) {
   return select(simd::is_zero(a), a, Number<W>(1) / a);

@@ -198,6 +198,7 @@ Report run(const std::vector<const Kernel*>& contestants, const RunOptions& opti
     for (std::size_t i = 0; i < places.size(); ++i) {
       report.most_contacts = std::max(report.most_contacts, count_contacts(places[i]->side(0)));
       report.failures += places[i]->has_failed() ? 1 : 0;
+      report.sleeps += places[i]->side(0).hull().IsAwake() ? 0 : 1;
       if (!differs[i] && !places[i]->has_ended()) continue;
       ++report.resets;
       places[i]->begin();

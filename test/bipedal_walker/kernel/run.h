@@ -35,6 +35,7 @@ struct Report {
   long steps = 0;         ///< of each contestant
   long resets = 0;
   long failures = 0;      ///< of Box2D: assertions
+  long sleeps = 0;        ///< steps after which a world was asleep
   int most_contacts = 0;  ///< that touch, of one world
   std::vector<Tally> tallies;
 };
