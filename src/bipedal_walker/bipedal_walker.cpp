@@ -15,10 +15,9 @@ namespace walker::bipedal_walker {
 namespace {
 
 std::string stepper_of(const KernelChoice& choice) {
-  return choice.kernel != nullptr
-             ? std::string("the library, in groups by the kernel for ") +
-                   choice.kernel->instruction_set
-             : "the library: " + choice.why_none;
+  return choice.kernel != nullptr ? std::string("the library, in groups by the kernel for ") +
+                                        choice.kernel->instruction_set
+                                  : "the library: " + choice.why_none;
 }
 
 /// By the arm in the body's frame: Box2D's own function takes the difference of two places in the

@@ -8,8 +8,8 @@
 
 namespace walker::bipedal_walker {
 
-/// In the order in which Box2D solves them: the chain from the second lower leg over the hull to the
-/// first.
+/// In the order in which Box2D solves them: the chain from the second lower leg over the hull to
+/// the first.
 struct WalkerParts {
   b2World* world;
   std::array<b2Body*, kBodies> bodies;

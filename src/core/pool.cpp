@@ -38,8 +38,8 @@ PoolOptions complete(PoolOptions options) {
   return options;
 }
 
-/// One for each thread: in smaller ones, worlds that are stepped together have less in common, which
-/// costs more than the end of a step, where a thread that is done waits for another's group.
+/// One for each thread: in smaller ones, worlds that are stepped together have less in common,
+/// which costs more than the end of a step, where a thread that is done waits for another's group.
 std::size_t largest_group(const PoolOptions& options) {
   return (options.batch_size + options.num_threads - 1) / options.num_threads;
 }

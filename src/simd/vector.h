@@ -1,5 +1,5 @@
-// A number per lane: Vector<double, 4> holds one double of each of four worlds, Vector<double, 1> is
-// a double.
+// A number per lane: Vector<double, 4> holds one double of each of four worlds, Vector<double, 1>
+// is a double.
 //
 // Compiled once for each set of instructions, as WALKER_SIM_INSTRUCTION_SET says, which names the
 // namespace too: two translation units never share code, however the linker chooses.
@@ -60,10 +60,10 @@ using Integer = typename IntegerOf<Scalar>::Type;
 
 /// The compiler's own vectors.
 template <typename Scalar, int W>
-struct Native {                                        // not by `using`, where GCC loses the attribute
-  typedef Scalar Number                                // NOLINT(modernize-use-using)
+struct Native {          // not by `using`, where GCC loses the attribute
+  typedef Scalar Number  // NOLINT(modernize-use-using)
       __attribute__((vector_size(sizeof(Scalar) * W)));
-  typedef Integer<Scalar> Truth                        // NOLINT(modernize-use-using)
+  typedef Integer<Scalar> Truth  // NOLINT(modernize-use-using)
       __attribute__((vector_size(sizeof(Scalar) * W)));
 };
 

@@ -1,5 +1,5 @@
-// Pools whose walkers a kernel steps together: no result depends on who is stepped with whom, and none
-// on the kernel.
+// Pools whose walkers a kernel steps together: no result depends on who is stepped with whom, and
+// none on the kernel.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -155,7 +155,8 @@ TEST_P(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Walkers, KernelPoolTest,
-                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v5"),
+                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
+                                         "Walker2d-v5"),
                          [](const testing::TestParamInfo<const char*>& test) {
                            const std::string id = test.param;
                            return id.substr(0, id.find('-'));

@@ -75,8 +75,8 @@ TEST_F(ChooseKernelTest, OffAllowsNone) {
 
 TEST_F(ChooseKernelTest, WhatThereIsNotIsRefusedByName) {
   const KernelVariable variable("sse3");
-  const std::string message = message_of<std::invalid_argument>(
-      [] { allowed_kernels(usable_kernels(compiled<0>())); });
+  const std::string message =
+      message_of<std::invalid_argument>([] { allowed_kernels(usable_kernels(compiled<0>())); });
   EXPECT_EQ(message.rfind("WALKER_SIM_KERNEL = sse3: must be one of off, ", 0), 0U) << message;
   EXPECT_NE(message.find(", sse2, or not set"), std::string::npos) << message;
 }

@@ -7,12 +7,14 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Nearer than this is touching, to b2TimeOfImpact: its target and tolerance for polygons and edges.
+/// Nearer than this is touching, to b2TimeOfImpact: its target and tolerance for polygons and
+/// edges.
 constexpr float kTouching = 1.25F * b2_linearSlop;
 static_assert(2 * b2_polygonRadius - 3 * b2_linearSlop < 1.001F * b2_linearSlop);
 
 /// Single precision puts a vertex 1e-4 m from where it is at most, as long as places and angles are
-/// below these; a margin of ten times that serves both what is computed here and what Box2D computes.
+/// below these; a margin of ten times that serves both what is computed here and what Box2D
+/// computes.
 constexpr float kMargin = 1e-3F;
 constexpr float kLargestPlace = 500;  // [m]
 constexpr float kLargestAngle = 100;  // [rad]

@@ -1,5 +1,5 @@
-// A proof that a moving body does not meet a piece of terrain within a step, which is cheaper than the
-// time at which it does.
+// A proof that a moving body does not meet a piece of terrain within a step, which is cheaper than
+// the time at which it does.
 #pragma once
 
 #include <array>
@@ -8,12 +8,12 @@
 
 namespace walker::bipedal_walker {
 
-/// A body's vertices where a sweep begins and where it ends, from which follows where they are not in
-/// between.
+/// A body's vertices where a sweep begins and where it ends, from which follows where they are not
+/// in between.
 ///
 /// A vertex moves along x(t) = c(t) + R(a(t)) r, centre and angle linearly in t. Along an axis n of
-/// length 1, n c(t) is between its values at both ends, and n R(a) r, whose second derivative by the
-/// angle is |r| at most, is below the chord between its ends by |r| (a1 - a0)^2 / 8 at most. So
+/// length 1, n c(t) is between its values at both ends, and n R(a) r, whose second derivative by
+/// the angle is |r| at most, is below the chord between its ends by |r| (a1 - a0)^2 / 8 at most. So
 ///
 ///   n x(t) >= min(n x(0), n x(1)) - |r| (a1 - a0)^2 / 8
 ///
@@ -23,8 +23,8 @@ class SweptVertices {
   /// Of the body as it is: at the end of its sweep. The same again costs nothing.
   void follow(const b2Body& body);
 
-  /// Whether b2TimeOfImpact cannot find the shapes touching: along one of some axes they stay further
-  /// apart than where it takes them to touch. False where this is not known.
+  /// Whether b2TimeOfImpact cannot find the shapes touching: along one of some axes they stay
+  /// further apart than where it takes them to touch. False where this is not known.
   /// @param terrain an edge or a polygon of a static body at the origin
   bool stay_apart_from(const b2Shape& terrain) const;
 

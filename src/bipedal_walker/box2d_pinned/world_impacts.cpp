@@ -155,7 +155,8 @@ void WorldImpacts::gather_contacts(b2Body& walker, float alpha) {
   }
 }
 
-/// Where there are more contacts than the kernel takes, `finish` will not use what it makes of the first.
+/// Where there are more contacts than the kernel takes, `finish` will not use what it makes of the
+/// first.
 void WorldImpacts::read_impact(const b2Body& walker, float alpha) {
   impact_.body = static_cast<int>(index_of(walker));
   impact_.dt = (1.0F - alpha) * model_->dt;
@@ -193,7 +194,8 @@ void WorldImpacts::solve_by_box2d() {
   b2Island island(2 * b2_maxTOIContacts, b2_maxTOIContacts, 0, &world.m_stackAllocator,
                   world.m_contactManager.m_contactListener);
   std::for_each_n(bodies_.begin(), num_bodies_, [&](b2Body* body) { island.Add(body); });
-  std::for_each_n(contacts_.begin(), num_contacts_, [&](b2Contact* contact) { island.Add(contact); });
+  std::for_each_n(contacts_.begin(), num_contacts_,
+                  [&](b2Contact* contact) { island.Add(contact); });
   b2TimeStep step = whole_step(world, *model_);
   step.dt = impact_.dt;
   step.inv_dt = 1.0F / step.dt;

@@ -1,5 +1,5 @@
-// The numbers of a b2World that the kernel takes, and the way back. For files that are compiled with
-// -fno-access-control: they are private to Box2D's classes.
+// The numbers of a b2World that the kernel takes, and the way back. For files that are compiled
+// with -fno-access-control: they are private to Box2D's classes.
 #pragma once
 
 #include <Box2D/Dynamics/b2TimeStep.h>
@@ -35,7 +35,9 @@ inline void set_state(b2Body& body, const BodyState<float>& state) {
 }
 
 /// As the model has it, but for a world's first step, before which there was none.
-inline float dt_ratio_of(const b2World& world, const Model& model) { return world.m_inv_dt0 * model.dt; }
+inline float dt_ratio_of(const b2World& world, const Model& model) {
+  return world.m_inv_dt0 * model.dt;
+}
 
 inline b2TimeStep whole_step(const b2World& world, const Model& model) {
   b2TimeStep step;
@@ -48,7 +50,9 @@ inline b2TimeStep whole_step(const b2World& world, const Model& model) {
   return step;
 }
 
-inline bool is_solid(const b2Contact& contact) { return contact.IsEnabled() && contact.IsTouching(); }
+inline bool is_solid(const b2Contact& contact) {
+  return contact.IsEnabled() && contact.IsTouching();
+}
 
 inline b2Body& terrain_of(const b2Contact& contact) {
   b2Body& body = *contact.m_fixtureA->m_body;

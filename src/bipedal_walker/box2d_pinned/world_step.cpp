@@ -31,8 +31,9 @@ Model model_of(const WalkerParts& parts) {
     const b2RevoluteJoint& joint = *parts.joints[i];
     const b2Vec2 arm_a = joint.m_localAnchorA - joint.m_bodyA->m_sweep.localCenter;
     const b2Vec2 arm_b = joint.m_localAnchorB - joint.m_bodyB->m_sweep.localCenter;
-    model.joints[i] = {arm_a.x, arm_a.y, arm_b.x, arm_b.y, joint.m_referenceAngle,
-                       joint.m_lowerAngle, joint.m_upperAngle};
+    model.joints[i] = {
+        arm_a.x,           arm_a.y, arm_b.x, arm_b.y, joint.m_referenceAngle, joint.m_lowerAngle,
+        joint.m_upperAngle};
   }
   model.gravity_x = parts.world->m_gravity.x;
   model.gravity_y = parts.world->m_gravity.y;
@@ -110,7 +111,7 @@ void WorldStep::solve_by_box2d() { parts_.world->Solve(whole_step(*parts_.world,
 void WorldStep::finish_island() {
   if (!std::all_of(island_.bodies.begin(), island_.bodies.end(), is_finite)) {
     solve_by_box2d();
-      return;
+    return;
   }
   write_impulses();
   write_bodies();
@@ -123,8 +124,7 @@ void WorldStep::finish_island() {
 void WorldStep::write_impulses() {
   for (int i = 0; i < num_contacts_; ++i) {
     b2Manifold& manifold = contacts_[static_cast<std::size_t>(i)]->m_manifold;
-    const ContactImpulses<float>& impulses =
-        island_.contacts[static_cast<std::size_t>(i)].impulses;
+    const ContactImpulses<float>& impulses = island_.contacts[static_cast<std::size_t>(i)].impulses;
     for (int k = 0; k < manifold.pointCount; ++k) {
       manifold.points[k].normalImpulse = impulses.normal[k];
       manifold.points[k].tangentImpulse = impulses.tangent[k];
@@ -162,12 +162,11 @@ void WorldStep::fall_asleep() {
   if (!parts_.world->m_allowSleep) return;
   float shortest = b2_maxFloat;
   for (b2Body* body : parts_.bodies) {
-    const bool moves =
-        (body->m_flags & b2Body::e_autoSleepFlag) == 0 ||
-        body->m_angularVelocity * body->m_angularVelocity >
-            b2_angularSleepTolerance * b2_angularSleepTolerance ||
-        b2Dot(body->m_linearVelocity, body->m_linearVelocity) >
-            b2_linearSleepTolerance * b2_linearSleepTolerance;
+    const bool moves = (body->m_flags & b2Body::e_autoSleepFlag) == 0 ||
+                       body->m_angularVelocity * body->m_angularVelocity >
+                           b2_angularSleepTolerance * b2_angularSleepTolerance ||
+                       b2Dot(body->m_linearVelocity, body->m_linearVelocity) >
+                           b2_linearSleepTolerance * b2_linearSleepTolerance;
     body->m_sleepTime = moves ? 0 : body->m_sleepTime + model_->dt;
     shortest = b2Min(shortest, body->m_sleepTime);
   }
@@ -183,8 +182,7 @@ void WorldStep::synchronize() {
   b2BroadPhase& broad_phase = parts_.world->m_contactManager.m_broadPhase;
   for (const std::size_t i : kOrder) {
     b2Body& body = *parts_.bodies[i];
-    const b2Transform before =
-        transform_of(island_.rotations_before[i], body.m_sweep.c0, body);
+    const b2Transform before = transform_of(island_.rotations_before[i], body.m_sweep.c0, body);
     for (b2Fixture* fixture = body.m_fixtureList; fixture != nullptr; fixture = fixture->m_next) {
       fixture->Synchronize(&broad_phase, before, body.m_xf);
     }
@@ -201,8 +199,7 @@ void WorldStep::end() {
     }
   }
   // As the next step's beginning would; what has no contact has kept it.
-  for (b2Contact* contact = world.GetContactList(); contact != nullptr;
-       contact = contact->m_next) {
+  for (b2Contact* contact = world.GetContactList(); contact != nullptr; contact = contact->m_next) {
     terrain_of(*contact).m_sweep.alpha0 = 0;
   }
   world.m_flags &= ~b2World::e_locked;

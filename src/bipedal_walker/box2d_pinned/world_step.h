@@ -1,12 +1,13 @@
-// A step of one b2World in pieces, between which the kernel solves many worlds together: b2World::Step and
-// Solve up to the impacts, which world_impacts.h continues.
+// A step of one b2World in pieces, between which the kernel solves many worlds together:
+// b2World::Step and Solve up to the impacts, which world_impacts.h continues.
 //
 //   begin -> [solve island] -> finish_island -> impacts -> end
 //
-// For what Physics builds: one island of five bodies, in a chain of four joints, and contacts of these
-// with static terrain; no sensors, no bullets, no damping, no restitution. Box2D gathers the island along
-// the chain, so that joints come in its order and contacts body by body; a contact sees only its own
-// body, so that the order of the bodies does not matter. Whatever else comes up is done by Box2D itself.
+// For what Physics builds: one island of five bodies, in a chain of four joints, and contacts of
+// these with static terrain; no sensors, no bullets, no damping, no restitution. Box2D gathers the
+// island along the chain, so that joints come in its order and contacts body by body; a contact
+// sees only its own body, so that the order of the bodies does not matter. Whatever else comes up
+// is done by Box2D itself.
 #pragma once
 
 #include <array>

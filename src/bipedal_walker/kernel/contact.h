@@ -1,10 +1,11 @@
 // Contacts between one body of the walker and the static terrain, which is at the origin and never
 // moves: b2ContactSolver's velocity constraints.
 //
-// A contact has a body A and a body B, and its normal n points from A to B. Either may be the walker's;
-// the other is the terrain's, with no inverse mass and no velocity. So of
+// A contact has a body A and a body B, and its normal n points from A to B. Either may be the
+// walker's; the other is the terrain's, with no inverse mass and no velocity. So of
 //
-//   dv = vB + wB x rB - vA - wA x rA,    vA -= mA P,  wA -= iA rA x P,    vB += mB P,  wB += iB rB x P
+//   dv = vB + wB x rB - vA - wA x rA,    vA -= mA P,  wA -= iA rA x P,    vB += mB P,  wB += iB rB
+//   x P
 //
 // the walker's half is left, with the sign s = 1 where it is B and -1 where it is A:
 //
@@ -27,7 +28,7 @@ using ManifoldLanes = ContactManifold<Number<W>, Truth<W>>;
 /// b2VelocityConstraintPoint.
 template <int W>
 struct PointLanes {
-  Vec2<W> arm;    ///< from the walker's centre to the point: rB, or rA
+  Vec2<W> arm;         ///< from the walker's centre to the point: rB, or rA
   Vec2<W> zero_after;  ///< 0 x rA of a terrain's A, else 0
   Number<W> normal_mass, tangent_mass;
   Number<W> normal_impulse, tangent_impulse;
@@ -46,18 +47,18 @@ struct ContactLanes {
   bool any_one, any_two, all_exist, any_walker_is_a;
 };
 
-/// The place of a manifold in the world, b2WorldManifold::Initialize: the point of contact is half way
-/// between the skins of both shapes.
+/// The place of a manifold in the world, b2WorldManifold::Initialize: the point of contact is half
+/// way between the skins of both shapes.
 template <int W>
 WALKER_SIM_INLINE inline Vec2<W> place_of_point(const ManifoldLanes<W>& manifold, int index,
                                                 const Transform<W>& walker, Vec2<W> face_normal) {
   const Transform<W> terrain{{Number<W>(0), Number<W>(1)}, {Number<W>(0), Number<W>(0)}};
   const Vec2<W> plane{manifold.plane_x, manifold.plane_y};
   const Vec2<W> point{manifold.point_x[index], manifold.point_y[index]};
-  const Vec2<W> plane_point = select(manifold.walker_has_face, transform(walker, plane),
-                                     transform(terrain, plane));
-  const Vec2<W> clip_point = select(manifold.walker_has_face, transform(terrain, point),
-                                    transform(walker, point));
+  const Vec2<W> plane_point =
+      select(manifold.walker_has_face, transform(walker, plane), transform(terrain, plane));
+  const Vec2<W> clip_point =
+      select(manifold.walker_has_face, transform(terrain, point), transform(walker, point));
   const Number<W> radius(kPolygonRadius);
   const Vec2<W> on_face =
       clip_point + (radius - dot(clip_point - plane_point, face_normal)) * face_normal;
@@ -79,9 +80,9 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
 
   const Rotation<Number<W>> upright{zero, one};
   const Vec2<W> local_normal{manifold.normal_x, manifold.normal_y};
-  const Vec2<W> face_normal = select(manifold.walker_has_face,
-                                     rotate(walker.rotation, local_normal),
-                                     rotate(upright, local_normal));
+  const Vec2<W> face_normal =
+      select(manifold.walker_has_face, rotate(walker.rotation, local_normal),
+             rotate(upright, local_normal));
   const Truth<W> face_is_b = manifold.walker_has_face ^ is_a;
   const Vec2<W> normal = select(face_is_b, -face_normal, face_normal);
   const Vec2<W> tangent = tangent_of(normal);
@@ -138,8 +139,7 @@ WALKER_SIM_INLINE inline void warm_start(const ContactLanes<W>& contact, BodyLan
   const Vec2<W> tangent = tangent_of(contact.normal);
   for (int i = 0; i < 2; ++i) {
     const PointLanes<W>& point = contact.points[i];
-    const Vec2<W> impulse =
-        point.normal_impulse * contact.normal + point.tangent_impulse * tangent;
+    const Vec2<W> impulse = point.normal_impulse * contact.normal + point.tangent_impulse * tangent;
     BodyLanes<W> after = body;
     apply(contact, impulse, cross(point.arm, impulse), after);
     const Truth<W> takes_part = i == 0 ? contact.exists : contact.has_two;
@@ -186,8 +186,8 @@ WALKER_SIM_INLINE inline Number<W> solve_normal(const ContactLanes<W>& contact,
   return accumulated;
 }
 
-/// The block solver: of the four cases in which each point either pushes or separates, the first that
-/// is possible.
+/// The block solver: of the four cases in which each point either pushes or separates, the first
+/// that is possible.
 ///
 ///   vn = K x + b',    b' = vn(now) - K a,    vn >= 0,  x >= 0,  vn_i x_i = 0
 ///
@@ -214,9 +214,9 @@ WALKER_SIM_INLINE inline Vec2<W> solve_two_normals(const ContactLanes<W>& contac
   const Truth<W> first_pushes = (first >= zero) & (k.ex.y * first + b.y >= zero);
   const Truth<W> second_pushes = (second >= zero) & (k.ey.x * second + b.x >= zero);
   const Truth<W> none_pushes = (b.x >= zero) & (b.y >= zero);
-  const Vec2<W> x{select(both_push, both.x, select(first_pushes, first, zero)),
-                  select(both_push, both.y,
-                         select(first_pushes, zero, select(second_pushes, second, zero)))};
+  const Vec2<W> x{
+      select(both_push, both.x, select(first_pushes, first, zero)),
+      select(both_push, both.y, select(first_pushes, zero, select(second_pushes, second, zero)))};
   const Truth<W> is_solved = both_push | first_pushes | second_pushes | none_pushes;
 
   const Vec2<W> difference = x - a;
@@ -252,8 +252,7 @@ WALKER_SIM_INLINE inline void solve(ContactLanes<W>& contact, BodyLanes<W>& body
     point_1.normal_impulse = select(contact.has_two, impulses.x, impulse_of_one);
     point_2.normal_impulse = impulses.y;
     now.velocity = select(contact.has_two, now.velocity, with_one.velocity);
-    now.angular_velocity =
-        select(contact.has_two, now.angular_velocity, with_one.angular_velocity);
+    now.angular_velocity = select(contact.has_two, now.angular_velocity, with_one.angular_velocity);
   }
   if (contact.all_exist) {
     body = now;

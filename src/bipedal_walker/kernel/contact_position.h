@@ -41,29 +41,25 @@ WALKER_SIM_INLINE inline void solve_position(const ManifoldLanes<W>& manifold, b
     // b2PositionSolverManifold::Initialize.
     const Vec2<W> face_normal = select(manifold.walker_has_face, rotate(rotation, local_normal),
                                        rotate(upright, local_normal));
-    const Vec2<W> plane_point = select(manifold.walker_has_face, transform(walker, plane),
-                                       transform(terrain, plane));
-    const Vec2<W> clip_point = select(manifold.walker_has_face, transform(terrain, point),
-                                      transform(walker, point));
+    const Vec2<W> plane_point =
+        select(manifold.walker_has_face, transform(walker, plane), transform(terrain, plane));
+    const Vec2<W> clip_point =
+        select(manifold.walker_has_face, transform(terrain, point), transform(walker, point));
     const Number<W> radius(kPolygonRadius);
-    const Number<W> distance =
-        dot(clip_point - plane_point, face_normal) - radius - radius;
+    const Number<W> distance = dot(clip_point - plane_point, face_normal) - radius - radius;
     const Vec2<W> normal = select(face_is_b, -face_normal, face_normal);
 
     const Vec2<W> arm = clip_point - body.center;
-    const Number<W> error =
-        clamp(Number<W>(share) * (distance + Number<W>(kLinearSlop)),
-              Number<W>(-kMostLinearCorrection), zero);
+    const Number<W> error = clamp(Number<W>(share) * (distance + Number<W>(kLinearSlop)),
+                                  Number<W>(-kMostLinearCorrection), zero);
     const Number<W> arm_along = cross(arm, normal);
     const Number<W> mass_along = mass + inertia * arm_along * arm_along;
     const Number<W> push = -error / mass_along;
     const Vec2<W> impulse = push * normal;
 
     separation = select(takes_part, min(separation, distance), separation);
-    body.center =
-        select(takes_part, body.center + signed_mass * impulse, body.center);
-    body.angle =
-        select(takes_part, body.angle + signed_inertia * cross(arm, impulse), body.angle);
+    body.center = select(takes_part, body.center + signed_mass * impulse, body.center);
+    body.angle = select(takes_part, body.angle + signed_inertia * cross(arm, impulse), body.angle);
   }
 }
 

@@ -1,5 +1,5 @@
-// b2Island::SolveTOI: one body of a walker where it first meets the terrain within a step. It is put
-// there, bounces, and moves on for what is left of the step.
+// b2Island::SolveTOI: one body of a walker where it first meets the terrain within a step. It is
+// put there, bounces, and moves on for what is left of the step.
 #pragma once
 
 #include "bipedal_walker/kernel/island.h"

@@ -1,5 +1,5 @@
-// b2Island::Solve for walkers, one per lane: forces, 180 iterations over velocities, the step, and up to
-// 60 iterations over positions.
+// b2Island::Solve for walkers, one per lane: forces, 180 iterations over velocities, the step, and
+// up to 60 iterations over positions.
 #pragma once
 
 #include <algorithm>
@@ -20,9 +20,9 @@ constexpr int kHull = kBodies / 2;
 constexpr int body_a(int joint) { return joint < kJoints / 2 ? joint + 1 : joint; }
 constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1; }
 
-constexpr float kMostTranslation = 2;                 ///< b2_maxTranslation [m]
+constexpr float kMostTranslation = 2;        ///< b2_maxTranslation [m]
 constexpr float kMostRotation = 0.5F * kPi;  ///< b2_maxRotation [rad]
-constexpr float kShare = 0.2F;                        ///< b2_baumgarte
+constexpr float kShare = 0.2F;               ///< b2_baumgarte
 
 /// b2Island's last part: positions by velocities, which are limited.
 template <int W>
@@ -36,8 +36,8 @@ WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body
   const Number<W> rotation = dt * body.angular_velocity;
   const Truth<W> is_wide = rotation * rotation > Number<W>(kMostRotation * kMostRotation);
   const Number<W> size = select(rotation > Number<W>(0), rotation, -rotation);  // b2Abs
-  body.angular_velocity = select(
-      is_wide, body.angular_velocity * (Number<W>(kMostRotation) / size), body.angular_velocity);
+  body.angular_velocity = select(is_wide, body.angular_velocity * (Number<W>(kMostRotation) / size),
+                                 body.angular_velocity);
   body.velocity_x = limited.x;
   body.velocity_y = limited.y;
   body.x += dt * limited.x;
@@ -175,8 +175,7 @@ class IslandLanes {
       const Number<W> gravity_scale(1);
       rotations_[i] = rotation_of<W>(body.angle);
       velocities_[i].velocity = {
-          body.velocity_x +
-              dt * (gravity_scale * Number<W>(model_.gravity_x) + mass * forces[i].x),
+          body.velocity_x + dt * (gravity_scale * Number<W>(model_.gravity_x) + mass * forces[i].x),
           body.velocity_y +
               dt * (gravity_scale * Number<W>(model_.gravity_y) + mass * forces[i].y)};
       velocities_[i].angular_velocity =
@@ -235,7 +234,8 @@ class IslandLanes {
   WALKER_SIM_INLINE void solve_joint() {
     constexpr int kA = body_a(I);
     constexpr int kB = body_b(I);
-    kernel::solve(model_.bodies[kA], model_.bodies[kB], joints_[I], velocities_[kA], velocities_[kB]);
+    kernel::solve(model_.bodies[kA], model_.bodies[kB], joints_[I], velocities_[kA],
+                  velocities_[kB]);
   }
 
   WALKER_SIM_INLINE void solve_contacts(int begin, int end) {

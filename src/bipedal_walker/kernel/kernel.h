@@ -1,4 +1,5 @@
-// What Box2D's solvers do to a walker, as code of its own: the engine's bits for many worlds at once.
+// What Box2D's solvers do to a walker, as code of its own: the engine's bits for many worlds at
+// once.
 //
 // No Box2D here: a world's numbers are copied into an Island or an Impact, solved together with
 // those of other worlds, and copied back.
@@ -10,9 +11,9 @@
 
 namespace walker::bipedal_walker {
 
-constexpr int kBodies = 5;      ///< one lower leg, its upper leg, the hull, the other legs' parts
-constexpr int kJoints = 4;      ///< joint i is between bodies i and i + 1
-constexpr int kMostContacts = 32;       ///< of one island
+constexpr int kBodies = 5;  ///< one lower leg, its upper leg, the hull, the other legs' parts
+constexpr int kJoints = 4;  ///< joint i is between bodies i and i + 1
+constexpr int kMostContacts = 32;  ///< of one island
 constexpr int kMostContactsOfBody = 12;
 
 /// What is the same in all worlds [m, rad, kg, s].
@@ -64,11 +65,12 @@ struct JointState {
   Truth at_lower, at_upper;
 };
 
-/// b2Manifold between one body of the walker and one of the terrain, which is static, at the origin.
+/// b2Manifold between one body of the walker and one of the terrain, which is static, at the
+/// origin.
 template <typename Number, typename Truth>
 struct ContactManifold {
-  Truth exists;         ///< this contact: lanes may have fewer than others
-  Truth walker_is_a;    ///< the contact's body A, not B
+  Truth exists;           ///< this contact: lanes may have fewer than others
+  Truth walker_is_a;      ///< the contact's body A, not B
   Truth walker_has_face;  ///< the reference face is the walker's: normal and plane are in its frame
   Truth has_two_points;
   Number normal_x, normal_y, plane_x, plane_y;
@@ -93,7 +95,7 @@ struct Island {
   std::array<BodyState<float>, kBodies> bodies;
   std::array<Force<float>, kBodies> forces;
   std::array<JointState<float, int>, kJoints> joints;
-  std::array<int, kBodies> num_contacts;             ///< of each body, at most kMostContactsOfBody
+  std::array<int, kBodies> num_contacts;  ///< of each body, at most kMostContactsOfBody
   std::array<Contact<float, int>, kMostContacts> contacts;  ///< body by body
 
   std::array<Rotation<float>, kBodies> rotations_before;  ///< only written

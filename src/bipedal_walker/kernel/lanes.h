@@ -123,7 +123,8 @@ struct MassLanes {
 
 static_assert(sizeof(float) == 4 && sizeof(int) == 4, "lanes are moved in words of 4 bytes");
 
-/// Copies numbers or truths of W worlds into lanes. To is as From, with vectors in place of numbers.
+/// Copies numbers or truths of W worlds into lanes. To is as From, with vectors in place of
+/// numbers.
 template <int W, typename To, typename From>
 WALKER_SIM_INLINE inline void gather(To& to, const From* const* from) {
   static_assert(sizeof(To) == W * sizeof(From));

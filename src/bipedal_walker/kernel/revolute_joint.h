@@ -1,5 +1,5 @@
-// b2RevoluteJoint with a motor and limits, all of which the walker's have. In each iteration: the motor,
-// then the point and, where a joint is at a limit, the angle:
+// b2RevoluteJoint with a motor and limits, all of which the walker's have. In each iteration: the
+// motor, then the point and, where a joint is at a limit, the angle:
 //
 //   motor   C = wB - wA - speed                               impulse: torque
 //   point   C = vB + wB x rB - vA - wA x rA                    impulse: P
@@ -20,7 +20,7 @@ struct JointLanes {
   Number<W> motor_impulse, limit_impulse;
   Vec2<W> impulse;
   Number<W> exx, exy, exz, eyy, eyz, ezz;  ///< of the symmetric m_mass: ez.x = ex.z, ...
-  Number<W> inverse_determinant;      ///< of its upper left 2 x 2
+  Number<W> inverse_determinant;           ///< of its upper left 2 x 2
   Number<W> inverse_determinant_3;
   Number<W> eyz_cross_x, eyz_cross_y, eyz_cross_z;  ///< b2Cross(ey, ez)
   Truth<W> at_lower, at_upper, at_limit;
@@ -137,8 +137,7 @@ WALKER_SIM_INLINE inline void solve(const Model::Body& model_a, const Model::Bod
     // -0 leaves what it is added to as it is.
     const Number<W> angular =
         select(joint.at_limit, select(pulls, -joint.limit_impulse, limit), -zero);
-    joint.limit_impulse =
-        select(joint.at_limit, select(pulls, zero, held), joint.limit_impulse);
+    joint.limit_impulse = select(joint.at_limit, select(pulls, zero, held), joint.limit_impulse);
     angular_a = cross(joint.arm_a, impulse) + angular;
     angular_b = cross(joint.arm_b, impulse) + angular;
   } else {
@@ -159,9 +158,9 @@ struct PlaceLanes {
   Number<W> angle;
 };
 
-constexpr float kPi = 3.14159265359F;                    ///< b2_pi
-constexpr float kLinearSlop = 0.005F;                    ///< b2_linearSlop [m]
-constexpr float kAngularSlop = 2.0F / 180.0F * kPi;        ///< b2_angularSlop [rad]
+constexpr float kPi = 3.14159265359F;                          ///< b2_pi
+constexpr float kLinearSlop = 0.005F;                          ///< b2_linearSlop [m]
+constexpr float kAngularSlop = 2.0F / 180.0F * kPi;            ///< b2_angularSlop [rad]
 constexpr float kMostAngularCorrection = 8.0F / 180.0F * kPi;  ///< b2_maxAngularCorrection [rad]
 
 /// b2RevoluteJoint::SolvePositionConstraints.
@@ -185,9 +184,8 @@ WALKER_SIM_INLINE inline Truth<W> solve_position(const Model::Joint& model,
     const Number<W> beyond_upper = angle - Number<W>(model.upper_angle);
     const Number<W> most(kMostAngularCorrection);
     const Number<W> slop(kAngularSlop);
-    const Number<W> correction =
-        select(state.at_lower, clamp(beyond_lower + slop, -most, zero),
-               clamp(beyond_upper - slop, zero, most));
+    const Number<W> correction = select(state.at_lower, clamp(beyond_lower + slop, -most, zero),
+                                        clamp(beyond_upper - slop, zero, most));
     const Number<W> motor_mass = Number<W>(1) / (inertia_a + inertia_b);
     const Number<W> impulse = -motor_mass * correction;
     const Truth<W> at_limit = state.at_lower | state.at_upper;

@@ -15,8 +15,8 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Over all exponents and most of the mantissa's bits: where the C library rounds in another way, one
-/// sine in some thousands differs.
+/// Over all exponents and most of the mantissa's bits: where the C library rounds in another way,
+/// one sine in some thousands differs.
 bool has_rotations_of_library(const Kernel& kernel) {
   constexpr int kAngles = 20000;
   std::vector<float> angles(kAngles);
@@ -48,10 +48,10 @@ Terrain rough_ground(Generator& generator) {
 
 bool is_same(const b2Body& one, const b2Body& other) {
   const auto numbers = [](const b2Body& body) {
-    return std::array<float, 8>{body.GetPosition().x,          body.GetPosition().y,
-                                body.GetTransform().q.s,       body.GetWorldCenter().x,
-                                body.GetWorldCenter().y,       body.GetLinearVelocity().x,
-                                body.GetLinearVelocity().y,    body.GetAngularVelocity()};
+    return std::array<float, 8>{body.GetPosition().x,       body.GetPosition().y,
+                                body.GetTransform().q.s,    body.GetWorldCenter().x,
+                                body.GetWorldCenter().y,    body.GetLinearVelocity().x,
+                                body.GetLinearVelocity().y, body.GetAngularVelocity()};
   };
   const auto a = numbers(one);
   const auto b = numbers(other);
@@ -85,15 +85,13 @@ class Trial {
       calls[i].physics = ours_[i].get();
     }
     step_together(kernel_, calls.data(), calls.size());
-    return std::equal(ours_.begin(), ours_.end(), plain_.begin(),
-                      [](const auto& ours, const auto& plain) {
-                        const auto a = ours->parts().bodies;
-                        const auto b = plain->parts().bodies;
-                        return std::equal(a.begin(), a.end(), b.begin(),
-                                          [](const b2Body* x, const b2Body* y) {
-                                            return is_same(*x, *y);
-                                          });
-                      });
+    return std::equal(
+        ours_.begin(), ours_.end(), plain_.begin(), [](const auto& ours, const auto& plain) {
+          const auto a = ours->parts().bodies;
+          const auto b = plain->parts().bodies;
+          return std::equal(a.begin(), a.end(), b.begin(),
+                            [](const b2Body* x, const b2Body* y) { return is_same(*x, *y); });
+        });
   }
 
  private:

@@ -1,5 +1,5 @@
-// What is proven to stay apart, Box2D finds no impact for. Compiled with -fno-access-control: sweeps are
-// private to bodies.
+// What is proven to stay apart, Box2D finds no impact for. Compiled with -fno-access-control:
+// sweeps are private to bodies.
 #include "bipedal_walker/box2d_pinned/swept_vertices.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,8 @@ class SweptVerticesTest : public testing::Test {
   float between(double low, double high) { return static_cast<float>(uniform(low, high)); }
   /// Of all sizes up to `most`, of both signs.
   float any_size(double most) {
-    return static_cast<float>(most * std::pow(10.0, uniform(-5, 0)) * (uniform(-1, 1) < 0 ? -1 : 1));
+    return static_cast<float>(most * std::pow(10.0, uniform(-5, 0)) *
+                              (uniform(-1, 1) < 0 ? -1 : 1));
   }
 
   void set_sweep(const b2Vec2& from, float from_angle, const b2Vec2& to, float to_angle) {
@@ -83,9 +84,9 @@ class SweptVerticesTest : public testing::Test {
       if (!is_proven_apart(terrain)) continue;
       ++count.proven;
       EXPECT_EQ(state, b2TOIOutput::e_separated)
-          << "terrain at " << origin.x << " " << origin.y << ", limb from " << from.x << " " << from.y
-          << " to " << body_->m_sweep.c.x << " " << body_->m_sweep.c.y << ", angle " << angle << " to "
-          << body_->m_sweep.a;
+          << "terrain at " << origin.x << " " << origin.y << ", limb from " << from.x << " "
+          << from.y << " to " << body_->m_sweep.c.x << " " << body_->m_sweep.c.y << ", angle "
+          << angle << " to " << body_->m_sweep.a;
     }
     return count;
   }

@@ -35,8 +35,8 @@ TEST_P(KernelTest, HasBox2dsBits) {
   const Report report = run(all, options);
   ASSERT_GE(report.steps, options.steps);
   std::cout << report.steps << " steps each, " << report.resets << " resets, up to "
-            << report.most_contacts << " contacts, " << report.failures << " assertions, asleep after "
-            << report.sleeps << "\n";
+            << report.most_contacts << " contacts, " << report.failures
+            << " assertions, asleep after " << report.sleeps << "\n";
   if (options.mode == "rest") {
     EXPECT_GT(report.sleeps, 0);
   }

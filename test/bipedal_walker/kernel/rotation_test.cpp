@@ -68,9 +68,13 @@ TEST(RotationTest, IsTheLibrarys) {
 
 /// Around multiples of a quarter turn and where one formula gives way to another.
 TEST(RotationTest, IsTheLibrarysWhereFormulasChange) {
-  std::vector<float> angles{0.0F, -0.0F, std::numeric_limits<float>::min(),
+  std::vector<float> angles{0.0F,
+                            -0.0F,
+                            std::numeric_limits<float>::min(),
                             std::numeric_limits<float>::denorm_min(),
-                            std::numeric_limits<float>::max(), 0x1p-12F, 16.0F};
+                            std::numeric_limits<float>::max(),
+                            0x1p-12F,
+                            16.0F};
   for (int i = 1; i < 100; ++i) angles.push_back(static_cast<float>(i * M_PI / 8));
   const std::size_t count = angles.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -115,7 +119,8 @@ TEST(RotationTest, IsTheLibrarysForEveryFloatBelow100) {
   for (std::uint32_t first = 0; first < end; first += kChunk) {
     for (std::uint32_t i = 0; i < kChunk; ++i) angles[i] = from_word(first + i);
     ASSERT_EQ(count_different(angles), none()) << "from " << angles[0];
-    std::transform(angles.begin(), angles.end(), angles.begin(), [](float angle) { return -angle; });
+    std::transform(angles.begin(), angles.end(), angles.begin(),
+                   [](float angle) { return -angle; });
     ASSERT_EQ(count_different(angles), none()) << "from " << angles[0];
   }
 }

@@ -101,7 +101,8 @@ class Place {
         observed.joint_position[i] = double{physics.joint(i).GetJointAngle()};
         observed.joint_velocity[i] = double{physics.joint(i).GetJointSpeed()};
       }
-      for (std::size_t leg = 0; leg < 2; ++leg) observed.leg_touches[leg] = physics.leg_touches(leg);
+      for (std::size_t leg = 0; leg < 2; ++leg)
+        observed.leg_touches[leg] = physics.leg_touches(leg);
       std::array<double, kObservationSize> observation{};
       write_observation(observed, observation.data());
       heuristic_.act(observation.data(), action.data());

@@ -22,17 +22,17 @@ struct RunOptions {
   std::string mode = "random";
   bool hardcore = false;
   bool reuse_world = false;
-  long steps = 2500;       ///< of all worlds together, at least
+  long steps = 2500;  ///< of all worlds together, at least
   std::size_t worlds = 64;
 };
 
 struct Tally {
-  long different = 0;     ///< states that are not Box2D's
+  long different = 0;  ///< states that are not Box2D's
   std::string first_different;
 };
 
 struct Report {
-  long steps = 0;         ///< of each contestant
+  long steps = 0;  ///< of each contestant
   long resets = 0;
   long failures = 0;      ///< of Box2D: assertions
   long sleeps = 0;        ///< steps after which a world was asleep
@@ -40,8 +40,8 @@ struct Report {
   std::vector<Tally> tallies;
 };
 
-/// Each contestant steps all worlds, and Box2D does. Where a world differs it begins anew. A step in which
-/// Box2D fails an assertion must fail for all.
+/// Each contestant steps all worlds, and Box2D does. Where a world differs it begins anew. A step
+/// in which Box2D fails an assertion must fail for all.
 Report run(const std::vector<const Kernel*>& contestants, const RunOptions& options);
 
 }  // namespace walker::bipedal_walker

@@ -14,7 +14,8 @@ const Kernel& original() { return *kernels().front(); }
 
 TEST(TrialTest, EveryKernelIsAsBox2d) {
   ASSERT_FALSE(kernels().empty());
-  for (const Kernel* kernel : kernels()) EXPECT_TRUE(is_as_box2d(*kernel)) << kernel->instruction_set;
+  for (const Kernel* kernel : kernels())
+    EXPECT_TRUE(is_as_box2d(*kernel)) << kernel->instruction_set;
 }
 
 TEST(TrialTest, AKernelWithOtherStepsIsRefused) {

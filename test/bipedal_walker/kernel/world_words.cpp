@@ -29,7 +29,8 @@ class Words {
 
 void add_body(const b2Body& body, Words& words) {
   const b2Sweep& sweep = body.m_sweep;
-  for (const b2Vec2& place : {sweep.c0, sweep.c, body.m_xf.p, body.m_linearVelocity, body.m_force}) {
+  for (const b2Vec2& place :
+       {sweep.c0, sweep.c, body.m_xf.p, body.m_linearVelocity, body.m_force}) {
     words.add(place);
   }
   for (const float value : {sweep.a0, sweep.a, sweep.alpha0, body.m_xf.q.s, body.m_xf.q.c,

@@ -8,8 +8,8 @@
 
 namespace walker::bipedal_walker {
 
-/// Positions, velocities, forces and sleep of all bodies; impulses and limits of the joints; contacts
-/// in their order, with impulses and flags; the tree of bounding boxes, node by node.
+/// Positions, velocities, forces and sleep of all bodies; impulses and limits of the joints;
+/// contacts in their order, with impulses and flags; the tree of bounding boxes, node by node.
 std::vector<std::uint32_t> words_of(Physics& physics);
 
 }  // namespace walker::bipedal_walker

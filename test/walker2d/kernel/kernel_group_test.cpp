@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "bits.h"
+#include "kernel_variable.h"
 #include "mujoco/model.h"
 #include "walker2d/kernel/kernel.h"
 #include "walker2d/kernel/kernel_physics.h"
-#include "kernel_variable.h"
 
 namespace walker::walker2d {
 namespace {

@@ -12,9 +12,9 @@
 
 #include "bits.h"
 #include "error_message.h"
+#include "kernel_variable.h"
 #include "mujoco/library_physics.h"
 #include "mujoco/model.h"
-#include "kernel_variable.h"
 #include "walker_sim/agent.h"
 
 namespace walker::walker2d {

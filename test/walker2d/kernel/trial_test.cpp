@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "error_message.h"
+#include "kernel_variable.h"
 #include "mujoco/model.h"
 #include "walker2d/kernel/altered.h"
-#include "kernel_variable.h"
 
 namespace walker::walker2d {
 namespace {
