@@ -12,6 +12,8 @@ std::vector<std::string> find_instruction_sets() {
   }
   if (__builtin_cpu_supports("avx2")) sets.emplace_back("avx2");
   sets.emplace_back("sse2");
+#elif defined(__aarch64__)
+  sets.emplace_back("neon");
 #endif
   return sets;
 }

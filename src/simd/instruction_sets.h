@@ -8,7 +8,7 @@
 namespace walker::simd {
 
 /// Names of those that this processor can run, the one with the widest vectors first:
-/// avx512 (its parts F, DQ and VL), avx2, sse2. None but on x86-64.
+/// avx512 (its parts F, DQ and VL), avx2, sse2; on 64-bit ARM neon; elsewhere none.
 const std::vector<std::string>& instruction_sets();
 
 /// Of some kernels, those that this processor can run, in the order of `instruction_sets`.

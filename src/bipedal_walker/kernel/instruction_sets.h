@@ -8,5 +8,6 @@ namespace walker::bipedal_walker {
 extern const Kernel kernel_sse2;
 extern const Kernel kernel_avx2;
 extern const Kernel kernel_avx512;
+extern const Kernel kernel_neon;
 
 }  // namespace walker::bipedal_walker

@@ -6,10 +6,12 @@
 namespace walker::bipedal_walker {
 
 std::vector<const Kernel*> kernels() {
-#ifdef WALKER_SIM_HAS_KERNELS
-  return simd::usable_kernels<Kernel>({&kernel_avx512, &kernel_avx2, &kernel_sse2});
-#else
+#ifndef WALKER_SIM_HAS_KERNELS
   return {};
+#elif defined(__aarch64__)
+  return simd::usable_kernels<Kernel>({&kernel_neon});
+#else
+  return simd::usable_kernels<Kernel>({&kernel_avx512, &kernel_avx2, &kernel_sse2});
 #endif
 }
 
