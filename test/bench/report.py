@@ -39,10 +39,10 @@ TABLES = (
     ),
     Table(
         "scaling",
-        "64 environments, from one thread to two [steps/s]",
+        "From one thread to two [steps/s]",
         "Of wall time; one thread on one core, two threads on two; and what two cores can do at "
         "most: two processes, each with a thread and a core of its own. Times one thread.",
-        ("environment",),
+        ("environment", "num_envs"),
     ),
     Table(
         "lockstep",

@@ -123,8 +123,9 @@ def test_each_kernel_has_its_target():
 
 
 def test_scaling_compares_two_threads_with_one():
-    one = row("one thread", [10, 20], section="scaling")
-    two, apart = row("two threads", [19, 38], section="scaling"), row("two processes", [20, 40])
+    one = row("one thread", [10, 20], section="scaling", num_envs=64)
+    two = row("two threads", [19, 38], section="scaling", num_envs=64)
+    apart = row("two processes", [20, 40], num_envs=64)
     two.peer = apart.peer = one
     rows = [one, two, apart]
     (target,) = [t for t in TARGETS if t.what == "two threads against one, 64 BipedalWalkers"]

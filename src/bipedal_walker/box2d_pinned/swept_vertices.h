@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include "bipedal_walker/box2d.h"
 
@@ -35,7 +36,8 @@ class SweptVertices {
   bool is_known_ = false;
   float bulge_ = 0;  // how far a vertex may be beyond where it is at both ends [m]
   int count_ = 0;
-  std::array<b2Vec2, 2 * b2_maxPolygonVertices> vertices_;  // at the beginning and at the end [m]
+  std::array<b2Vec2, std::size_t{2} * b2_maxPolygonVertices>
+      vertices_;  // at the beginning and at the end [m]
 };
 
 }  // namespace walker::bipedal_walker

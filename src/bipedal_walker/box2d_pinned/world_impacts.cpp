@@ -1,4 +1,7 @@
 // Compiled with -fno-access-control: a step's pieces are private to Box2D's classes.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. kernel/lanes.h has the terms.
 #include "bipedal_walker/box2d_pinned/world_impacts.h"
 
 #include <Box2D/Collision/b2TimeOfImpact.h>
@@ -41,8 +44,9 @@ bool WorldImpacts::find() {
 }
 
 std::size_t WorldImpacts::index_of(const b2Body& walker) const {
-  const auto found = std::find(parts_.bodies.begin(), parts_.bodies.end(), &walker);
-  return static_cast<std::size_t>(found - parts_.bodies.begin());
+  const auto& bodies = parts_.bodies;
+  return static_cast<std::size_t>(
+      std::distance(bodies.begin(), std::find(bodies.begin(), bodies.end(), &walker)));
 }
 
 /// The contact that comes first, and when, as a part of the step.

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include "bipedal_walker/box2d_pinned/swept_vertices.h"
 #include "bipedal_walker/kernel/kernel.h"
@@ -38,7 +39,7 @@ class WorldImpacts {
   // b2Island's, of one impact.
   int num_bodies_;
   int num_contacts_;
-  std::array<b2Body*, 2 * b2_maxTOIContacts> bodies_;
+  std::array<b2Body*, std::size_t{2} * b2_maxTOIContacts> bodies_;
   std::array<b2Contact*, b2_maxTOIContacts> contacts_;
 };
 

@@ -1,4 +1,7 @@
 // Compiled with -fno-access-control: a step's pieces are private to Box2D's classes.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. kernel/lanes.h has the terms.
 #include "bipedal_walker/box2d_pinned/world_step.h"
 
 #include <algorithm>
@@ -65,7 +68,8 @@ bool WorldStep::begin() {
 /// @return whether the kernel can take it
 bool WorldStep::read_island() {
   if (dt_ratio_of(*parts_.world, *model_) != model_->dt_ratio) return false;
-  unsigned pattern = 0;
+  unsigned counts = 0;  // of contacts, a digit for each body
+  unsigned num_pairs = 0;
   num_contacts_ = 0;
   for (std::size_t i = 0; i < kBodies; ++i) {
     const b2Body& body = *parts_.bodies[i];
@@ -81,17 +85,27 @@ bool WorldStep::read_island() {
       }
       Contact<float, int>& read = island_.contacts[static_cast<std::size_t>(num_contacts_)];
       read_contact(contact, body, read.manifold);
-      for (int k = 0; k < contact.m_manifold.pointCount; ++k) {
-        read.impulses.normal[k] = contact.m_manifold.points[k].normalImpulse;
-        read.impulses.tangent[k] = contact.m_manifold.points[k].tangentImpulse;
+      for (int k = 0; k < b2_maxManifoldPoints; ++k) {
+        const b2ManifoldPoint& point = contact.m_manifold.points[k];
+        const bool exists = k < contact.m_manifold.pointCount;
+        read.impulses.normal[k] = exists ? point.normalImpulse : 0;
+        read.impulses.tangent[k] = exists ? point.tangentImpulse : 0;
       }
       contacts_[static_cast<std::size_t>(num_contacts_++)] = &contact;
-      pattern = 2 * pattern + (contact.m_manifold.pointCount == 2 ? 1 : 0);
+      num_pairs += contact.m_manifold.pointCount == 2 ? 1U : 0U;
     }
     island_.num_contacts[i] = num_contacts_ - first;
-    pattern += static_cast<unsigned>(num_contacts_ - first) << (6 + 5 * i);
+    counts = (kMostContactsOfBody + 1) * counts + static_cast<unsigned>(num_contacts_ - first);
   }
-  pattern *= 16;
+  // What the kernel has most work with comes first.
+  island_.pattern = ((kMostContacts + 1) * counts + num_pairs) << kJoints;
+  island_.pattern += read_joints();
+  return true;
+}
+
+/// @return a bit for each joint that is at a limit
+unsigned WorldStep::read_joints() {
+  unsigned limits = 0;
   for (std::size_t i = 0; i < kJoints; ++i) {
     const b2RevoluteJoint& joint = *parts_.joints[i];
     const bool at_lower = joint.m_limitState == e_atLowerLimit;
@@ -99,10 +113,9 @@ bool WorldStep::read_island() {
     island_.joints[i] = {joint.m_motorSpeed, joint.m_maxMotorTorque, joint.m_impulse.x,
                          joint.m_impulse.y,  joint.m_impulse.z,      joint.m_motorImpulse,
                          truth(at_lower),    truth(at_upper)};
-    pattern += at_lower || at_upper ? 1U << i : 0;
+    limits += at_lower || at_upper ? 1U << i : 0;
   }
-  island_.pattern = pattern;
-  return true;
+  return limits;
 }
 
 /// The rest of a step before its impacts.
@@ -125,7 +138,8 @@ void WorldStep::write_impulses() {
   for (int i = 0; i < num_contacts_; ++i) {
     b2Manifold& manifold = contacts_[static_cast<std::size_t>(i)]->m_manifold;
     const ContactImpulses<float>& impulses = island_.contacts[static_cast<std::size_t>(i)].impulses;
-    for (int k = 0; k < manifold.pointCount; ++k) {
+    for (int k = 0; k < b2_maxManifoldPoints; ++k) {
+      if (k == manifold.pointCount) break;
       manifold.points[k].normalImpulse = impulses.normal[k];
       manifold.points[k].tangentImpulse = impulses.tangent[k];
     }
@@ -135,9 +149,9 @@ void WorldStep::write_impulses() {
     const JointState<float, int>& state = island_.joints[i];
     joint.m_impulse.Set(state.impulse_x, state.impulse_y, state.limit_impulse);
     joint.m_motorImpulse = state.motor_impulse;
-    joint.m_limitState = state.at_lower != 0   ? e_atLowerLimit
-                         : state.at_upper != 0 ? e_atUpperLimit
-                                               : e_inactiveLimit;
+    joint.m_limitState = e_inactiveLimit;
+    if (state.at_lower != 0) joint.m_limitState = e_atLowerLimit;
+    if (state.at_upper != 0) joint.m_limitState = e_atUpperLimit;
   }
 }
 

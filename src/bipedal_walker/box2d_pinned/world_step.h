@@ -30,6 +30,7 @@ class WorldStep {
 
  private:
   bool read_island();
+  unsigned read_joints();
   void solve_by_box2d();
   void write_bodies();
   void write_impulses();

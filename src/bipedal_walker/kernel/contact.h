@@ -13,6 +13,9 @@
 //
 // What Box2D adds for the terrain is zero, but a zero has a sign, and adding it may change that of
 // another zero: `zero_before` and `zero_after` below are these.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
 #pragma once
 
 #include "bipedal_walker/kernel/lanes.h"

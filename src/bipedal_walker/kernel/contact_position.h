@@ -1,5 +1,8 @@
 // Contacts between one body of the walker and the static terrain: b2ContactSolver's corrections of
 // positions, which push the walker out of the ground.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
 #pragma once
 
 #include "bipedal_walker/kernel/contact.h"

@@ -1,5 +1,8 @@
 // b2Island::SolveTOI: one body of a walker where it first meets the terrain within a step. It is
 // put there, bounces, and moves on for what is left of the step.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
 #pragma once
 
 #include "bipedal_walker/kernel/island.h"

@@ -1,5 +1,8 @@
 // b2Island::Solve for walkers, one per lane: forces, 180 iterations over velocities, the step, and
 // up to 60 iterations over positions.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
 #pragma once
 
 #include <algorithm>
@@ -150,15 +153,14 @@ class IslandLanes {
 
   template <typename Member, typename Lanes>
   void load(Member member, Lanes& lanes) const {
-    std::array<const typename std::remove_reference<decltype(islands_[0]->*member)>::type*, W>
-        worlds;
+    std::array<const std::remove_reference_t<decltype(islands_[0]->*member)>*, W> worlds;
     for (int lane = 0; lane < W; ++lane) worlds[lane] = &(islands_[lane]->*member);
     gather<W>(lanes, worlds.data());
   }
 
   template <typename Member, typename Lanes>
   void store(const Lanes& lanes, Member member) const {
-    std::array<typename std::remove_reference<decltype(islands_[0]->*member)>::type*, W> worlds;
+    std::array<std::remove_reference_t<decltype(islands_[0]->*member)>*, W> worlds;
     for (int lane = 0; lane < W; ++lane) worlds[lane] = &(islands_[lane]->*member);
     scatter<W>(lanes, worlds.data(), count_);
   }

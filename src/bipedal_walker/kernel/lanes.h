@@ -1,8 +1,23 @@
 // Box2D's small algebra (b2Math.h) on a number per lane, in its order of operations, and the way of
 // a world's numbers into a lane and back.
 //
-// The formulas restate those of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto
-// http://www.box2d.org, in code of our own; the notice of its zlib licence stands in NOTICE.
+// This file, those beside it that say so, and world_step.cpp and world_impacts.cpp restate formulas
+// of Box2D 2.3 in code of our own, for several worlds at once. They are altered and not the
+// original software. Box2D's notice:
+//
+// Copyright (c) 2006-2011 Erin Catto http://www.box2d.org
+//
+// This software is provided 'as-is', without any express or implied warranty. In no event will the
+// authors be held liable for any damages arising from the use of this software.
+// Permission is granted to anyone to use this software for any purpose, including commercial
+// applications, and to alter it and redistribute it freely, subject to the following restrictions:
+// 1. The origin of this software must not be misrepresented; you must not claim that you wrote the
+//    original software. If you use this software in a product, an acknowledgment in the product
+//    documentation would be appreciated but is not required.
+// 2. Altered source versions must be plainly marked as such, and must not be misrepresented as
+// being
+//    the original software.
+// 3. This notice may not be removed or altered from any source distribution.
 #pragma once
 
 #include <cstddef>

@@ -4,6 +4,9 @@
 //   motor   C = wB - wA - speed                               impulse: torque
 //   point   C = vB + wB x rB - vA - wA x rA                    impulse: P
 //   limit   C = wB - wA, never pushing beyond the limit          impulse: z
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
 #pragma once
 
 #include "bipedal_walker/kernel/lanes.h"
