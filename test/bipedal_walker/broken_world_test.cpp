@@ -113,6 +113,7 @@ TEST_F(BrokenWorldTest, DisturbsNoOther) {
   bool has_failed = false;
   for (int step = 0; step < 200; ++step) {
     std::vector<StepCall> calls;
+    calls.reserve(kWalkers);
     for (std::size_t i = 0; i < kWalkers; ++i) {
       Episode& one = (*together)[i];
       Episode& other = (*apart)[i];
@@ -127,6 +128,7 @@ TEST_F(BrokenWorldTest, DisturbsNoOther) {
       other.rules->step(action.data(), action.size(), other.result);
     }
     std::vector<StepCall*> pointers;
+    pointers.reserve(kWalkers);
     for (StepCall& call : calls) pointers.push_back(&call);
     (*together)[0].rules->step_together(pointers.data(), kWalkers, action.size());
     for (std::size_t i = 0; i < kWalkers; ++i) {

@@ -9,7 +9,6 @@
 #include <optional>
 #include <random>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bits.h"
@@ -29,57 +28,80 @@ const char* last_set() {
 
 class KernelPoolTest : public testing::TestWithParam<const char*> {};
 
-/// As a caller does who resets by hand.
-void reset_ended(Pool& pool, const std::vector<std::uint8_t>& terminated, const Batch& batch) {
-  std::vector<std::uint32_t> ended;
-  for (std::size_t i = 0; i < terminated.size(); ++i) {
-    if (terminated[i] != 0) ended.push_back(static_cast<std::uint32_t>(i));
+struct Grouping {
+  const char* kernel;
+  std::size_t num_threads;
+};
+
+/// A pool with arrays for what is compared.
+class Rollout {
+ public:
+  Rollout(const char* id, const PoolOptions& options)
+      : pool_([id] { return make(id); }, options),
+        observations_(options.num_envs * pool_.specification().observation_size()),
+        rewards_(options.num_envs),
+        terminated_(options.num_envs),
+        actions_(options.num_envs * pool_.specification().action_size()) {
+    batch_.observations = observations_.data();
+    batch_.rewards = rewards_.data();
+    batch_.terminated = terminated_.data();
+    std::vector<std::optional<std::uint64_t>> seeds(options.num_envs);
+    for (std::size_t i = 0; i < options.num_envs; ++i) seeds[i] = i;
+    pool_.reset({}, seeds, batch_);
   }
-  if (!ended.empty()) pool.reset(ended, {}, batch);
-}
+
+  /// @return observations and rewards of all steps
+  State play(int steps) {
+    State all;
+    for (int i = 0; i < steps; ++i) {
+      for (double& action : actions_) action = unit_(random_);
+      pool_.step(actions_.data(), actions_.size(), batch_);
+      all.insert(all.end(), observations_.begin(), observations_.end());
+      all.insert(all.end(), rewards_.begin(), rewards_.end());
+      if (pool_.options().autoreset_mode == AutoresetMode::disabled) reset_ended();
+    }
+    return all;
+  }
+
+ private:
+  /// As a caller does who resets by hand.
+  void reset_ended() {
+    std::vector<std::uint32_t> ended;
+    for (std::size_t i = 0; i < terminated_.size(); ++i) {
+      if (terminated_[i] != 0) ended.push_back(static_cast<std::uint32_t>(i));
+    }
+    if (!ended.empty()) pool_.reset(ended, {}, batch_);
+  }
+
+  Pool pool_;
+  State observations_;
+  State rewards_;
+  std::vector<std::uint8_t> terminated_;
+  State actions_;
+  Batch batch_;
+  std::mt19937_64 random_{9};
+  std::uniform_real_distribution<double> unit_{-1, 1};
+};
 
 /// Any number of environments and threads, however they are grouped, by the kernel and by the
 /// library.
 TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
-  constexpr int kSteps = 60;
+  const auto play = [](const Grouping& grouping, std::size_t num_envs, AutoresetMode mode) {
+    const KernelVariable variable(grouping.kernel);
+    PoolOptions options;
+    options.num_envs = num_envs;
+    options.num_threads = grouping.num_threads;
+    options.autoreset_mode = mode;
+    return Rollout(GetParam(), options).play(100);
+  };
   for (const AutoresetMode mode :
        {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
     for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
-      std::vector<State> rows;
-      for (const auto& [kernel, num_threads] : std::vector<std::pair<const char*, std::size_t>>{
-               {"off", 1}, {last_set(), 1}, {nullptr, 1}, {nullptr, 3}}) {
-        const KernelVariable variable(kernel);
-        PoolOptions options;
-        options.num_envs = num_envs;
-        options.num_threads = num_threads;
-        options.autoreset_mode = mode;
-        Pool pool([] { return make(GetParam()); }, options);
-        const Specification& specification = pool.specification();
-        State observations(num_envs * specification.observation_size());
-        State rewards(num_envs);
-        std::vector<std::uint8_t> terminated(num_envs);
-        Batch batch;
-        batch.observations = observations.data();
-        batch.rewards = rewards.data();
-        batch.terminated = terminated.data();
-        std::vector<std::optional<std::uint64_t>> seeds(num_envs);
-        for (std::size_t i = 0; i < num_envs; ++i) seeds[i] = i;
-        pool.reset({}, seeds, batch);
-        std::mt19937_64 random(9);
-        std::uniform_real_distribution<double> unit(-1, 1);
-        State actions(num_envs * specification.action_size());
-        State all;
-        for (int i = 0; i < kSteps; ++i) {
-          for (double& action : actions) action = unit(random);
-          pool.step(actions.data(), actions.size(), batch);
-          all.insert(all.end(), observations.begin(), observations.end());
-          all.insert(all.end(), rewards.begin(), rewards.end());
-          if (mode == AutoresetMode::disabled) reset_ended(pool, terminated, batch);
-        }
-        rows.push_back(std::move(all));
-      }
-      for (const State& row : rows) {
-        ASSERT_EQ(to_bits(row), to_bits(rows[0])) << num_envs << " environments";
+      const State expected = play({"off", 1}, num_envs, mode);
+      for (const Grouping& grouping :
+           {Grouping{last_set(), 1}, Grouping{nullptr, 1}, Grouping{nullptr, 3}}) {
+        ASSERT_EQ(to_bits(play(grouping, num_envs, mode)), to_bits(expected))
+            << num_envs << " environments, " << grouping.num_threads << " threads";
       }
     }
   }

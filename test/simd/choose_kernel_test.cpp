@@ -34,6 +34,7 @@ const std::vector<const FakeKernel<kTest>*>& compiled() {
 
 std::vector<std::string> sets_of(const std::vector<const FakeKernel<0>*>& kernels) {
   std::vector<std::string> sets;
+  sets.reserve(kernels.size());
   for (const auto* kernel : kernels) sets.emplace_back(kernel->instruction_set);
   return sets;
 }

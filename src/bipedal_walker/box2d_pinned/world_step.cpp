@@ -69,37 +69,42 @@ bool WorldStep::begin() {
 bool WorldStep::read_island() {
   if (dt_ratio_of(*parts_.world, *model_) != model_->dt_ratio) return false;
   unsigned counts = 0;  // of contacts, a digit for each body
-  unsigned num_pairs = 0;
   num_contacts_ = 0;
+  num_pairs_ = 0;
   for (std::size_t i = 0; i < kBodies; ++i) {
     const b2Body& body = *parts_.bodies[i];
     if (!body.IsAwake()) return false;
     island_.bodies[i] = state_of(body);
     island_.forces[i] = {body.m_force.x, body.m_force.y, body.m_torque};
-    const int first = num_contacts_;
-    for (const b2ContactEdge* edge = body.m_contactList; edge != nullptr; edge = edge->next) {
-      b2Contact& contact = *edge->contact;
-      if (!is_solid(contact)) continue;
-      if (num_contacts_ == kMostContacts || num_contacts_ - first == kMostContactsOfBody) {
-        return false;
-      }
-      Contact<float, int>& read = island_.contacts[static_cast<std::size_t>(num_contacts_)];
-      read_contact(contact, body, read.manifold);
-      for (int k = 0; k < b2_maxManifoldPoints; ++k) {
-        const b2ManifoldPoint& point = contact.m_manifold.points[k];
-        const bool exists = k < contact.m_manifold.pointCount;
-        read.impulses.normal[k] = exists ? point.normalImpulse : 0;
-        read.impulses.tangent[k] = exists ? point.tangentImpulse : 0;
-      }
-      contacts_[static_cast<std::size_t>(num_contacts_++)] = &contact;
-      num_pairs += contact.m_manifold.pointCount == 2 ? 1U : 0U;
-    }
-    island_.num_contacts[i] = num_contacts_ - first;
-    counts = (kMostContactsOfBody + 1) * counts + static_cast<unsigned>(num_contacts_ - first);
+    const int before = num_contacts_;
+    if (!read_contacts(body)) return false;
+    island_.num_contacts[i] = num_contacts_ - before;
+    counts = (kMostContactsOfBody + 1) * counts + static_cast<unsigned>(island_.num_contacts[i]);
   }
   // What the kernel has most work with comes first.
-  island_.pattern = ((kMostContacts + 1) * counts + num_pairs) << kJoints;
+  island_.pattern = ((kMostContacts + 1) * counts + num_pairs_) << kJoints;
   island_.pattern += read_joints();
+  return true;
+}
+
+/// @return whether there is room for them
+bool WorldStep::read_contacts(const b2Body& body) {
+  const int most = std::min(kMostContacts, num_contacts_ + kMostContactsOfBody);
+  for (const b2ContactEdge* edge = body.m_contactList; edge != nullptr; edge = edge->next) {
+    b2Contact& contact = *edge->contact;
+    if (!is_solid(contact)) continue;
+    if (num_contacts_ == most) return false;
+    const b2Manifold& manifold = contact.m_manifold;
+    Contact<float, int>& read = island_.contacts[static_cast<std::size_t>(num_contacts_)];
+    read_contact(contact, body, read.manifold);
+    for (int k = 0; k < b2_maxManifoldPoints; ++k) {
+      const bool exists = k < manifold.pointCount;
+      read.impulses.normal[k] = exists ? manifold.points[k].normalImpulse : 0;
+      read.impulses.tangent[k] = exists ? manifold.points[k].tangentImpulse : 0;
+    }
+    contacts_[static_cast<std::size_t>(num_contacts_++)] = &contact;
+    num_pairs_ += manifold.pointCount == 2 ? 1U : 0U;
+  }
   return true;
 }
 

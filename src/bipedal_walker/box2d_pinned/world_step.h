@@ -30,6 +30,7 @@ class WorldStep {
 
  private:
   bool read_island();
+  bool read_contacts(const b2Body& body);
   unsigned read_joints();
   void solve_by_box2d();
   void write_bodies();
@@ -42,6 +43,7 @@ class WorldStep {
   const Model* model_;
   Island island_;
   int num_contacts_;
+  unsigned num_pairs_;                              ///< contacts with two points
   std::array<b2Contact*, kMostContacts> contacts_;  ///< in the island's order
 };
 

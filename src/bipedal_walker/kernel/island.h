@@ -271,6 +271,7 @@ class IslandLanes {
       std::array<ContactImpulses<float>*, W> worlds;
       for (int lane = 0; lane < W; ++lane) {
         const int place = places_of_contacts_[i][lane];
+        // cppcheck-suppress uninitvar  // it is only written
         worlds[lane] = place < 0 ? &nowhere : &islands_[lane]->contacts[place].impulses;
       }
       scatter<W>(impulses, worlds.data(), count_);

@@ -149,6 +149,7 @@ WALKER_SIM_INLINE inline void gather(To& to, const From* const* from) {
     std::memcpy(world, from[lane], sizeof world);
     for (std::size_t i = 0; i < sizeof(From) / 4; ++i) words[i * W + lane] = world[i];
   }
+  // cppcheck-suppress uninitvar  // there is at least one lane
   std::memcpy(&to, words, sizeof to);
 }
 
@@ -161,6 +162,7 @@ WALKER_SIM_INLINE inline void scatter(const From& from, To* const* to, int count
   for (int lane = 0; lane < count; ++lane) {
     std::uint32_t world[sizeof(To) / 4];
     for (std::size_t i = 0; i < sizeof(To) / 4; ++i) world[i] = words[i * W + lane];
+    // cppcheck-suppress uninitvar  // there is at least one word
     std::memcpy(to[lane], world, sizeof world);
   }
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <random>
 #include <sstream>
+#include <utility>
 
 #include "bipedal_walker/heuristic.h"
 #include "bipedal_walker/kernel/world_words.h"
@@ -37,8 +38,8 @@ int count_contacts(const Physics& physics) {
 /// One world, as Box2D steps it and as each contestant does.
 class Place {
  public:
-  Place(std::size_t num_sides, std::uint64_t seed, const RunOptions& options)
-      : options_(options), generator_(seed), random_(seed), sides_(num_sides) {
+  Place(std::size_t num_sides, std::uint64_t seed, RunOptions options)
+      : options_(std::move(options)), generator_(seed), random_(seed), sides_(num_sides) {
     begin();
   }
 
@@ -162,6 +163,67 @@ std::string describe(Place& place, std::size_t side, long steps) {
   return text.str();
 }
 
+/// All worlds, and what came of the comparisons.
+class Run {
+ public:
+  Run(const std::vector<const Kernel*>& contestants, const RunOptions& options)
+      : contestants_(contestants), calls_(options.worlds), differs_(options.worlds) {
+    report_.tallies.resize(contestants.size());
+    places_.reserve(options.worlds);
+    for (std::size_t i = 0; i < options.worlds; ++i) {
+      places_.push_back(std::make_unique<Place>(contestants.size() + 1, i, options));
+    }
+  }
+
+  const Report& report() const { return report_; }
+
+  void step() {
+    for (const auto& place : places_) place->step();
+    std::fill(differs_.begin(), differs_.end(), false);
+    for (std::size_t k = 0; k < contestants_.size(); ++k) {
+      for (std::size_t i = 0; i < places_.size(); ++i) calls_[i] = {&places_[i]->side(k + 1), {}};
+      step_together(*contestants_[k], calls_.data(), calls_.size());
+      compare(k);
+    }
+    report_.steps += static_cast<long>(places_.size());
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      Place& place = *places_[i];
+      report_.most_contacts = std::max(report_.most_contacts, count_contacts(place.side(0)));
+      report_.failures += place.has_failed() ? 1 : 0;
+      report_.sleeps += place.side(0).hull().IsAwake() ? 0 : 1;
+      if (!differs_[i] && !place.has_ended()) continue;
+      ++report_.resets;
+      place.begin();
+    }
+  }
+
+ private:
+  bool is_as_box2d(std::size_t world, std::size_t side) {
+    Place& place = *places_[world];
+    const bool has_failed = calls_[world].failure != nullptr;
+    if (has_failed || place.has_failed()) return has_failed == place.has_failed();
+    return words_of(place.side(side)) == words_of(place.side(0));
+  }
+
+  void compare(std::size_t contestant) {
+    Tally& tally = report_.tallies[contestant];
+    const std::size_t side = contestant + 1;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (is_as_box2d(i, side)) continue;
+      differs_[i] = true;
+      if (tally.different++ == 0) {
+        tally.first_different = describe(*places_[i], side, report_.steps);
+      }
+    }
+  }
+
+  const std::vector<const Kernel*>& contestants_;
+  std::vector<std::unique_ptr<Place>> places_;
+  std::vector<WorldCall> calls_;
+  std::vector<bool> differs_;
+  Report report_;
+};
+
 }  // namespace
 
 const std::vector<std::string>& modes() {
@@ -171,41 +233,9 @@ const std::vector<std::string>& modes() {
 }
 
 Report run(const std::vector<const Kernel*>& contestants, const RunOptions& options) {
-  Report report;
-  report.tallies.resize(contestants.size());
-  std::vector<std::unique_ptr<Place>> places;
-  for (std::size_t i = 0; i < options.worlds; ++i) {
-    places.push_back(std::make_unique<Place>(contestants.size() + 1, i, options));
-  }
-  std::vector<WorldCall> calls(places.size());
-  while (report.steps < options.steps) {
-    for (const auto& place : places) place->step();
-    std::vector<bool> differs(places.size());
-    for (std::size_t k = 0; k < contestants.size(); ++k) {
-      for (std::size_t i = 0; i < places.size(); ++i) calls[i] = {&places[i]->side(k + 1), {}};
-      step_together(*contestants[k], calls.data(), calls.size());
-      for (std::size_t i = 0; i < places.size(); ++i) {
-        Place& place = *places[i];
-        const bool is_as = calls[i].failure || place.has_failed()
-                               ? calls[i].failure && place.has_failed()
-                               : words_of(place.side(k + 1)) == words_of(place.side(0));
-        if (is_as) continue;
-        differs[i] = true;
-        Tally& tally = report.tallies[k];
-        if (tally.different++ == 0) tally.first_different = describe(place, k + 1, report.steps);
-      }
-    }
-    report.steps += static_cast<long>(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      report.most_contacts = std::max(report.most_contacts, count_contacts(places[i]->side(0)));
-      report.failures += places[i]->has_failed() ? 1 : 0;
-      report.sleeps += places[i]->side(0).hull().IsAwake() ? 0 : 1;
-      if (!differs[i] && !places[i]->has_ended()) continue;
-      ++report.resets;
-      places[i]->begin();
-    }
-  }
-  return report;
+  Run run(contestants, options);
+  while (run.report().steps < options.steps) run.step();
+  return run.report();
 }
 
 }  // namespace walker::bipedal_walker
