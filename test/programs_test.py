@@ -59,6 +59,10 @@ def test_describe_tells_what_makes_the_steps():
         engine, path = told(*command)
         assert re.fullmatch(r"MuJoCo 2\.2\.2 \(.+\), stepped by the (kernel|library).*", engine)
         assert pathlib.Path(path).is_file()
+    engine, _ = told("rosrun", "walker_sim", "describe", "BipedalWalker-v3", "--engine")
+    assert re.fullmatch(
+        r"Box2D 2\.3\.0 \(.+\), stepped by the library(, in groups by the kernel|: ).*", engine
+    )
     engine, _ = told("rosrun", "walker_sim", "describe", "Hopper-v5", "--engine")
     assert engine.endswith(", stepped by the library")
 
