@@ -9,6 +9,7 @@
 #include <ostream>
 #include <sstream>
 
+#include "core/engine_release.h"
 #include "replay/bag_episodes.h"
 #include "replay/replay.h"
 
@@ -119,7 +120,7 @@ class WalkerReport {
       obstacle_ = "no specification in the bag (topic spec)";
     } else {
       out_ << ": " << episode.spec->id << " on " << episode.spec->engine << " "
-           << episode.spec->engine_version;
+           << engine_release(episode.spec->engine_version);
       try {
         replay_ = std::make_unique<Replay>(*episode.spec);
       } catch (const std::exception& error) {

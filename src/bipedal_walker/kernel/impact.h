@@ -143,16 +143,16 @@ class ImpactLanes {
     scatter<W>(body_, states.data(), count_);
   }
 
-  const Model& model_;
-  int count_;
-  std::array<Impact*, W> impacts_;
   Number<W> dt_;
   MassLanes<W> mass_;
   BodyState<Number<W>> body_;
   BodyLanes<W> velocity_;
-  int num_slots_ = 0;
   std::array<ManifoldLanes<W>, kMostContactsOfBody> manifolds_;
   std::array<ContactLanes<W>, kMostContactsOfBody> contacts_;
+  const Model& model_;
+  std::array<Impact*, W> impacts_;
+  int count_;
+  int num_slots_ = 0;
 };
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

@@ -54,8 +54,8 @@ constexpr int kMostContactsInLanes = kBodies * kMostContactsOfBody;
 /// The contacts of a body that are at the same place in the lists of their worlds.
 template <int W>
 struct Slot {
-  int body;
   ManifoldLanes<W> manifold;
+  int body;
   bool any_two;
 };
 
