@@ -67,6 +67,27 @@ TEST_F(ReplayBagsTest, LostStepsAreAFailure) {
   }
 }
 
+/// A recorder that is stopped has heard more on one topic than on the other.
+TEST_F(ReplayBagsTest, AnEndAfterTheRecordingIsNoFailure) {
+  Session session = three_episodes(kId);
+  session.walk();
+  session.lose<Transition>([](const Transition& m) { return is_step(m, 3, 8, 20); });
+  const Outcome outcome = replay_of(session);
+  EXPECT_TRUE(outcome.is_equal) << outcome;
+  EXPECT_TRUE(ends_with(outcome.line(3), "  equal up to step 7, where the recording ends"))
+      << outcome;
+  EXPECT_TRUE(outcome.says("\n3 episodes equal to the bit (47 steps)\n")) << outcome;
+}
+
+TEST_F(ReplayBagsTest, LostStepsOfTheLastEpisodeAreAFailure) {
+  Session session = three_episodes(kId);
+  session.lose<Transition>([](const Transition& m) { return is_step(m, 3, 4, 6); });
+  const Outcome outcome = replay_of(session);
+  EXPECT_FALSE(outcome.is_equal) << outcome;
+  EXPECT_TRUE(ends_with(outcome.line(3), "  equal up to step 3; steps 4 to 6 are not in the bag"))
+      << outcome;
+}
+
 TEST_F(ReplayBagsTest, LostEpisodesAreAFailure) {
   Session session = three_episodes(kId);
   for (int i = 0; i < 3; ++i) session.reset();

@@ -21,6 +21,11 @@ from server_harness import ServerProcess, ServerTest, node_path
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
+CUT_OFF = (
+    "equal",
+    r"equal up to step \d+, where the recording ends",
+    r"not compared: its beginning is not in the bag \(topic episode\)",
+)
 TOPICS = ["transition", "episode", "spec", "restored"]
 
 
@@ -219,9 +224,11 @@ class ReplayTopicsTest(ServerTest):
         self.assertEqual(status, 0, text)
         lines = self.episodes(text)
         self.assertEqual([line[0] for line in lines[:4]], ["1", "2", "3", "4"], text)
-        for line in lines:
+        for line in lines[:-1]:
             self.assertRegex(line[3], " equal$", text)
-        self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\)\n$")
+        # The end of the launch cuts the last one off, on each topic somewhere else.
+        self.assertRegex(lines[-1][3], f" ({'|'.join(CUT_OFF)})$", text)
+        self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\)(, 1 not compared)?\n$")
 
     def test_nothing_moves_before_the_recorder_listens_to_all_that_replay_needs(self):
         for mode in ("free", "lockstep"):
