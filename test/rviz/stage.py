@@ -27,8 +27,8 @@ from walker_sim.srv import GetSpec, Reset, Step
 PATIENCE = 60.0  # wall seconds; only what fails waits as long
 # In some of a hundred starts on a busy machine Mesa's software renderer ends rviz while it compiles
 # its first shaders: a segmentation fault in libLLVM, called by swrast, called by a swap of buffers,
-# with none of our code on the stack; or the C library finds the heap broken, in a process that has none
-# of our code at all. rviz is then started again, before anything is looked at.
+# with none of our code on the stack; or the C library finds the heap broken, in a process that has
+# none of our code at all. rviz is then started again, before anything is looked at.
 MOST_STARTS = 3
 CRASH_OF_RVIZ = re.compile(
     r"\[rviz-\d+\] process has died \[pid \d+, exit code -11,"
