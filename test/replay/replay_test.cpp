@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/engine_release.h"
 #include "replay/replay_bags.h"
 
 namespace walker::test {
@@ -23,7 +24,7 @@ TEST_P(ReplayOfEach, SoundEpisodesAreEqual) {
   EXPECT_TRUE(outcome.is_equal) << outcome;
   const Specification& specification = session.simulation().specification();
   EXPECT_EQ(outcome.text.rfind("/transition: " + specification.id + " on " + specification.engine +
-                                   " " + specification.engine_version + "\n",
+                                   " " + engine_release(specification.engine_version) + "\n",
                                0),
             0U)
       << outcome;
