@@ -63,6 +63,7 @@ void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& res
 void BipedalWalker::step_together(StepCall* const* calls, std::size_t count,
                                   std::size_t size) noexcept {
   static_assert(kLargestGroup <= kMostTogether);
+  if (count == 1 || kernel_ == nullptr) return Environment::step_together(calls, count, size);
   const auto walker_of = [](const StepCall& call) -> BipedalWalker& {
     return static_cast<BipedalWalker&>(*call.environment);
   };
@@ -71,7 +72,7 @@ void BipedalWalker::step_together(StepCall* const* calls, std::size_t count,
   std::size_t num_steps = 0;
   for (StepCall* const* call = calls; call != calls + count; ++call) {
     BipedalWalker& walker = walker_of(**call);
-    if (walker.kernel_ != kernel_ || kernel_ == nullptr) {
+    if (walker.kernel_ != kernel_) {
       Environment::step_together(call, 1, size);
       continue;
     }
