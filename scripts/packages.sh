@@ -8,8 +8,8 @@ common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev 
   python3-venv python3-wheel)
 # A screen without a monitor, and where the windows on it are.
 screen_packages=(x11-utils xvfb)
-common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev)
-lint_packages=(catkin-lint clang-format cppcheck shellcheck)
+common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev python3-pytest)
+lint_packages=(catkin-lint cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
 cache_packages=(ccache)
@@ -18,7 +18,8 @@ docs_packages=(ca-certificates doxygen python3-pip python3-venv)
 
 message_packages=(diagnostic geometry nav sensor std visualization)
 
-packages_of_debian_12() {
+# packages_of_debian VERSION: 11, 12 or 13, which carry ROS 1 themselves.
+packages_of_debian() {
   local x
   base_packages=("${common_packages[@]}"
     catkin ros-cmake-modules ros-message-generation ros-message-runtime ros-core rosbash
@@ -30,9 +31,9 @@ packages_of_debian_12() {
   for x in "${message_packages[@]}"; do
     base_packages+=("lib$x-msgs-dev" "ros-$x-msgs" "python3-$x-msgs")
   done
-  test_packages=("${common_test_packages[@]}" librostest-dev python3-rostest python3-nose libtf2-ros-dev
+  test_packages=("${common_test_packages[@]}" librostest-dev python3-rostest libtf2-ros-dev
     python3-tf2-ros liburdf-dev)
-  system_engine_packages+=(libmujoco-dev)
+  if [ "$1" -gt 11 ]; then system_engine_packages+=(libmujoco-dev); fi
   view_packages=(rviz)
   example_packages=(libopenblas0 python3-torch) # else torch multiplies matrices by a slow reference
 }
@@ -46,7 +47,7 @@ packages_of_ubuntu_20_04() {
     base_packages+=("ros-noetic-$x")
   done
   for x in "${message_packages[@]}"; do base_packages+=("ros-noetic-$x-msgs"); done
-  test_packages=("${common_test_packages[@]}" python3-nose ros-noetic-rostest ros-noetic-tf2-ros ros-noetic-urdf)
+  test_packages=("${common_test_packages[@]}" ros-noetic-rostest ros-noetic-tf2-ros ros-noetic-urdf)
   view_packages=(ros-noetic-rviz)
   example_packages=() # it has no PyTorch
 }

@@ -13,6 +13,7 @@ venv=$build/venv
 engines=${WALKER_SIM_ENGINES:-pinned}
 jobs=$(nproc)
 ros_setup=/dev/null # what the distribution's ROS itself needs sourced
+release_alone=''    # where packages are taken from if they cannot be had with its updates
 # shellcheck source=scripts/packages.sh
 source "$root/scripts/packages.sh"
 
@@ -73,9 +74,10 @@ check_system() {
     *) die "this machine is $machine; must be x86_64 or aarch64" ;;
   esac
   case $id-$version in
-    debian-12)
+    debian-11 | debian-12 | debian-13)
       ros_setup=/dev/null
-      packages_of_debian_12
+      packages_of_debian "$version"
+      if [ "$version" = 11 ]; then release_alone=bullseye; fi
       ;;
     ubuntu-20.04)
       ros_setup=/opt/ros/noetic/setup.bash
@@ -83,7 +85,8 @@ check_system() {
       [ -e "$ros_setup" ] || die "Ubuntu 20.04 without $ros_setup: add the ROS Noetic package" \
         "source and install ros-noetic-ros-core first"
       ;;
-    *) die "this system is $id${version:+ $version}; must be Debian 12, or Ubuntu 20.04 with ROS Noetic" ;;
+    *) die "this system is $id${version:+ $version}; must be Debian 11, 12 or 13, or Ubuntu 20.04 with" \
+      "ROS Noetic" ;;
   esac
   case $root in
     *[[:space:]\;\"\'\$\\]*) die "the path $root has a blank or one of ; \" ' \$ \\ in it," \
@@ -106,11 +109,15 @@ missing_packages() {
       awk 'substr($1, 2) == "i" { print $2 }' | sort -u)
 }
 
+apt_install() {
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends \
+    -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install "$@"
+}
+
+# Debian 11's security archive lists packages that it holds no longer: then the release's own.
 install_packages() {
-  as_root dpkg --configure -a &&
-    as_root apt-get -q -o Acquire::Retries=3 update &&
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends \
-      -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install "$@"
+  as_root dpkg --configure -a && as_root apt-get -q -o Acquire::Retries=3 update || return
+  apt_install "$@" || { [ -n "$release_alone" ] && apt_install -t "$release_alone" "$@"; }
 }
 
 set_up_packages() {

@@ -8,9 +8,10 @@ walker_sim_add_unit_tests(server
   ALSO test/client/service_types_test.cpp)
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
 foreach(path launch/launch_test scripts/choose_master_test scripts/make_meshes_test)
-  catkin_add_nosetests(test/${path}.py DEPENDENCIES walker_sim_nodes)
-  string(REPLACE "/" "." name ${path}.py)
-  walker_sim_label(_ctest_${PROJECT_NAME}_nosetests_test.${name} short walker_sim_nodes)
+  string(REPLACE "/" "_" name ${path})
+  catkin_run_tests_target(pytest ${name} pytest-${name}.xml DEPENDENCIES walker_sim_nodes
+    COMMAND "${PYTHON_EXECUTABLE} -m pytest -q -p no:cacheprovider --junit-xml=${test_results}/pytest-${name}.xml ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py")
+  walker_sim_label(_ctest_${PROJECT_NAME}_pytest_${name} short walker_sim_nodes)
 endforeach()
 
 # ---------------------------------------------------------------- rostests
@@ -78,7 +79,7 @@ function(walker_sim_add_ros_program name)
   target_include_directories(${name} SYSTEM PRIVATE ${tf2_INCLUDE_DIRS} ${urdf_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE walker_sim_agents walker_sim_server walker_sim_flags
     GTest::GTest ${tf2_LIBRARIES} ${urdf_LIBRARIES})
-  walker_sim_compile_as_server(${name})
+  walker_sim_compile_as(walker_sim_agents ${name})
 endfunction()
 
 # Those without a main of their own are one program.

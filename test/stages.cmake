@@ -10,8 +10,15 @@ function(walker_sim_add_check name label)
 endfunction()
 
 # ---------------------------------------------------------------- lints
+# They read the source, not the platform, and what one says depends on its version: those that are the
+# distribution's, and mypy, which reads the reference's types, are asked on Debian 12 alone.
 set(lint ${CMAKE_CURRENT_SOURCE_DIR}/scripts/lint)
-foreach(name clang_format catkin ruff mypy shellcheck rooms cppcheck)
+set(lints clang_format ruff shellcheck rooms)
+file(STRINGS /etc/os-release codename REGEX "^VERSION_CODENAME=")
+if(codename STREQUAL "VERSION_CODENAME=bookworm")
+  list(APPEND lints catkin cppcheck mypy)
+endif()
+foreach(name ${lints})
   walker_sim_add_check(lint_${name} short ${lint} ${name})
 endforeach()
 walker_sim_add_check(lint_clang_tidy_changed short ${lint} clang_tidy)

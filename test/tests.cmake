@@ -80,7 +80,7 @@ function(walker_sim_add_unit_tests room)
     target_precompile_headers(${program} PRIVATE <gtest/gtest.h> <algorithm> <array> <cmath>
       <functional> <map> <memory> <optional> <stdexcept> <string> <thread> <vector>)
   elseif(walker_sim_server IN_LIST add_LIBRARIES)
-    walker_sim_compile_as_server(${program})
+    walker_sim_compile_as(walker_sim_agents ${program})
   else()
     target_precompile_headers(${program} REUSE_FROM core_tests)
   endif()

@@ -67,10 +67,11 @@ Eigen::VectorXd vector(const Tensors& tensors, const std::string& name, Eigen::I
 
 Layer read_layer(const Tensors& tensors, const std::string& name, Eigen::Index inputs) {
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Tensor& weight = tensor(tensors, name + ".weight", 2);
+  const std::string weight_name = name + ".weight";
+  const Tensor& weight = tensor(tensors, weight_name, 2);
   const auto outputs = static_cast<Eigen::Index>(weight.shape[0]);
   if (static_cast<Eigen::Index>(weight.shape[1]) != inputs) {
-    throw std::invalid_argument(name + ".weight has " + std::to_string(weight.shape[1]) +
+    throw std::invalid_argument(weight_name + " has " + std::to_string(weight.shape[1]) +
                                 " inputs; must have " + std::to_string(inputs));
   }
   return {Eigen::Map<const Rows>(weight.values.data(), outputs, inputs).cast<float>(),

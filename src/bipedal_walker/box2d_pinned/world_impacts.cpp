@@ -184,8 +184,9 @@ void WorldImpacts::finish() {
   } else {
     solve_by_box2d();
   }
-  std::for_each_n(bodies_.begin(), num_bodies_,
-                  [](b2Body* body) { body->m_flags &= ~b2Body::e_islandFlag; });
+  std::for_each_n(bodies_.begin(), num_bodies_, [](b2Body* body) {
+    body->m_flags = static_cast<uint16>(body->m_flags & ~b2Body::e_islandFlag);
+  });
   walker.SynchronizeFixtures();
   for (b2ContactEdge* edge = walker.m_contactList; edge != nullptr; edge = edge->next) {
     edge->contact->m_flags &= ~(b2Contact::e_toiFlag | b2Contact::e_islandFlag);
