@@ -41,7 +41,14 @@ def parse_arguments():
     parser.add_argument("--rollout", type=int, default=512, help="steps of each between updates")
     parser.add_argument("--seed", type=int, default=1, help="of walkers and learner (%(default)s)")
     parser.add_argument("--save", default="walker.pt", help="the agent's file (%(default)s)")
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    least = arguments.num_envs * arguments.rollout
+    if arguments.steps < least:
+        parser.error(
+            f"--steps {arguments.steps}: trains nothing; must be at least {least}, one update's:"
+            " --num-envs times --rollout"
+        )
+    return arguments
 
 
 def layer(inputs, outputs, gain):

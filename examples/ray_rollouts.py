@@ -44,6 +44,8 @@ def parse_arguments():
         parser.error(
             f"--actors {arguments.actors}: must be from 1 to --walkers, {arguments.walkers}"
         )
+    if arguments.steps < 1:
+        parser.error(f"--steps {arguments.steps}: collects nothing; must be at least 1")
     return arguments
 
 

@@ -31,7 +31,14 @@ def parse_arguments():
     parser.add_argument("--save", default="walker.zip", help="the policy's file (%(default)s)")
     parser.add_argument("--load", help="a policy's file: evaluate it instead of learning")
     parser.add_argument("--episodes", type=int, default=20, help="to evaluate on (%(default)s)")
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    least = arguments.num_envs * arguments.rollout
+    if arguments.steps < least and not arguments.load:
+        parser.error(
+            f"--steps {arguments.steps}: trains nothing; must be at least {least}, one update's:"
+            " --num-envs times --rollout"
+        )
+    return arguments
 
 
 def learn(arguments, walkers):

@@ -35,7 +35,8 @@ packages_of_debian() {
     python3-tf2-ros liburdf-dev)
   if [ "$1" -gt 11 ]; then system_engine_packages+=(libmujoco-dev); fi
   view_packages=(rviz)
-  example_packages=(libopenblas0 python3-torch) # else torch multiplies matrices by a slow reference
+  # Without libopenblas0 torch multiplies matrices by a slow reference.
+  example_packages=(debootstrap libopenblas0 python3-torch)
 }
 
 # Untested: nobody has run this on Ubuntu 20.04 yet.

@@ -6,6 +6,8 @@
 #   wheel_suite PYTHON oldest|newest XML  the wheel's suite in a clean virtual environment
 #   example_venv LEARNER                  the virtual environment of an example
 #   example LEARNER FILE XML              a suite in it
+#   torchrl_root PYTHON                   Debian 13 for the example with TorchRL, and its Python beside it
+#   torchrl FILE XML                      a suite there
 # What they make is in hidden folders of build/, for roslaunch walks through a package's visible ones.
 set -euo pipefail
 # shellcheck source=scripts/setup.sh
@@ -88,6 +90,54 @@ run_example() {
     "$(example_venv "$learner")/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
 }
 
+# TorchRL asks for a later PyTorch than Debian 12 has, and pip's brings gigabytes for GPUs. So Debian 13's
+# own is taken, in a folder; beside it what the requirements pin and, each time anew, the wheel for its
+# Python, which is the PYTHON of this system too.
+torchrl_root=$(example_venv torchrl)
+torchrl_packages=python3-numpy,python3-torch,libopenblas0
+torchrl_requirements=$root/test/examples/requirements_torchrl.txt
+
+make_torchrl_root() {
+  local mirror
+  # shellcheck disable=SC2016  # apt's variable
+  mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Origin: Debian' \
+    'Label: Debian' 'Component: main' | sed -n 1p)
+  as_root rm -rf "$torchrl_root" &&
+    as_root debootstrap --variant=minbase --include="$torchrl_packages" trixie "$torchrl_root" "$mirror" &&
+    as_root find "$torchrl_root/var/cache/apt/archives" -name '*.deb' -delete &&
+    install_in_torchrl_root "$1" --requirement "$torchrl_requirements"
+}
+
+install_in_torchrl_root() {
+  as_root env -u PYTHONHOME -u PYTHONPATH -u PIP_REQUIRE_VIRTUALENV PIP_ROOT_USER_ACTION=ignore \
+    "$1" -m pip install --disable-pip-version-check --progress-bar off --no-deps --only-binary=:all: \
+    --upgrade --target "$torchrl_root/opt/packages" "${@:2}"
+}
+
+set_up_torchrl_root() {
+  local python=$1 version ready=$torchrl_root.ready wanted
+  version=$(version_of "$python")
+  wanted=$({ echo "$torchrl_packages" && cat "$torchrl_requirements"; } | sha256sum)
+  if [ "$(cat "$ready" 2>/dev/null)" != "$wanted" ]; then
+    rm -f "$ready" && mkdir -p "${ready%/*}" && make_torchrl_root "$python"
+    echo "$wanted" >"$ready.new" && mv "$ready.new" "$ready"
+  fi
+  install_in_torchrl_root "$python" --no-index "$build/.wheel/$version"/*.whl
+}
+
+run_torchrl_example() {
+  local suite=$1 results=$2 place=/opt/walker_sim
+  as_root rm -rf "$torchrl_root$place" && as_root mkdir -p "$torchrl_root$place/test" &&
+    as_root cp -r "$root/examples" "$torchrl_root$place" &&
+    as_root cp -r "$root/test/examples" "$torchrl_root$place/test"
+  local status=0
+  as_root chroot "$torchrl_root" /usr/bin/env -i HOME=/root PATH=/usr/bin:/bin LANG=C.UTF-8 \
+    PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=/opt/packages python3 -m pytest -q -p no:cacheprovider \
+    --junit-xml="$place/results.xml" "$place/${suite#"$root/"}" || status=$?
+  mkdir -p "${results%/*}" && cp "$torchrl_root$place/results.xml" "$results"
+  return "$status"
+}
+
 check_system
 case $1 in
   workspace) make_workspace ;;
@@ -96,5 +146,7 @@ case $1 in
   wheel_suite) run_wheel_suite "${@:2}" ;;
   example_venv) set_up_example "$2" ;;
   example) run_example "${@:2}" ;;
+  torchrl_root) set_up_torchrl_root "$2" ;;
+  torchrl) run_torchrl_example "${@:2}" ;;
   *) die "$1: unknown command" ;;
 esac

@@ -72,7 +72,7 @@ function(walker_sim_add_example name learner suite)
 endfunction()
 
 if(EXISTS /usr/lib/python3/dist-packages/torch OR NOT EXISTS /opt/ros/noetic)
-  foreach(learner gymnasium sb3)
+  foreach(learner gymnasium ray sb3)
     walker_sim_add_check(examples_set_up_${learner} long ${stage} example_venv ${learner})
     set_tests_properties(examples_set_up_${learner} PROPERTIES FIXTURES_SETUP examples_${learner})
   endforeach()
@@ -80,5 +80,18 @@ if(EXISTS /usr/lib/python3/dist-packages/torch OR NOT EXISTS /opt/ros/noetic)
   walker_sim_add_example(train sb3 python/train_test.py)
   walker_sim_add_example(sb3_ppo sb3 examples/sb3_ppo_test.py)
   walker_sim_add_example(cleanrl_ppo gymnasium examples/cleanrl_ppo_test.py)
-  walker_sim_add_example(ray_rollouts gymnasium examples/ray_rollouts_test.py)
+  walker_sim_add_example(ray_rollouts ray examples/ray_rollouts_test.py)
+  walker_sim_add_example(rllib_ppo ray examples/rllib_ppo_test.py)
+endif()
+
+# TorchRL's is run on Debian 13, by the wheel for its Python.
+if(python_3_13 AND NOT EXISTS /opt/ros/noetic)
+  walker_sim_add_check(examples_set_up_torchrl long ${stage} torchrl_root ${python_3_13})
+  set_tests_properties(examples_set_up_torchrl PROPERTIES
+    FIXTURES_SETUP examples_torchrl FIXTURES_REQUIRED wheel_3.13 COST 2)
+  set(results ${test_results}/examples/torchrl_ppo.xml)
+  add_test(NAME examples_torchrl_ppo COMMAND ${stage} torchrl
+    ${CMAKE_CURRENT_SOURCE_DIR}/test/examples/torchrl_ppo_test.py ${results})
+  set_tests_properties(examples_torchrl_ppo PROPERTIES
+    LABELS long TIMEOUT 900 FIXTURES_REQUIRED examples_torchrl)
 endif()

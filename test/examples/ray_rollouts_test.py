@@ -1,13 +1,13 @@
 """examples/ray_rollouts.py: the same numbers however many actors, and no process left behind."""
 
 import pathlib
-import tempfile
 import time
 
 import gymnasium
 import numpy as np
 import pytest
 import walker_sim  # noqa: F401  # registers the walkers
+from ray_home import ray_home, short_folder
 from running import assert_helps, run_example, start_example
 
 NAMES = {"observations", "actions", "rewards", "terminated", "truncated", "is_step"}
@@ -17,14 +17,8 @@ STEPS = 120
 
 @pytest.fixture(scope="module")
 def home():
-    """For what Ray writes down. Its sockets are there too, and a socket's name may be 107 long."""
-    with tempfile.TemporaryDirectory(prefix="ray_", dir="/tmp") as folder:
-        yield pathlib.Path(folder)
-
-
-def ray_home(folder):
-    """The environment variables with which Ray writes nowhere else."""
-    return {"HOME": str(folder), "RAY_TMPDIR": str(folder)}
+    with short_folder() as folder:
+        yield folder
 
 
 def test_help(home):
@@ -101,3 +95,8 @@ def test_more_actors_than_walkers(home):
         "ray_rollouts", "--walkers", 2, "--actors", 3, folder=home, status=2, **ray_home(home)
     )
     assert "--actors 3: must be from 1 to --walkers, 2" in text
+
+
+def test_no_steps(home):
+    text = run_example("ray_rollouts", "--steps", 0, folder=home, status=2, **ray_home(home))
+    assert "--steps 0: collects nothing; must be at least 1" in text

@@ -2,11 +2,12 @@
 
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
-PATIENCE = 240  # with two busy cores [s]
+PATIENCE = 600  # with two busy cores [s]
 
 
 def start_example(name, *arguments, folder, **environment):
@@ -39,3 +40,17 @@ def assert_helps(name, folder):
     text = run_example(name, "--help", folder=folder)
     assert f"python3 {name}.py" in text
     assert "--seed SEED" in text
+
+
+def assert_refuses_too_few_steps(name, folder, *sizes, least, **environment):
+    """One step less than an update takes is refused, in words that name both numbers, before
+    anything is made."""
+    text = run_example(name, *sizes, "--steps", least - 1, folder=folder, status=2, **environment)
+    assert f"--steps {least - 1}: trains nothing; must be at least {least}," in text
+    assert not list(folder.iterdir())
+
+
+def means_of_returns(text):
+    """By the steps made until then, the mean returns that an example has printed."""
+    lines = re.findall(r"^(\d+) steps, mean of the last .*returns (-?\d+\.\d),", text, re.MULTILINE)
+    return {int(steps): float(mean) for steps, mean in lines}

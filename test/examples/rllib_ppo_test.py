@@ -1,0 +1,68 @@
+"""examples/rllib_ppo.py: RLlib's own env runners step our vector environments, and it learns."""
+
+import re
+
+import gymnasium
+import pytest
+import torch
+import walker_sim  # noqa: F401  # registers the walkers
+from ray.rllib.core.columns import Columns
+from ray.rllib.core.rl_module import RLModule
+from ray_home import ray_home, short_folder
+from running import assert_helps, assert_refuses_too_few_steps, means_of_returns, run_example
+
+HOPPER = "walker_sim/Hopper-v5"
+SIZES = ("--env", HOPPER, "--runners", 2, "--num-envs", 16, "--rollout", 64)
+UPDATE = 2 * 16 * 64
+POLICY = "walker_rllib/learner_group/learner/rl_module/default_policy"
+
+
+@pytest.fixture(scope="module")
+def learnt():
+    """The folder with the checkpoint, and what was printed."""
+    with short_folder() as folder:
+        steps = ("--steps", 10 * UPDATE)
+        yield folder, run_example("rllib_ppo", *SIZES, *steps, folder=folder, **ray_home(folder))
+
+
+def test_help(tmp_path):
+    assert_helps("rllib_ppo", tmp_path)
+
+
+def test_too_few_steps(tmp_path):
+    assert_refuses_too_few_steps("rllib_ppo", tmp_path, *SIZES, least=UPDATE)
+
+
+@pytest.mark.parametrize("option", ["--runners", "--num-envs", "--threads", "--rollout"])
+def test_no_walkers(option, tmp_path):
+    text = run_example("rllib_ppo", option, 0, folder=tmp_path, status=2)
+    assert f"{option} 0: must be at least 1" in text
+
+
+def test_walkers_are_stepped_in_two_processes(learnt):
+    _, text = learnt
+    shown = re.search(r"^16 walkers in each of the processes (\d+) (\d+)$", text, re.MULTILINE)
+    assert shown, text
+    assert shown[1] != shown[2]
+
+
+def test_learns(learnt):
+    _, text = learnt
+    means = means_of_returns(text)
+    assert len(means) == 10
+    # One runner alone would have made half of the steps.
+    assert all(i * UPDATE <= steps < i * UPDATE * 1.05 for i, steps in enumerate(means, 1)), means
+    first, *_, last = means.values()
+    assert last > 3 * first > 0, means
+
+
+def test_saved_policy_acts(learnt):
+    folder, _ = learnt
+    policy = RLModule.from_checkpoint(folder / POLICY)
+    walker = gymnasium.make(HOPPER)
+    observation, _ = walker.reset(seed=1)
+    observations = torch.as_tensor(observation, dtype=torch.float32)[None]
+    actions = policy.forward_inference({Columns.OBS: observations})[Columns.ACTION_DIST_INPUTS]
+    assert actions.shape == (1, 2 * 3), "means and logarithms of deviations"
+    assert actions.isfinite().all()
+    assert actions[0, 3:].abs().max() > 0, "they began as 0"
