@@ -20,6 +20,8 @@ import time
 
 # Nobody is told that Ray was used.
 os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+# Networks so small are computed faster by one thread than by several that wait for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import gymnasium
 import ray

@@ -9,7 +9,11 @@ autoreset mode `disabled`.
 
 import argparse
 import collections
+import os
 import time
+
+# Networks so small are computed faster by one thread than by several that wait for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import gymnasium
 import numpy as np
