@@ -14,8 +14,8 @@ policy alone.
 
 import argparse
 import importlib
-import math
 import os
+import platform
 import time
 
 # Nobody is told that Ray was used.
@@ -131,12 +131,11 @@ def learn(arguments, algorithm):
     for _ in range(arguments.steps // batch_size(arguments)):
         result = algorithm.train()
         steps = result["num_env_steps_sampled_lifetime"]
-        mean = result["env_runners"].get("episode_return_mean", math.nan)
-        shown = "none has ended" if math.isnan(mean) else f"{mean:.1f}"
+        ended = result["env_runners"]
+        episodes = int(min(100, ended.get("num_episodes", 0)))  # of which RLlib takes the mean
+        shown = f"{ended['episode_return_mean']:.1f}" if episodes else "none ended since"
         rate = steps / (time.perf_counter() - start)
-        print(
-            f"{steps:.0f} steps, mean of the last returns {shown}, {rate:.0f} steps/s", flush=True
-        )
+        print(f"{steps:.0f} steps, mean of the last {episodes} returns {shown}, {rate:.0f} steps/s")
 
 
 def main():
@@ -144,7 +143,7 @@ def main():
     start_ray(arguments)
     algorithm = configure(arguments).build_algo()
     processes = algorithm.env_runner_group.foreach_env_runner(
-        lambda runner: os.getpid(), local_env_runner=False
+        lambda runner: f"{platform.node()}:{os.getpid()}", local_env_runner=False
     )
     print(f"{arguments.num_envs} walkers in each of the processes", *sorted(processes))
     learn(arguments, algorithm)

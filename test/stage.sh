@@ -115,22 +115,21 @@ install_in_torchrl_root() {
 }
 
 set_up_torchrl_root() {
-  local python=$1 version ready=$torchrl_root.ready wanted
-  version=$(version_of "$python")
+  local interpreter=$1 version ready=$torchrl_root.ready wanted
+  version=$(version_of "$interpreter")
   wanted=$({ echo "$torchrl_packages" && cat "$torchrl_requirements"; } | sha256sum)
   if [ "$(cat "$ready" 2>/dev/null)" != "$wanted" ]; then
-    rm -f "$ready" && mkdir -p "${ready%/*}" && make_torchrl_root "$python"
+    rm -f "$ready" && mkdir -p "${ready%/*}" && make_torchrl_root "$interpreter"
     echo "$wanted" >"$ready.new" && mv "$ready.new" "$ready"
   fi
-  install_in_torchrl_root "$python" --no-index "$build/.wheel/$version"/*.whl
+  install_in_torchrl_root "$interpreter" --no-index "$build/.wheel/$version"/*.whl
 }
 
 run_torchrl_example() {
-  local suite=$1 results=$2 place=/opt/walker_sim
+  local suite=$1 results=$2 place=/opt/walker_sim status=0
   as_root rm -rf "$torchrl_root$place" && as_root mkdir -p "$torchrl_root$place/test" &&
     as_root cp -r "$root/examples" "$torchrl_root$place" &&
     as_root cp -r "$root/test/examples" "$torchrl_root$place/test"
-  local status=0
   as_root chroot "$torchrl_root" /usr/bin/env -i HOME=/root PATH=/usr/bin:/bin LANG=C.UTF-8 \
     PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=/opt/packages python3 -m pytest -q -p no:cacheprovider \
     --junit-xml="$place/results.xml" "$place/${suite#"$root/"}" || status=$?
