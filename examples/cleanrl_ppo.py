@@ -9,8 +9,8 @@ step after an episode's end takes no action and gives the next episode's first o
 row after the end holds the final observation, whose value a truncated episode is continued with,
 and it is itself left out of the learning.
 
-What to expect of BipedalWalker-v3: a mean return of 0 after 370,000 steps, 100 after 570,000 and about
-200 after the 1,000,000 that are the default, in about three minutes on two cores.
+What to expect of BipedalWalker-v3: a mean return of 0 after 370,000 steps, 100 after 570,000 and
+about 200 after the 1,000,000 that are the default, in about three minutes on two cores.
 """
 
 import argparse

@@ -11,8 +11,8 @@ The file's arrays, with a row per step and a column per walker: `observations` (
 the last step), `actions`, `rewards`, `terminated`, `truncated`, and `is_step`, false where, after
 an episode's end, the walker was reset instead of stepped.
 
-What to expect of BipedalWalker-v3: nothing is learnt here, and the linear policy of random numbers falls
-after about 120 steps, with returns of about -110; 64,000 steps take a few seconds.
+What to expect of BipedalWalker-v3: nothing is learnt here, and the linear policy of random numbers
+falls after about 120 steps, with returns of about -110; 64,000 steps take a few seconds.
 """
 
 import argparse

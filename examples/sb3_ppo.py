@@ -8,9 +8,9 @@
 Over ROS the server has to run as many walkers, and to begin the next episode in the same step:
   roslaunch walker_sim walker.launch mode:=lockstep num_envs:=16 autoreset_mode:=same_step
 
-What to expect of BipedalWalker-v3: a mean return of 0 after 380,000 steps, 100 after 720,000 and about
-190, over the episodes of the evaluation, after the 1,000,000 that are the default, in about three
-minutes on two cores. `python3 -m walker_sim train` goes on to 300.
+What to expect of BipedalWalker-v3: a mean return of 0 after 380,000 steps, 100 after 720,000 and
+about 190, over the episodes of the evaluation, after the 1,000,000 that are the default, in about
+three minutes on two cores. `python3 -m walker_sim train` goes on to 300.
 """
 
 import argparse

@@ -6,8 +6,8 @@
 TorchRL itself says which walkers begin another episode, by the mask that a reset takes in the
 autoreset mode `disabled`.
 
-What to expect of BipedalWalker-v3: a mean return of 0 after 440,000 steps, 100 after 780,000 and about
-160 after the 1,000,000 that are the default, in about four minutes on two cores.
+What to expect of BipedalWalker-v3: a mean return of 0 after 420,000 steps, 100 after 750,000 and
+about 160 after the 1,000,000 that are the default, in about four minutes on two cores.
 """
 
 import argparse
