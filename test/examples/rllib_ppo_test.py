@@ -33,10 +33,9 @@ def test_too_few_steps(tmp_path):
     assert_refuses_too_few_steps("rllib_ppo", tmp_path, *SIZES, least=UPDATE)
 
 
-@pytest.mark.parametrize("option", ["--runners", "--num-envs", "--threads", "--rollout"])
-def test_no_walkers(option, tmp_path):
-    text = run_example("rllib_ppo", option, 0, folder=tmp_path, status=2)
-    assert f"{option} 0: must be at least 1" in text
+def test_no_walkers(tmp_path):
+    text = run_example("rllib_ppo", "--num-envs", 0, folder=tmp_path, status=2)
+    assert "--num-envs 0: must be at least 1" in text
 
 
 def test_walkers_are_stepped_in_two_processes(learnt):
