@@ -10,6 +10,10 @@ has joined the machines, each has this package, and Ray spreads the runners over
 The folder that is saved is RLlib's checkpoint: `Algorithm.from_checkpoint(folder)` goes on with it,
 and `RLModule.from_checkpoint(folder + "/learner_group/learner/rl_module/default_policy")` is the
 policy alone.
+
+What to expect of BipedalWalker-v3: a mean return of 0 after 310,000 steps, 100 after 450,000 and
+about 220 after the 1,000,000 that are the default, in about four minutes on two cores. A line has
+the episodes of one update only, so lines differ by more than 100.
 """
 
 import argparse
