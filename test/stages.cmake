@@ -14,8 +14,12 @@ endfunction()
 # distribution's, and mypy, which reads the reference's types, are asked on Debian 12 alone.
 set(lint ${CMAKE_CURRENT_SOURCE_DIR}/scripts/lint)
 set(lints clang_format ruff shellcheck rooms)
+set(is_debian_12 OFF)
 file(STRINGS /etc/os-release codename REGEX "^VERSION_CODENAME=")
 if(codename STREQUAL "VERSION_CODENAME=bookworm")
+  set(is_debian_12 ON)
+endif()
+if(is_debian_12)
   list(APPEND lints catkin cppcheck mypy)
 endif()
 foreach(name ${lints})
@@ -62,7 +66,8 @@ endforeach()
 walker_sim_add_check(docs_site long ${CMAKE_CURRENT_SOURCE_DIR}/scripts/docs)
 
 # ---------------------------------------------------------------- examples
-# Each file of examples/ as a user runs it, and the suites that need the same large packages.
+# Each file of examples/ as a user runs it, and the suites that need the same large packages. Their
+# requirements are for Debian 12's Python, PyTorch and NumPy.
 function(walker_sim_add_example name learner suite)
   set(results ${test_results}/examples/${name}.xml)
   add_test(NAME examples_${name} COMMAND ${stage} example ${learner}
@@ -71,7 +76,7 @@ function(walker_sim_add_example name learner suite)
     LABELS long TIMEOUT 900 FIXTURES_REQUIRED examples_${learner})
 endfunction()
 
-if(EXISTS /usr/lib/python3/dist-packages/torch OR NOT EXISTS /opt/ros/noetic)
+if(is_debian_12)
   foreach(learner gymnasium ray sb3)
     walker_sim_add_check(examples_set_up_${learner} long ${stage} example_venv ${learner})
     set_tests_properties(examples_set_up_${learner} PROPERTIES FIXTURES_SETUP examples_${learner})
@@ -85,7 +90,7 @@ if(EXISTS /usr/lib/python3/dist-packages/torch OR NOT EXISTS /opt/ros/noetic)
 endif()
 
 # TorchRL's is run on Debian 13, by the wheel for its Python.
-if(python_3_13 AND NOT EXISTS /opt/ros/noetic)
+if(python_3_13 AND is_debian_12)
   walker_sim_add_check(examples_set_up_torchrl long ${stage} torchrl_root ${python_3_13})
   set_tests_properties(examples_set_up_torchrl PROPERTIES
     FIXTURES_SETUP examples_torchrl FIXTURES_REQUIRED wheel_3.13 COST 2)
