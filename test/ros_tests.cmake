@@ -27,6 +27,7 @@ set(short_rostests
   server/namespaces_test
   server/publish_order_test
   server/records_test
+  server/step_many_test
   server/walker2d_topics_test)
 # They measure time, so each has the machine for itself.
 set(timed_rostests

@@ -61,6 +61,13 @@ struct Transition {
   std::string error;
 };
 
+/// StepMany.srv's response.
+struct RepeatedStep {
+  Transition transition;    ///< of the last step
+  std::uint32_t steps = 0;  ///< done; fewer than asked for where the episode has ended
+  double total_reward = 0;  ///< of these steps
+};
+
 /// StepBatch.srv's response; rows in the order of the environments.
 struct BatchTransition {
   std::vector<double> observations;      ///< num_envs x observation size
@@ -141,6 +148,12 @@ class WALKER_SIM_EXPORT Client {
   void reset(std::optional<std::uint64_t> seed, Transition& transition);
   /// ~step. @param action `size` values, one per joint, unitless
   void step(const double* action, std::size_t size, Transition& transition);
+  /// ~step_many: repeats an action, at the most until the episode ends. A server of an older
+  /// version has no such service: only this call then fails, as a ConnectionError.
+  /// @param action `size` values, one per joint, unitless
+  /// @param steps  1 .. 100
+  void step_many(const double* action, std::size_t size, std::uint32_t steps,
+                 RepeatedStep& repeated);
   /// ~reset_batch.
   /// @param environments which; empty: all
   /// @param seeds        empty, or one per listed environment (none: its generator continues)

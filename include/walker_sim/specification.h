@@ -95,6 +95,7 @@ struct Specification {
   std::vector<double> action_high;
   std::vector<double> effort_per_action;  ///< joint effort that an action of 1 asks for [N m]
   double dt = 0;                          ///< simulation time of one step [s]
+  Vector3 gravity{};                      ///< world axes [m/s^2]
   std::uint32_t max_episode_steps = 0;    ///< 0: no limit
   double reward_threshold = 0;            ///< NaN: none
   std::vector<std::string> info_names;

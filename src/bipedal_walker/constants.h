@@ -11,6 +11,8 @@ constexpr double kScale = 30.0;          // pixels per metre
 constexpr double kViewportWidth = 600;   // pixels
 constexpr double kViewportHeight = 400;  // pixels
 
+constexpr float kGravity = -10;  // pybox2d's default for a world made without arguments [m/s^2]
+
 constexpr double kMotorTorque = 80;  // limit at |action| = 1 [N m]
 constexpr double kHipSpeed = 4;      // of the velocity motor [rad/s]
 constexpr double kKneeSpeed = 6;     // of the velocity motor [rad/s]

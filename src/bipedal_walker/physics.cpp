@@ -43,14 +43,14 @@ void fill_tables() {
   world.Step(1, 1, 1);
 }
 
-/// pybox2d's default for a world made without arguments. Asked for before any world is made, which
-/// is the last moment to fill Box2D's tables while no other thread reads them.
+/// Asked for before any world is made, which is the last moment to fill Box2D's tables while no other
+/// thread reads them.
 b2Vec2 gravity() {
-  static const b2Vec2 kGravity = [] {
+  static const b2Vec2 kVector = [] {
     fill_tables();
-    return b2Vec2(0, -10);
+    return b2Vec2(0, kGravity);
   }();
-  return kGravity;
+  return kVector;
 }
 
 bool has(b2Contact& contact, const b2Body* body) {

@@ -137,6 +137,7 @@ Specification build_specification(const Options& options, const std::string& ste
                               {"reuse_world", options.reuse_world},
                               {"max_episode_steps", std::int64_t{options.max_episode_steps}}};
   specification.dt = 1.0 / kStepsPerSecond;
+  specification.gravity = to_vector3({0, kGravity});
   specification.max_episode_steps = options.max_episode_steps;
   specification.reward_threshold = kRewardThreshold;
   specification.episodes_are_independent = !options.reuse_world;

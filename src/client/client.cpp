@@ -137,7 +137,7 @@ class Client::Implementation {
   std::array<Endpoint, kServiceTypes.size()> endpoints_;
   std::array<std::optional<ServiceConnection>, kServiceTypes.size()> connections_;
   tcpros::Bytes request_;  // keeps its memory, as do the next
-  std::tuple<Transition, BatchTransition, BatchReset> results_;
+  std::tuple<Transition, RepeatedStep, BatchTransition, BatchReset> results_;
 };
 
 Client::Client(const ClientOptions& options)
@@ -168,6 +168,17 @@ void Client::step(const double* action, std::size_t size, Transition& transition
   implementation_->call(
       kStep, [&](Writer& writer) { writer.array(action, size); },
       implementation_->into(transition));
+}
+
+void Client::step_many(const double* action, std::size_t size, std::uint32_t steps,
+                       RepeatedStep& repeated) {
+  implementation_->call(
+      kStepMany,
+      [&](Writer& writer) {
+        writer.array(action, size);
+        writer.number(steps);
+      },
+      implementation_->into(repeated, steps));
 }
 
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,

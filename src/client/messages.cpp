@@ -67,6 +67,23 @@ std::uint64_t read_header(Reader& reader) {
   return seconds * kPerSecond + nanoseconds;
 }
 
+void read_fields(Reader& reader, Transition& transition) {
+  transition.stamp = read_header(reader);
+  reader.read(transition.environment, transition.episode, transition.step, transition.action,
+              transition.observation, transition.reward, transition.episode_return,
+              transition.terminated, transition.truncated, transition.info, transition.error);
+}
+
+void check(const ServerSpecification& server, const Transition& transition) {
+  check_size("observation", transition.observation.size(), server.observation_size);
+  check_size("info", transition.info.size(), server.info_names.size());
+  if (transition.environment >= server.num_envs) {
+    fail("environment is " + std::to_string(transition.environment) +
+         "; must be below num_envs = " + std::to_string(server.num_envs));
+  }
+  check_size("action", transition.action.size(), transition.step == 0 ? 0 : server.action_size);
+}
+
 /// A picture's width or height, where it was asked for.
 void check_asked(const Parameters& camera, const char* name, std::uint32_t told) {
   const auto found = camera.find(name);
@@ -101,18 +118,22 @@ void read(Reader& reader, ServerSpecification& told) {
 
 void read(Reader& reader, const ServerSpecification& server, Transition& transition) {
   read_outcome(reader);
-  transition.stamp = read_header(reader);
-  reader.read(transition.environment, transition.episode, transition.step, transition.action,
-              transition.observation, transition.reward, transition.episode_return,
-              transition.terminated, transition.truncated, transition.info, transition.error);
+  read_fields(reader, transition);
   reader.finish();
-  check_size("observation", transition.observation.size(), server.observation_size);
-  check_size("info", transition.info.size(), server.info_names.size());
-  if (transition.environment >= server.num_envs) {
-    fail("environment is " + std::to_string(transition.environment) +
-         "; must be below num_envs = " + std::to_string(server.num_envs));
+  check(server, transition);
+}
+
+void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps,
+          RepeatedStep& repeated) {
+  read_outcome(reader);
+  read_fields(reader, repeated.transition);
+  reader.read(repeated.steps, repeated.total_reward);
+  reader.finish();
+  check(server, repeated.transition);
+  if (repeated.steps < 1 || repeated.steps > steps) {
+    fail("steps is " + std::to_string(repeated.steps) + "; must be in [1, " +
+         std::to_string(steps) + "]");
   }
-  check_size("action", transition.action.size(), transition.step == 0 ? 0 : server.action_size);
 }
 
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset) {

@@ -123,6 +123,10 @@ void read(Reader& reader, ServerSpecification& told);
 void read(Reader& reader, const ServerSpecification& server, Transition& transition);
 void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch);
 
+/// @param steps that were to be made
+void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps,
+          RepeatedStep& repeated);
+
 /// @param rows environments that were to be reset
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset);
 

@@ -18,19 +18,28 @@ struct ServiceType {
   std::size_t most_answer_bytes = tcpros::kMostMessageBytes;
 };
 
-enum ServiceIndex : std::size_t { kGetSpec, kReset, kStep, kResetBatch, kStepBatch, kRender };
+enum ServiceIndex : std::size_t {
+  kGetSpec,
+  kReset,
+  kStep,
+  kResetBatch,
+  kStepBatch,
+  kRender,
+  kStepMany
+};
 
 // A specification is taken before anything is known that it could be checked by; an observation of
 // 500000 values has a place in it.
 constexpr std::size_t kMostSpecificationBytes = 1 << 24;
 
-constexpr std::array<ServiceType, 6> kServiceTypes{{
+constexpr std::array<ServiceType, 7> kServiceTypes{{
     {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4", kMostSpecificationBytes},
     {"reset", "walker_sim/Reset", "31d1b710b7a99285fa80989beaac03dc"},
     {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
     {"reset_batch", "walker_sim/ResetBatch", "ac046b0b55f17ec74c72fa560dee2d30"},
     {"step_batch", "walker_sim/StepBatch", "3ded97437c9fb618c5af18cc1015a8c4"},
     {"render", "walker_sim/Render", "ddec8823bcc866f5390ff2c9bb477f29"},
+    {"step_many", "walker_sim/StepMany", "0f84f7c61cb488b9aad4529423766e03"},
 }};
 
 }  // namespace walker

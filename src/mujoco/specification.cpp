@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "mujoco/links.h"
+#include "mujoco/sense.h"
 
 namespace walker::mujoco {
 namespace {
@@ -46,6 +47,7 @@ Specification make_specification(const PlanarOptions& options, const Layout& lay
   specification.parameters = options.parameters;
   specification.info_names = options.info_names;
   specification.dt = model.opt.timestep * options.frame_skip;
+  specification.gravity = to_vector3(model.opt.gravity);
   specification.max_episode_steps = options.max_episode_steps;
   specification.reward_threshold = options.reward_threshold;
   set_spaces(options, model, specification);

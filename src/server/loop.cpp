@@ -153,6 +153,10 @@ void Loop::refuse_while_it_runs(const std::string& service) const {
                                         : ": the episode has ended, and ~reset begins the next"));
 }
 
+double Loop::real_time_factor() const {
+  return waits_for_steps() || follows_clock_ ? 0 : pacer_.real_time_factor();
+}
+
 void Loop::set_real_time_factor(double factor) {
   if (options_.mode == Mode::lockstep) {
     throw std::logic_error("set_real_time_factor: in lockstep who calls ~step sets the pace");

@@ -44,6 +44,11 @@ class Loop {
   std::string unpause();
 
   bool is_paused() const { return is_paused_; }
+  /// In lock-step, where nothing moves by itself.
+  bool waits_for_steps() const { return options_.mode == Mode::lockstep; }
+  /// The pace that this server keeps; 0: none, for it goes as fast as it can, or somebody else sets
+  /// the pace.
+  double real_time_factor() const;
   /// Of another publisher.
   bool follows_clock() const { return follows_clock_; }
   const Pacer& pacer() const { return pacer_; }

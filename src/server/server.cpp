@@ -15,6 +15,9 @@
 #include <std_srvs/Trigger.h>
 
 #include "ros/checked_subscription.h"
+#include "ros/throttle.h"
+#include "server/gazebo/physics_messages.h"
+#include "server/gazebo/physics_properties.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"
@@ -24,6 +27,7 @@
 #include "walker_sim/Snapshot.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/StepBatch.h"
+#include "walker_sim/StepMany.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -178,6 +182,11 @@ void Server::offer_steps() {
     simulation_.step(request.action);
     response.transition = outputs_.take_transition();
   });
+  advertise<walker_sim::StepMany>(port_, "step_many", [this](const auto& request, auto& response) {
+    loop_.refuse_while_it_runs("step_many");
+    simulation_.step_many(request, response);
+    response.transition = outputs_.take_transition();
+  });
   advertise<walker_sim::ResetBatch>(port_, "reset_batch",
                                     [this](const auto& request, auto& response) {
                                       simulation_.reset_batch(request, response);
@@ -226,6 +235,22 @@ void Server::offer_gazebo_services() {
   });
   advertise_empty(port_, "reset_simulation", reset);
   advertise_empty(port_, "reset_world", reset);
+  const Specification& specification = environments_.specification();
+  advertise<gazebo::GetPhysicsProperties>(
+      port_, "get_physics_properties", [&](const auto& /*request*/, auto& response) {
+        gazebo::get_physics_properties(specification, loop_, response);
+      });
+  advertise<gazebo::SetPhysicsProperties>(
+      port_, "set_physics_properties", [&](const auto& request, auto& response) {
+        try {
+          gazebo::set_physics_properties(request, specification, loop_, response);
+        } catch (const std::exception& error) {
+          // Gazebo takes what it is given, so clients seldom look at the answer.
+          static Throttle throttle;
+          if (throttle.passes()) ROS_WARN_STREAM("set_physics_properties: " << error.what());
+          throw;
+        }
+      });
 }
 
 }  // namespace walker

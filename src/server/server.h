@@ -40,8 +40,8 @@ class Server {
   void offer_steps();
   void offer_records();
   void offer_pace();
-  /// Those of type std_srvs/Empty under Gazebo's names, for a remap alone does not serve a client
-  /// that expects another type. Both resets begin an episode, and time goes on.
+  /// Of Gazebo's names and types, for a remap alone does not serve a client that expects another
+  /// type. Both resets begin an episode, and time goes on.
   void offer_gazebo_services();
 
   ServerOptions options_;

@@ -1,6 +1,8 @@
 #include "server/simulation.h"
 
 #include <exception>
+#include <stdexcept>
+#include <string>
 
 #include <ros/console.h>
 
@@ -8,6 +10,13 @@
 #include "ros/throttle.h"
 
 namespace walker {
+namespace {
+
+// As many as a topic's queue keeps for who wants each of them (Outputs), and so few that nobody
+// else waits for long.
+constexpr std::uint32_t kMostSteps = 100;
+
+}  // namespace
 
 Simulation::Simulation(const ServerOptions& options, Environments& environments,
                        SimulationClock& clock, Outputs& outputs)
@@ -46,6 +55,22 @@ void Simulation::log_failed_reset() const {
 void Simulation::step(const std::vector<double>& action) {
   make_step(action);
   count_if_clamped(action);
+}
+
+void Simulation::step_many(const walker_sim::StepMany::Request& request,
+                           walker_sim::StepMany::Response& response) {
+  if (request.steps < 1 || request.steps > kMostSteps) {
+    throw std::invalid_argument("steps = " + std::to_string(request.steps) + "; must be in [1, " +
+                                std::to_string(kMostSteps) + "]");
+  }
+  clock_.require(static_cast<int>(request.steps));
+  const EpisodeState& state = environments_.only("step_many").state();
+  do {
+    make_step(request.action);
+    count_if_clamped(request.action);
+    ++response.steps;
+    response.total_reward += state.reward;
+  } while (response.steps < request.steps && !state.has_ended());
 }
 
 void Simulation::step_by_command() {

@@ -14,6 +14,7 @@
 #include "server/time/step_timing.h"
 #include "server/topics/effort_command.h"
 #include "server/topics/episode_statistics.h"
+#include "walker_sim/StepMany.h"
 
 namespace walker {
 
@@ -32,7 +33,10 @@ class Simulation {
   void reset(std::optional<std::uint64_t> seed);
   /// Makes exactly one step.
   void step(const std::vector<double>& action);
-  /// The same by the effort command that is held.
+  /// Repeats an action, at the most to the episode's end.
+  void step_many(const walker_sim::StepMany::Request& request,
+                 walker_sim::StepMany::Response& response);
+  /// The same as `step` by the effort command that is held.
   void step_by_command();
   /// Begins episodes of several environments. An engine that fails concerns its own alone.
   void reset_batch(const walker_sim::ResetBatch::Request& request,

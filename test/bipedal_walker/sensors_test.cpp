@@ -148,6 +148,7 @@ TEST_F(SensorsTest, AccelerationIsTheChangeOfVelocity) {
     }
     before = sensors_.linear_velocity;
     EXPECT_EQ(sensors_.gravity, (Vector3{0, 0, -10}));
+    EXPECT_EQ(sensors_.gravity, walker_.environment->specification().gravity);
   });
   EXPECT_GT(largest, 5);
 }

@@ -118,6 +118,23 @@ TEST(Answers, OfAStepAreMeasured) {
   expect_refused<Transition>(kStep, test::example_transition(), table, step);
 }
 
+TEST(Answers, OfARepeatedStepAreMeasured) {
+  Table<RepeatedStep> table({test::example_transition(), 3, -0.5});
+  table.add([](RepeatedStep& repeated) { repeated.transition.observation.clear(); },
+            "observation has 0 elements; must have 3");
+  table.add([](RepeatedStep& repeated) { repeated.transition.environment = 2; },
+            "environment is 2; must be below num_envs = 2");
+  for (const std::uint32_t steps : {std::uint32_t{0}, std::uint32_t{5}, kLargest}) {
+    table.add([&](RepeatedStep& repeated) { repeated.steps = steps; },
+              "steps is " + std::to_string(steps) + "; must be in [1, 4]");
+  }
+  expect_refused<RepeatedStep>(kStepMany, {test::example_transition(), 3, -0.5}, table,
+                               [](Client& client, RepeatedStep& repeated) {
+                                 const double action = 0.25;
+                                 client.step_many(&action, 1, 4, repeated);
+                               });
+}
+
 TEST(Answers, OfAResetAreMeasured) {
   Transition right = test::example_transition();
   right.step = 0;

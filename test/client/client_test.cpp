@@ -105,6 +105,24 @@ TEST(Client, Steps) {
   expect_equal(walker.transition, test::example_transition());
 }
 
+TEST(Client, RepeatsAStep) {
+  std::string request;
+  const RepeatedStep meant{test::example_transition(), 2, -0.25};
+  ScriptedWalker walker({[&](Peer& peer) {
+    test::open(peer, kStepMany);
+    request = peer.take_frame();
+    peer.give(test::answer(test::to_bytes(meant)));
+    peer.sees_end();
+  }});
+  const std::vector<double> action{0.5, -0.0};
+  RepeatedStep repeated;
+  walker.client().step_many(action.data(), action.size(), 4, repeated);
+  EXPECT_EQ(request, test::Message().array(action).number(std::uint32_t{4}).bytes());
+  expect_equal(repeated.transition, meant.transition);
+  EXPECT_EQ(repeated.steps, meant.steps);
+  EXPECT_EQ(repeated.total_reward, meant.total_reward);
+}
+
 TEST(Client, Resets) {
   std::vector<std::string> requests;
   ScriptedWalker walker({[&](Peer& peer) {

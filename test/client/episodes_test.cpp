@@ -114,6 +114,40 @@ TEST(Episodes, GoOnAfterARefusal) {
   EXPECT_TRUE(twin.equals(told));
 }
 
+/// The same action again and again, to the end: one call for several steps.
+void compare_repeated_steps(const std::string& server, const std::string& id) {
+  const std::unique_ptr<Client> client = connect(server);
+  Twin twin(id);
+  const std::vector<double> action(twin.environment().specification().action_size(), 0.5);
+  constexpr std::uint32_t kSteps = 7;
+  Transition begun;
+  twin.reset(8);
+  client->reset(8, begun);
+  std::uint32_t calls = 0;
+  RepeatedStep repeated;
+  while (!twin.has_ended() && !testing::Test::HasFailure()) {
+    const double before = twin.episode_return();
+    std::uint32_t steps = 0;
+    for (; steps < kSteps && !twin.has_ended(); ++steps) twin.step(action);
+    client->step_many(action.data(), action.size(), kSteps, repeated);
+    EXPECT_TRUE(twin.equals(repeated.transition));
+    EXPECT_EQ(repeated.steps, steps);
+    EXPECT_NEAR(repeated.total_reward, twin.episode_return() - before, 1e-9);
+    ++calls;
+  }
+  EXPECT_GT(calls, 3U);
+  EXPECT_NE(repeated.transition.step % kSteps, 0U) << "it was to end within a call";
+  EXPECT_NE(message_of<RequestRefused>([&] {
+              client->step_many(action.data(), action.size(), kSteps, repeated);
+            }).find("ended"),
+            std::string::npos);
+}
+
+TEST(Episodes, OfRepeatedStepsAreTheCores) {
+  compare_repeated_steps("/walker_sim", "BipedalWalker-v3");
+  compare_repeated_steps("/v5/walker_sim", "Walker2d-v5");
+}
+
 TEST(Episodes, AreSharedByTwoClients) {
   const std::unique_ptr<Client> one = connect("/walker_sim");
   const std::unique_ptr<Client> other = connect("/walker_sim");

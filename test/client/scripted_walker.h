@@ -126,6 +126,12 @@ inline std::string to_bytes(const Transition& transition, bool success = true,
   return message.array(transition.info).text(transition.error).bytes();
 }
 
+/// After a success, as ~step_many answers.
+inline std::string to_bytes(const RepeatedStep& repeated) {
+  return to_bytes(repeated.transition) +
+         Message().number(repeated.steps).number(repeated.total_reward).bytes();
+}
+
 /// The server's side of a connection's beginning.
 inline tcpros::Fields take_header(Peer& peer) {
   const std::string header = peer.take_frame();

@@ -13,6 +13,7 @@
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/StepBatch.h"
+#include "walker_sim/StepMany.h"
 
 namespace walker {
 namespace {
@@ -32,6 +33,7 @@ TEST(ServiceTypes, AreTheGeneratedOnes) {
   expect_generated<walker_sim::ResetBatch>(kResetBatch, "reset_batch");
   expect_generated<walker_sim::StepBatch>(kStepBatch, "step_batch");
   expect_generated<walker_sim::Render>(kRender, "render");
+  expect_generated<walker_sim::StepMany>(kStepMany, "step_many");
 }
 
 }  // namespace

@@ -161,6 +161,7 @@ TEST_P(SensorsTest, TheTrunkMovesAsTheEngineSays) {
     }
     before = sensors_.linear_velocity;
     EXPECT_EQ(sensors_.gravity, (Vector3{0, 0, -9.81}));
+    EXPECT_EQ(sensors_.gravity, specification_.gravity);
     EXPECT_TRUE(sensors_.ranges.empty());
   });
 }

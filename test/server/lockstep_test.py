@@ -117,10 +117,13 @@ class LockstepTest(unittest.TestCase):
             "step": "walker_sim/Step",
             "reset_batch": "walker_sim/ResetBatch",
             "step_batch": "walker_sim/StepBatch",
+            "step_many": "walker_sim/StepMany",
             "get_spec": "walker_sim/GetSpec",
             "render": "walker_sim/Render",
             "pause": "std_srvs/Trigger",
             "unpause": "std_srvs/Trigger",
+            "get_physics_properties": "gazebo_msgs/GetPhysicsProperties",
+            "set_physics_properties": "gazebo_msgs/SetPhysicsProperties",
         }
         for name, kind in expected.items():
             self.assertEqual(rosservice.get_service_type(f"{SERVER}/{name}"), kind)

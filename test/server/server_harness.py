@@ -37,6 +37,7 @@ from walker_sim.srv import (
     Snapshot,
     Step,
     StepBatch,
+    StepMany,
 )
 
 DT = 20_000_000  # ns
@@ -45,6 +46,7 @@ SERVICES = {
     "step": Step,
     "reset_batch": ResetBatch,
     "step_batch": StepBatch,
+    "step_many": StepMany,
     "get_spec": GetSpec,
     "render": Render,
     "snapshot": Snapshot,
@@ -165,7 +167,7 @@ class ServerProcess(Process):
             if not self.is_running():
                 raise AssertionError(f"{self.name} ended at its start:\n{self.output()}")
             try:
-                self.service_address("unpause").close()
+                self.service_address("set_physics_properties").close()  # the last one
             except OSError:
                 return False
             return True

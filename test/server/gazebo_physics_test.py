@@ -1,0 +1,176 @@
+#!/usr/bin/python3
+"""Gazebo's physics properties: what a client is told, what it may set, and openai_ros' own calls."""
+
+import math
+import sys
+import time
+
+import rospy
+import rostest
+from bare_ros import wait_for
+from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
+from sensor_msgs.msg import JointState
+from server_harness import ServerTest
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Empty
+from walker_sim.msg import Transition
+
+QUIET = 0.6  # wall seconds in which 30 steps would pass
+# What openai_ros' GazeboConnection asks of every simulation at its start.
+OPENAI_ROS = {
+    "time_step": 0.001,
+    "max_update_rate": 1000.0,
+    "gravity": (0.0, 0.0, -9.81),
+    "ode": {
+        "sor_pgs_iters": 50,
+        "sor_pgs_w": 1.3,
+        "contact_surface_layer": 0.001,
+        "erp": 0.2,
+        "max_contacts": 20,
+    },
+}
+
+
+class GazeboPhysicsTest(ServerTest):
+    @staticmethod
+    def empty(service):
+        rospy.wait_for_service(f"/gazebo/{service}", timeout=30)
+        rospy.ServiceProxy(f"/gazebo/{service}", Empty)()
+
+    @staticmethod
+    def get():
+        return rospy.ServiceProxy("/gazebo/get_physics_properties", GetPhysicsProperties)()
+
+    @staticmethod
+    def set(time_step, max_update_rate, gravity, ode=None):
+        request = SetPhysicsProperties._request_class()
+        request.time_step, request.max_update_rate = time_step, max_update_rate
+        request.gravity.x, request.gravity.y, request.gravity.z = gravity
+        for name, value in (ode or {}).items():
+            assert hasattr(request.ode_config, name), name
+            setattr(request.ode_config, name, value)
+        proxy = rospy.ServiceProxy("/gazebo/set_physics_properties", SetPhysicsProperties)
+        return proxy(request)
+
+    def told(self):
+        reply = self.get()
+        self.assertTrue(reply.success, reply.status_message)
+        gravity = (reply.gravity.x, reply.gravity.y, reply.gravity.z)
+        return reply.time_step, reply.max_update_rate, gravity
+
+    def assert_refused(self, reply, words):
+        self.assertFalse(reply.success)
+        self.assertRegex(reply.status_message, words)
+
+    def test_it_tells_step_pace_pause_and_gravity(self):
+        self.serve(real_time_factor=0.5, paused=True)
+        self.assertEqual(self.told(), (0.02, 25.0, (0.0, 0.0, -10.0)))
+        self.assertTrue(self.get().pause)
+        self.call("unpause")
+        self.assertFalse(self.get().pause)
+        self.assertEqual(self.get().ode_config, type(self.get().ode_config)(), "zeros")
+        self.assertEqual(self.get().status_message, "ode_config means nothing to Box2D")
+        self.server.stop()
+        self.serve(env="Walker2d-v5", real_time_factor=0.0)
+        self.assertEqual(self.told(), (0.008, 0.0, (0.0, 0.0, -9.81)))
+        self.server.stop()
+        self.serve(mode="lockstep")
+        self.assertEqual(self.told()[:2], (0.02, 0.0))
+        self.assertTrue(self.get().pause, "nothing moves by itself")
+
+    def test_a_model_of_one_s_own_has_its_own_gravity(self):
+        model = self.model_file(("<option ", '<option gravity="0.5 0 -3.7" '))
+        self.serve(env="Walker2d-v5", xml_file=model, frame_skip=3)
+        time_step, rate, gravity = self.told()
+        self.assertAlmostEqual(time_step, 0.006, places=12)
+        self.assertEqual(gravity, (0.5, 0.0, -3.7))
+        self.assertTrue(self.set(0.006, rate, gravity).success)
+        self.assert_refused(
+            self.set(0.006, rate, (0, 0, -9.81)),
+            r"^gravity = \[0, 0, -9.81\] m/s\^2; must be \[0.5, 0, -3.7\], that of Walker2d-v5$",
+        )
+
+    def test_what_it_tells_may_be_set(self):
+        for parameters in (
+            {},
+            {"real_time_factor": 0.0},
+            {"real_time_factor": 0.3, "env": "Walker2d-v5"},
+            {"mode": "lockstep"},
+        ):
+            self.serve(**parameters)
+            before = self.told()
+            reply = self.set(*before)
+            self.assertTrue(reply.success, reply.status_message)
+            self.assertEqual(self.told(), before)
+            self.server.stop()
+
+    def test_the_update_rate_sets_the_pace(self):
+        self.serve()
+        gravity = (0.0, 0.0, -10.0)
+        for rate, factor in ((100.0, 2.0), (0.0, 0.0), (25.0, 0.5)):
+            reply = self.set(0.02, rate, gravity)
+            self.assertTrue(reply.success, reply.status_message)
+            self.assertEqual(self.told(), (0.02, rate, gravity))
+            self.assertEqual(self.counter("real_time_factor_wanted"), factor)
+        self.call("set_real_time_factor", factor=4.0)
+        self.assertEqual(self.told()[1], 200.0)
+
+    def test_what_cannot_be_set_is_named_and_changes_nothing(self):
+        self.serve()
+        gravity = (0.0, 0.0, -10.0)
+        before = self.told()
+        step = r"^time_step = 0.001 s; must be 0.02, a step of BipedalWalker-v3"
+        fall = r"gravity = \[0, 0, -9.81\] m/s\^2; must be \[0, 0, -10\], that of BipedalWalker-v3$"
+        self.assert_refused(self.set(0.001, 100, gravity), step + "$")
+        self.assert_refused(self.set(math.nan, 100, gravity), "^time_step = nan s; must be 0.02")
+        self.assert_refused(self.set(0.02, 100, (0, 0, -9.81)), "^" + fall)
+        self.assert_refused(self.set(0.02, 100, (0, math.nan, -10)), "^gravity = .0, nan, -10.")
+        self.assert_refused(self.set(0.001, 100, (0, 0, -9.81)), step + "; " + fall)
+        for rate in (-1.0, 1e6, math.inf, math.nan):
+            words = f"^max_update_rate = {rate:.0f} Hz.*real_time_factor.*1000"
+            self.assert_refused(self.set(0.02, rate, gravity), words)
+        self.assertEqual(self.told(), before)
+        self.assertIn("set_physics_properties: time_step = 0.001 s; must", self.server.output())
+
+    def test_in_lockstep_there_is_no_pace_to_set(self):
+        self.serve(mode="lockstep")
+        reply = self.set(0.02, 50.0, (0.0, 0.0, -10.0))
+        self.assert_refused(reply, "^max_update_rate = 50 Hz.*lockstep.*~step")
+        self.assertTrue(self.set(0.02, 0.0, (0.0, 0.0, -10.0)).success)
+
+    def test_openai_ros_connects_resets_and_steps(self):
+        """Calls, types and order are those of its GazeboConnection and RobotGazeboEnv."""
+        self.serve()
+        transitions = self.record("/transition", Transition)
+        effort = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=1)
+        for reset in ("reset_simulation", "reset_world"):
+            before = transitions.wait(what="it to run").episode
+            rospy.wait_for_service("/gazebo/set_physics_properties", timeout=30)
+            self.empty(reset)
+            self.empty("pause_physics")
+            self.assert_refused(self.set(**OPENAI_ROS), "time_step.*gravity")  # and goes on
+            self.empty("unpause_physics")
+            transitions.wait(lambda m, n=before: m.episode > n and m.step > 5, "a new episode")
+            self.empty("pause_physics")
+            self.assertTrue(self.get().pause)
+            for torque in (20.0, -20.0, 40.0):  # its step
+                self.empty("unpause_physics")
+
+                def is_held(torque=torque):
+                    effort.publish(data=[torque] * 4)  # again, for a walker that falls is reset
+                    return list(transitions.messages()[-1].action) == [torque / 80] * 4
+
+                wait_for(is_held, "the effort to be held")
+                rospy.wait_for_message("/joint_states", JointState, timeout=30)
+                self.empty("pause_physics")
+            time.sleep(0.2)  # for what is under way
+            count = len(transitions.messages())
+            time.sleep(QUIET)
+            self.assertEqual(len(transitions.messages()), count, "it is paused")
+            transitions.clear()
+            self.empty("unpause_physics")
+
+
+if __name__ == "__main__":
+    rospy.init_node("gazebo_physics_test")
+    rostest.rosrun("walker_sim", "gazebo_physics_test", GazeboPhysicsTest, sys.argv)
