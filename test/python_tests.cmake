@@ -6,6 +6,8 @@ set(short_suites
   core/pool_gymnasium_test
   core/random_numpy_test
   docs_test
+  exports_test
+  package_xml_test
   programs_test
   python/answers_test
   python/bits_bipedal_walker_test
@@ -31,7 +33,7 @@ set(pinned_suites
 set(slow_suites bench/bench_test mujoco/episodes_gymnasium_test mujoco/renderer_gymnasium_test
   bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # They start masters and servers, or look at what was built for ROS.
-set(ros_suites bench/bench_test programs_test readme_test rviz/rviz_test)
+set(ros_suites bench/bench_test exports_test programs_test readme_test rviz/rviz_test)
 # stages.cmake runs them, in virtual environments of their own.
 set(other_suites python/sb3_test python/train_test python/wheel_test)
 

@@ -37,11 +37,13 @@ endforeach()
 # ---------------------------------------------------------------- the install space
 walker_sim_add_check(install_workspace long ${stage} workspace)
 set_tests_properties(install_workspace PROPERTIES FIXTURES_SETUP install_space COST 2)
-set(results ${test_results}/install/package_ros_test.xml)
-add_test(NAME install_package_ros_test COMMAND ${stage} installed pytest
-  ${CMAKE_CURRENT_SOURCE_DIR}/test/python/package_ros_test.py ${results})
-set_tests_properties(install_package_ros_test PROPERTIES
-  LABELS long FIXTURES_REQUIRED install_space)
+foreach(path python/package_ros_test exports_test)
+  get_filename_component(name ${path} NAME)
+  set(results ${test_results}/install/${name}.xml)
+  add_test(NAME install_${name} COMMAND ${stage} installed pytest
+    ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py ${results})
+  set_tests_properties(install_${name} PROPERTIES LABELS long FIXTURES_REQUIRED install_space)
+endforeach()
 
 # ---------------------------------------------------------------- pip's wheel
 # For each Python that is here, with the oldest and the newest packages.

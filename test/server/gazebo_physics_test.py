@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Gazebo's physics properties: what a client is told, what it may set, and openai_ros' own calls."""
+"""Gazebo's physics properties: what a client is told, what it may set, openai_ros' own calls."""
 
 import math
 import sys

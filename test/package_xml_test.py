@@ -1,0 +1,120 @@
+"""package.xml names what CMake asks for, what is included and what is exported, and no more."""
+
+import pathlib
+import re
+from xml.etree import ElementTree
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PACKAGE = ElementTree.parse(ROOT / "package.xml").getroot()
+CMAKE = {
+    path: re.sub(r"#.*", "", path.read_text(encoding="utf-8"))
+    for path in [ROOT / "CMakeLists.txt", *ROOT.glob("*/*.cmake")]
+}
+TEXT = "\n".join(CMAKE.values())
+
+# What CMake and C++ call a thing, where rosdep calls it something else; none: part of the compiler.
+KEYS = {
+    "GTest": "gtest",
+    "gtest": "gtest",
+    "Eigen": "eigen",
+    "Eigen3": "eigen",
+    "pybind11": "pybind11-dev",
+    "Threads": None,
+    "tinyxml2": "tinyxml2",
+    "cairo": "libcairo2-dev",
+    "EGL": "opengl",
+    "OSMESA": "libosmesa6-dev",
+}
+# Of the distribution, and asked for by WALKER_SIM_ENGINES=system alone; rosdep has no key.
+SYSTEM_ENGINES = {"box2d", "mujoco"}
+# Roscpp's own folders and what its package exports.
+OF_ROSCPP = {"ros"}
+
+
+def named(*kinds):
+    names = [element.text for kind in kinds for element in PACKAGE.findall(kind)]
+    assert len(names) == len(set(names)), f"{kinds}: one is named twice: {sorted(names)}"
+    return set(names)
+
+
+def built_with():
+    return named("depend", "build_depend", "buildtool_depend")
+
+
+def arguments(command):
+    """The words of each call of a CMake command."""
+    return [call.split() for call in re.findall(rf"\b{command}\(([^)]*)\)", TEXT)]
+
+
+def components():
+    (words,) = [call for call in arguments("find_package") if call[0] == "catkin"]
+    return set(words[words.index("COMPONENTS") + 1 :])
+
+
+def test_catkins_components_are_build_dependencies():
+    assert components()
+    assert components() <= built_with()
+
+
+def test_packages_and_libraries_that_cmake_finds_are_named():
+    names = {call[0] for call in arguments("find_package")} - {"catkin"}
+    names |= {call[1] for call in arguments("find_library") if call[1] != "NAMES"} - {"mujoco"}
+    assert {"pybind11", "rosbag_storage", "tinyxml2"} <= names
+    for name in names:
+        key = KEYS.get(name, name)
+        assert key is None or key in built_with() | named("test_depend"), name
+
+
+def test_headers_that_cmake_looks_for_are_named():
+    names = {call[0].split("_INCLUDE_DIR")[0] for call in arguments("find_path")}
+    names = {"cairo" if name == "CAIRO" else name for name in names}
+    names = {name for name in names if not name.startswith(("BOX2D", "MUJOCO"))}
+    assert names == {"cairo", "EGL", "OSMESA"}
+    assert {KEYS[name] for name in names} <= built_with()
+
+
+def included(*folders):
+    """The packages whose headers are included: `foo` of <foo/bar.h>."""
+    names = set()
+    for folder in folders:
+        for path in [*(ROOT / folder).rglob("*.h"), *(ROOT / folder).rglob("*.cpp")]:
+            text = path.read_text(encoding="utf-8")
+            names |= set(re.findall(r"#include [<\"]([a-z0-9_]+)/", text))
+    packages = pathlib.Path("/usr/share"), pathlib.Path("/opt/ros/noetic/share")
+    return {n for n in names if any((share / n / "package.xml").exists() for share in packages)}
+
+
+def test_what_is_included_is_a_build_dependency():
+    names = included("src", "include") - {"rosbag"} - OF_ROSCPP
+    assert {"nav_msgs", "sensor_msgs", "xmlrpcpp"} <= names
+    assert names <= built_with()
+    tests = included("test") - {"rosbag"} - OF_ROSCPP
+    assert tests <= built_with() | named("test_depend")
+
+
+def test_no_ros_package_is_named_that_nothing_is_built_with():
+    ros = {"roscpp", "message_generation", "rosbag_storage", "roslib"}  # otherwise found or spelt
+    names = {name for name in built_with() if "_" in name}
+    assert names - ros <= included("src", "include")
+
+
+def test_what_fetches_the_pinned_engines_is_named():
+    text = (ROOT / "scripts" / "fetch_engines").read_text(encoding="utf-8")
+    modules = set(re.findall(r"\"(\w+)\"", "".join(re.findall(r"pip_modules=\[(.*?)\]", text))))
+    assert {"pip", "setuptools", "wheel"} <= modules
+    assert {f"python3-{module}" for module in modules} <= built_with()
+
+
+def test_what_is_exported_is_what_catkin_is_told():
+    (words,) = arguments("catkin_package")
+    exported = set(words[words.index("CATKIN_DEPENDS") + 1 :])
+    assert exported == named("depend", "build_export_depend")
+    # Of the messages' fields, and what their headers include.
+    fields = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("[ms][sr][gv]/*"))
+    used = set(re.findall(r"^(\w+)/\w+ ", fields, re.MULTILINE))
+    assert exported == used | {"message_runtime"}
+
+
+def test_urls_are_of_the_kinds_that_users_look_for():
+    kinds = [element.get("type") for element in PACKAGE.findall("url")]
+    assert sorted(kinds) == ["bugtracker", "repository", "website"]
