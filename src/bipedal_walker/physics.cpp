@@ -43,8 +43,8 @@ void fill_tables() {
   world.Step(1, 1, 1);
 }
 
-/// Asked for before any world is made, which is the last moment to fill Box2D's tables while no other
-/// thread reads them.
+/// Asked for before any world is made, which is the last moment to fill Box2D's tables while no
+/// other thread reads them.
 b2Vec2 gravity() {
   static const b2Vec2 kVector = [] {
     fill_tables();
