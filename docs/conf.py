@@ -25,7 +25,7 @@ include_patterns = [
     "docs/*.md",
     "docs/policies/*.md",
     "docs/*.rst",
-    "examples/*.md",
+    "examples/**/*.md",
 ]
 exclude_patterns = ["build", "devel", ".*"]
 root_doc = "README"
@@ -60,7 +60,7 @@ TREE = {
     "Reference": "python_api cpp_api",
     "Work on it": "architecture adding_an_environment testing /CONTRIBUTING /CHANGELOG",
     "Speed, in depth": "box2d_speed walker2d_speed pool transport",
-    "Examples": "/examples/README",
+    "Examples": "/examples/README /examples/my_walker_pkg/README",
 }
 
 

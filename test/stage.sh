@@ -2,6 +2,7 @@
 # What stages.cmake runs, one command each:
 #   workspace                             an ordinary workspace, built and installed by catkin_make
 #   installed rostest|pytest FILE XML     FILE where nothing but its install space is in sight
+#   my_walker_pkg                         examples/my_walker_pkg on top of it, built, tested and installed
 #   wheel PYTHON                          pip's wheel
 #   wheel_suite PYTHON oldest|newest XML  the wheel's suite in a clean virtual environment
 #   example_venv LEARNER                  the virtual environment of an example
@@ -22,16 +23,25 @@ make_workspace() {
   local package=$workspace/src/walker_sim file
   rm -rf "$workspace" && mkdir -p "$package" && cd "$root" &&
     tar -c --exclude=./build --exclude=./devel --exclude=./.git . | tar -x -C "$package"
+  cp -r "$package/examples/my_walker_pkg" "$workspace/src/" # as a user does, beside the package
   cd "$workspace"
   within "$ros_setup" catkin_make --build "$package/build" -j"$jobs" -l"$((jobs * 2))" install \
     "${ros_options[@]}" -DCATKIN_DEVEL_PREFIX="$package/devel" -DWALKER_SIM_WERROR=ON
   if find "$package/build" -path '*.dir/test/*.o' | grep .; then
     die "catkin_make has compiled tests: nobody has asked for them"
   fi
-  rm -rf "$package" # nothing installed may need it
+  [ -x install/lib/my_walker_pkg/episode ] || die "catkin_make has not built my_walker_pkg"
+  rm -rf "$package" install/lib/my_walker_pkg install/share/my_walker_pkg # nothing installed may need it
   for file in "$devel/lib/walker_sim/"*; do
     [ -e "install/lib/walker_sim/${file##*/}" ] || cp -P "$file" install/lib/walker_sim/
   done
+}
+
+# Where no more is in sight than what the setup file $1 brings.
+in_space() {
+  # shellcheck disable=SC2016  # for the inner shell
+  env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 ROS_HOSTNAME=localhost \
+    ROS_HOME="$ros_home" PYTHONDONTWRITEBYTECODE=1 bash -c 'source "$0" && exec "$@"' "$@"
 }
 
 # Not with rostest's --text, which would report no failure.
@@ -44,10 +54,26 @@ run_installed() {
   else
     command=("$venv/bin/python" -m pytest -q -p no:cacheprovider --noconftest --junit-xml="$results" "$file")
   fi
-  # shellcheck disable=SC2016  # for the inner shell
-  exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 ROS_HOSTNAME=localhost \
-    ROS_HOME="${results%.xml}_ros_home" PYTHONDONTWRITEBYTECODE=1 bash -c 'source "$0" && exec "$@"' \
-    "$workspace/install/setup.bash" "${command[@]}"
+  ros_home=${results%.xml}_ros_home
+  in_space "$workspace/install/setup.bash" "${command[@]}"
+}
+
+# A workspace of a user's, on top of walker_sim's install space: tested in the devel space, and once
+# more in the install space, for which alone what is installed has to do.
+run_my_walker_pkg() {
+  local mine=$build/.my_workspace
+  ros_home=$mine/ros_home
+  rm -rf "$mine" && mkdir -p "$mine/src" && cp -r "$root/examples/my_walker_pkg" "$mine/src/"
+  cd "$mine"
+  in_space "$workspace/install/setup.bash" catkin_make
+  in_space devel/setup.bash catkin_make run_tests
+  in_space devel/setup.bash catkin_test_results build/test_results
+  in_space devel/setup.bash catkin_make install
+  cp src/my_walker_pkg/test/my_walker_test.py install/lib/my_walker_pkg/
+  rm -rf build devel
+  in_space install/setup.bash rostest --pkgdir="$mine/src/my_walker_pkg" --package=my_walker_pkg \
+    --results-base-dir="$mine/results" src/my_walker_pkg/test/my_walker.test
+  in_space install/setup.bash catkin_test_results "$mine/results"
 }
 
 version_of() { "$1" -I -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
@@ -141,6 +167,7 @@ check_system
 case $1 in
   workspace) make_workspace ;;
   installed) run_installed "${@:2}" ;;
+  my_walker_pkg) run_my_walker_pkg ;;
   wheel) build_wheel "$2" ;;
   wheel_suite) run_wheel_suite "${@:2}" ;;
   example_venv) set_up_example "$2" ;;

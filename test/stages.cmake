@@ -45,6 +45,9 @@ foreach(path python/package_ros_test exports_test)
   set_tests_properties(install_${name} PROPERTIES LABELS long FIXTURES_REQUIRED install_space)
 endforeach()
 
+walker_sim_add_check(install_my_walker_pkg long ${stage} my_walker_pkg)
+set_tests_properties(install_my_walker_pkg PROPERTIES FIXTURES_REQUIRED install_space)
+
 # ---------------------------------------------------------------- pip's wheel
 # For each Python that is here, with the oldest and the newest packages.
 foreach(version RANGE 10 13)
