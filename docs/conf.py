@@ -25,7 +25,8 @@ include_patterns = [
     "docs/*.md",
     "docs/policies/*.md",
     "docs/*.rst",
-    "examples/**/*.md",
+    "examples/*.md",
+    "examples/*/*.md",
 ]
 exclude_patterns = ["build", "devel", ".*"]
 root_doc = "README"
