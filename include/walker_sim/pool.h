@@ -50,8 +50,8 @@ struct Batch {
 };
 
 /// Not thread-safe: one thread calls, and works too. What comes out never depends on the number of
-/// threads. No call but the constructor, the first `reset` and the first `send` or `send_resets`
-/// takes memory, unless an engine fails.
+/// threads. No call but the constructor, the first `reset` and the first `send`, `send_resets` or
+/// `step` of some takes memory, unless an engine fails.
 ///
 /// An engine that fails concerns its own environment alone: the call is made for all, and the
 /// others' rows are those of an undisturbed run.
@@ -89,6 +89,15 @@ class WALKER_SIM_EXPORT Pool {
   /// @throws InvalidAction, ResetNeeded naming the environment, std::logic_error while some are
   ///         under way; then nothing has moved
   void step(const double* actions, std::size_t size, const Batch& batch);
+
+  /// Steps some environments once, or resets those of them where a reset is due.
+  /// @param actions      count x action size; finite also where ignored
+  /// @param environments which, `count` of them, at least 1
+  /// @param batch        a row for each, in their order
+  /// @throws as `step`; std::invalid_argument for none, for an environment that is none or for one
+  ///         that is listed twice; then nothing has moved
+  void step(const double* actions, const std::uint32_t* environments, std::size_t count,
+            const Batch& batch);
 
   /// Begins to step some environments and returns at once.
   /// @param environments which, `count` of them, none of them under way

@@ -105,11 +105,12 @@ struct Pool::Implementation {
 
   std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
 
-  void run(const Task& wanted, const std::vector<std::uint32_t>& environments) {
+  void run(const Task& wanted, const std::uint32_t* environments, std::size_t count) {
     task = wanted;
-    for (const std::uint32_t index : environments) threads.add(index);
-    threads.start(num_groups(environments.size()) - 1);  // one is the caller's
-    threads.collect(environments.size(), arrived.data());
+    std::for_each(environments, environments + count,
+                  [this](std::uint32_t index) { threads.add(index); });
+    threads.start(num_groups(count) - 1);  // one is the caller's
+    threads.collect(count, arrived.data());
   }
 
   void begin_sending() {
@@ -117,6 +118,13 @@ struct Pool::Implementation {
     sent_actions.resize(options.num_envs * members.specification().action_size());
     task = {};
     task.actions = sent_actions.data();
+  }
+
+  void take_actions(const double* actions, const std::uint32_t* environments, std::size_t count) {
+    const std::size_t size = members.specification().action_size();
+    for (std::size_t i = 0; i < count; ++i) {
+      std::copy_n(actions + i * size, size, &sent_actions[environments[i] * size]);
+    }
   }
 
   void put_under_way(std::uint32_t index) {
@@ -213,7 +221,7 @@ void Pool::reset(const std::vector<std::uint32_t>& environments,
   task.is_reset = true;
   task.seeds = pool.seeds.data();
   task.batch = &batch;
-  pool.run(task, listed);
+  pool.run(task, listed.data(), listed.size());
 }
 
 void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
@@ -224,20 +232,32 @@ void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
   Implementation::Task task;
   task.actions = actions;
   task.batch = &batch;
-  pool.run(task, pool.all);
+  pool.run(task, pool.all.data(), pool.all.size());
+}
+
+void Pool::step(const double* actions, const std::uint32_t* environments, std::size_t count,
+                const Batch& batch) {
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("step");
+  if (count == 0) throw std::invalid_argument("step: no environment is listed");
+  pool.check_list(environments, count);
+  pool.check_steps(actions, environments, count);
+  pool.begin_sending();
+  pool.take_actions(actions, environments, count);
+  pool.run(pool.task, environments, count);
+  for (std::size_t row = 0; row < count; ++row) {
+    pool.members.write(environments[row], batch, row);
+  }
 }
 
 void Pool::send(const double* actions, const std::uint32_t* environments, std::size_t count) {
   Implementation& pool = *implementation_;
   pool.check_list(environments, count);
   pool.check_steps(actions, environments, count);
-  const std::size_t action_size = specification().action_size();
   pool.begin_sending();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t index = environments[i];
-    std::copy_n(actions + i * action_size, action_size, &pool.sent_actions[index * action_size]);
-    pool.put_under_way(index);
-  }
+  pool.take_actions(actions, environments, count);
+  std::for_each(environments, environments + count,
+                [&pool](std::uint32_t index) { pool.put_under_way(index); });
   pool.start_sent(count);
 }
 

@@ -45,6 +45,14 @@ Array::Array(py::handle object, const char* name, const char* formats, bool is_w
   throw py::type_error(message);
 }
 
+Input::Input(py::handle object, const char* name, std::optional<std::size_t> size)
+    : Array(object, name, "fd", false, size), data_(static_cast<const double*>(memory())) {
+  if (format() == 'd') return;
+  const auto* singles = static_cast<const float*>(memory());
+  widened_.assign(singles, singles + this->size());
+  data_ = widened_.data();
+}
+
 void Output::take(const double* values) {
   if (format() == 'd') {
     std::copy_n(values, size(), static_cast<double*>(memory()));

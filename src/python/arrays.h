@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace walker::python {
 
@@ -36,13 +37,16 @@ class Array {
   Py_buffer view_{};
 };
 
-/// float64 values to be read.
+/// float64 or float32 values to be read; the former are read where they are.
 class Input : public Array {
  public:
-  Input(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt)
-      : Array(object, name, "d", false, size) {}
+  Input(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt);
 
-  const double* data() const { return static_cast<const double*>(memory()); }
+  const double* data() const { return data_; }
+
+ private:
+  std::vector<double> widened_;  // float32 values
+  const double* data_;
 };
 
 /// Takes results: float64 or float32, the latter to the nearest.

@@ -81,7 +81,8 @@ class VectorWalkers {
               make_options(num_envs, num_threads, autoreset_mode, batch_size)),
         last_(pool_.specification(), pool_.options().num_envs),
         arrived_(pool_.specification(), pool_.options().batch_size),
-        arrived_environments_(pool_.options().batch_size) {}
+        arrived_environments_(pool_.options().batch_size),
+        some_(pool_.specification(), 0) {}
 
   py::dict specification() const { return to_dict(pool_.specification()); }
   std::size_t num_threads() const { return pool_.options().num_threads; }
@@ -108,7 +109,26 @@ class VectorWalkers {
     newest_ = &last_;
   }
 
-  /// same_step: of the episodes that ended in the newest `step` or `recv`, in the order of its
+  /// Of some, a row for each in their order.
+  void step_some(py::handle actions, const std::vector<std::uint32_t>& environments,
+                 const py::sequence& batch) {
+    const Specification& specification = pool_.specification();
+    const std::size_t count = environments.size();
+    const Input input(actions, "actions", count * specification.action_size());
+    StepOutputs outputs(batch, count, count * specification.observation_size(),
+                        count * specification.info_names.size());
+    const Unlocked unlocked(mutex_);
+    if (some_.rewards.size() != count) {
+      newest_ = &last_;
+      some_ = Rows(specification, count);
+    }
+    pool_.step(input.data(), environments.data(), count, some_.batch());
+    some_.copy_to(outputs);
+    newest_ = &some_;
+    remember(some_, environments);
+  }
+
+  /// same_step: of the episodes that ended in the newest step or `recv`, in the order of its
   /// rows; other rows are of no meaning.
   void final_rows(py::handle observations, py::handle info) {
     const Rows& rows = *newest_;
@@ -145,8 +165,7 @@ class VectorWalkers {
     pool_.recv(arrived_.batch(), arrived_environments_.data());
     arrived_.copy_to(outputs);
     newest_ = &arrived_;
-    remember(arrived_.observations, last_.observations);
-    remember(arrived_.steps, last_.steps);
+    remember(arrived_, arrived_environments_);
     return arrived_environments_;
   }
 
@@ -188,12 +207,14 @@ class VectorWalkers {
   }
 
  private:
-  /// Rows in the order of arrival to where they belong.
-  template <typename Value>
-  void remember(const std::vector<Value>& from, std::vector<Value>& to) const {
-    const std::size_t width = from.size() / arrived_environments_.size();
-    for (std::size_t row = 0; row < arrived_environments_.size(); ++row) {
-      std::copy_n(from.data() + row * width, width, to.data() + arrived_environments_[row] * width);
+  /// Puts rows of some environments where those of all are.
+  void remember(const Rows& rows, const std::vector<std::uint32_t>& environments) {
+    const std::size_t width = pool_.specification().observation_size();
+    for (std::size_t row = 0; row < environments.size(); ++row) {
+      const std::size_t index = environments[row];
+      std::copy_n(rows.observations.data() + row * width, width,
+                  last_.observations.data() + index * width);
+      last_.steps[index] = rows.steps[row];
     }
   }
 
@@ -201,8 +222,9 @@ class VectorWalkers {
   std::mutex mutex_;
   Rows last_;
   Rows arrived_;
-  const Rows* newest_ = &last_;  // of the two
   std::vector<std::uint32_t> arrived_environments_;
+  Rows some_;                    // of those that `step_some` stepped
+  const Rows* newest_ = &last_;  // of the three
 };
 
 /// Rows of info turned into columns: what is NaN becomes 0, and its mask false. One call, for after
@@ -245,6 +267,7 @@ void bind_pool(py::module& module) {
       .def_property_readonly("batch_size", &VectorWalkers::batch_size)
       .def("reset", &VectorWalkers::reset)
       .def("step_batch", &VectorWalkers::step)
+      .def("step_some", &VectorWalkers::step_some)
       .def("final_rows", &VectorWalkers::final_rows)
       .def("send", &VectorWalkers::send)
       .def("send_resets", &VectorWalkers::send_resets)

@@ -42,6 +42,16 @@ TEST_F(PoolAllocationTest, StepsAndResetsWithoutTheHeap) {
   EXPECT_EQ(allocations, 0);
 }
 
+TEST_F(PoolAllocationTest, StepsSomeWithoutTheHeap) {
+  make_pool(AutoresetMode::next_step);
+  const std::vector<std::uint32_t> environments{3, 1};
+  pool_->step(actions_.data(), environments.data(), 2, batch_);  // the first one takes memory
+  const Counting counting;
+  for (int i = 0; i < 500; ++i) pool_->step(actions_.data(), environments.data(), 2, batch_);
+  EXPECT_GT(arrays_->episodes[0], 1U);
+  EXPECT_EQ(allocations, 0);
+}
+
 TEST_F(PoolAllocationTest, SendsAndReceivesWithoutTheHeap) {
   make_pool(AutoresetMode::next_step);
   std::vector<std::uint32_t> environments{0, 1, 2, 3, 4};

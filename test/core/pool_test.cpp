@@ -427,6 +427,33 @@ TEST_F(PoolTest, ResetsAreSentAndReceivedInEveryMode) {
   }
 }
 
+TEST_F(PoolTest, StepsSomeInTheOrderInWhichTheyAreListed) {
+  reset();
+  const Values actions{0.5, 0, -0.25, 0};
+  const std::vector<std::uint32_t> environments{2, 0};
+  pool_->step(actions.data(), environments.data(), 2, arrays_->batch());
+  EXPECT_EQ(steps_of_all(), (std::vector<int>{1, 0, 1}));
+  EXPECT_EQ(arrays_->rewards, (Values{0.5, -0.25, 0}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 0}));
+}
+
+TEST_F(PoolTest, SomeAreCheckedBeforeAnythingMoves) {
+  reset();
+  const Values actions(kCount * 2);
+  const auto step_some = [&](const std::vector<std::uint32_t>& environments) {
+    pool_->step(actions.data(), environments.data(), environments.size(), arrays_->batch());
+  };
+  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({}); }),
+            "step: no environment is listed");
+  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({0, 3}); }),
+            "environment 3: must be in [0, 2]");
+  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({1, 0, 1}); }),
+            "environment 1: listed twice");
+  send({1});
+  EXPECT_EQ(message_of<std::logic_error>([&] { step_some({0}); }),
+            "step: 1 environments are under way; receive them first");
+}
+
 TEST_F(PoolTest, MixedUseIsRefused) {
   make(AutoresetMode::next_step, 2);
   reset();

@@ -75,9 +75,26 @@ def no_action(observation):
     return 3
 
 
-def test_an_action_has_its_shape():
-    with pytest.raises(PolicyFailed, match=r"no_action gave shape \(\); must be \(4,\)"):
-        main(["evaluate", ID, "--policy", f"{__name__}:no_action", "--episodes", "1"])
+def text(observation):
+    return "forward"
+
+
+def not_finite(observation):
+    return [0, 0, 0, np.nan]
+
+
+@pytest.mark.parametrize(
+    ("function", "words"),
+    [
+        (no_action, "action has shape (); must have (4,), one per joint"),
+        (text, "action = 'forward': must hold numbers, not <U7"),
+        (not_finite, "action = [0, 0, 0, nan]: must be finite"),
+    ],
+)
+def test_an_action_that_is_none_is_told_in_one_line(capsys, function, words):
+    policy = f"{__name__}:{function.__name__}"
+    assert main(["evaluate", ID, "--policy", policy, "--seeds", "3"]) == 1
+    assert capsys.readouterr().err == f"walker_sim evaluate: --policy {policy}, seed 3: {words}\n"
 
 
 def model_file(path, module, **data):

@@ -227,8 +227,12 @@ def test_options_stay_the_callers(envs):
         (np.zeros(12), "actions have shape (12,); must have (3, 4)"),
         (np.zeros((2, 4)), "actions have shape (2, 4); must have (3, 4)"),
         ([[0] * 4, [0] * 4, [0, 0, 0, np.nan]], "environment 2: action[3]"),
+        ("a", "actions = 'a': must hold numbers, not <U1"),
+        (None, "actions = None: must hold numbers, not object"),
+        (np.zeros((3, 4)) + 1j, "must hold numbers, not complex128"),
+        ([[0] * 4, [0] * 4, [0] * 3], "must be an array of shape (3, 4)"),
     ],
-    ids=["turned", "flat", "few", "NaN"],
+    ids=["turned", "flat", "few", "NaN", "text", "None", "complex", "ragged"],
 )
 def test_bad_actions_move_nothing(envs, actions, words):
     twin = make()
@@ -236,6 +240,18 @@ def test_bad_actions_move_nothing(envs, actions, words):
     with raises(walker_sim.InvalidAction, words):
         envs.step(actions)
     assert_same(envs.step(zeros(envs)), twin.step(zeros(envs)))
+
+
+@pytest.mark.parametrize("given", ["a", None, 1j, [[0], [0, 0]], [{}]], ids=str)
+def test_bad_actions_are_refused_in_the_words_of_a_single_walker(envs, given):
+    single = walker_sim.WalkerEnv("BipedalWalker-v3")
+    single.reset()
+    words = []
+    for environment in (single, envs):
+        with pytest.raises(walker_sim.InvalidAction) as caught:
+            environment.step(given)
+        words.append(str(caught.value).replace("actions = ", "action = ").replace("(3, 4)", "(4,)"))
+    assert words[0] == words[1]
 
 
 @pytest.mark.parametrize("convert", [list, np.float64, np.asfortranarray, lambda a: a[::1, ::1]])

@@ -9,7 +9,9 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
-from walker_sim.errors import InvalidAction
+from walker_sim.actions import to_action
+from walker_sim.keywords import refuse_unknown
+from walker_sim.registration import without_namespace
 from walker_sim.rendering import (
     ALL_MODES,
     Picture,
@@ -18,7 +20,7 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.time_limit import limit_of_make
+from walker_sim.time_limit import ANY, limit_of_make
 from walker_sim.transport import TRANSPORTS, Place, State, Walker, by_name, spaces_of
 
 
@@ -33,33 +35,15 @@ def make_walker(
     if place.transport == "ros":
         from walker_sim.over_ros import RemoteWalker
 
+        takes_any_limit = False
         if max_episode_steps is None:
             max_episode_steps = limit_of_make(WalkerEnv)
-        if max_episode_steps is not None:
+            takes_any_limit = max_episode_steps == ANY
+        if max_episode_steps is not None and not takes_any_limit:
             limit = 0 if max_episode_steps == -1 else max_episode_steps
             parameters = {**parameters, "max_episode_steps": limit}
-        return RemoteWalker(env_id, parameters, place)
+        return RemoteWalker(env_id, parameters, place, takes_any_limit)
     raise ValueError(f"transport = {place.transport!r}: must be one of {', '.join(TRANSPORTS)}")
-
-
-def to_action(given: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """The numbers of an action: an array of any type of numbers, a list, or a tensor.
-
-    Raises
-    ------
-    walker_sim.InvalidAction
-        For another shape, which Gymnasium's walkers would take for an action at times, and for
-        what is not made of numbers.
-    """
-    try:
-        action = np.asarray(given)
-    except ValueError as error:
-        raise InvalidAction(f"action = {given!r}: must be an array of shape {shape}") from error
-    if action.dtype.kind not in "fiub":
-        raise InvalidAction(f"action = {given!r}: must hold numbers, not {action.dtype}")
-    if action.shape != shape:
-        raise InvalidAction(f"action has shape {action.shape}; must have {shape}, one per joint")
-    return np.ascontiguousarray(action, np.float64)
 
 
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
@@ -71,7 +55,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     Parameters
     ----------
     env_id
-        As Gymnasium has it, e.g. ``BipedalWalker-v3``. ``gymnasium.make`` fills it in.
+        As Gymnasium has it, e.g. ``BipedalWalker-v3``, with or without ``walker_sim/`` before it.
+        ``gymnasium.make`` fills it in.
     transport
         ``inprocess``, or ``ros``: a server in lock-step on a ROS master.
     server
@@ -114,7 +99,12 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
+        self.env_id = env_id = without_namespace(env_id)
+        # All that was given: by it Stable-Baselines3's walkers are made together.
+        self.keywords = {**parameters, "max_episode_steps": max_episode_steps}
+        self.keywords.update(transport=transport, render_mode=render_mode)
         parameters, camera = split_keywords(env_id, parameters)
+        refuse_unknown(WalkerEnv.__init__, env_id, parameters)
         self.render_mode = render_mode
         self._transport = transport
         place = Place(transport, server, master_uri, timeout)

@@ -56,7 +56,7 @@ class InProcessWalker:
         with random.bit_generator.lock:  # as NumPy's own draws do
             set_state(random, self._environment.reset(state_of(random), *state))
 
-    def step(self, action: NDArray[np.float64], state: State) -> tuple[float, bool, bool, str]:
+    def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         return self._environment.step(action, *state)
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
@@ -100,7 +100,13 @@ class InProcessWalkers(Walkers):
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         pictures.renderer.render(self._pool.capture(environment), rgb, depth)
 
-    def send(self, actions: NDArray[np.float64], environments: list[int]) -> None:
+    def step_some(self, actions: NDArray[Any], environments: list[int]) -> Batch:
+        """Steps some; actions of shape (count, action size), as the rows of what comes out."""
+        batch = self._new_batch(len(environments))
+        self._pool.step_some(actions, environments, batch)
+        return batch
+
+    def send(self, actions: NDArray[Any], environments: list[int]) -> None:
         """Begins to step some; actions of shape (count, action size)."""
         self._pool.send(actions, environments)
 

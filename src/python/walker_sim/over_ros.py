@@ -15,7 +15,9 @@ from walker_sim.rendering import Pictures
 from walker_sim.transport import Batch, Colors, Depths, Place, Specification, State, Walkers
 
 
-def differences(wanted: Specification, found: Specification) -> list[str]:
+def differences(
+    wanted: Specification, found: Specification, takes_any_limit: bool = False
+) -> list[str]:
     """What a server has otherwise than it should have, a line each."""
     pairs: dict[str, tuple[Any, Any]] = {
         name: (wanted[name], found[name])
@@ -26,6 +28,8 @@ def differences(wanted: Specification, found: Specification) -> list[str]:
         ours, theirs = wanted["parameters"], found["parameters"]
         for name in {**ours, **theirs}:
             pairs[name] = (ours.get(name, "absent"), theirs.get(name, "absent"))
+        if takes_any_limit:
+            del pairs["max_episode_steps"]
     return [
         f"{name} is {there} there; must be {here}"
         for name, (here, there) in pairs.items()
@@ -42,10 +46,17 @@ class Connection:
     ----------
     required
         What the server must have besides id and parameters.
+    takes_any_limit
+        Whether its ``max_episode_steps`` is its own matter.
     """
 
     def __init__(
-        self, env_id: str, parameters: Mapping[str, Any], required: Specification, place: Place
+        self,
+        env_id: str,
+        parameters: Mapping[str, Any],
+        required: Specification,
+        place: Place,
+        takes_any_limit: bool = False,
     ) -> None:
         for name, value in (("server", place.server), ("master_uri", place.master_uri)):
             if not isinstance(value, str):
@@ -53,6 +64,7 @@ class Connection:
         if not isinstance(place.timeout, numbers.Real):
             raise TypeError(f"timeout = {place.timeout!r}: must be a number of seconds")
         self._required: Specification = required
+        self._takes_any_limit: bool = takes_any_limit
         self._options: tuple[str, dict[str, Any], str, str, float]
         self._options = (env_id, dict(parameters), *place[1:3], float(place.timeout))
         self._client: _core.Client | None = None
@@ -71,7 +83,7 @@ class Connection:
         if self._client is None or self._client.is_lost:
             client = _core.Client(*self._options)
             wanted = {**client.specification, **self._required}
-            lines = differences(wanted, client.server_specification)
+            lines = differences(wanted, client.server_specification, self._takes_any_limit)
             if lines:
                 raise ServerMismatch(f"the server {self._options[2]}: " + "; ".join(lines))
             self._client = client
@@ -101,16 +113,22 @@ class Connection:
 class RemoteWalker:
     """The one walker of a server in lock-step. A copy is another connection to it."""
 
-    def __init__(self, env_id: str, parameters: Mapping[str, Any], place: Place) -> None:
+    def __init__(
+        self,
+        env_id: str,
+        parameters: Mapping[str, Any],
+        place: Place,
+        takes_any_limit: bool = False,
+    ) -> None:
         required = {"mode": "lockstep", "num_envs": 1}
-        self._connection = Connection(env_id, parameters, required, place)
+        self._connection = Connection(env_id, parameters, required, place, takes_any_limit)
         self.specification = self._connection.specification
 
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
         """Without a seed the server's own generator continues; `random` stays as it is."""
         self._connection.open().reset(seed, *state)
 
-    def step(self, action: NDArray[np.float64], state: State) -> tuple[float, bool, bool, str]:
+    def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         return self._connection.client.step(action, *state)
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
@@ -149,7 +167,7 @@ class RemoteWalkers(Walkers):
         self._observations[chosen], self._info[chosen] = observations, info
         return self._observations.copy(), self._info.copy()
 
-    def step(self, actions: NDArray[np.float64]) -> Batch:
+    def step(self, actions: NDArray[Any]) -> Batch:
         batch = super().step(actions)
         self._observations, self._info = batch.observations.copy(), batch.info.copy()
         return batch

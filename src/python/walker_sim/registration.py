@@ -36,7 +36,8 @@ def ids() -> list[str]:
 def without_namespace(env_id: str) -> str:
     """The id as Gymnasium's own environments have it, e.g. ``BipedalWalker-v3``."""
     prefix = f"{NAMESPACE}/"
-    return env_id[len(prefix) :] if env_id.startswith(prefix) else env_id
+    has_prefix = isinstance(env_id, str) and env_id.startswith(prefix)
+    return env_id[len(prefix) :] if has_prefix else env_id
 
 
 def register_all() -> None:

@@ -43,6 +43,20 @@ def metadata_of(specification: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def camera_keywords_of(env_id: str) -> set[str]:
+    """Those with which an environment's camera is chosen.
+
+    Raises
+    ------
+    ValueError
+        For an unknown id.
+    """
+    names = {known["name"] for known in _core.camera_parameters_of(env_id)} - {*_FREE_CAMERA}
+    if _core.registration_of(env_id)["takes_default_camera_config"]:
+        names.add("default_camera_config")
+    return names
+
+
 def split_keywords(
     env_id: str, keywords: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -53,9 +67,7 @@ def split_keywords(
     ValueError
         For an unknown id.
     """
-    names = {known["name"] for known in _core.camera_parameters_of(env_id)} - {*_FREE_CAMERA}
-    if _core.registration_of(env_id)["takes_default_camera_config"]:
-        names.add("default_camera_config")
+    names = camera_keywords_of(env_id)
     camera = {name: value for name, value in keywords.items() if name in names}
     return {name: keywords[name] for name in keywords if name not in camera}, camera
 
@@ -80,6 +92,8 @@ def camera_parameters_of(
             "one of them can be given"
         )
     free = given.pop("default_camera_config", None)
+    if not isinstance(free, (Mapping, type(None))):
+        raise TypeError(f"default_camera_config = {free!r}: must be a dictionary")
     if "camera_name" in parameters and (render_mode != "human" or "camera_id" in given):
         parameters["camera_name"] = ""
     for name, value in (free or {}).items():

@@ -8,11 +8,15 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common import vec_env
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
+from walker_sim.actions import to_actions
+from walker_sim.keywords import refuse_unknown, to_count
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
-from walker_sim.transport import Place, by_name, make_walkers, spaces_of, to_actions
+from walker_sim.sb3_env_fns import EnvFns, Plan, plan_of
+from walker_sim.transport import Batch, Place, by_name, make_walkers, spaces_of
 
 Infos = List[Dict[str, Any]]
 
@@ -27,8 +31,11 @@ class VecEnv(vec_env.VecEnv):
     ----------
     env_id
         As Gymnasium has it, e.g. ``BipedalWalker-v3``, with or without ``walker_sim/`` before it.
+        Or what Stable-Baselines3's ``make_vec_env(ID, n, vec_env_cls=VecEnv)`` gives: functions
+        that make a walker each, all alike, in process, with no wrapper but `Monitor`, whose infos
+        and files are as ever. Then these functions say the rest but `num_threads`.
     num_envs
-        How many walkers.
+        How many walkers, at least 1.
     transport
         ``inprocess``, or ``ros``: a server in lock-step with ``autoreset_mode`` same_step.
     server
@@ -62,7 +69,7 @@ class VecEnv(vec_env.VecEnv):
 
     def __init__(
         self,
-        env_id: str,
+        env_id: str | EnvFns,
         num_envs: int = 1,
         *,
         transport: str = "inprocess",
@@ -74,10 +81,19 @@ class VecEnv(vec_env.VecEnv):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
+        plan: Plan | None = None
+        if not isinstance(env_id, str):
+            others = {**parameters, "render_mode": render_mode, "transport": transport}
+            others.update(max_episode_steps=max_episode_steps)
+            plan = plan_of(env_id, {**others, "num_envs": num_envs})
+            env_id, num_envs, parameters = plan.env_id, plan.num_envs, dict(plan.parameters)
+            max_episode_steps, render_mode = plan.max_episode_steps, plan.render_mode
         env_id = without_namespace(env_id)
         parameters, camera = split_keywords(env_id, parameters)
+        refuse_unknown(VecEnv.__init__, env_id, parameters)
+        num_envs = to_count("num_envs", num_envs, 1)
         if max_episode_steps is not None:
-            parameters["max_episode_steps"] = max(max_episode_steps, 0)
+            parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
         place = Place(transport, server, master_uri, timeout)
         self._walkers = make_walkers(env_id, num_envs, "same_step", parameters, place, num_threads)
         specification = self._walkers.specification
@@ -90,7 +106,7 @@ class VecEnv(vec_env.VecEnv):
         self._action_size = len(specification["action_low"])
         self._actions: NDArray[np.float64] | None = None
         self._is_closed = False
-        observation_space, action_space = spaces_of(specification)
+        observation_space, action_space = plan.spaces if plan else spaces_of(specification)
         # What a walker alone would have, for `get_attr`; the base class asks for some at once.
         shared = {
             "action_space": action_space,
@@ -101,6 +117,9 @@ class VecEnv(vec_env.VecEnv):
             "dt": specification["dt"],
         }
         self._attributes: Infos = [dict(shared) for _ in range(num_envs)]
+        self._watches = plan.watches if plan else []
+        for attributes, watch in zip(self._attributes, self._watches):
+            attributes.update(watch.methods())
         super().__init__(num_envs, observation_space, action_space)
         # Where VecVideoRecorder looks for it.
         self.metadata["render_fps"] = shared["metadata"]["render_fps"]
@@ -120,6 +139,8 @@ class VecEnv(vec_env.VecEnv):
             self._add_reset_error(i)
         self._reset_seeds()
         self._reset_options()
+        for watch in self._watches:
+            watch.reset()
         self._show_first(self._pictures.begin)
         return observations
 
@@ -158,6 +179,7 @@ class VecEnv(vec_env.VecEnv):
         is_cut_off = batch.truncated & ~batch.terminated
         for info, flag in zip(infos, is_cut_off.tolist()):
             info["TimeLimit.truncated"] = flag
+        self._tell_watches(batch, infos)
         self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards.astype(np.float32), dones, infos
 
@@ -183,6 +205,8 @@ class VecEnv(vec_env.VecEnv):
             self._is_closed = True
             self._walkers.close()
             self._pictures.close()
+            for watch in self._watches:
+                watch.monitor.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """What walkers have of their own: spaces, metadata, spec, dt, and what `set_attr` gave."""
@@ -221,8 +245,9 @@ class VecEnv(vec_env.VecEnv):
         wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
         indices: VecEnvIndices = None,
     ) -> list[bool]:
-        """False for each: there is no wrapper below this."""
-        return [False for _ in self._get_indices(indices)]
+        """Of `Monitor` whether there is one, by ``make_vec_env``; there is no other wrapper."""
+        has = bool(self._watches) and issubclass(Monitor, wrapper_class)
+        return [has for _ in self._get_indices(indices)]
 
     def _take_final_rows(self, ended: list[int], infos: Infos) -> None:
         """Puts the infos of the episodes that ended in the place of their successors'."""
@@ -236,6 +261,15 @@ class VecEnv(vec_env.VecEnv):
                 final["error"] = error
             self.reset_infos[i], infos[i] = infos[i], final
             self._add_reset_error(i)
+
+    def _tell_watches(self, batch: Batch, infos: Infos) -> None:
+        if not self._watches:
+            return
+        columns = (batch.rewards.tolist(), batch.terminated.tolist(), batch.truncated.tolist())
+        for watch, reward, terminated, truncated, info in zip(self._watches, *columns, infos):
+            watch.step(reward, terminated, truncated, info)
+            if terminated or truncated:
+                watch.reset()
 
     def _add_reset_error(self, index: int) -> None:
         error = self._walkers.reset_error(index)

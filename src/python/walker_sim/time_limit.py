@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import sys
 from types import FrameType
+from typing import Any
 
 import gymnasium
 import gymnasium.envs.registration
+
+ANY = -1
+"""A limit of which nothing is said."""
 
 
 def limit_of_make(environment: type[gymnasium.Env]) -> int | None:
@@ -25,7 +29,9 @@ def limit_of_make(environment: type[gymnasium.Env]) -> int | None:
 
     Returns
     -------
-    Steps; 0 where there is to be no limit; None where `make` does not construct the environment.
+    Steps; 0 where there is to be no limit; `ANY` where `make` copies an environment by its own
+    specification (``env.unwrapped.spec.make()``), which knows no wrapper and so no limit; None
+    where `make` does not construct the environment.
     """
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and frame.f_code is not gymnasium.envs.registration.make.__code__:
@@ -37,6 +43,13 @@ def limit_of_make(environment: type[gymnasium.Env]) -> int | None:
     if not (isinstance(creator, type) and issubclass(creator, environment)):
         return None  # somebody else's environment, which has ours inside
     limit = known.get("max_episode_steps")
-    if limit is None:
-        limit = getattr(known.get("env_spec"), "max_episode_steps", None)
+    specification: Any = known.get("env_spec")
+    if limit is None and specification is not None:
+        limit = specification.max_episode_steps
+        # Others than an environment's own want the wrapper that refuses steps out of order.
+        is_own = known.get("id") is specification and not getattr(
+            specification, "order_enforce", True
+        )
+        if limit is None and is_own:
+            return ANY
     return 0 if limit in (None, -1) else limit

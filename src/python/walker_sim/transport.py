@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Protocol, Seq
 
 import numpy as np
 from gymnasium.spaces import Box
-from numpy.typing import ArrayLike, NDArray
-
-from walker_sim.errors import InvalidAction
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from walker_sim import _core
@@ -63,8 +61,9 @@ class Walker(Protocol):
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
         """Begins an episode, drawn from `random` in process, by `seed` over ROS."""
 
-    def step(self, action: NDArray[np.float64], state: State) -> tuple[float, bool, bool, str]:
-        """Returns reward, terminated, truncated and the engine's error or an empty text."""
+    def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
+        """Takes float32 or float64, shape (action size,). Returns reward, terminated, truncated
+        and the engine's error or an empty text."""
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         """Draws what it shows now."""
@@ -104,8 +103,8 @@ class Walkers(ABC):
         `environments` empty: of all. `seeds`: empty, or one for each of these.
         """
 
-    def step(self, actions: NDArray[np.float64]) -> Batch:
-        """Steps all, actions of shape (n, action size)."""
+    def step(self, actions: NDArray[Any]) -> Batch:
+        """Steps all, actions of shape (n, action size), float32 or float64."""
         batch = self._new_batch(self.num_envs)
         self._driver.step_batch(actions, batch)
         return batch
@@ -149,14 +148,6 @@ class Walkers(ABC):
 def by_name(names: Sequence[str], info: Sequence[float]) -> dict[str, Any]:
     """A row of info, without what is absent, which is NaN."""
     return {name: value for name, value in zip(names, info) if value == value}
-
-
-def to_actions(actions: ArrayLike, count: int, size: int) -> NDArray[np.float64]:
-    """As walkers take them, shape (count, size)."""
-    array = np.ascontiguousarray(actions, np.float64)
-    if array.shape != (count, size):
-        raise InvalidAction(f"actions have shape {array.shape}; must have ({count}, {size})")
-    return array
 
 
 def make_walkers(

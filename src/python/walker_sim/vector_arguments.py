@@ -28,17 +28,6 @@ def to_mode(given: str | AutoresetMode) -> AutoresetMode:
     raise ValueError(f"autoreset_mode = {given!r}: must be next_step, same_step or disabled")
 
 
-def to_count(name: str, given: int, lowest: int) -> int:
-    """An integer, NumPy's among them; how large it may be the walkers know."""
-    try:
-        count = operator.index(given)
-    except TypeError:
-        raise TypeError(f"{name} = {given!r}: must be an integer") from None
-    if count < lowest:
-        raise ValueError(f"{name} = {count}: must be at least {lowest}")
-    return count
-
-
 def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
     """One for each walker, or none at all."""
     if seed is None:
@@ -68,13 +57,13 @@ def checked_mask(mask: Any, num_envs: int) -> NDArray[np.bool_]:
     return mask
 
 
-def to_indices(env_ids: ArrayLike | None, num_envs: int) -> list[int]:
+def to_indices(name: str, env_ids: ArrayLike | None, num_envs: int) -> list[int]:
     """Numbers of walkers, which are not negative; None: all."""
     if env_ids is None:
         return list(range(num_envs))
     indices = np.asarray(env_ids)
     if indices.ndim != 1 or (indices.size > 0 and indices.dtype.kind not in "iu"):
-        raise TypeError(f"env_ids = {env_ids!r}: must be a sequence of integers")
+        raise TypeError(f"{name} = {env_ids!r}: must be a sequence of integers")
     for index in indices.tolist():
         if not 0 <= index < num_envs:
             raise ValueError(f"environment {index}: must be in [0, {num_envs - 1}]")

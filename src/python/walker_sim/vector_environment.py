@@ -10,7 +10,10 @@ from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from walker_sim.actions import to_actions
 from walker_sim.in_process import InProcessWalkers
+from walker_sim.keywords import refuse_unknown, to_count
+from walker_sim.registration import without_namespace
 from walker_sim.rendering import (
     Draw,
     Picture,
@@ -19,12 +22,11 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.transport import Batch, Place, make_walkers, spaces_of, to_actions
+from walker_sim.transport import Batch, Place, make_walkers, spaces_of
 from walker_sim.vector_arguments import (
     AutoresetMode,
     Seeds,
     checked_mask,
-    to_count,
     to_indices,
     to_mode,
     to_seeds,
@@ -44,7 +46,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     Parameters
     ----------
     env_id
-        As Gymnasium has it, e.g. ``BipedalWalker-v3``. ``gymnasium.make_vec`` fills it in.
+        As Gymnasium has it, e.g. ``BipedalWalker-v3``, with or without ``walker_sim/`` before it.
+        ``gymnasium.make_vec`` fills it in.
     num_envs
         How many walkers, at least 1.
     transport
@@ -93,7 +96,9 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         **parameters: Any,
     ) -> None:
         self.closed = True  # until there is something to close
+        env_id = without_namespace(env_id)
         parameters, camera = split_keywords(env_id, parameters)
+        refuse_unknown(WalkerVectorEnv.__init__, env_id, parameters)
         self.render_mode = render_mode
         self.autoreset_mode = to_mode(autoreset_mode)
         if max_episode_steps is not None:
@@ -190,19 +195,24 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         add_errors(infos, mask, self._walkers.reset_error)
         return observations, infos
 
-    def step(self, actions: ArrayLike) -> Outcome:
-        """Advances all walkers by `dt`, or resets those whose autoreset is due.
+    def step(self, actions: ArrayLike, env_id: ArrayLike | None = None) -> Outcome:
+        """Advances all walkers by `dt`, or some; resets those of them whose autoreset is due.
 
         Parameters
         ----------
         actions
-            Shape (num_envs, action size), unitless; beyond the bounds limited as Gymnasium limits
-            them.
+            Shape (number of these, action size), unitless; beyond the bounds limited as Gymnasium
+            limits them. Arrays, lists, tensors: float32 and float64 are read where they are.
+        env_id
+            In process: which, numbers from 0; None: all. The others stay as they are. With a
+            `batch_size` below `num_envs` it is, as in EnvPool, a `send` of these and a `recv` of
+            those that arrive first.
 
         Returns
         -------
         observations, rewards, terminated, truncated, infos
-            Shapes (num_envs, observation size) and (num_envs,). ``infos["error"]`` only where the
+            Shapes (number of these, observation size) and (number of these,), in the order of
+            `env_id`, which is ``infos["env_id"]`` then. ``infos["error"]`` only where the
             simulation had to end an episode, or failed at an autoreset: then the new episode has
             ended at once, with an observation of zeros, and the next step is another reset. In
             ``same_step`` the error of an episode stands in ``final_info``, that of the reset after
@@ -214,8 +224,12 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             For a wrong shape, or a value that is not finite. Nothing has moved.
         walker_sim.ResetNeeded
             Where a walker has no running episode. Nothing has moved.
+        ValueError, TypeError, AttributeError
+            For a walker that is none or listed twice, and for `env_id` over ROS. Nothing has moved.
         """
         self._need_open("step")
+        if env_id is not None:
+            return self._step_some(actions, env_id)
         batch = self._walkers.step(to_actions(actions, self.num_envs, self._action_size))
         return self._to_outcome(batch, range(self.num_envs))
 
@@ -247,7 +261,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             For a walker that is none, listed twice, or under way. Nothing has moved.
         """
         pool = self._pool("send")
-        environments = to_indices(env_ids, self.num_envs)
+        environments = to_indices("env_ids", env_ids, self.num_envs)
         pool.send(to_actions(actions, len(environments), self._action_size), environments)
 
     def recv(self) -> Outcome:
@@ -264,10 +278,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         RuntimeError
             When fewer are under way.
         """
-        batch, environments = self._pool("recv").recv()
-        outcome = self._to_outcome(batch, environments)
-        outcome[4]["env_id"] = np.array(environments, np.int32)
-        return outcome
+        return self._to_outcome_of(*self._pool("recv").recv())
 
     def render(self) -> tuple[Picture, ...] | None:
         """Draws what the walkers show now, one after the other.
@@ -342,6 +353,23 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if not isinstance(self._walkers, InProcessWalkers):
             raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
         return self._walkers
+
+    def _step_some(self, actions: ArrayLike, env_id: ArrayLike) -> Outcome:
+        pool = self._pool("env_id")
+        if pool.batch_size < self.num_envs:
+            self.send(actions, env_id)
+            return self.recv()
+        environments = to_indices("env_id", env_id, self.num_envs)
+        batch = pool.step_some(
+            to_actions(actions, len(environments), self._action_size), environments
+        )
+        return self._to_outcome_of(batch, environments)
+
+    def _to_outcome_of(self, batch: Batch, environments: list[int]) -> Outcome:
+        """With whose rows these are in the infos."""
+        outcome = self._to_outcome(batch, environments)
+        outcome[4]["env_id"] = np.array(environments, np.int32)
+        return outcome
 
     def _to_outcome(self, batch: Batch, environments: Sequence[int]) -> Outcome:
         """What `step` and `recv` return. `environments`: whose rows these are."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 SHORTEST_GAP = 0.015  # between pictures [s of wall time]; screens show some 60 a second
 LONGEST_GAP = 0.1  # after a picture, where there is time for none [s of wall time]
+WITHOUT_DISPLAY = "there is no display; DISPLAY or WAYLAND_DISPLAY names one"
 FORGIVEN = 0.25  # as late as this, the walker no longer tries to catch up [s of wall time]
 
 
@@ -117,11 +118,12 @@ class Window:
         gymnasium.error.DependencyNotInstalled
             Without pygame.
         RuntimeError
-            Without a display.
+            Where no window can be opened. Where there is no display nobody sees it, as nobody sees
+            Gymnasium's own, and a warning says so.
         """
         pygame = load_pygame()
         if not self._is_open():
-            open_window(self._title, (rgb.shape[1], rgb.shape[0]))
+            open_window(self._title, (rgb.shape[1], rgb.shape[0]), may_be_unseen=True)
             Window._owner = self
         pygame.display.get_surface().blit(to_surface(rgb), (0, 0))
         pygame.display.flip()
@@ -157,26 +159,50 @@ class Window:
         return {**self.__dict__, "is_closed": False}
 
 
-def open_window(title: str, size: tuple[int, int]) -> Any:
+def open_window(title: str, size: tuple[int, int], may_be_unseen: bool = False) -> Any:
     """The surface of pygame's window, width and height [pixels].
+
+    Without a display one that may be unseen is drawn to memory, and a warning says so.
 
     Raises
     ------
     RuntimeError
-        Without a display.
+        Without a display, if it has to be seen.
     """
     pygame = load_pygame()
-    without = "no window can be opened: there is no display"
     try:
-        pygame.display.init()
-        # Where there is no display SDL draws where nobody sees it, and says so only here.
-        if pygame.display.get_driver() == "offscreen" and "SDL_VIDEODRIVER" not in os.environ:
-            raise RuntimeError(f"{without}; DISPLAY or WAYLAND_DISPLAY names one")
+        if not _init_display(pygame):
+            if not may_be_unseen:
+                raise RuntimeError(f"no window can be opened: {WITHOUT_DISPLAY}")
+            gymnasium.logger.warn(f"{title}: nobody sees the window: {WITHOUT_DISPLAY}")
+            _init_display(pygame, driver="dummy")
         surface = pygame.display.set_mode(size)
     except pygame.error as error:
-        raise RuntimeError(f"{without} ({error})") from error
+        raise RuntimeError(f"no window can be opened ({error})") from error
     pygame.display.set_caption(title)
     return surface
+
+
+def _init_display(pygame: Any, driver: str | None = None) -> bool:
+    """Whether there is a screen, or what the user or the caller has chosen in its place."""
+    chosen = os.environ.get("SDL_VIDEODRIVER")
+    if driver and not chosen:
+        os.environ["SDL_VIDEODRIVER"] = driver
+    try:
+        pygame.display.init()
+        # Where there is no display SDL may draw off-screen by EGL, whose end is that of MuJoCo's
+        # pictures, and says so only here.
+        if pygame.display.get_driver() != "offscreen" or chosen:
+            return True
+        pygame.display.quit()
+        return False
+    except pygame.error:
+        if chosen or driver:
+            raise
+        return False
+    finally:
+        if driver and not chosen:
+            del os.environ["SDL_VIDEODRIVER"]
 
 
 def to_surface(rgb: NDArray[np.uint8]) -> Any:

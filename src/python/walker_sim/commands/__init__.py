@@ -10,6 +10,7 @@ from typing import Sequence
 
 import walker_sim
 from walker_sim.commands.options import InputError, Parser
+from walker_sim.commands.policies import PolicyFailed
 from walker_sim.errors import ConnectionError, RequestRefused, ServerMismatch
 
 COMMANDS = {
@@ -77,6 +78,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
+    except PolicyFailed as error:
+        if error.__cause__ is not None:
+            raise
+        print(f"walker_sim {command}: {error}", file=sys.stderr)
+        return 1
     except BrokenPipeError:
         # Whoever read has seen enough; the interpreter's last flush must not fail once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import json
 import math
@@ -13,9 +12,10 @@ from typing import Any, Sequence
 
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, play
-from walker_sim.commands.policies import POLICY_HELP, make_policies
+from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
 from walker_sim.commands.progress import shown
 from walker_sim.commands.summary import as_json, histogram, report, summarise
+from walker_sim.commands.table import Table
 
 EPISODES = 100
 
@@ -52,7 +52,10 @@ def _parser() -> common.Parser:
     )
     files = parser.add_argument_group("files")
     files.add_argument(
-        "--csv", type=common.output_file, metavar="FILE", help="a line per episode, all digits"
+        "--csv",
+        type=common.output_file,
+        metavar="FILE",
+        help="a line per episode, all digits; written as they end, so Ctrl-C keeps those that have",
     )
     files.add_argument(
         "--json", type=common.output_file, metavar="FILE", help="the summary and the episodes"
@@ -78,9 +81,22 @@ def run(arguments: Sequence[str]) -> int:
         check_format(options.plot)  # before an hour of episodes
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
-    policies = make_policies(options.policy, env_id, parameters, walkers.specification)
+    policies = make_policies(
+        *(options.policy, env_id, parameters, walkers.specification), options.normalization
+    )
+    table = Table(options.csv, walkers.specification["info_names"]) if options.csv else None
     began = time.monotonic()
-    episodes = sorted(shown(play(walkers, seeds, policies), len(seeds)))
+    episodes = []
+    try:
+        for episode in shown(play(walkers, seeds, policies), len(seeds)):
+            episodes.append(episode)
+            if table:
+                table.add(episode)
+    except KeyboardInterrupt:
+        if table:
+            print(f"{options.csv}: {len(episodes)} of {len(seeds)} episodes", file=sys.stderr)
+        raise
+    episodes.sort()
     seconds = time.monotonic() - began
     walkers.close()
 
@@ -88,7 +104,7 @@ def run(arguments: Sequence[str]) -> int:
     if threshold is None and not math.isnan(walkers.specification["reward_threshold"]):
         threshold = walkers.specification["reward_threshold"]
     summary = summarise(episodes, threshold)
-    title = describe(env_id, options.walker, options.policy, len(seeds))
+    title = describe(env_id, options.walker, policy_text(options), len(seeds))
     returns = [episode.episode_return for episode in episodes]
     print("\n".join([title, "", *report(summary, threshold), "", *histogram(returns)]))
     steps = sum(episode.length for episode in episodes)
@@ -98,11 +114,15 @@ def run(arguments: Sequence[str]) -> int:
         f"environments at once: {walkers.num_envs}",
         file=sys.stderr,
     )
-    if options.csv:
-        write_csv(options.csv, episodes, walkers.specification["info_names"])
+    if table:
+        table.finish(episodes)
     if options.json:
         head = {"id": env_id, "parameters": walkers.specification["parameters"]}
-        head = {**head, "policy": options.policy, "engine": walkers.specification["engine_version"]}
+        head = {
+            **head,
+            "policy": policy_text(options),
+            "engine": walkers.specification["engine_version"],
+        }
         write_json(options.json, {**head, **as_json(summary)}, episodes)
     if options.plot:
         from walker_sim.commands.plot import write_plot
@@ -115,19 +135,6 @@ def describe(env_id: str, words: Sequence[str], policy: str, count: int) -> str:
     """What was evaluated, in a line."""
     walker = " ".join([env_id, *(word for word in words if "=" in word)])
     return f"{walker}, policy {policy}, {count} episode{'s' if count > 1 else ''}"
-
-
-def write_csv(path: Path, episodes: Sequence[Episode], info_names: Sequence[str]) -> None:
-    """A line per episode; numbers with all digits, absent info empty."""
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        fields = ["seed", "return", "length", "terminated", "truncated", "end"]
-        writer.writerow([*fields, *info_names, "error"])
-        for episode in episodes:
-            info = [episode.info.get(name, "") for name in info_names]
-            outcome = (episode.terminated, episode.truncated, episode.end)
-            row = [episode.seed, episode.episode_return, episode.length, *outcome]
-            writer.writerow([*row, *info, episode.error])
 
 
 def write_json(path: Path, head: dict[str, Any], episodes: Sequence[Episode]) -> None:

@@ -83,6 +83,13 @@ def add_num_envs(parser: Parser) -> None:
 def add_episodes(parser: Parser, episodes: int) -> None:
     """Adds the policy, and the choice of episodes, one per seed."""
     parser.add_argument("--policy", default="heuristic", help="who walks; see below")
+    parser.add_argument(
+        "--normalization",
+        type=Path,
+        metavar="FILE.pkl",
+        help="of observations, for a policy FILE.zip: what VecNormalize.save wrote beside it. Such "
+        "a file can run code, too",
+    )
     group = parser.add_mutually_exclusive_group()
     group.add_argument(
         "--seeds",

@@ -293,7 +293,9 @@ def run(arguments: Sequence[str]) -> int:
     env_id, parameters = common.walker_of(words)
     parameters, camera = split_keywords(env_id, parameters)
     with closing(common.make_walkers(options, env_id, parameters, None, 1)) as walkers:
-        policies = make_policies(options.policy, env_id, parameters, walkers.specification)
+        policies = make_policies(
+            *(options.policy, env_id, parameters, walkers.specification), options.normalization
+        )
         session = Session(walkers, policies, common.chosen_seeds(options))
         pace = Pace(walkers.specification["dt"])
         pace.speed = options.speed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import json
 import zipfile
@@ -12,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
+from walker_sim.actions import to_action
 from walker_sim.commands.episodes import Policy
 from walker_sim.commands.options import InputError
+from walker_sim.errors import InvalidAction
 from walker_sim.files import package_file
-from walker_sim.training.models import sb3_algorithm
+from walker_sim.training.models import ModelError, read_vec_normalize, sb3_algorithm
 from walker_sim.transport import Specification
 
 Policies = Callable[[int], Policy]
@@ -37,13 +40,23 @@ POLICY is one of
 
 
 class PolicyFailed(Exception):
-    """The user's policy raised, or gave no action. Its own traceback says where."""
+    """The user's policy raised, and its own traceback says where; or gave no action."""
 
 
 def make_policies(
-    text: str, env_id: str, parameters: dict[str, Any], specification: Specification
+    text: str,
+    env_id: str,
+    parameters: dict[str, Any],
+    specification: Specification,
+    normalization: Path | None = None,
 ) -> Policies:
     """What `text` names.
+
+    Parameters
+    ----------
+    normalization
+        File with the statistics of a model of Stable-Baselines3; None: it acts on the observation
+        as it is.
 
     Raises
     ------
@@ -51,6 +64,8 @@ def make_policies(
         Naming the policy and what is allowed.
     """
     size = len(specification["action_low"])
+    if normalization is not None and not text.endswith(".zip"):
+        raise InputError(f"--normalization {normalization}: only for --policy FILE.zip")
     if text == "zero":
         return lambda seed: lambda observation: np.zeros(size, np.float32)
     if text in ("heuristic", "random"):
@@ -60,7 +75,7 @@ def make_policies(
     if text.endswith(".safetensors"):
         return _network_policies(text, env_id, parameters, size)
     if text.endswith(".zip"):
-        return _sb3_policies(text, specification)
+        return _sb3_policies(text, specification, normalization)
     if ":" in text:
         return _function_policies(text, size)
     raise InputError(
@@ -113,6 +128,20 @@ def _acting(policy: _core.Policy, size: int) -> Policy:
     return act
 
 
+def checked_action(given: Any, size: int) -> NDArray[np.float32]:
+    """Of a user's function.
+
+    Raises
+    ------
+    walker_sim.InvalidAction
+        For another shape, or what is not made of finite numbers.
+    """
+    action = to_action(given, (size,)).astype(np.float32)
+    if not np.isfinite(action).all():
+        raise InvalidAction(f"action = {given!r}: must be finite")
+    return action
+
+
 def _function_policies(text: str, size: int) -> Policies:
     module, _, name = text.partition(":")
     try:
@@ -129,19 +158,26 @@ def _function_policies(text: str, size: int) -> Policies:
 
         def act(observation: NDArray[Any]) -> NDArray[Any]:
             try:
-                action = np.asarray(function(observation), np.float32)
+                given = function(observation)
             except Exception as error:
                 raise PolicyFailed(f"{text} failed in the episode of seed {seed}") from error
-            if action.shape != (size,):
-                raise PolicyFailed(f"{text} gave shape {action.shape}; must be {(size,)}")
-            return action
+            try:
+                return checked_action(given, size)
+            except InvalidAction as error:
+                raise PolicyFailed(f"--policy {text}, seed {seed}: {error}") from None
 
         return act
 
     return policy_of
 
 
-def _sb3_policies(text: str, specification: Specification) -> Policies:
+def policy_text(options: argparse.Namespace) -> str:
+    """What acted, in a word."""
+    beside = f" with {options.normalization}" if options.normalization else ""
+    return f"{options.policy}{beside}"
+
+
+def _sb3_policies(text: str, specification: Specification, normalization: Path | None) -> Policies:
     try:
         with zipfile.ZipFile(text) as file:
             data = json.loads(file.read("data"))
@@ -169,8 +205,26 @@ def _sb3_policies(text: str, specification: Specification) -> Policies:
             f"must be {wanted[0]} and {wanted[1]}, as {specification['id']} has them"
         )
 
+    normalize = _normalizer(normalization, wanted[0])
+
     def act(observation: NDArray[Any]) -> NDArray[Any]:
-        action: NDArray[Any] = model.predict(observation, deterministic=True)[0]
+        action: NDArray[Any] = model.predict(normalize(observation), deterministic=True)[0]
         return action
 
     return lambda seed: act
+
+
+def _normalizer(
+    path: Path | None, shape: tuple[int, ...]
+) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    """What `VecNormalize` did to the model's observations, in its own arithmetic."""
+    if path is None:
+        return lambda observation: observation
+    try:
+        statistics = read_vec_normalize(path)
+        found = statistics.obs_rms.mean.shape if statistics.norm_obs else shape
+    except (ModelError, AttributeError) as error:
+        raise InputError(f"--normalization {path}: {error}") from error
+    if found != shape:
+        raise InputError(f"--normalization {path}: has shape {found}; must be {shape}")
+    return statistics.normalize_obs  # type: ignore[no-any-return]

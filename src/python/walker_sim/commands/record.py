@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, play
-from walker_sim.commands.policies import POLICY_HELP, make_policies
+from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
 from walker_sim.commands.progress import shown
 from walker_sim.transport import Specification, Walkers
 
@@ -78,7 +78,9 @@ def run(arguments: Sequence[str]) -> int:
     env_id, parameters = common.walker_of(options.walker)
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
-    policies = make_policies(options.policy, env_id, parameters, walkers.specification)
+    policies = make_policies(
+        *(options.policy, env_id, parameters, walkers.specification), options.normalization
+    )
     episodes = sorted(shown(play(walkers, seeds, policies, keeps_steps=True), len(seeds)))
     for episode in episodes:
         if episode.length == 0:
@@ -104,7 +106,7 @@ def arrays_of(
         "id": specification["id"],
         "parameter_names": np.array(list(specification["parameters"]), np.str_),
         "parameter_values": np.array(list(specification["parameters"].values()), np.str_),
-        "policy": options.policy,
+        "policy": policy_text(options),
         "transport": options.transport,
         "engine": specification["engine"],
         "engine_version": specification["engine_version"],

@@ -136,15 +136,32 @@ def _only(activations: set[str]) -> str:
     return activations.pop() if activations else "tanh"
 
 
-def _read_normalization(path: Path, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def read_vec_normalize(path: Path) -> Any:
+    """The `VecNormalize` that its ``save`` has written.
+
+    Raises
+    ------
+    ModelError
+        For another file.
+    """
     try:
         with path.open("rb") as file:
-            normalize = pickle.load(file)
+            found = pickle.load(file)
+    except Exception as error:  # of a pickle there may be any
+        raise ModelError(f"no VecNormalize: {error}") from error
+    if not hasattr(found, "normalize_obs"):
+        raise ModelError(f"no VecNormalize, but {type(found).__name__}")
+    return found
+
+
+def _read_normalization(path: Path, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    try:
+        normalize = read_vec_normalize(path)
         statistics, epsilon = normalize.obs_rms, normalize.epsilon
         clip, is_used = normalize.clip_obs, normalize.norm_obs
         mean, variance = np.array(statistics.mean), np.array(statistics.var)
-    except (OSError, AttributeError, EOFError, pickle.UnpicklingError) as error:
-        raise ModelError(f"--normalization {path}: no VecNormalize: {error}") from error
+    except (ModelError, AttributeError) as error:
+        raise ModelError(f"--normalization {path}: {error}") from error
     if mean.shape != (size,):
         raise ModelError(f"--normalization {path}: has shape {mean.shape}; must be ({size},)")
     if not is_used:

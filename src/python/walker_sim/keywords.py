@@ -1,0 +1,50 @@
+"""The keywords with which environments are made."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import operator
+from typing import Any, Callable, Mapping
+
+from walker_sim import _core
+from walker_sim.rendering import camera_keywords_of
+
+
+def refuse_unknown(
+    constructor: Callable[..., None], env_id: str, parameters: Mapping[str, Any]
+) -> None:
+    """Refuses what the constructor was given as ``**parameters`` and nobody knows.
+
+    Raises
+    ------
+    ValueError
+        Naming the keyword, the nearest one and all that there are.
+    """
+    own = [known["name"] for known in _core.parameters_of(env_id)]
+    unknown = [name for name in parameters if name not in own]
+    if not unknown:
+        return
+    kinds = (inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    signature = inspect.signature(constructor).parameters.values()
+    named = [
+        one.name for one in signature if one.kind in kinds and one.name not in ("self", "env_id")
+    ]
+    known = list(dict.fromkeys([*named, *own, *sorted(camera_keywords_of(env_id))]))
+    name = unknown[0]
+    nearest = difflib.get_close_matches(name, known, 1)
+    hint = f"; did you mean {nearest[0]}?" if nearest else "."
+    raise ValueError(
+        f"parameter {name} = {parameters[name]!r}: unknown{hint} Known: {' '.join(known)}"
+    )
+
+
+def to_count(name: str, given: int, lowest: int) -> int:
+    """An integer, NumPy's among them; how large it may be the walkers know."""
+    try:
+        count = operator.index(given)
+    except TypeError:
+        raise TypeError(f"{name} = {given!r}: must be an integer") from None
+    if count < lowest:
+        raise ValueError(f"{name} = {count}: must be at least {lowest}")
+    return count

@@ -1,0 +1,158 @@
+"""What Stable-Baselines3's ``make_vec_env`` hands to a vector environment: functions that make one
+walker each, with a `Monitor` around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Callable, Mapping, Sequence
+
+import gymnasium
+from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
+from numpy.typing import NDArray
+from stable_baselines3.common.monitor import Monitor
+
+from walker_sim.environment import WalkerEnv
+
+EnvFns = Sequence[Callable[[], gymnasium.Env]]
+
+
+class Told(gymnasium.Env[NDArray[Any], NDArray[Any]]):
+    """Stands under a `Monitor` in the place of a walker that is stepped elsewhere: gives what it is
+    told."""
+
+    def __init__(self, walker: gymnasium.Env) -> None:
+        self.observation_space, self.action_space = walker.observation_space, walker.action_space
+        self.metadata, self.render_mode, self.spec = (
+            walker.metadata,
+            walker.render_mode,
+            walker.spec,
+        )
+        self.outcome: Any = None
+
+    def reset(self, **_: Any) -> Any:
+        return self.outcome
+
+    def step(self, _: Any) -> Any:
+        return self.outcome
+
+
+class Watch:
+    """Keeps a `Monitor` informed of its walker, for what that adds to infos and files."""
+
+    def __init__(self, monitor: Monitor) -> None:
+        self.monitor, self._told = monitor, Told(monitor.env)
+        monitor.env = self._told
+
+    def reset(self) -> None:
+        """An episode has begun."""
+        self._told.outcome = None, {}
+        self.monitor.reset()
+
+    def step(self, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> None:
+        """A step was made. Adds ``episode`` to the info where it was the last."""
+        self._told.outcome = None, reward, terminated, truncated, info
+        self.monitor.step(None)
+
+    def methods(self) -> dict[str, Any]:
+        """What a `Monitor` tells."""
+        names = ("total_steps", "episode_rewards", "episode_lengths", "episode_times")
+        return {f"get_{name}": getattr(self.monitor, f"get_{name}") for name in names}
+
+
+@dataclass
+class Plan:
+    """How walkers are made together, so that they are as the functions would make them."""
+
+    env_id: str
+    num_envs: int
+    parameters: dict[str, Any]
+    max_episode_steps: int  # -1: no limit
+    render_mode: str | None
+    spaces: tuple[gymnasium.Space[Any], gymnasium.Space[Any]]  # of observations and actions
+    watches: list[Watch]  # one of each, or none
+
+
+def plan_of(env_fns: EnvFns, others: Mapping[str, Any]) -> Plan:
+    """Makes the walkers to see what they are, and closes them again.
+
+    Parameters
+    ----------
+    others
+        Keywords beside the functions, which must have their defaults.
+
+    Raises
+    ------
+    TypeError
+        For what is none of this package's walkers, or has a wrapper that cannot be around one that
+        is stepped with others.
+    ValueError
+        For walkers that are not alike, or are on a server; for a keyword that the functions say.
+    """
+    made = [_look_at(make()) for make in env_fns]
+    if not made:
+        raise ValueError("env_id = []: must be an id, or functions, one for each walker")
+    defaults = {"num_envs": (1, len(made)), "transport": ("inprocess",)}
+    for name, value in others.items():
+        if value not in defaults.get(name, (None,)):
+            raise ValueError(f"{name} = {value!r}: the functions that make the walkers say this")
+    for index, one in enumerate(made):
+        if one.text != made[0].text:
+            raise ValueError(
+                f"environment {index}: {one.text}; must be as the first one, {made[0].text}"
+            )
+        one.walker.close()
+    first, monitors = made[0], [one.monitor for one in made if one.monitor]
+    if len(monitors) not in (0, len(made)):
+        raise ValueError(f"{len(monitors)} of {len(made)} walkers have a Monitor; must be all")
+    parameters = dict(first.keywords)
+    if parameters.pop("transport") != "inprocess":
+        raise ValueError(
+            "transport = 'ros': one server has all of the walkers; make them by "
+            'VecEnv(ID, NUM_ENVS, transport="ros")'
+        )
+    return Plan(
+        first.walker.env_id,
+        len(made),
+        max_episode_steps=parameters.pop("max_episode_steps"),
+        render_mode=parameters.pop("render_mode"),
+        parameters=parameters,
+        spaces=(first.walker.observation_space, first.walker.action_space),
+        watches=[Watch(monitor) for monitor in monitors],
+    )
+
+
+@dataclass
+class _Made:
+    """What a function has made."""
+
+    walker: WalkerEnv
+    monitor: Monitor | None
+    keywords: dict[str, Any]
+
+    @property
+    def text(self) -> str:
+        return f"{self.walker.env_id} with {self.keywords}"
+
+
+def _look_at(environment: Any) -> _Made:
+    """Through the wrappers."""
+    limits: list[int | None] = []
+    monitor = None
+    while isinstance(environment, gymnasium.Wrapper):
+        if isinstance(environment, Monitor):
+            monitor = environment
+        elif isinstance(environment, TimeLimit):
+            limits.append(environment._max_episode_steps)
+        elif not isinstance(environment, (OrderEnforcing, PassiveEnvChecker)):
+            raise TypeError(
+                f"{type(environment).__name__}: walkers that are stepped together cannot have this "
+                "wrapper around each of them; must be Monitor. Put one of Stable-Baselines3's "
+                "VecEnvWrapper around all, or take its DummyVecEnv"
+            )
+        environment = environment.env
+    if not isinstance(environment, WalkerEnv):
+        raise TypeError(f"{type(environment).__name__}: must be a walker of walker_sim")
+    keywords = dict(environment.keywords)
+    limits.append(keywords["max_episode_steps"])
+    keywords["max_episode_steps"] = min((one for one in limits if one), default=-1)
+    return _Made(environment, monitor, keywords)

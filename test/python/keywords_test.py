@@ -1,0 +1,77 @@
+"""With which keywords an environment is made, and under which names."""
+
+import re
+
+import gymnasium
+import pytest
+import walker_sim
+from walkers import IDS, make_ours
+
+SHARED = ["transport", "server", "master_uri", "timeout", "max_episode_steps", "render_mode"]
+VECTORS = ["num_envs", "num_threads", "batch_size", "autoreset_mode"]
+WALKER2D = ["xml_file", "frame_skip", "healthy_z_range", "camera_name", "default_camera_config"]
+
+
+def words_of(make, *arguments, **keywords):
+    with pytest.raises(ValueError) as caught:
+        make(*arguments, **keywords)
+    return str(caught.value)
+
+
+def make_vector(environment_id, **keywords):
+    return gymnasium.make_vec(f"walker_sim/{environment_id}", 2, **keywords)
+
+
+@pytest.mark.parametrize(
+    ("make", "given", "nearest"),
+    [
+        (make_ours, "trasnport", "transport"),
+        (make_ours, "render_modes", "render_mode"),
+        (make_ours, "hardcor", "hardcore"),
+        (make_ours, "widht", "width"),
+        (make_vector, "num_thread", "num_threads"),
+        (make_vector, "autoreset", "autoreset_mode"),
+    ],
+)
+def test_an_unknown_keyword_is_told_its_neighbour(make, given, nearest):
+    words = words_of(make, "BipedalWalker-v3", **{given: 1})
+    assert words.startswith(f"parameter {given} = 1: unknown; did you mean {nearest}? Known: ")
+
+
+@pytest.mark.parametrize(
+    ("make", "own"), [(make_ours, SHARED), (make_vector, SHARED + VECTORS)], ids=["one", "many"]
+)
+def test_all_keywords_are_told(make, own):
+    words = words_of(make, "Walker2d-v5", quux="a")
+    assert words.startswith("parameter quux = 'a': unknown. Known: ")
+    known = words.partition("Known: ")[2].split()
+    assert {*own, *WALKER2D} <= {*known}
+    assert len(known) == len({*known})
+    assert not {"env_id", "self", "parameters", "lookat"} & {*known}
+    if make is make_ours:
+        assert not {*VECTORS} & {*known}
+
+
+def test_each_known_keyword_is_taken():
+    """None of those that are told is refused as unknown."""
+    words = words_of(make_vector, "Walker2d-v5", quux=0)
+    for name in words.partition("Known: ")[2].split():
+        try:
+            make_vector("Walker2d-v5", **{name: object()})
+        except (TypeError, ValueError, RuntimeError) as error:
+            assert "unknown" not in str(error), name
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize("kind", [walker_sim.WalkerEnv, walker_sim.WalkerVectorEnv])
+def test_the_namespace_may_be_there(kind, environment_id):
+    first, second = kind(environment_id), kind(f"walker_sim/{environment_id}")
+    assert first.reset(seed=1)[0].tobytes() == second.reset(seed=1)[0].tobytes()
+
+
+@pytest.mark.parametrize("kind", [walker_sim.WalkerEnv, walker_sim.WalkerVectorEnv])
+@pytest.mark.parametrize("environment_id", ["walker_sim/Ant-v4", "other/Walker2d-v5"])
+def test_an_unknown_id_is_refused(kind, environment_id):
+    name = environment_id.replace("walker_sim/", "")
+    with pytest.raises(ValueError, match=re.escape(f"environment {name}: unknown")):
+        kind(environment_id)

@@ -1,0 +1,165 @@
+"""EnvPool's step(actions, env_id): some walkers of a vector environment beside single ones, to the
+bit."""
+
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim  # registers the ids
+from gymnasium.vector import AutoresetMode
+from vector_comparison import assert_same
+
+NUM_ENVS = 5
+LIMITS = {"BipedalWalker-v3": 70, "Walker2d-v5": 20, "Hopper-v5": 20}
+MODES = ["next_step", "same_step", "disabled"]
+
+
+def make(environment_id="BipedalWalker-v3", num_envs=NUM_ENVS, **options):
+    options = {"max_episode_steps": LIMITS[environment_id], **options}
+    return gymnasium.make_vec(f"walker_sim/{environment_id}", num_envs, **options)
+
+
+def singles(environment_id, mode):
+    """As many vector environments of Gymnasium's, of one single walker each."""
+
+    def make_one():
+        return gymnasium.make(
+            f"walker_sim/{environment_id}", max_episode_steps=LIMITS[environment_id]
+        )
+
+    kind = gymnasium.vector.SyncVectorEnv
+    return [kind([make_one], autoreset_mode=AutoresetMode[mode.upper()]) for _ in range(NUM_ENVS)]
+
+
+def row_of(outcome, row):
+    """One walker's part of what a step gave."""
+    *arrays, infos = outcome
+    return [array[row : row + 1] for array in arrays], {
+        name: row_of_infos(value, row) for name, value in infos.items() if name != "env_id"
+    }
+
+
+def row_of_infos(value, row):
+    if isinstance(value, dict):
+        return {name: row_of_infos(one, row) for name, one in value.items()}
+    return value[row : row + 1]
+
+
+def without_absent(infos):
+    """The infos of a walker alone do not name what it has not."""
+    kept = {}
+    for name, value in infos.items():
+        if name.startswith("_") or not infos[f"_{name}"][0]:
+            continue
+        kept[name] = without_absent(value) if isinstance(value, dict) else value
+    return kept
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("environment_id", LIMITS)
+def test_some_are_stepped_as_single_ones(environment_id, mode):
+    ours, theirs = make(environment_id, autoreset_mode=mode), singles(environment_id, mode)
+    random = np.random.default_rng(2)
+    observations, _ = ours.reset(seed=7)
+    for index, single in enumerate(theirs):
+        assert single.reset(seed=7 + index)[0][0].tobytes() == observations[index].tobytes()
+    num_ends, ended = 0, np.zeros(NUM_ENVS, bool)
+    for _ in range(400):
+        if mode == "disabled" and ended.any():
+            observations, _ = ours.reset(options={"reset_mask": ended.copy()})
+            for index in ended.nonzero()[0]:
+                options = {"reset_mask": np.array([True])}
+                first = theirs[index].reset(options=options)[0][0]
+                assert first.tobytes() == observations[index].tobytes()
+            ended[:] = False
+        env_id = random.permutation(NUM_ENVS)[: random.integers(1, NUM_ENVS + 1)]
+        actions = random.uniform(-1.5, 1.5, (len(env_id), *ours.single_action_space.shape))
+        actions = actions.astype(np.float32)
+        outcome = ours.step(actions, env_id)
+        assert outcome[4]["env_id"].tolist() == env_id.tolist()
+        assert outcome[4]["env_id"].dtype == np.int32
+        assert outcome[0].dtype == ours.observation_space.dtype
+        for row, index in enumerate(env_id):
+            arrays, infos = row_of(outcome, row)
+            *expected, expected_infos = theirs[index].step(actions[row : row + 1])
+            assert_same(arrays, expected)
+            assert_same(without_absent(infos), without_absent(expected_infos))
+        ends = outcome[2] | outcome[3]
+        ended[env_id] |= ends
+        num_ends += ends.sum()
+    assert num_ends > 10
+
+
+def test_the_others_stay_as_they_are():
+    ours, twin = make("Walker2d-v5"), make("Walker2d-v5")
+    ours.reset(seed=3)
+    twin.reset(seed=3)
+    actions = np.full((NUM_ENVS, 6), 0.3, np.float32)
+    for _ in range(5):
+        ours.step(actions[:2], [4, 1])
+    everyone = ours.step(actions)
+    expected = twin.step(actions)
+    for index in (0, 2, 3):
+        assert everyone[0][index].tobytes() == expected[0][index].tobytes()
+    assert everyone[0][1].tobytes() != expected[0][1].tobytes()
+    mask = np.array([True, False, False, False, False])
+    assert ours.reset(options={"reset_mask": mask})[0][1].tobytes() == everyone[0][1].tobytes()
+
+
+def test_with_a_batch_size_it_is_a_send_and_a_recv():
+    """As EnvPool has it: others may be under way."""
+    envs = make(batch_size=2, num_threads=2)
+    envs.async_reset(seed=1)
+    steps = np.zeros(NUM_ENVS, int)
+    *_, infos = envs.recv()
+    for _ in range(60):
+        env_id = infos["env_id"]
+        steps[env_id] += 1
+        observations, *_, infos = envs.step(np.zeros((2, 4), np.float32), env_id)
+        assert observations.shape == (2, 24) and len({*infos["env_id"]}) == 2
+    assert steps.sum() == 120 and (steps > 0).all()
+
+
+def test_pictures_after_a_step_of_some():
+    """The picture shows another ray of the lidar at each step of its own walker."""
+    kind = {"render_mode": "rgb_array", "width": 120, "height": 80}
+    ours, twin = make(**kind), make(**kind)
+    ours.reset(seed=3)
+    twin.reset(seed=3)
+    for _ in range(3):
+        ours.step(np.ones((1, 4)), [2])
+        twin.step(np.ones((NUM_ENVS, 4)))
+    assert np.array_equal(ours.render()[2], twin.render()[2])
+
+
+@pytest.mark.parametrize(
+    ("env_id", "count", "error", "words"),
+    [
+        ([0, 5], 2, ValueError, "environment 5: must be in [0, 4]"),
+        ([-1], 1, ValueError, "environment -1: must be in [0, 4]"),
+        ([1, 1], 2, ValueError, "environment 1: listed twice"),
+        ([], 0, ValueError, "step: no environment is listed"),
+        ([0.5], 1, TypeError, "env_id = [0.5]: must be a sequence of integers"),
+        (1, 1, TypeError, "env_id = 1: must be a sequence of integers"),
+        ([0, 1], 5, walker_sim.InvalidAction, "actions have shape (5, 4); must have (2, 4)"),
+    ],
+)
+def test_what_cannot_be_stepped_moves_nothing(env_id, count, error, words):
+    envs, twin = make(), make()
+    envs.reset(seed=1)
+    twin.reset(seed=1)
+    with pytest.raises(error, match=re.escape(words)):
+        envs.step(np.zeros((count, 4)), env_id)
+    assert_same(envs.step(np.zeros((NUM_ENVS, 4))), twin.step(np.zeros((NUM_ENVS, 4))))
+
+
+def test_a_walker_without_an_episode():
+    envs = make(autoreset_mode="disabled", max_episode_steps=1)
+    with pytest.raises(walker_sim.ResetNeeded, match="environment 3: there is no episode yet"):
+        envs.step(np.zeros((1, 4)), [3])
+    envs.reset(seed=0)
+    envs.step(np.zeros((1, 4)), [3])
+    with pytest.raises(walker_sim.ResetNeeded, match="environment 3: the episode ended after 1"):
+        envs.step(np.zeros((2, 4)), [0, 3])
+    envs.step(np.zeros((1, 4)), [0])
