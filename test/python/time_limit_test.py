@@ -2,7 +2,7 @@
 
 import gymnasium
 import pytest
-from walker_sim.time_limit import limit_of_make
+from walker_sim.time_limit import ANY, limit_of_make
 
 
 class Probe(gymnasium.Env):
@@ -51,6 +51,16 @@ def test_make_tells_its_limit(name, registered):
     assert limit_of(name, max_episode_steps=5) == 5
     assert limit_of(name, 5) == 5
     assert limit_of(name, max_episode_steps=-1) == 0
+
+
+@pytest.mark.parametrize("limit", [None, 5, -1])
+def test_an_environments_own_specification_says_nothing(limit):
+    """It knows no wrapper, so no limit; Gymnasium's checker copies environments by it."""
+    made = gymnasium.make("Probe-v0", max_episode_steps=limit)
+    assert made.unwrapped.spec.max_episode_steps is None
+    assert limit_of(made.unwrapped.spec) == ANY
+    assert limit_of(made.unwrapped.spec, max_episode_steps=7) == 7
+    assert limit_of(made.unwrapped.spec, max_episode_steps=-1) == 0
 
 
 def test_a_specification_tells_its_own(registered):

@@ -1,0 +1,97 @@
+"""A model of Stable-Baselines3 with the statistics of its VecNormalize: what `evaluate` plays is
+what Stable-Baselines3 plays with both."""
+
+import json
+import pickle
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim  # noqa: F401  # registers the ids
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+from walker_sim.commands import main
+from walker_sim.sb3 import VecEnv
+
+ID = "BipedalWalker-v3"
+SEEDS = [4, 0, 7]
+LIMIT = 120
+
+
+@pytest.fixture(scope="module", params=[PPO, SAC], ids=["PPO", "SAC"])
+def learnt(request, tmp_path_factory):
+    """Model and statistics, saved as Stable-Baselines3's users save them."""
+    folder = tmp_path_factory.mktemp("learnt")
+    walkers = VecNormalize(VecEnv(ID, 2), clip_obs=2.0)
+    sizes = {"n_steps": 128} if request.param is PPO else {"learning_starts": 50}
+    model = request.param("MlpPolicy", walkers, seed=1, device="cpu", **sizes)
+    model.learn(512)
+    model.save(folder / "model.zip")
+    walkers.save(str(folder / "vec_normalize.pkl"))
+    return request.param, folder
+
+
+def returns_of(folder, *options):
+    path = folder / "summary.json"
+    words = ["--policy", str(folder / "model.zip"), f"max_episode_steps={LIMIT}"]
+    seeds = ["--seeds", ",".join(map(str, SEEDS)), "--json", str(path)]
+    assert main(["evaluate", ID, *words, *seeds, *map(str, options)]) == 0
+    summary = json.loads(path.read_text())
+    return [outcome["return"] for outcome in summary["outcomes"]], summary["policy"]
+
+
+def returns_by_stable_baselines3(kind, folder):
+    def make():
+        return gymnasium.make(f"walker_sim/{ID}", max_episode_steps=LIMIT)
+
+    walkers = VecNormalize.load(str(folder / "vec_normalize.pkl"), DummyVecEnv([make]))
+    walkers.training, walkers.norm_reward = False, False
+    model = kind.load(folder / "model.zip", device="cpu")
+    returns = []
+    for seed in SEEDS:
+        walkers.seed(seed)
+        observations, done, total = walkers.reset(), [False], 0.0
+        while not done[0]:
+            actions, _ = model.predict(observations, deterministic=True)
+            observations, rewards, done, _ = walkers.step(actions)
+            total += float(rewards[0])
+        returns.append(total)
+    return returns
+
+
+def test_what_is_played_is_what_stable_baselines3_plays(learnt):
+    kind, folder = learnt
+    statistics = folder / "vec_normalize.pkl"
+    returns, policy = returns_of(folder, "--normalization", statistics)
+    # Its rewards are float32.
+    assert np.allclose(returns, returns_by_stable_baselines3(kind, folder), rtol=0, atol=1e-3)
+    assert policy == f"{folder / 'model.zip'} with {statistics}"
+    assert returns != returns_of(folder)[0], "without the statistics it is another policy"
+
+
+def test_what_is_no_statistics(learnt, tmp_path, capsys):
+    _, folder = learnt
+    other = tmp_path / "other.pkl"
+    other.write_bytes(pickle.dumps({"mean": 0}))
+    garbage = tmp_path / "garbage.pkl"
+    garbage.write_bytes(b"nothing")
+    hopper = tmp_path / "hopper.pkl"
+    VecNormalize(VecEnv("Hopper-v5", 1)).save(str(hopper))
+    for path, words in (
+        (other, "no VecNormalize, but dict"),
+        (garbage, "no VecNormalize: "),
+        (tmp_path / "none.pkl", "no VecNormalize: [Errno 2] No such file or directory"),
+        (hopper, "has shape (11,); must be (24,)"),
+    ):
+        model = ["--policy", str(folder / "model.zip"), "--normalization", str(path)]
+        assert main(["evaluate", ID, *model]) == 2
+        error = capsys.readouterr().err
+        assert error.startswith(f"walker_sim evaluate: --normalization {path}: {words}")
+        assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("policy", ["shipped", "heuristic", "my.safetensors", "math:sin"])
+def test_other_policies_have_none(capsys, policy):
+    assert main(["evaluate", ID, "--policy", policy, "--normalization", "my.pkl"]) == 2
+    error = capsys.readouterr().err
+    assert error == "walker_sim evaluate: --normalization my.pkl: only for --policy FILE.zip\n"

@@ -1,0 +1,173 @@
+"""Torch's tensors in and out, without a copy, and with the bits of NumPy's arrays. Run where the
+distribution's PyTorch is; the package itself never imports it."""
+
+import re
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+import torch
+import walker_sim  # registers the ids
+from gymnasium.wrappers import NumpyToTorch
+from gymnasium.wrappers import vector as vector_wrappers
+from walker_sim.actions import to_action, to_actions
+
+NUM_ENVS = 6
+IDS = ["BipedalWalker-v3", "Walker2d-v5", "Hopper-v5"]
+
+
+def make_vector(environment_id, **options):
+    options = {"max_episode_steps": 20, **options}
+    return gymnasium.make_vec(f"walker_sim/{environment_id}", NUM_ENVS, **options)
+
+
+class OnlyDlpack:
+    """What has no other way to its memory than DLPack's."""
+
+    def __init__(self, tensor):
+        self._tensor = tensor
+
+    def __dlpack__(self, **keywords):
+        return self._tensor.__dlpack__(**keywords)
+
+    def __dlpack_device__(self):
+        return self._tensor.__dlpack_device__()
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+@pytest.mark.parametrize("form", [lambda tensor: tensor, OnlyDlpack, lambda t: t.numpy()])
+def test_actions_are_read_where_they_are(dtype, form):
+    """The memory that the core reads is the tensor's own."""
+    one, many = torch.rand(4, dtype=dtype), torch.rand(NUM_ENVS, 4, dtype=dtype)
+    assert to_action(form(one), (4,)).ctypes.data == one.data_ptr()
+    assert to_actions(form(many), NUM_ENVS, 4).ctypes.data == many.data_ptr()
+
+
+def test_what_lies_otherwise_is_copied():
+    turned = torch.rand(4, NUM_ENVS).T
+    actions = to_actions(turned, NUM_ENVS, 4)
+    assert actions.flags.c_contiguous and np.array_equal(actions, turned.numpy())
+    assert to_action(torch.ones(4, dtype=torch.int32), (4,)).dtype == np.float64
+
+
+def test_results_are_taken_without_a_copy():
+    envs = make_vector("Walker2d-v5")
+    observations, _ = envs.reset(seed=1)
+    results = [observations]
+    for _ in range(3):
+        results += envs.step(torch.zeros(NUM_ENVS, 6))[:4]
+    single = gymnasium.make("walker_sim/BipedalWalker-v3")
+    results += [single.reset(seed=1)[0], single.step(torch.zeros(4))[0]]
+    for result in results:
+        assert result.flags.writeable and result.flags.c_contiguous
+        assert torch.from_numpy(result).data_ptr() == result.ctypes.data
+        if result.dtype != bool:  # of which this PyTorch has no DLPack
+            tensor = torch.from_dlpack(result)
+            assert tensor.data_ptr() == result.ctypes.data
+            kept = tensor.clone()
+            tensor += 1
+            assert np.array_equal(result, (kept + 1).numpy())
+    assert len({result.ctypes.data for result in results}) == len(results)
+
+
+def test_what_the_caller_writes_into_a_tensor_changes_no_walker():
+    envs, twin = make_vector("Walker2d-v5"), make_vector("Walker2d-v5")
+    torch.from_dlpack(envs.reset(seed=1)[0]).fill_(7)
+    twin.reset(seed=1)
+    actions = torch.full((NUM_ENVS, 6), 0.3)
+    for _ in range(30):
+        results = envs.step(actions)
+        assert results[0].tobytes() == twin.step(actions.numpy())[0].tobytes()
+        torch.from_dlpack(results[0]).fill_(7)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("environment_id", IDS)
+def test_bits_are_those_of_arrays(environment_id, dtype):
+    ours, twin = make_vector(environment_id), make_vector(environment_id)
+    size = ours.single_action_space.shape
+    single, single_twin = (gymnasium.make(f"walker_sim/{environment_id}") for _ in range(2))
+    for environment in (ours, twin, single, single_twin):
+        environment.reset(seed=4)
+    random = np.random.default_rng(0)
+    for _ in range(60):
+        actions = random.uniform(-1.2, 1.2, (NUM_ENVS, *size)).astype(dtype)
+        given, expected = ours.step(torch.from_numpy(actions)), twin.step(actions)
+        assert [one.tobytes() for one in given[:4]] == [one.tobytes() for one in expected[:4]]
+        given = single.unwrapped.step(torch.from_numpy(actions[0]))
+        expected = single_twin.unwrapped.step(actions[0])
+        assert given[0].tobytes() == expected[0].tobytes() and given[1:] == expected[1:]
+        if given[2]:
+            break
+
+
+def test_some_and_sent_take_tensors():
+    ours, twin = make_vector("Hopper-v5"), make_vector("Hopper-v5")
+    ours.reset(seed=1)
+    twin.reset(seed=1)
+    chosen = torch.tensor([4, 0])
+    given = ours.step(torch.full((2, 3), 0.5), chosen)
+    expected = twin.step(np.full((2, 3), 0.5, np.float32), [4, 0])
+    assert given[0].tobytes() == expected[0].tobytes()
+    ours.send(torch.zeros(NUM_ENVS, 3))
+    assert sorted(ours.recv()[-1]["env_id"]) == [*range(NUM_ENVS)]
+
+
+def test_gymnasiums_wrapper_of_vector_environments():
+    """Not in same_step, of whose final observations, an array of objects, it makes no tensor,
+    whatever the environment."""
+    plain = make_vector("Walker2d-v5")
+    wrapped = vector_wrappers.NumpyToTorch(make_vector("Walker2d-v5"))
+    observations, _ = wrapped.reset(seed=2)
+    assert isinstance(observations, torch.Tensor)
+    assert np.array_equal(observations.numpy(), plain.reset(seed=2)[0])
+    ends = 0
+    for _ in range(50):
+        actions = torch.rand(NUM_ENVS, 6) * 2 - 1
+        *given, infos = wrapped.step(actions)
+        *expected, _ = plain.step(actions.numpy())
+        assert all(isinstance(one, torch.Tensor) for one in given)
+        for one, other in zip(given, expected):
+            assert one.numpy().dtype == other.dtype and one.numpy().tobytes() == other.tobytes()
+        assert isinstance(infos["x_position"], torch.Tensor)
+        ends += int((given[2] | given[3]).sum())
+    assert ends > 3
+
+
+def test_gymnasiums_wrapper_of_one():
+    wrapped = NumpyToTorch(gymnasium.make("walker_sim/BipedalWalker-v3"))
+    plain = gymnasium.make("walker_sim/BipedalWalker-v3")
+    assert np.array_equal(wrapped.reset(seed=2)[0].numpy(), plain.reset(seed=2)[0])
+    actions = torch.rand(4)
+    assert np.array_equal(wrapped.step(actions)[0].numpy(), plain.step(actions.numpy())[0])
+
+
+@pytest.mark.parametrize(
+    ("actions", "words"),
+    [
+        (torch.zeros(NUM_ENVS, 4, requires_grad=True), "Use tensor.detach().numpy() instead"),
+        (torch.zeros(NUM_ENVS, 4, device="meta"), "meta device"),
+        (OnlyDlpack(torch.zeros(NUM_ENVS, 4, dtype=torch.bfloat16)), "must be an array of shape"),
+        (torch.zeros(NUM_ENVS, 4, dtype=torch.complex64), "must hold numbers, not complex64"),
+        (torch.zeros(4, NUM_ENVS), "actions have shape (4, 6); must have (6, 4)"),
+        (torch.full((NUM_ENVS, 4), torch.nan), "environment 0: action[0] (hip_1) = nan"),
+    ],
+)
+def test_what_is_no_action(actions, words):
+    envs = make_vector("BipedalWalker-v3")
+    envs.reset(seed=1)
+    with pytest.raises(walker_sim.InvalidAction, match=re.escape(words)):
+        envs.step(actions)
+
+
+def test_the_package_does_not_import_torch():
+    program = """
+import sys, gymnasium, walker_sim, numpy
+envs = gymnasium.make_vec("walker_sim/BipedalWalker-v3", 2)
+envs.reset(seed=1)
+envs.step(numpy.zeros((2, 4), numpy.float32))
+assert "torch" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)
