@@ -5,6 +5,7 @@
 #   my_walker_pkg                         examples/my_walker_pkg on top of it, built, tested and installed
 #   wheel PYTHON                          pip's wheel
 #   wheel_suite PYTHON oldest|newest XML  the wheel's suite in a clean virtual environment
+#   wheel_readme PYTHON XML               README's first example in one that the extra for it has filled
 #   example_venv LEARNER                  the virtual environment of an example
 #   example LEARNER FILE XML              a suite in it
 #   torchrl_root PYTHON                   Debian 13 for the example with TorchRL, and its Python beside it
@@ -108,6 +109,20 @@ run_wheel_suite() {
     -p no:cacheprovider --noconftest --junit-xml="$results" "$root/test/python/wheel_test.py"
 }
 
+# As a user: a fresh environment, the wheel with its extra, and nothing compiled for that.
+run_wheel_readme() {
+  local interpreter=$1 results=$2 environment wheel
+  environment=$build/.wheel/$(version_of "$interpreter")_readme
+  rm -rf "$environment" && within /dev/null "$interpreter" -m venv "$environment"
+  wheel=$(echo "$build/.wheel/$(version_of "$interpreter")"/*.whl)
+  within /dev/null "$environment/bin/python" -m pip install --disable-pip-version-check -q \
+    --only-binary=:all: "${wheel}[box2d]" pytest
+  mkdir -p "${results%/*}"
+  exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1 \
+    "$environment/bin/python" -m pytest -q -p no:cacheprovider --noconftest --junit-xml="$results" \
+    "$root/test/python/readme_wheel_test.py"
+}
+
 run_example() {
   local learner=$1 suite=$2 results=$3
   mkdir -p "${results%/*}"
@@ -170,6 +185,7 @@ case $1 in
   my_walker_pkg) run_my_walker_pkg ;;
   wheel) build_wheel "$2" ;;
   wheel_suite) run_wheel_suite "${@:2}" ;;
+  wheel_readme) run_wheel_readme "${@:2}" ;;
   example_venv) set_up_example "$2" ;;
   example) run_example "${@:2}" ;;
   torchrl_root) set_up_torchrl_root "$2" ;;

@@ -65,6 +65,10 @@ foreach(version RANGE 10 13)
     set_tests_properties(wheel_3.${version}_${packages} PROPERTIES
       LABELS long TIMEOUT 900 FIXTURES_REQUIRED wheel_3.${version})
   endforeach()
+  add_test(NAME wheel_3.${version}_readme COMMAND ${stage} wheel_readme ${python_3_${version}}
+    ${test_results}/wheel/3.${version}_readme.xml)
+  set_tests_properties(wheel_3.${version}_readme PROPERTIES
+    LABELS long TIMEOUT 900 FIXTURES_REQUIRED wheel_3.${version})
 endforeach()
 
 # ---------------------------------------------------------------- the documentation's site

@@ -321,6 +321,7 @@ def test_what_only_walkers_of_this_process_have(monkeypatch):
     calls = {
         "send": lambda: envs.send(zeros(envs)),
         "recv": envs.recv,
+        "env_id": lambda: envs.step(zeros(envs, 1), [0]),
         "async_reset": envs.async_reset,
         "np_random": lambda: envs.np_random,
         "np_random_seed": lambda: envs.np_random_seed,

@@ -1,0 +1,47 @@
+"""README's first example, typed as it stands there after the command that stands beside it, in a
+virtual environment that pip has just filled by that. stage.sh starts this."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import walker_sim
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+COMMAND = "pip install '.[box2d]'"
+SENTENCE = f"(`./scripts/env python compare.py`, or `python compare.py` after `{COMMAND}`)"
+
+
+def block(language, words):
+    """The one in README that has these words."""
+    blocks = re.findall(rf"^```{language}\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+    (found,) = [text for text in blocks if words in text]
+    return found
+
+
+def test_the_first_example(tmp_path):
+    assert pathlib.Path(sys.prefix) in pathlib.Path(walker_sim.__file__).parents
+    assert SENTENCE in " ".join(README.split())
+    (tmp_path / "compare.py").write_text(block("python", "for name in"), encoding="utf-8")
+    command = "python compare.py"
+    path = os.pathsep.join([os.path.join(sys.prefix, "bin"), os.environ["PATH"]])
+    done = subprocess.run(
+        command,
+        shell=True,
+        cwd=tmp_path,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == block("", "208 steps")
+
+
+def test_the_page_on_installing_says_what_it_needs():
+    page = (ROOT / "docs/install.md").read_text(encoding="utf-8")
+    assert "'.[box2d]'" in page
+    assert "no compiler" in page
