@@ -445,9 +445,13 @@ TEST_F(PoolTest, SomeAreCheckedBeforeAnythingMoves) {
   };
   EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({}); }),
             "step: no environment is listed");
-  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({0, 3}); }),
+  EXPECT_EQ(refusal<std::invalid_argument>([&] {
+              step_some({0, 3});
+            }),
             "environment 3: must be in [0, 2]");
-  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({1, 0, 1}); }),
+  EXPECT_EQ(refusal<std::invalid_argument>([&] {
+              step_some({1, 0, 1});
+            }),
             "environment 1: listed twice");
   send({1});
   EXPECT_EQ(message_of<std::logic_error>([&] { step_some({0}); }),

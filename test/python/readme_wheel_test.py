@@ -17,8 +17,8 @@ SENTENCE = f"(`./scripts/env python compare.py`, or `python compare.py` after `{
 
 def block(language, words):
     """The one in README that has these words."""
-    blocks = re.findall(rf"^```{language}\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
-    (found,) = [text for text in blocks if words in text]
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+    (found,) = [text for its, text in blocks if its == language and words in text]
     return found
 
 

@@ -154,7 +154,7 @@ def test_recorded_videos_frames(tmp_path, monkeypatch):
 
 def test_bad_use():
     environments = make(WALKER)
-    with pytest.raises(walker_sim.ResetNeeded, match="^render: there is no episode yet; reset first"):
+    with pytest.raises(walker_sim.ResetNeeded, match=r"^render: there is no episode"):
         environments.render()
     environments.close()
     with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="render: this environment"):
