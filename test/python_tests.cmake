@@ -14,6 +14,7 @@ set(short_suites
   python/bits_ros_test
   python/bits_mujoco_test
   python/environment_test
+  python/keywords_test
   python/package_test
   python/refusals_ros_test
   python/vector_environment_test

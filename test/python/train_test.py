@@ -342,7 +342,7 @@ def test_models_are_converted(tmp_path, capsys, algorithm):
     model.save(tmp_path / "model.zip")
     walkers.save(tmp_path / "normal.pkl")
     out = tmp_path / "walker.safetensors"
-    given = ["convert", str(tmp_path / "model.zip"), str(out), "--id", ID]
+    given = ["convert", str(tmp_path / "model.zip"), str(out), "--id", f"walker_sim/{ID}"]
     assert main([*given, "--normalization", str(tmp_path / "normal.pkl")]) == 0
     assert "actions differ by at most" in capsys.readouterr().out
     observations = np.random.default_rng(1).normal(0, 1, (200, 24))

@@ -21,6 +21,8 @@ def refuse_unknown(
     ValueError
         Naming the keyword, the nearest one and all that there are.
     """
+    if not parameters:
+        return
     own = [known["name"] for known in _core.parameters_of(env_id)]
     unknown = [name for name in parameters if name not in own]
     if not unknown:

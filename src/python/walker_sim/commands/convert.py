@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
+from walker_sim.registration import without_namespace
 from walker_sim.training.policy_file import PolicyFile, write_policy
 
 CHECKS = 1000
@@ -71,7 +72,7 @@ def run(arguments: Sequence[str]) -> int:
             model = models.read_onnx(options.model)
         else:
             raise InputError(f"{options.model}: must end in .zip or .onnx")
-        env_id = options.id or _fitting(model.sizes)
+        env_id = without_namespace(options.id) if options.id else _fitting(model.sizes)
         specification = _core.Environment(env_id, {}).specification
         policy = models.to_policy(model, env_id, specification, options.normalization)
     except models.ModelError as error:
