@@ -71,6 +71,11 @@ foreach(version RANGE 10 13)
     LABELS long TIMEOUT 900 FIXTURES_REQUIRED wheel_3.${version})
 endforeach()
 
+# As for other machines: repaired, tried, with the source package that it is built of.
+add_test(NAME scripts_wheels_test COMMAND ${WALKER_SIM_TEST_PYTHON} -m pytest -q -p no:cacheprovider
+  --junit-xml=${test_results}/scripts_wheels_test.xml ${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/wheels_test.py)
+set_tests_properties(scripts_wheels_test PROPERTIES LABELS long TIMEOUT 1500 COST 2)
+
 # ---------------------------------------------------------------- the documentation's site
 walker_sim_add_check(docs_site long ${CMAKE_CURRENT_SOURCE_DIR}/scripts/docs)
 

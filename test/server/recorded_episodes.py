@@ -32,7 +32,11 @@ def read_bipedal_walker():
 
 
 def read_walker2d():
-    return list(read("walker2d_full_episodes.txt", walker2d_step))
+    return list(read("walker2d_full_episodes.txt", mujoco_step(6, 17)))
+
+
+def read_hopper():
+    return list(read("hopper_full_episodes.txt", mujoco_step(3, 11)))
 
 
 def read(name, step_of):
@@ -55,11 +59,18 @@ def bipedal_walker_step(words):
     return RecordedStep(numbers[:4], numbers[4:28], numbers[28], *flags, [])
 
 
-def walker2d_step(words):
-    action = [single(word) for word in words[:6]]
-    observation, reward = [double(word) for word in words[6:23]], double(words[23])
-    flags = (words[24] == "1", words[25] == "1")
-    return RecordedStep(action, observation, reward, *flags, [double(w) for w in words[26:]])
+def mujoco_step(action_size, observation_size):
+    """Actions in single precision, the other numbers in double."""
+    reward = action_size + observation_size
+
+    def step(words):
+        action = [single(word) for word in words[:action_size]]
+        observation = [double(word) for word in words[action_size:reward]]
+        flags = (words[reward + 1] == "1", words[reward + 2] == "1")
+        info = [double(word) for word in words[reward + 3 :]]
+        return RecordedStep(action, observation, double(words[reward]), *flags, info)
+
+    return step
 
 
 def single(word):

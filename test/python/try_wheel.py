@@ -1,0 +1,160 @@
+"""Tries the installed wheel as it is, with Python and the wheel's requirements alone.
+
+usage: try_wheel.py [--bare] drawn|missing|any
+
+Of each environment a recorded episode has to have Gymnasium's bits. Pictures must be drawn, or
+their libraries must be missing and the error must name them, or one of the two. With --bare there
+may be no compiler and no ROS. Lines that begin with = are the results; the status is 0 only where
+all is well.
+"""
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import os
+import pathlib
+import platform
+import shutil
+import struct
+import subprocess
+import sys
+import time
+
+import gymnasium
+import numpy as np
+import walker_sim
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "server"))
+import recorded_episodes
+
+IDS = (
+    "BipedalWalker-v3",
+    "BipedalWalkerHardcore-v3",
+    "Walker2d-v4",
+    "Walker2d-v5",
+    "Hopper-v4",
+    "Hopper-v5",
+)
+LICENCES = ("LICENSE", "NOTICE", "mujoco/LICENSE", "mujoco/LICENSES_THIRD_PARTY.md")
+# By what draws: the environments' robots share it.
+MISSING = {"BipedalWalker-v3": "libcairo2", "Walker2d-v5": "libosmesa6"}
+STARTS = 10
+
+
+class Failure(Exception):
+    """What is wrong with the wheel."""
+
+
+def check(is_well, text):
+    if not is_well:
+        raise Failure(text)
+
+
+def check_bareness():
+    for program in ("c++", "cc", "clang", "g++", "gcc", "roscore"):
+        check(shutil.which(program) is None, f"{program} is here")
+    for module in ("catkin_pkg", "genpy", "rospy"):
+        check(importlib.util.find_spec(module) is None, f"{module} is here")
+    check(not [name for name in os.environ if name.startswith("ROS")], "ROS is in the environment")
+
+
+def check_files():
+    names = {str(name) for name in importlib.metadata.files("walker_sim")}
+    for licence in LICENCES:
+        check(
+            any(name.endswith(f".dist-info/licenses/{licence}") for name in names),
+            f"{licence} is not in the wheel",
+        )
+    libraries = sorted(name for name in names if ".so" in name)
+    check(
+        libraries[1:] == ["walker_sim/libmujoco.so.2.2.2"] and "/_core." in libraries[0],
+        f"the wheel has the libraries {libraries}",
+    )
+
+
+def played(episode):
+    """All numbers of the episode as this wheel has them, and as they are recorded, in bytes."""
+    environment = gymnasium.make(f"walker_sim/{episode.id}", **episode.parameters)
+    # The recording of BipedalWalker has its numbers in single precision.
+    form = "f" if episode.id.startswith("Bipedal") else "d"
+    ours, theirs = b"", b""
+    for number, step in enumerate(episode.steps):
+        if number == 0:
+            observation, reward, flags = environment.reset(seed=episode.seed)[0], 0.0, [False] * 2
+        else:
+            observation, reward, *flags, _ = environment.step(np.array(step.action, np.float32))
+        numbers = [*observation.tolist(), reward if number else step.reward, *flags]
+        ours += struct.pack(f"<{len(numbers)}{form}", *numbers)
+        numbers = [*step.observation, step.reward, step.terminated, step.truncated]
+        theirs += struct.pack(f"<{len(numbers)}{form}", *numbers)
+    environment.close()
+    return ours, theirs
+
+
+def check_episodes():
+    episodes = recorded_episodes.read_bipedal_walker() + recorded_episodes.read_walker2d()
+    episodes += recorded_episodes.read_hopper()
+    for env_id in IDS:
+        episode = max((e for e in episodes if e.id == env_id), key=lambda e: len(e.steps))
+        ours, theirs = (hashlib.sha256(numbers).hexdigest()[:16] for numbers in played(episode))
+        text = f"{env_id}, seed {episode.seed}, {len(episode.steps) - 1} steps: sha256 {ours}"
+        check(ours == theirs, f"{text}; must be {theirs}")
+        print(f"= {text}, as recorded")
+
+
+def check_pictures(wish):
+    for env_id, package in MISSING.items():
+        environment = gymnasium.make(f"walker_sim/{env_id}", render_mode="rgb_array")
+        environment.reset(seed=1)
+        try:
+            picture = environment.render()
+        except Exception as error:  # of whatever kind: it is what the user reads
+            check(wish != "drawn", f"{env_id} is not drawn: {error}")
+            check(package in str(error), f"{env_id}: {error}; must name {package}")
+            print(f"= {env_id} is not drawn, and says: {error}")
+        else:
+            check(wish != "missing", f"{env_id} is drawn; by what?")
+            colors = len(np.unique(picture.reshape(-1, 3), axis=0))
+            check(picture.ndim == 3 and colors > 5, f"{env_id}: {picture.shape}, {colors} colours")
+            print(f"= {env_id} is drawn: {picture.shape}, {colors} colours")
+        environment.close()
+
+
+def seconds(program):
+    """Of a start of Python with this program: the quickest of some, for others may be at work."""
+    taken = []
+    for _ in range(STARTS):
+        begin = time.perf_counter()
+        subprocess.run([sys.executable, "-I", "-c", program], check=True)
+        taken.append(time.perf_counter() - begin)
+    return min(taken)
+
+
+def main():
+    arguments = sys.argv[1:]
+    if arguments[:1] == ["--bare"]:
+        check_bareness()
+        arguments.pop(0)
+    if len(arguments) != 1 or arguments[0] not in ("drawn", "missing", "any"):
+        sys.exit(__doc__)
+    site = pathlib.Path(walker_sim.__file__).parents[1]
+    check(site.name == "site-packages", f"walker_sim is in {site}, not installed")
+    check_files()
+    print(
+        f"= glibc {platform.libc_ver()[1]}, NumPy {np.__version__}, "
+        f"Gymnasium {gymnasium.__version__}, walker_sim {walker_sim.__version__}"
+    )
+    check_episodes()
+    check_pictures(arguments[0])
+    bare, others, whole = map(seconds, ("pass", "import gymnasium", "import walker_sim"))
+    print(
+        f"= import walker_sim: {whole:.3f} s from start to end, Python itself {bare:.3f} s, "
+        f"with Gymnasium and NumPy {others:.3f} s"
+    )
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Failure as failure:
+        sys.exit(f"try_wheel: {failure}")
