@@ -92,7 +92,7 @@ def test_what_it_says(built):
     assert lines[-1] == "1 Pythons, 1 trials, 0 failed"
     told = "\n".join(lines)
     assert len(re.findall(r"sha256 \w{16}, as recorded", told)) == 6
-    assert re.search(r"import walker_sim: \d\.\d{3} s from start to end, Python itself", told)
+    assert re.search(r"import walker_sim: \d\.\d{3} s, the processor \d\.\d{3} s", told)
     for path in (built.wheel, built.source):
         assert re.search(rf"^[\d.]+MB  {re.escape(path.name)}$", told, re.MULTILINE)
 
