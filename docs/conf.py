@@ -59,7 +59,7 @@ TREE = {
     ),
     "Evidence": "fidelity benchmark engines",
     "Reference": "python_api cpp_api",
-    "Work on it": "architecture adding_an_environment testing /CONTRIBUTING /CHANGELOG",
+    "Work on it": "architecture adding_an_environment testing /CONTRIBUTING releasing /CHANGELOG",
     "Speed, in depth": "box2d_speed walker2d_speed pool transport",
     "Examples": "/examples/README /examples/my_walker_pkg/README",
 }

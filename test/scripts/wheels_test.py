@@ -148,8 +148,9 @@ def test_libraries_and_licences(built, tmp_path):
 def test_auditwheel_agrees(built):
     done = run(TOOLS / "auditwheel", "show", built.wheel)
     assert done.returncode == 0, done.stderr
-    assert 'is consistent with the\nfollowing platform tag: "manylinux_' in done.stdout
-    assert "not compatible" not in done.stdout
+    told = " ".join(done.stdout.split())
+    platforms = built.wheel.stem.split("-")[-1].split(".")
+    assert f'is consistent with the following platform tag: "{platforms[0]}"' in told
 
 
 def test_the_source_package_is_the_same_of_another_folder(built, tmp_path):
