@@ -1,7 +1,6 @@
 # shellcheck shell=bash
 # Roots of Debian's releases, made by debootstrap: one to compile in, clean ones to try a wheel in.
-# Source it after setup.sh; its paths are absolute. Nothing is mounted in them, so that each can be removed like any folder, and a
-# container without further rights will do.
+# Source it after setup.sh. Nothing is mounted in them: each can be removed like any folder.
 # shellcheck disable=SC2034,SC2154  # what others use, and what setup.sh sets
 
 debian_roots=$build/.debian # hidden, for roslaunch walks through a package's visible folders
@@ -24,10 +23,16 @@ debian_archive() {
   if [ ! -e "$debian_roots/$name.tar" ]; then
     say "Debian's $suite: fetching it, with ${packages[*]}"
     mkdir -p "$debian_roots/packages"
+    # An interrupted debootstrap may have left something mounted.
+    rm -rf --one-file-system "$debian_roots"/unfinished.* || true
     root=$(mktemp -d "$debian_roots/unfinished.XXXXXX") && chmod 755 "$root"
     includes=$(IFS=,; echo "${packages[*]}")
     quiet "debootstrap_$suite" debootstrap --variant=minbase --cache-dir="$debian_roots/packages" \
-      --include="$includes" "$suite" "$root" "$(debian_mirror)" || return
+      --include="$includes" "$suite" "$root" "$(debian_mirror)" || {
+      say "Debian's $suite cannot be had from $(debian_mirror): WALKER_SIM_DEBIAN_MIRROR names another server," \
+        "and --here does without"
+      return 1
+    }
     rm -rf "$root"/var/cache/apt/archives/*.deb
     tar -C "$root" -cf "$root.tar" . && mv "$root.tar" "$debian_roots/$name.tar" && rm -rf "$root"
   fi

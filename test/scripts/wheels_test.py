@@ -158,14 +158,15 @@ def test_the_source_package_is_the_same_of_another_folder(built, tmp_path):
     copy.mkdir()
     with tarfile.open(built.source) as archive:
         names = archive.getnames()
+        times = {member.mtime for member in archive}
         archive.extractall(copy)
+    assert len(times) == 1 and len(names) == len(set(names))
     top = f"walker_sim-{VERSION}"
     for name in ("CMakeLists.txt", "LICENSE", "NOTICE", "scripts/fetch_engines", "pyproject.toml"):
         assert f"{top}/{name}" in names
     assert not [name for name in names if re.search(r"/(build|devel|\.git)/|\.(gif|pyc|so)$", name)]
-    epoch = run("git", "-C", ROOT, "log", "-1", "--format=%ct").stdout.strip() or "315532800"
     build = [TOOLS / "python", "-m", "build", "--no-isolation", "--sdist", "--outdir", tmp_path]
-    done = run(*build, copy / top, SOURCE_DATE_EPOCH=epoch)
+    done = run(*build, copy / top, SOURCE_DATE_EPOCH=str(times.pop()))
     assert done.returncode == 0, done.stdout + done.stderr
     again = (tmp_path / built.source.name).read_bytes()
     assert hashlib.sha256(again).digest() == hashlib.sha256(built.source.read_bytes()).digest()
@@ -184,17 +185,14 @@ def trial(built, tmp_path):
     return lambda *arguments: run(python, "-I", tmp_path / "python/try_wheel.py", *arguments)
 
 
-@pytest.mark.parametrize(
-    "name", ["full_episodes", "walker2d_full_episodes", "hopper_full_episodes"]
-)
-def test_a_trial_fails_by_one_bit(trial, tmp_path, name):
-    path = tmp_path / "recordings" / f"{name}.txt"
+# By the column of the reward, or of the last number that is observed.
+@pytest.mark.parametrize(("robot", "column"), [("", 28), ("walker2d_", 22), ("hopper_", 13)])
+def test_a_trial_fails_by_one_bit(trial, tmp_path, robot, column):
+    path = tmp_path / "recordings" / f"{robot}full_episodes.txt"
     lines = path.read_text().splitlines()
-    # the last reward or observation of each step
-    column = {"full": 28, "walker2d": 22, "hopper": 13}[name.partition("_")[0]]
     for number, line in enumerate(lines):
         words = line.split()
-        if len(words) > column:
+        if len(words) > column and words[0] != "#":
             words[column] = words[column][:-1] + "%x" % (int(words[column][-1], 16) ^ 1)
             lines[number] = " ".join(words)
     path.write_text("\n".join(lines))
