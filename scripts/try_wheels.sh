@@ -74,6 +74,7 @@ try_on() {
   local suite=$1 debian=$debian_roots/$1 where=${suite_names[$1]} line name program own
   make_debian_root "$debian" "$suite" python3-venv || return
   own=$(in_debian_root "$debian" python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+  [[ " ${pythons[*]%% *} " = *" $own "* ]] || say "$where has Python $own, which there is no wheel for"
   for line in "${pythons[@]}"; do
     name=${line%% *} program=${line#* }
     if [ "$name" = "$own" ]; then
