@@ -34,7 +34,7 @@ endfunction()
 # ---------------------------------------------------------------- Box2D
 # Sets box2d_room_sources to what depends on whose Box2D it is.
 add_library(walker_sim_box2d INTERFACE)
-set(box2d_room_files body_list broad_phase cast_rays together)
+set(box2d_room_files body_list broad_phase cast_rays together world_state)
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set(box2d_source ${BOX2D_SOURCE_DIR})
   if(NOT box2d_source)
@@ -59,7 +59,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
   set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
     ${box2d_ours}/broad_phase.cpp ${box2d_ours}/swept_vertices.cpp ${box2d_ours}/world_impacts.cpp
-    ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
+    ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
   # live in the same process.
   set(box2d_options -O3 -ffp-contract=off -w)

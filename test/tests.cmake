@@ -101,7 +101,8 @@ endfunction()
 set(core_libraries walker_sim_core_objects walker_sim_pictures)
 set(not_these_engines "")
 if(NOT WALKER_SIM_ENGINES STREQUAL "pinned")
-  set(not_these_engines block_allocator_test recordings_test swept_vertices_test)
+  set(not_these_engines block_allocator_test recordings_test saved_state_test swept_vertices_test
+    world_state_test)
 endif()
 walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} WITH simd LEFT_OUT pool_race_test)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_types_test)
@@ -153,13 +154,13 @@ if(bipedal_walker_kernels)
   endforeach()
   walker_sim_register_variant(bipedal_walker_kernel_rotation_test_long bipedal_walker rotation_test long
     WALKER_SIM_TEST_ALL_ANGLES=1)
+  target_sources(bipedal_walker_tests PRIVATE test/bipedal_walker/kernel/run.cpp)
+endif()
+if(WALKER_SIM_ENGINES STREQUAL "pinned")
   # The comparison takes longer than the steps.
   set_source_files_properties(test/bipedal_walker/kernel/world_words.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "-O3;-fno-access-control")
-  target_sources(bipedal_walker_tests PRIVATE
-    test/bipedal_walker/kernel/run.cpp test/bipedal_walker/kernel/world_words.cpp)
-endif()
-if(WALKER_SIM_ENGINES STREQUAL "pinned")
+  target_sources(bipedal_walker_tests PRIVATE test/bipedal_walker/kernel/world_words.cpp)
   set_source_files_properties(test/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
   include(test/bipedal_walker/shortcuts.cmake)

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "walker_sim/export.h"
 #include "walker_sim/sensors.h"
@@ -34,6 +35,13 @@ struct Result {
   bool truncated = false;
   const char* end_reason = "";  ///< static text; empty unless terminated or truncated
   const char* error = "";       ///< static text: why the simulation had to end the episode
+};
+
+/// How far an episode has come.
+struct Progress {
+  bool has_begun = false;   ///< there was a reset, be it one that failed
+  std::uint32_t steps = 0;  ///< since the reset
+  double episode_return = 0;
 };
 
 /// State of NumPy's PCG64: state high and low, increment high and low, has_uint32, uinteger.
@@ -96,6 +104,26 @@ class WALKER_SIM_EXPORT Environment {
   /// The next reset without a seed continues from `state`, as `generator_state` gave it.
   /// @throws std::invalid_argument naming what no generator's state has
   virtual void set_generator_state(const GeneratorState& state) = 0;
+
+  /// Whether the state can be saved as bytes and loaded again, in a time that depends on its size
+  /// alone. Where it cannot, an episode can only be repeated.
+  virtual bool can_save_state() const { return false; }
+
+  /// Appends all that decides about what follows. An environment that `make` made puts before it of
+  /// which id, parameters, engine release and model it is the state, and a checksum.
+  ///
+  /// States that lead to the same have the same bytes, whatever makes the steps.
+  /// @param last what the last reset or step gave, to be kept with the state; unused before those
+  /// @throws std::logic_error where `can_save_state` is false
+  virtual void save_state(const Result& last, std::vector<std::byte>& state) const;
+
+  /// Goes on from a saved state, to the bit, whatever went before. All parameters must be those of
+  /// the environment that saved it but `max_episode_steps`, which is this one's.
+  /// @param last receives what `save_state` was given, where there was a reset. Its texts last until
+  ///             the environment's next call.
+  /// @throws std::invalid_argument naming what the state is of instead, or what of it is damaged,
+  ///         std::logic_error where `can_save_state` is false; then nothing has changed
+  virtual Progress load_state(const std::byte* state, std::size_t size, Result& last);
 };
 
 }  // namespace walker

@@ -43,6 +43,7 @@ void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
   }
   renew_world();
   // The order of draws is Gymnasium's: terrain, clouds, push.
+  terrain_origin_ = generator_->state();
   terrain_ = generate_terrain(*generator_, options_.hardcore);
   clouds_ = generate_clouds(*generator_);
   physics_->build(terrain_, generator_->uniform(-kInitialPush, kInitialPush));

@@ -4,6 +4,7 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "bipedal_walker/kernel/kernel.h"
 #include "bipedal_walker/lidar.h"
@@ -35,11 +36,15 @@ class BipedalWalker : public Environment {
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
   void set_generator_state(const GeneratorState& state) override;
+  bool can_save_state() const override;
+  void save_state(const Result& last, std::vector<std::byte>& state) const override;
+  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
 
  private:
   friend class BrokenWorldTest;  // breaks the world
 
   void renew_world();
+  bool has_world() const { return physics_ && !world_is_broken_; }
   void begin_step(const double* action);
   void finish_step(const double* action, Result& result);
   void advance(const double* action);
@@ -56,6 +61,7 @@ class BipedalWalker : public Environment {
   // any: it takes no memory as long as nothing else has used its place.
   std::optional<Physics> physics_;
   bool world_is_broken_ = false;  // the engine failed: the next reset needs a new world
+  GeneratorState terrain_origin_{};  // the generator's, from which terrain and clouds were drawn
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;

@@ -53,6 +53,8 @@ class Physics {
   const b2Fixture& obstacle(std::size_t index) const { return *terrain_[index]->GetFixtureList(); }
 
  private:
+  friend class WorldState;  // saves and loads all of it
+
   /// Follows contacts as Gymnasium's ContactDetector: the end of any contact of a leg clears its
   /// flag, even where another one lasts.
   class Contacts : public b2ContactListener {

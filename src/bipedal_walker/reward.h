@@ -16,6 +16,10 @@ class Reward {
   /// An episode begins: the next step has nothing to compare with.
   void restart() { previous_shaping_.reset(); }
 
+  /// All that a reward remembers; none right after `restart`.
+  const std::optional<double>& previous_shaping() const { return previous_shaping_; }
+  void set_previous_shaping(const std::optional<double>& shaping) { previous_shaping_ = shaping; }
+
   /// @param x      of the hull's origin after the step [m]
   /// @param angle  of the hull after the step [rad]
   /// @param fell   the hull touched the ground or left the terrain behind the start

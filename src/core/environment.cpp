@@ -1,6 +1,15 @@
 #include "walker_sim/environment.h"
 
 namespace walker {
+namespace {
+
+[[noreturn]] void refuse_to_save(const Specification& specification) {
+  throw std::logic_error("the state of " + specification.id + " on " + specification.engine + " " +
+                         specification.engine_version +
+                         " cannot be saved; its episode can only be repeated");
+}
+
+}  // namespace
 
 void Environment::step_together(StepCall* const* calls, std::size_t count,
                                 std::size_t size) noexcept {
@@ -11,6 +20,15 @@ void Environment::step_together(StepCall* const* calls, std::size_t count,
       (*call)->failure = std::current_exception();
     }
   }
+}
+
+void Environment::save_state(const Result& /*last*/, std::vector<std::byte>& /*state*/) const {
+  refuse_to_save(specification());
+}
+
+Progress Environment::load_state(const std::byte* /*state*/, std::size_t /*size*/,
+                                 Result& /*last*/) {
+  refuse_to_save(specification());
 }
 
 }  // namespace walker

@@ -69,6 +69,7 @@ void EpisodeRecorder::start(const GeneratorState& generator_state,
   state_.seed = seed;
   state_.generator_state = generator_state;
   actions_.clear();
+  was_loaded_ = false;
   const std::string error = try_reset(*wrapped_, std::nullopt, result);
   take(result);
   state_.error = error;
@@ -106,7 +107,7 @@ void EpisodeRecorder::step_together(StepCall* const* calls, std::size_t count,
 void EpisodeRecorder::take_step(const double* action, std::size_t size, const Result& result) {
   ++state_.step;
   state_.action.assign(action, action + size);
-  if (options_.keeps_actions && state_.step <= kMostRecordedSteps) {
+  if (options_.keeps_actions && !was_loaded_ && state_.step <= kMostRecordedSteps) {
     actions_.insert(actions_.end(), action, action + size);
   } else if (!actions_.empty()) {
     actions_ = {};
@@ -147,6 +148,10 @@ EpisodeRecord EpisodeRecorder::record() const {
   if (!has_episode()) throw std::logic_error("there is no episode yet; reset first");
   if (state_.failed_at_reset()) {
     throw std::logic_error(std::string("there is no episode: ") + kResetFailed + "; reset first");
+  }
+  if (was_loaded_) {
+    throw std::logic_error(
+        "the episode goes on from a saved state; how it came there is not known");
   }
   if (state_.step > kMostRecordedSteps) {
     throw std::logic_error("the episode has " + std::to_string(state_.step) +
@@ -202,11 +207,47 @@ bool EpisodeRecorder::repeat(const EpisodeRecord& record,
   return true;
 }
 
+void EpisodeRecorder::save_state(std::vector<std::byte>& state) {
+  Result last = own_result();
+  last.reward = state_.reward;
+  last.terminated = state_.terminated;
+  last.truncated = state_.truncated;
+  // Without "terminated: ".
+  if (state_.has_ended()) last.end_reason = &state_.end_reason[state_.end_reason.find(": ") + 2];
+  last.error = state_.error.c_str();
+  wrapped_->save_state(last, state);
+}
+
+void EpisodeRecorder::load_state(const std::byte* state, std::size_t size) {
+  Result result = own_result();
+  load_state(state, size, result);
+}
+
+Progress EpisodeRecorder::load_state(const std::byte* state, std::size_t size, Result& last) {
+  const Progress progress = wrapped_->load_state(state, size, last);
+  state_.episode = progress.has_begun ? state_.episode + 1 : 0;
+  state_.step = progress.steps;
+  state_.action.clear();
+  state_.seed.reset();
+  state_.generator_state = {};
+  actions_.clear();
+  was_loaded_ = progress.has_begun;
+  if (!progress.has_begun) {
+    std::fill(state_.observation.begin(), state_.observation.end(), 0);
+    std::fill(state_.info.begin(), state_.info.end(), 0);
+    last = {last.observation, last.info};
+  }
+  take(last);
+  state_.episode_return = progress.episode_return;  // with the last reward
+  return progress;
+}
+
 void EpisodeRecorder::take_over(EpisodeRecorder& other) {
   other.state_.episode = state_.episode + 1;
   std::swap(wrapped_, other.wrapped_);
   std::swap(state_, other.state_);
   std::swap(actions_, other.actions_);
+  std::swap(was_loaded_, other.was_loaded_);
   sensors_are_fresh_ = false;
 }
 

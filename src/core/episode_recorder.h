@@ -97,6 +97,11 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
                                                       std::chrono::steady_clock::time_point::max());
   /// The same of a record. @throws also where its sum of rewards comes out differently here
   bool repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until);
+  /// Appends the state of the environment, as `Environment::save_state`.
+  void save_state(std::vector<std::byte>& state);
+  /// Goes on from it, as `Environment::load_state`. Of an episode that was begun elsewhere there is no
+  /// record: neither its beginning nor its first actions are known.
+  void load_state(const std::byte* state, std::size_t size);
   /// The other's episode takes the place of this one, which the other gets: the next in the count.
   void take_over(EpisodeRecorder& other);
 
@@ -113,6 +118,11 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   void set_generator_state(const GeneratorState& state) override {
     wrapped_->set_generator_state(state);
   }
+  bool can_save_state() const override { return wrapped_->can_save_state(); }
+  void save_state(const Result& last, std::vector<std::byte>& state) const override {
+    wrapped_->save_state(last, state);
+  }
+  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
 
  private:
   Result own_result();
@@ -126,6 +136,7 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   RecorderOptions options_;
   EpisodeState state_;
   std::vector<double> actions_;
+  bool was_loaded_ = false;  // the episode, so that its first actions are not known
   StepCall wrapped_call_;  // kept, for it would be cleared anew on each step
   Sensors sensors_;
   Scene scene_;

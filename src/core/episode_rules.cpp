@@ -1,5 +1,6 @@
 #include "core/episode_rules.h"
 
+#include <algorithm>
 #include <array>
 #include <exception>
 #include <string>
@@ -16,9 +17,10 @@ EpisodeRules::EpisodeRules(std::unique_ptr<Environment> wrapped)
 
 void EpisodeRules::reset(std::optional<std::uint64_t> seed, Result& result) {
   phase_ = Phase::failed;  // stays so when the reset throws
+  steps_ = 0;
+  episode_return_ = 0;
   wrapped_->reset(seed, result);
   phase_ = Phase::running;
-  steps_ = 0;
 }
 
 void EpisodeRules::step(const double* action, std::size_t size, Result& result) {
@@ -66,6 +68,7 @@ void EpisodeRules::step_together(StepCall* const* calls, std::size_t count,
 
 void EpisodeRules::conclude(Result& result) {
   ++steps_;
+  episode_return_ += result.reward;
   const std::uint32_t limit = specification().max_episode_steps;
   if (limit != 0 && steps_ >= limit) {
     result.truncated = true;
@@ -76,6 +79,7 @@ void EpisodeRules::conclude(Result& result) {
 
 void EpisodeRules::fail(const std::exception_ptr& thrown, Result& result) {
   phase_ = Phase::failed;  // there is no state to sense or to step on
+  ++steps_;
   error_ = words_of(thrown);
   fail_step(error_.c_str(), specification(), result);
 }
@@ -88,6 +92,82 @@ void EpisodeRules::sense(Sensors& sensors) {
 void EpisodeRules::scene(Scene& scene) const {
   need_state_for("scene");
   wrapped_->scene(scene);
+}
+
+struct EpisodeRules::Saved {
+  Phase phase = Phase::before_reset;
+  Progress progress;
+  std::vector<double> observation;
+  std::vector<double> info;
+  Result result;
+  std::string end_reason;
+  std::string error;
+};
+
+const StateOrigin& EpisodeRules::origin() const {
+  if (!origin_) origin_.emplace(specification());
+  return *origin_;
+}
+
+void EpisodeRules::save_state(const Result& last, std::vector<std::byte>& state) const {
+  if (!can_save_state()) return Environment::save_state(last, state);  // throws
+  const std::size_t begin = origin().begin(state);
+  StateWriter writer(state);
+  writer.number(phase_);
+  if (phase_ != Phase::before_reset) {
+    writer.number(steps_);
+    writer.number(episode_return_);
+    writer.numbers(last.observation, specification().observation_size());
+    writer.numbers(last.info, specification().info_names.size());
+    writer.number(last.reward);
+    writer.number(std::uint8_t{last.terminated});
+    writer.number(std::uint8_t{last.truncated});
+    writer.text(last.end_reason);
+    writer.text(last.error);
+  }
+  wrapped_->save_state(last, state);
+  StateOrigin::seal(state, begin);
+}
+
+Progress EpisodeRules::load_state(const std::byte* state, std::size_t size, Result& last) {
+  if (!can_save_state()) return Environment::load_state(state, size, last);  // throws
+  StateReader reader = origin().open(state, size);
+  Saved saved;
+  const auto phase = reader.number<std::uint8_t>();
+  if (phase > static_cast<std::uint8_t>(Phase::failed)) {
+    refuse_state("its phase is " + std::to_string(phase));
+  }
+  saved.phase = Phase{phase};
+  saved.progress.has_begun = saved.phase != Phase::before_reset;
+  if (saved.progress.has_begun) {
+    saved.progress.steps = reader.number<std::uint32_t>();
+    saved.progress.episode_return = reader.number<double>();
+    saved.observation.resize(specification().observation_size());
+    saved.info.resize(specification().info_names.size());
+    reader.numbers(saved.observation.data(), saved.observation.size());
+    reader.numbers(saved.info.data(), saved.info.size());
+    saved.result.reward = reader.number<double>();
+    saved.result.terminated = reader.flag();
+    saved.result.truncated = reader.flag();
+    saved.end_reason = reader.text();
+    saved.error = reader.text();
+  }
+  wrapped_->load_state(reader.next(), reader.size(), last);
+  // From here on nothing fails.
+  phase_ = saved.phase;
+  steps_ = saved.progress.steps;
+  episode_return_ = saved.progress.episode_return;
+  loaded_end_reason_ = std::move(saved.end_reason);
+  error_ = std::move(saved.error);
+  if (!saved.progress.has_begun) return saved.progress;
+  std::copy(saved.observation.begin(), saved.observation.end(), last.observation);
+  std::copy(saved.info.begin(), saved.info.end(), last.info);
+  saved.result.observation = last.observation;
+  saved.result.info = last.info;
+  saved.result.end_reason = loaded_end_reason_.c_str();
+  saved.result.error = error_.c_str();
+  last = saved.result;
+  return saved.progress;
 }
 
 void EpisodeRules::check_phase() const {

@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "core/state_header.h"
 #include "walker_sim/environment.h"
 
 namespace walker {
@@ -34,10 +37,17 @@ class EpisodeRules : public Environment {
   void set_generator_state(const GeneratorState& state) override {
     wrapped_->set_generator_state(state);
   }
+  bool can_save_state() const override { return wrapped_->can_save_state(); }
+  void save_state(const Result& last, std::vector<std::byte>& state) const override;
+  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
 
  private:
-  enum class Phase { before_reset, running, ended, failed };
+  enum class Phase : std::uint8_t { before_reset, running, ended, failed };
 
+  /// What a state says of the rules, and of what came last.
+  struct Saved;
+
+  const StateOrigin& origin() const;
   void check_phase() const;
   void conclude(Result& result);
   void need_state_for(const char* call) const;
@@ -46,8 +56,11 @@ class EpisodeRules : public Environment {
   std::unique_ptr<Environment> wrapped_;
   Phase phase_ = Phase::before_reset;
   std::uint32_t steps_ = 0;
+  double episode_return_ = 0;
   std::string time_limit_reason_;
-  std::string error_;      // of the engine; `Result::error` points here
+  std::string error_;              // of the engine; `Result::error` points here
+  std::string loaded_end_reason_;  // `Result::end_reason` points here after a load
+  mutable std::optional<StateOrigin> origin_;  // of states; none before the first
   StepCall wrapped_call_;  // kept, for it would be cleared anew on each step
 };
 

@@ -29,6 +29,31 @@ void LibraryPhysics::measure(const std::function<void(const mjData&)>& look) con
   look(*data_);
 }
 
+void LibraryPhysics::save(double* values) const {
+  const mjModel& m = *model_;
+  values = std::copy_n(data_->qpos, m.nq, values);
+  values = std::copy_n(data_->qvel, m.nv, values);
+  values = std::copy_n(data_->act, m.na, values);
+  values = std::copy_n(data_->qacc_warmstart, m.nv, values);
+  values = std::copy_n(data_->ctrl, m.nu, values);
+  std::copy_n(data_->qfrc_actuator, m.nv, values);
+}
+
+void LibraryPhysics::load(const double* values) {
+  const mjModel& m = *model_;
+  mj_resetData(&m, data_.get());  // of warnings, too
+  const auto take = [&values](double* to, int count) {
+    std::copy_n(values, count, to);
+    values += count;
+  };
+  take(data_->qpos, m.nq);
+  take(data_->qvel, m.nv);
+  take(data_->act, m.na);
+  take(data_->qacc_warmstart, m.nv);
+  take(data_->ctrl, m.nu);
+  take(data_->qfrc_actuator, m.nv);
+}
+
 std::string LibraryPhysics::stepper() const {
   return "the library" + (why_not_faster_.empty() ? "" : ": " + why_not_faster_);
 }

@@ -19,6 +19,8 @@ class LibraryPhysics : public Physics {
   void reset(const double* position, const double* velocity) override;
   void step(const double* control, int count) override;
   void measure(const std::function<void(const mjData&)>& look) const override;
+  void save(double* values) const override;
+  void load(const double* values) override;
   std::string stepper() const override;
 
  private:

@@ -8,7 +8,9 @@
 #include <mutex>
 #include <stdexcept>
 #include <system_error>
+#include <vector>
 
+#include "core/state_header.h"
 #include "core/user_path.h"
 #include "mujoco/builtin_models.h"
 
@@ -103,6 +105,13 @@ ModelPointer load_model(const std::string& xml_file) {
     known = model;
   }
   return model;
+}
+
+std::uint64_t fingerprint(const mjModel& model) {
+  const int size = mj_sizeModel(&model);
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  mj_saveModel(&model, nullptr, bytes.data(), size);
+  return checksum(bytes.data(), bytes.size());
 }
 
 }  // namespace walker::mujoco

@@ -1,6 +1,7 @@
 // Compiled models, shared by all environments that use them.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "mujoco/engine.h"
@@ -13,6 +14,9 @@ namespace walker::mujoco {
 ///                 file; it may begin with ~/
 /// @throws std::invalid_argument with the file's name and MuJoCo's words where it does not compile
 ModelPointer load_model(const std::string& xml_file);
+
+/// Alike for models that are alike in all that MuJoCo would save of them.
+std::uint64_t fingerprint(const mjModel& model);
 
 /// @param reason may be MuJoCo's words, which have several lines
 /// @throws std::invalid_argument with the file's name and, in one line, the reason

@@ -57,6 +57,13 @@ class Physics {
   /// depends on.
   virtual void measure(const std::function<void(const mjData&)>& look) const = 0;
 
+  /// All that later steps, observations and measurements depend on, as MuJoCo has it: qpos, qvel,
+  /// act, qacc_warmstart, ctrl and qfrc_actuator. The time is none of it: nothing reads it.
+  /// @param values `state_size()` of them
+  virtual void save(double* values) const = 0;
+  virtual void load(const double* values) = 0;
+  std::size_t state_size() const;
+
   /// What makes the steps, in a few words.
   virtual std::string stepper() const = 0;
 };

@@ -4,7 +4,10 @@
 #include <array>
 
 #include "core/engine_release.h"
+#include "core/generator_bytes.h"
+#include "core/state_bytes.h"
 #include "mujoco/library_physics.h"
+#include "mujoco/model.h"
 #include "mujoco/planar_base.h"
 #include "mujoco/sense.h"
 #include "mujoco/specification.h"
@@ -115,6 +118,43 @@ void PlanarRobot::scene(Scene& scene) const {
 
 GeneratorState PlanarRobot::generator_state() const {
   return generator_ ? generator_->state() : GeneratorState{};
+}
+
+std::uint64_t PlanarRobot::model_fingerprint() const {
+  if (!model_fingerprint_) model_fingerprint_ = fingerprint(model());
+  return *model_fingerprint_;
+}
+
+void PlanarRobot::save_state(const Result& /*last*/, std::vector<std::byte>& state) const {
+  StateWriter writer(state);
+  writer.number(model_fingerprint());
+  write_generator(generator_, writer);
+  writer.number(x_before_step_);
+  writer.numbers(velocity_before_step_.data(), velocity_before_step_.size());
+  std::vector<double> values(physics_->state_size());
+  physics_->save(values.data());
+  writer.numbers(values.data(), values.size());
+}
+
+Progress PlanarRobot::load_state(const std::byte* state, std::size_t size, Result& /*last*/) {
+  StateReader reader(state, size);
+  if (reader.number<std::uint64_t>() != model_fingerprint()) {
+    throw std::invalid_argument("the state is of another model than this " + specification_.id +
+                                "; has a file changed that its parameters name?");
+  }
+  std::optional<Generator> generator = read_generator(reader);
+  const auto x_before_step = reader.number<double>();
+  std::vector<double> velocity_before_step(velocity_before_step_.size());
+  reader.numbers(velocity_before_step.data(), velocity_before_step.size());
+  std::vector<double> values(physics_->state_size());
+  reader.numbers(values.data(), values.size());
+  reader.finish();
+  // From here on nothing fails.
+  generator_ = generator;
+  x_before_step_ = x_before_step;
+  velocity_before_step_.swap(velocity_before_step);
+  physics_->load(values.data());
+  return {};
 }
 
 }  // namespace walker::mujoco

@@ -56,6 +56,9 @@ class PlanarRobot : public Environment {
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
   void set_generator_state(const GeneratorState& state) override { generator_.emplace(state); }
+  bool can_save_state() const override { return true; }
+  void save_state(const Result& last, std::vector<std::byte>& state) const override;
+  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
 
  protected:
   const mjModel& model() const { return physics_->model(); }
@@ -72,6 +75,7 @@ class PlanarRobot : public Environment {
   /// @param x_velocity of the trunk, mean over the step [m/s]
   virtual void conclude_step(const double* action, double x_velocity, Result& result) const = 0;
 
+  std::uint64_t model_fingerprint() const;
   void draw_noise(std::vector<double>& noise);
   void remember_state();
   void finish_step(const double* action, Result& result) const;
@@ -84,6 +88,7 @@ class PlanarRobot : public Environment {
   std::vector<double> first_position_;        // of this episode
   double x_before_step_ = 0;                  // of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel
+  mutable std::optional<std::uint64_t> model_fingerprint_;  // none before a state is saved or loaded
 };
 
 }  // namespace walker::mujoco

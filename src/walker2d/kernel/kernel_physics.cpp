@@ -96,6 +96,31 @@ class KernelPhysics : public mujoco::Physics {
     look(data);
   }
 
+  void save(double* values) const override {
+    values = std::copy(world_.position.begin(), world_.position.end(), values);
+    values = std::copy(world_.velocity.begin(), world_.velocity.end(), values);
+    values = std::copy(world_.warm_start.begin(), world_.warm_start.end(), values);
+    values = std::copy(control_.begin(), control_.end(), values);
+    values = std::fill_n(values, World::kSize - World::kMotors, 0.0);  // the trunk has no motors
+    // The library adds each torque to 0, which leaves no -0.
+    std::transform(world_.torque.begin(), world_.torque.end(), values,
+                   [](double torque) { return 0.0 + torque; });
+  }
+
+  void load(const double* values) override {
+    world_ = {};
+    const auto take = [&values](auto& to) {
+      std::copy_n(values, to.size(), to.begin());
+      values += to.size();
+    };
+    take(world_.position);
+    take(world_.velocity);
+    take(world_.warm_start);
+    take(control_);
+    values += World::kSize - World::kMotors;
+    take(world_.torque);
+  }
+
   std::string stepper() const override {
     return std::string("the kernel for ") + kernel_.instruction_set;
   }
