@@ -21,7 +21,7 @@ inline State save(const Stepper& walker) {
 }
 
 inline Progress load(Stepper& walker, const State& state) {
-  return walker.environment->load_state(state.data(), state.size(), walker.result);
+  return walker.environment->load_state(state.data(), state.size(), &walker.result);
 }
 
 /// All that sensors and scene tell.

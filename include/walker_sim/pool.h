@@ -120,6 +120,21 @@ class WALKER_SIM_EXPORT Pool {
   /// @throws std::logic_error when fewer are under way
   void recv(const Batch& batch, std::uint32_t* environments);
 
+  /// Appends an environment's state, as `Environment::save_state`, with what its last reset or step
+  /// gave. What an autoreset in the same step has put in its place is not kept.
+  /// @throws std::invalid_argument for an index that is none, std::logic_error for an environment
+  ///         that is under way or cannot be saved
+  void save_state(std::size_t index, std::vector<std::byte>& state) const;
+
+  /// Environments go on from saved states, whose `Progress::steps` they take over; `episodes` counts
+  /// each as another episode. Where that has ended, what follows is what follows any end.
+  /// @param environments which; empty: all. Rows of others stay as they are
+  /// @param states one per listed environment
+  /// @throws as `Environment::load_state`, naming the environment, std::invalid_argument for a list
+  ///         that is none, std::logic_error while some are under way; then nothing has changed
+  void load_states(const std::vector<std::uint32_t>& environments,
+                   const std::vector<std::vector<std::byte>>& states, const Batch& batch);
+
   /// An environment to be looked at: who steps or resets it past the pool confuses the pool. This
   /// and the next three throw std::invalid_argument for an index that is none, std::logic_error for
   /// an environment that is under way.

@@ -38,7 +38,7 @@ class BipedalWalker : public Environment {
   void set_generator_state(const GeneratorState& state) override;
   bool can_save_state() const override;
   void save_state(const Result& last, std::vector<std::byte>& state) const override;
-  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
+  Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
 
  private:
   friend class BrokenWorldTest;  // breaks the world

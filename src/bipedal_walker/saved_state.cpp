@@ -44,12 +44,13 @@ void BipedalWalker::save_state(const Result& last, std::vector<std::byte>& state
   WorldState::save(*physics_, writer);
 }
 
-Progress BipedalWalker::load_state(const std::byte* state, std::size_t size, Result& last) {
+Progress BipedalWalker::load_state(const std::byte* state, std::size_t size, Result* last) {
   if (!can_save_state()) return Environment::load_state(state, size, last);  // throws
   StateReader reader(state, size);
   const std::optional<Generator> generator = read_generator(reader);
   if (!reader.flag()) {  // the next reset makes a world
     reader.finish();
+    if (last == nullptr) return {};
     generator_ = generator;
     physics_.reset();
     world_is_broken_ = false;
@@ -72,6 +73,7 @@ Progress BipedalWalker::load_state(const std::byte* state, std::size_t size, Res
   }
   const WorldState world = WorldState::read(reader, is_same_terrain ? terrain_ : terrain);
   reader.finish();
+  if (last == nullptr) return {};
   // From here on nothing fails but for want of memory.
   if (!is_same_terrain) {
     world_is_broken_ = true;  // until it stands

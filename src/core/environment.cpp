@@ -27,7 +27,7 @@ void Environment::save_state(const Result& /*last*/, std::vector<std::byte>& /*s
 }
 
 Progress Environment::load_state(const std::byte* /*state*/, std::size_t /*size*/,
-                                 Result& /*last*/) {
+                                 Result* /*last*/) {
   refuse_to_save(specification());
 }
 

@@ -220,11 +220,12 @@ void EpisodeRecorder::save_state(std::vector<std::byte>& state) {
 
 void EpisodeRecorder::load_state(const std::byte* state, std::size_t size) {
   Result result = own_result();
-  load_state(state, size, result);
+  load_state(state, size, &result);
 }
 
-Progress EpisodeRecorder::load_state(const std::byte* state, std::size_t size, Result& last) {
+Progress EpisodeRecorder::load_state(const std::byte* state, std::size_t size, Result* last) {
   const Progress progress = wrapped_->load_state(state, size, last);
+  if (last == nullptr) return progress;
   state_.episode = progress.has_begun ? state_.episode + 1 : 0;
   state_.step = progress.steps;
   state_.action.clear();
@@ -235,9 +236,9 @@ Progress EpisodeRecorder::load_state(const std::byte* state, std::size_t size, R
   if (!progress.has_begun) {
     std::fill(state_.observation.begin(), state_.observation.end(), 0);
     std::fill(state_.info.begin(), state_.info.end(), 0);
-    last = {last.observation, last.info};
+    *last = {last->observation, last->info};
   }
-  take(last);
+  take(*last);
   state_.episode_return = progress.episode_return;  // with the last reward
   return progress;
 }

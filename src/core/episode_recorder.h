@@ -122,7 +122,7 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   void save_state(const Result& last, std::vector<std::byte>& state) const override {
     wrapped_->save_state(last, state);
   }
-  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
+  Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
 
  private:
   Result own_result();

@@ -129,7 +129,7 @@ void EpisodeRules::save_state(const Result& last, std::vector<std::byte>& state)
   StateOrigin::seal(state, begin);
 }
 
-Progress EpisodeRules::load_state(const std::byte* state, std::size_t size, Result& last) {
+Progress EpisodeRules::load_state(const std::byte* state, std::size_t size, Result* last) {
   if (!can_save_state()) return Environment::load_state(state, size, last);  // throws
   StateReader reader = origin().open(state, size);
   Saved saved;
@@ -153,6 +153,7 @@ Progress EpisodeRules::load_state(const std::byte* state, std::size_t size, Resu
     saved.error = reader.text();
   }
   wrapped_->load_state(reader.next(), reader.size(), last);
+  if (last == nullptr) return saved.progress;
   // From here on nothing fails.
   phase_ = saved.phase;
   steps_ = saved.progress.steps;
@@ -160,13 +161,13 @@ Progress EpisodeRules::load_state(const std::byte* state, std::size_t size, Resu
   loaded_end_reason_ = std::move(saved.end_reason);
   error_ = std::move(saved.error);
   if (!saved.progress.has_begun) return saved.progress;
-  std::copy(saved.observation.begin(), saved.observation.end(), last.observation);
-  std::copy(saved.info.begin(), saved.info.end(), last.info);
-  saved.result.observation = last.observation;
-  saved.result.info = last.info;
+  std::copy(saved.observation.begin(), saved.observation.end(), last->observation);
+  std::copy(saved.info.begin(), saved.info.end(), last->info);
+  saved.result.observation = last->observation;
+  saved.result.info = last->info;
   saved.result.end_reason = loaded_end_reason_.c_str();
   saved.result.error = error_.c_str();
-  last = saved.result;
+  *last = saved.result;
   return saved.progress;
 }
 

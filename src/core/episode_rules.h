@@ -39,7 +39,7 @@ class EpisodeRules : public Environment {
   }
   bool can_save_state() const override { return wrapped_->can_save_state(); }
   void save_state(const Result& last, std::vector<std::byte>& state) const override;
-  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
+  Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
 
  private:
   enum class Phase : std::uint8_t { before_reset, running, ended, failed };

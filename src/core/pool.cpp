@@ -289,6 +289,24 @@ void Pool::recv(const Batch& batch, std::uint32_t* environments) {
   pool.num_under_way -= size;
 }
 
+void Pool::save_state(std::size_t index, std::vector<std::byte>& state) const {
+  implementation_->member_at_rest(index).save_state(index, state);
+}
+
+void Pool::load_states(const std::vector<std::uint32_t>& environments,
+                       const std::vector<std::vector<std::byte>>& states, const Batch& batch) {
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("load_states");
+  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
+  pool.check_list(listed.data(), listed.size());
+  if (states.size() != listed.size()) {
+    throw std::invalid_argument(std::to_string(states.size()) + " states; must be " +
+                                std::to_string(listed.size()) + " as the environments");
+  }
+  pool.members.load_states(listed, states);
+  for (const std::uint32_t index : listed) pool.members.write(index, batch, index);
+}
+
 Environment& Pool::environment(std::size_t index) {
   return implementation_->member_at_rest(index).environment(index);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <stdexcept>
 #include <typeinfo>
 #include <utility>
@@ -138,6 +139,50 @@ void PoolMembers::take_outcome(std::size_t index) {
   if (!member.has_final) return;
   copy_row(observations_, index, observation_size_, final_observations_.data(), index);
   copy_row(info_, index, num_infos_, final_info_.data(), index);
+}
+
+/// Of a reset that failed, the engine's words stand in `error`, as an EpisodeState has them.
+void PoolMembers::save_state(std::size_t index, std::vector<std::byte>& state) const {
+  const Member& member = members_[index];
+  Result last = member.result;
+  if (!member.reset_error.empty()) last.error = member.reset_error.c_str();
+  member.environment->save_state(last, state);
+}
+
+/// All are looked at before the first one changes.
+void PoolMembers::load_states(const std::vector<std::uint32_t>& indices,
+                              const std::vector<std::vector<std::byte>>& states) {
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    try {
+      environment(indices[i]).load_state(states[i].data(), states[i].size(), nullptr);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(name_of(indices[i]) + error.what());
+    }
+  }
+  for (std::size_t i = 0; i < indices.size(); ++i) load_state(indices[i], states[i]);
+}
+
+void PoolMembers::load_state(std::size_t index, const std::vector<std::byte>& state) {
+  Member& member = members_[index];
+  const Progress progress =
+      member.environment->load_state(state.data(), state.size(), &member.result);
+  if (!progress.has_begun) {
+    std::fill_n(member.result.observation, observation_size_, 0);
+    std::fill_n(member.result.info, num_infos_, 0);
+    member.result = {member.result.observation, member.result.info};
+  }
+  const bool has_ended = member.result.terminated || member.result.truncated;
+  const bool failed_at_reset =
+      has_ended && std::strcmp(member.result.end_reason, kResetFailed) == 0;
+  member.reset_error = failed_at_reset ? member.result.error : "";
+  if (failed_at_reset) member.result.error = "";
+  member.steps = progress.steps;
+  if (progress.has_begun) ++member.episode;
+  phases_[index] = !progress.has_begun ? Phase::no_episode
+                   : has_ended         ? Phase::ended
+                                       : Phase::running;
+  take_outcome(index);
+  member.has_final = false;
 }
 
 void PoolMembers::write(std::size_t index, const Batch& batch, std::size_t row) const {

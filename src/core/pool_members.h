@@ -43,6 +43,11 @@ class PoolMembers {
   /// @param actions rows of all environments
   void step(const std::uint32_t* indices, std::size_t size, const double* actions);
 
+  /// As the pool's.
+  void save_state(std::size_t index, std::vector<std::byte>& state) const;
+  void load_states(const std::vector<std::uint32_t>& indices,
+                   const std::vector<std::vector<std::byte>>& states);
+
   /// Writes what an environment's last reset or step gave into a row of the caller's arrays.
   void write(std::size_t index, const Batch& batch, std::size_t row) const;
 
@@ -72,6 +77,7 @@ class PoolMembers {
     std::uint32_t steps = 0;
   };
 
+  void load_state(std::size_t index, const std::vector<std::byte>& state);
   void begin_episode(std::size_t index, std::optional<std::uint64_t> seed);
   void conclude_step(std::size_t index);
   void take_outcome(std::size_t index);

@@ -33,7 +33,6 @@ void LibraryPhysics::save(double* values) const {
   const mjModel& m = *model_;
   values = std::copy_n(data_->qpos, m.nq, values);
   values = std::copy_n(data_->qvel, m.nv, values);
-  values = std::copy_n(data_->act, m.na, values);
   values = std::copy_n(data_->qacc_warmstart, m.nv, values);
   values = std::copy_n(data_->ctrl, m.nu, values);
   std::copy_n(data_->qfrc_actuator, m.nv, values);
@@ -48,7 +47,6 @@ void LibraryPhysics::load(const double* values) {
   };
   take(data_->qpos, m.nq);
   take(data_->qvel, m.nv);
-  take(data_->act, m.na);
   take(data_->qacc_warmstart, m.nv);
   take(data_->ctrl, m.nu);
   take(data_->qfrc_actuator, m.nv);

@@ -58,7 +58,8 @@ class Physics {
   virtual void measure(const std::function<void(const mjData&)>& look) const = 0;
 
   /// All that later steps, observations and measurements depend on, as MuJoCo has it: qpos, qvel,
-  /// act, qacc_warmstart, ctrl and qfrc_actuator. The time is none of it: nothing reads it.
+  /// qacc_warmstart, ctrl and qfrc_actuator; no robot of ours has activations, and nothing reads
+  /// the time.
   /// @param values `state_size()` of them
   virtual void save(double* values) const = 0;
   virtual void load(const double* values) = 0;

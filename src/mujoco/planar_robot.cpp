@@ -136,7 +136,7 @@ void PlanarRobot::save_state(const Result& /*last*/, std::vector<std::byte>& sta
   writer.numbers(values.data(), values.size());
 }
 
-Progress PlanarRobot::load_state(const std::byte* state, std::size_t size, Result& /*last*/) {
+Progress PlanarRobot::load_state(const std::byte* state, std::size_t size, Result* last) {
   StateReader reader(state, size);
   if (reader.number<std::uint64_t>() != model_fingerprint()) {
     throw std::invalid_argument("the state is of another model than this " + specification_.id +
@@ -149,6 +149,7 @@ Progress PlanarRobot::load_state(const std::byte* state, std::size_t size, Resul
   std::vector<double> values(physics_->state_size());
   reader.numbers(values.data(), values.size());
   reader.finish();
+  if (last == nullptr) return {};
   // From here on nothing fails.
   generator_ = generator;
   x_before_step_ = x_before_step;

@@ -58,7 +58,7 @@ class PlanarRobot : public Environment {
   void set_generator_state(const GeneratorState& state) override { generator_.emplace(state); }
   bool can_save_state() const override { return true; }
   void save_state(const Result& last, std::vector<std::byte>& state) const override;
-  Progress load_state(const std::byte* state, std::size_t size, Result& last) override;
+  Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
 
  protected:
   const mjModel& model() const { return physics_->model(); }

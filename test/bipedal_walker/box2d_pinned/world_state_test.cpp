@@ -111,8 +111,11 @@ TEST_P(WorldStateTest, GoesOnAsTheOtherWorld) {
   Place another(2, hardcore, reuse_world);  // keeps what it came to, from one time to the next
   int num_asleep = 0;
   for (int time = 0; time < 12; ++time) {
-    const int num_steps = mode == "rest" ? 40 : static_cast<int>(random_() % 60);
-    for (int i = 0; i < num_steps; ++i) original.step(draw());
+    if (mode == "rest") original.begin();  // some lie down to sleep, and some never do
+    const auto num_steps = mode == "rest" ? 300 : random_() % 60;
+    for (std::size_t i = 0; i < num_steps && original.physics().hull().IsAwake(); ++i) {
+      original.step(draw());
+    }
     for (int i = 0; i < time; ++i) another.step(draw());
     num_asleep += original.physics().hull().IsAwake() ? 0 : 1;
     const std::vector<std::uint32_t> before = original.words();
