@@ -154,6 +154,13 @@ class WALKER_SIM_EXPORT Client {
   /// @param steps  1 .. 100
   void step_many(const double* action, std::size_t size, std::uint32_t steps,
                  RepeatedStep& repeated);
+  /// ~snapshot: the present episode, from its beginning to now.
+  /// @param record receives EpisodeRecord.msg as it is sent; opaque here
+  void snapshot(std::vector<std::uint8_t>& record);
+  /// ~restore: the record's episode takes the place of the present one, and goes on.
+  /// @param record      as `snapshot` gave it, of this server or another
+  /// @param transition receives what the record's last step gave
+  void restore(const std::vector<std::uint8_t>& record, Transition& transition);
   /// ~reset_batch.
   /// @param environments which; empty: all
   /// @param seeds        empty, or one per listed environment (none: its generator continues)

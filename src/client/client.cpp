@@ -181,6 +181,22 @@ void Client::step_many(const double* action, std::size_t size, std::uint32_t ste
       implementation_->into(repeated, steps));
 }
 
+void Client::snapshot(std::vector<std::uint8_t>& record) {
+  implementation_->call(
+      kSnapshot, [](Writer&) {},
+      [&](Reader& reader) {
+        std::vector<std::uint8_t> told;
+        read_record(reader, told);
+        record.swap(told);
+      });
+}
+
+void Client::restore(const std::vector<std::uint8_t>& record, Transition& transition) {
+  implementation_->call(
+      kRestore, [&](Writer& writer) { writer.message(record); },
+      implementation_->into(transition));
+}
+
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,
                          const std::vector<std::optional<std::uint64_t>>& seeds,
                          BatchReset& reset) {

@@ -136,6 +136,11 @@ void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps
   }
 }
 
+void read_record(Reader& reader, std::vector<std::uint8_t>& record) {
+  read_outcome(reader);
+  record = reader.rest();
+}
+
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset) {
   reset.status_message = read_outcome(reader);
   reader.read(reset.observations, reset.info);

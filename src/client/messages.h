@@ -39,6 +39,9 @@ class Writer {
 
   void text(const std::string& value) { array(value.data(), value.size()); }
 
+  /// A message whose bytes are at hand.
+  void message(const std::vector<std::uint8_t>& bytes) { append(bytes.data(), bytes.size()); }
+
  private:
   void append(const void* data, std::size_t size) {
     const auto* const begin = static_cast<const std::uint8_t*>(data);
@@ -64,6 +67,13 @@ class Reader {
     std::uint32_t size = 0;
     take(size);
     return {reinterpret_cast<const char*>(bytes(size, 1)), size};
+  }
+
+  /// What has not been read yet.
+  std::vector<std::uint8_t> rest() {
+    std::vector<std::uint8_t> left(next_, end_);
+    next_ = end_;
+    return left;
   }
 
   /// @throws std::runtime_error where something is left
@@ -129,6 +139,9 @@ void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps
 
 /// @param rows environments that were to be reset
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset);
+
+/// EpisodeRecord.msg, whose bytes are kept as they are.
+void read_record(Reader& reader, std::vector<std::uint8_t>& record);
 
 /// sensor_msgs/Image; where it throws, the image is as it was.
 /// @param encoding that was asked for: 32FC1, or else rgb8

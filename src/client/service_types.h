@@ -25,14 +25,16 @@ enum ServiceIndex : std::size_t {
   kResetBatch,
   kStepBatch,
   kRender,
-  kStepMany
+  kStepMany,
+  kSnapshot,
+  kRestore
 };
 
 // A specification is taken before anything is known that it could be checked by; an observation of
 // 500000 values has a place in it.
 constexpr std::size_t kMostSpecificationBytes = 1 << 24;
 
-constexpr std::array<ServiceType, 7> kServiceTypes{{
+constexpr std::array<ServiceType, 9> kServiceTypes{{
     {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4", kMostSpecificationBytes},
     {"reset", "walker_sim/Reset", "31d1b710b7a99285fa80989beaac03dc"},
     {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
@@ -40,6 +42,8 @@ constexpr std::array<ServiceType, 7> kServiceTypes{{
     {"step_batch", "walker_sim/StepBatch", "3ded97437c9fb618c5af18cc1015a8c4"},
     {"render", "walker_sim/Render", "ddec8823bcc866f5390ff2c9bb477f29"},
     {"step_many", "walker_sim/StepMany", "0f84f7c61cb488b9aad4529423766e03"},
+    {"snapshot", "walker_sim/Snapshot", "c425fdd3049b84653d18b3ad46b1f6b0"},
+    {"restore", "walker_sim/Restore", "8775c9e27967286b57741a266e340322"},
 }};
 
 }  // namespace walker

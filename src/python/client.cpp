@@ -103,6 +103,28 @@ class RemoteWalkers {
     return py::make_tuple(reward, terminated, truncated, to_str(error));
   }
 
+  /// The present episode as a record, of which nothing is known here.
+  py::bytes snapshot() {
+    std::vector<std::uint8_t> record;
+    ask([&] {
+      if (is_lost_) throw ResetNeeded(std::string("get_state: ") + kLost);
+      if (transition_.episode == 0) {
+        throw ResetNeeded("get_state: there is no episode yet; reset first");
+      }
+      client_->snapshot(record);
+    });
+    return {reinterpret_cast<const char*>(record.data()), record.size()};
+  }
+
+  void restore(const py::handle& record) {
+    const std::vector<std::byte> bytes = to_state_bytes(record);
+    std::vector<std::uint8_t> numbers(bytes.size());
+    std::transform(bytes.begin(), bytes.end(), numbers.begin(),
+                   [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
+    ask([&] { client_->restore(numbers, transition_); });
+    is_lost_ = false;
+  }
+
   /// Rows in the order of `environments`; empty: of all.
   void reset_batch(const std::vector<std::uint32_t>& environments, const py::sequence& seeds,
                    py::handle observations, py::handle info) {
@@ -198,6 +220,21 @@ class RemoteWalkers {
       throw;
     } catch (const RequestRefused&) {
       is_lost_ = true;  // by what is known here it should have been made
+      throw;
+    } catch (const Interrupted&) {
+      is_lost_ = true;
+      throw py::error_already_set();
+    }
+  }
+
+  /// As `call`, where a refusal says nothing of the episode.
+  template <typename Made>
+  void ask(const Made& made) {
+    try {
+      const Unlocked unlocked(mutex_);
+      made();
+    } catch (const ConnectionError&) {
+      is_lost_ = true;
       throw;
     } catch (const Interrupted&) {
       is_lost_ = true;
@@ -332,6 +369,8 @@ void bind_client(py::module& module) {
       .def_property_readonly("is_lost", &RemoteWalkers::is_lost)
       .def("reset", &RemoteWalkers::reset)
       .def("step", &RemoteWalkers::step)
+      .def("snapshot", &RemoteWalkers::snapshot)
+      .def("restore", &RemoteWalkers::restore)
       .def("reset_batch", &RemoteWalkers::reset_batch)
       .def("step_batch", &RemoteWalkers::step_batch)
       .def("final_rows", &RemoteWalkers::final_rows)

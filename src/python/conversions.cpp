@@ -91,6 +91,18 @@ Parameters to_parameters(const py::dict& given) {
   return parameters;
 }
 
+std::vector<std::byte> to_state_bytes(const py::handle& state) {
+  if (!py::isinstance<py::bytes>(state)) {
+    throw py::type_error(std::string("a state is of type ") + Py_TYPE(state.ptr())->tp_name +
+                         "; must be bytes, as get_state gives them");
+  }
+  char* begin = nullptr;
+  py::ssize_t size = 0;
+  if (PyBytes_AsStringAndSize(state.ptr(), &begin, &size) != 0) throw py::error_already_set();
+  const auto* const bytes = reinterpret_cast<const std::byte*>(begin);
+  return {bytes, bytes + size};
+}
+
 py::dict to_dict(const Specification& specification) {
   py::dict dict = to_common_dict(specification);
   py::dict parameters;

@@ -3,6 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,6 +22,10 @@ pybind11::str to_str(const std::string& text);
 /// Keyword arguments: bool, int, float, str, paths, sequences of numbers, and NumPy's own of these.
 /// @throws TypeError naming a parameter of another type
 Parameters to_parameters(const pybind11::dict& given);
+
+/// A state that was saved.
+/// @throws TypeError for what is no bytes
+std::vector<std::byte> to_state_bytes(const pybind11::handle& state);
 
 /// What an environment is, by the names of EnvironmentSpec.msg; `parameters` holds texts by name.
 pybind11::dict to_dict(const Specification& specification);

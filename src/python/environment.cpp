@@ -28,8 +28,9 @@ std::string engine_of(const Specification& specification) {
   return specification.engine + " " + engine_release(specification.engine_version);
 }
 
-py::bytes to_bytes(const std::vector<double>& values) {
-  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(double)};
+template <typename Value>
+py::bytes to_bytes(const std::vector<Value>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value)};
 }
 
 std::vector<double> from_bytes(const py::handle& object) {
@@ -44,15 +45,22 @@ bool have_equal_bits(const std::vector<double>& a, const std::vector<double>& b)
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
 }
 
-/// An environment that knows how its episode came about, so that it can be copied and stored. One
-/// thread at a time is let in; the others wait without the interpreter's lock.
+/// Keeps the actions where these are the only way to copy and store an episode.
+EpisodeRecorder make_recorder(std::unique_ptr<Environment> environment) {
+  RecorderOptions options;
+  options.keeps_actions = !environment->can_save_state();
+  return EpisodeRecorder(std::move(environment), options);
+}
+
+/// An environment that can be copied and stored. One thread at a time is let in; the others wait
+/// without the interpreter's lock.
 class RecordedEnvironment {
  public:
   /// @throws ValueError, TypeError as `make`
   RecordedEnvironment(std::string id, const py::dict& parameters)
       : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
-        recorder_(make(id_, parameters_)) {}
+        recorder_(make_recorder(make(id_, parameters_))) {}
 
   py::dict specification() const { return to_dict(recorder_.specification()); }
 
@@ -93,16 +101,59 @@ class RecordedEnvironment {
     return captured;
   }
 
-  /// For pickle and copy: how to come to the present state.
+  /// All that decides about what follows: bytes, or where the engine's state cannot be saved, how to
+  /// come to the present one.
+  /// @param generator_state that the next reset would be given; None: as it is here
   /// @throws ValueError where the episode depends on those before it, or is too long
-  py::tuple state() const {
-    EpisodeState state;
-    std::vector<double> actions;
+  py::object get_state(const std::optional<GeneratorState>& generator_state) {
+    std::vector<std::byte> bytes;
     {
       const Unlocked unlocked(mutex_);
-      state = recorder_.state();
-      actions = recorder_.actions();
+      if (generator_state) recorder_.set_generator_state(*generator_state);
+      if (recorder_.can_save_state()) recorder_.save_state(bytes);
     }
+    return bytes.empty() ? py::object(way_to_state()) : py::object(to_bytes(bytes));
+  }
+
+  /// @param state of an environment of the same id, parameters and engine
+  /// @return the generator's state; all zero: there is none
+  /// @throws ValueError naming what is wrong; then nothing has changed
+  GeneratorState set_state(const py::object& state) {
+    if (py::isinstance<py::tuple>(state) && !recorder_.can_save_state()) {
+      go_the_way(state);
+    } else {
+      const std::vector<std::byte> bytes = to_state_bytes(state);
+      const Unlocked unlocked(mutex_);
+      recorder_.load_state(bytes.data(), bytes.size());
+    }
+    return recorder_.generator_state();
+  }
+
+  /// For pickle and copy.
+  py::tuple stored() {
+    return py::make_tuple(version(), engine_of(recorder_.specification()), id_, parameters_,
+                          get_state(std::nullopt));
+  }
+
+  /// @throws ValueError where another version stored it, or as `set_state`
+  static std::unique_ptr<RecordedEnvironment> from_stored(const py::tuple& stored) {
+    constexpr std::size_t kFields = 5;
+    if (stored.size() != kFields) throw py::value_error("this is no stored environment");
+    auto environment = std::make_unique<RecordedEnvironment>(stored[2].cast<std::string>(),
+                                                             stored[3].cast<py::dict>());
+    const std::string engine = engine_of(environment->recorder_.specification());
+    if (stored[0].cast<std::string>() != version() || stored[1].cast<std::string>() != engine) {
+      throw py::value_error("stored by walker_sim " + stored[0].cast<std::string>() + " on " +
+                            stored[1].cast<std::string>() + "; this is walker_sim " + version() +
+                            " on " + engine);
+    }
+    environment->set_state(stored[4]);
+    return environment;
+  }
+
+ private:
+  py::tuple way_to_state() const {
+    const EpisodeState& state = recorder_.state();
     const Specification& specification = recorder_.specification();
     const bool has_begun = state.episode != 0 && !state.failed_at_reset();
     if (has_begun && !specification.episodes_are_independent) {
@@ -115,40 +166,35 @@ class RecordedEnvironment {
                             std::to_string(EpisodeRecorder::kMostRecordedSteps) +
                             " steps cannot be copied or stored");
     }
-    return py::make_tuple(version(), engine_of(specification), id_, parameters_, has_begun,
-                          state.generator_state, to_bytes(actions), to_bytes(state.observation));
+    return py::make_tuple(has_begun, state.generator_state, to_bytes(recorder_.actions()),
+                          to_bytes(state.observation), recorder_.generator_state());
   }
 
-  /// @throws ValueError where another version stored it, or the episode comes out differently
-  static std::unique_ptr<RecordedEnvironment> from_state(const py::tuple& state) {
-    constexpr std::size_t kFields = 8;
-    if (state.size() != kFields) throw py::value_error("this is no stored environment");
-    auto environment = std::make_unique<RecordedEnvironment>(state[2].cast<std::string>(),
-                                                             state[3].cast<py::dict>());
-    const std::string engine = engine_of(environment->recorder_.specification());
-    if (state[0].cast<std::string>() != version() || state[1].cast<std::string>() != engine) {
-      throw py::value_error("stored by walker_sim " + state[0].cast<std::string>() + " on " +
-                            state[1].cast<std::string>() + "; this is walker_sim " + version() +
-                            " on " + engine);
-    }
-    if (!state[4].cast<bool>()) return environment;
-    const auto generator_state = state[5].cast<GeneratorState>();
-    const std::vector<double> actions = from_bytes(state[6]);
-    const std::vector<double> observation = from_bytes(state[7]);
-    {
+  /// In an environment of its own, whose episode then takes the place of this one's.
+  void go_the_way(const py::tuple& way) {
+    constexpr std::size_t kFields = 5;
+    if (way.size() != kFields) throw py::value_error("this is no state");
+    EpisodeRecorder repeated(make(id_, parameters_));
+    const std::vector<double> observation = from_bytes(way[3]);
+    const auto generator_state = way[4].cast<GeneratorState>();
+    if (way[0].cast<bool>()) {
+      const auto first_state = way[1].cast<GeneratorState>();
+      const std::vector<double> actions = from_bytes(way[2]);
       const py::gil_scoped_release release;
-      environment->begin(generator_state);
-      environment->recorder_.repeat(actions);
+      repeated.begin(first_state, std::nullopt);
+      if (repeated.state().failed_at_reset()) throw std::runtime_error(repeated.state().error);
+      repeated.repeat(actions);
     }
-    if (!have_equal_bits(environment->recorder_.state().observation, observation)) {
+    if (way[0].cast<bool>() && !have_equal_bits(repeated.state().observation, observation)) {
       throw py::value_error(
-          "the stored episode of " + environment->id_ +
+          "the stored episode of " + id_ +
           " comes out differently here; has a file changed that its parameters name?");
     }
-    return environment;
+    if (generator_state != GeneratorState{}) repeated.set_generator_state(generator_state);
+    const Unlocked unlocked(mutex_);
+    recorder_.take_over(repeated);
   }
 
- private:
   /// @throws std::runtime_error with the engine's words where it fails
   void begin(const GeneratorState& generator_state) {
     recorder_.begin(generator_state, std::nullopt);
@@ -170,8 +216,10 @@ void bind_environment(py::module& module) {
       .def("reset", &RecordedEnvironment::reset)
       .def("step", &RecordedEnvironment::step)
       .def("capture", &RecordedEnvironment::capture)
-      .def(py::pickle([](const RecordedEnvironment& environment) { return environment.state(); },
-                      &RecordedEnvironment::from_state));
+      .def("get_state", &RecordedEnvironment::get_state)
+      .def("set_state", &RecordedEnvironment::set_state)
+      .def(py::pickle([](RecordedEnvironment& environment) { return environment.stored(); },
+                      &RecordedEnvironment::from_stored));
 }
 
 }  // namespace walker::python

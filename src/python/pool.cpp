@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <mutex>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -77,8 +79,10 @@ class VectorWalkers {
  public:
   VectorWalkers(const std::string& id, const py::dict& parameters, std::size_t num_envs,
                 std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
-      : pool_([&id, values = to_parameters(parameters)] { return make(id, values); },
-              make_options(num_envs, num_threads, autoreset_mode, batch_size)),
+      : id_(id),
+        parameters_(to_parameters(parameters)),
+        asked_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
+        pool_([this] { return make(id_, parameters_); }, asked_),
         last_(pool_.specification(), pool_.options().num_envs),
         arrived_(pool_.specification(), pool_.options().batch_size),
         arrived_environments_(pool_.options().batch_size),
@@ -169,6 +173,48 @@ class VectorWalkers {
     return arrived_environments_;
   }
 
+  /// Of these, each as Environment.get_state gives it.
+  py::list get_states(const std::vector<std::uint32_t>& environments) {
+    std::vector<std::vector<std::byte>> states(environments.size());
+    {
+      const Unlocked unlocked(mutex_);
+      for (std::size_t i = 0; i < states.size(); ++i) pool_.save_state(environments[i], states[i]);
+    }
+    py::list list;
+    for (const std::vector<std::byte>& state : states) {
+      list.append(py::bytes(reinterpret_cast<const char*>(state.data()), state.size()));
+    }
+    return list;
+  }
+
+  /// @throws ValueError naming the environment and what is wrong; then nothing has changed
+  void set_states(const std::vector<std::uint32_t>& environments, const py::sequence& given) {
+    std::vector<std::vector<std::byte>> states;
+    for (const py::handle state : given) states.push_back(to_state_bytes(state));
+    if (environments.empty() && states.empty()) return;
+    const Unlocked unlocked(mutex_);
+    pool_.load_states(environments, states, last_.batch());
+  }
+
+  /// For pickle and copy.
+  py::tuple stored() {
+    std::vector<std::uint32_t> all(asked_.num_envs);
+    std::iota(all.begin(), all.end(), 0U);
+    return py::make_tuple(id_, parameters_, asked_.num_envs, asked_.num_threads,
+                          to_text(asked_.autoreset_mode), asked_.batch_size, get_states(all));
+  }
+
+  static std::unique_ptr<VectorWalkers> from_stored(const py::tuple& stored) {
+    constexpr std::size_t kFields = 7;
+    if (stored.size() != kFields) throw py::value_error("this is no stored pool");
+    auto walkers = std::make_unique<VectorWalkers>(
+        stored[0].cast<std::string>(), stored[1].cast<py::dict>(), stored[2].cast<std::size_t>(),
+        stored[3].cast<std::size_t>(), stored[4].cast<std::string>(),
+        stored[5].cast<std::size_t>());
+    walkers->set_states({}, stored[6].cast<py::list>());
+    return walkers;
+  }
+
   /// As Environment.capture, of one of them.
   StateCapture capture(std::size_t index) {
     StateCapture captured;
@@ -218,6 +264,9 @@ class VectorWalkers {
     }
   }
 
+  std::string id_;
+  Parameters parameters_;
+  PoolOptions asked_;
   Pool pool_;
   std::mutex mutex_;
   Rows last_;
@@ -276,7 +325,11 @@ void bind_pool(py::module& module) {
       .def("error", &VectorWalkers::error)
       .def("reset_error", &VectorWalkers::reset_error)
       .def("generator_state", &VectorWalkers::generator_state)
-      .def("set_generator_states", &VectorWalkers::set_generator_states);
+      .def("set_generator_states", &VectorWalkers::set_generator_states)
+      .def("get_states", &VectorWalkers::get_states)
+      .def("set_states", &VectorWalkers::set_states)
+      .def(py::pickle([](VectorWalkers& walkers) { return walkers.stored(); },
+                      &VectorWalkers::from_stored));
 }
 
 }  // namespace walker::python

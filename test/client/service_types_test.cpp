@@ -11,6 +11,8 @@
 #include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/ResetBatch.h"
+#include "walker_sim/Restore.h"
+#include "walker_sim/Snapshot.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/StepBatch.h"
 #include "walker_sim/StepMany.h"
@@ -34,6 +36,8 @@ TEST(ServiceTypes, AreTheGeneratedOnes) {
   expect_generated<walker_sim::StepBatch>(kStepBatch, "step_batch");
   expect_generated<walker_sim::Render>(kRender, "render");
   expect_generated<walker_sim::StepMany>(kStepMany, "step_many");
+  expect_generated<walker_sim::Snapshot>(kSnapshot, "snapshot");
+  expect_generated<walker_sim::Restore>(kRestore, "restore");
 }
 
 }  // namespace

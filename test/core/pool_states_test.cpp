@@ -89,7 +89,7 @@ TEST_P(PoolStatesTest, GoOnAlike) {
   original.reset(0);
   other.reset(100);
   other.play(random, 20);
-  for (const int num_steps : {0, 1, 60, 70}) {
+  for (const int num_steps : {0, 70}) {
     original.play(random, num_steps);
     const std::vector<State> states = original.save();
     ASSERT_EQ(original.save(), states);
@@ -98,7 +98,7 @@ TEST_P(PoolStatesTest, GoOnAlike) {
     ASSERT_EQ(to_bits(other.arrays.observations), to_bits(original.arrays.observations));
     ASSERT_EQ(other.arrays.steps, original.arrays.steps);
     std::mt19937 same = random;
-    for (int step = 0; step < 150; ++step) {
+    for (int step = 0; step < 80; ++step) {
       original.step(random);
       other.step(same);
       for (std::size_t i = 0; i < kCount; ++i) {

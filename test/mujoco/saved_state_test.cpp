@@ -1,7 +1,6 @@
 // Robots on MuJoCo go on from saved states, to the bit, whatever makes the steps.
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <random>
 #include <tuple>
 
@@ -107,23 +106,6 @@ TEST(SavedState, HasTheSameBytesWhateverMakesTheSteps) {
     by_kernel.step(action);
     by_library.step(action);
   }
-}
-
-/// Whose actuators give forces that depend on the state.
-TEST(SavedState, OfAModelWithServos) {
-  const Folder folder;
-  const std::string model = folder.write(
-      "walker.xml",
-      replaced(builtin_text("walker2d_v5.xml"), "<motor joint=",
-               "<general biastype=\"affine\" biasprm=\"0 -0.3 -0.02\" joint="));
-  const Parameters parameters{{"xml_file", model}, {"frame_skip", std::int64_t{3}}};
-  Stepper walker("Walker2d-v5", parameters);
-  walker.reset(2);
-  for (int i = 0; i < 20; ++i) walker.step(std::vector<double>(6, i % 3 - 1));
-  ASSERT_FALSE(walker.has_ended());
-  Stepper fresh("Walker2d-v5", parameters);
-  load(fresh, save(walker));
-  expect_alike_from_here(fresh, walker, Actions("random", 1));
 }
 
 TEST(SavedState, OfAChangedModelIsRefused) {

@@ -4,8 +4,10 @@ Around Gymnasium's own BipedalWalker that holds for the pinned Box2D only; Gymna
 world from one episode to the next, so ours do here.
 """
 
+import copy
 import os
 import pathlib
+import pickle
 import sys
 import types
 import warnings
@@ -291,3 +293,29 @@ def test_over_ros_as_in_process(tmp_path):
         ours.seed(SEED)
         assert_same_course(remote, ours, 60)
         remote.close()
+
+
+def test_states_and_copies_go_on_alike():
+    original, other = (VecEnv("Hopper-v5", 3, max_episode_steps=25) for _ in range(2))
+    original.seed(1)
+    original.reset()
+    other.reset()
+    actions = actions_for(original, 100)
+
+    def play(envs, actions):
+        return [list(envs.step(action)) for action in actions]
+
+    play(original, actions[:30])
+    states = original.get_state()
+    twins = [copy.copy(original), copy.deepcopy(original), pickle.loads(pickle.dumps(original))]
+    other.set_state(states)
+    expected = play(original, actions[30:])
+    for envs in (other, *twins):
+        assert_equal(play(envs, actions[30:]), expected)
+    other.set_state(states[:1], 2)
+    assert other.get_state([2]) == states[:1]
+    with pytest.raises(ValueError, match="environment 2: the state is damaged"):
+        other.set_state([states[0][:-1]], 2)
+    other.close()
+    with pytest.raises(RuntimeError, match="closed"):
+        other.get_state()

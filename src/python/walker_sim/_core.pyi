@@ -2,7 +2,7 @@ from typing import Any, Sequence
 
 from numpy.typing import NDArray
 
-from walker_sim.transport import Batch
+from walker_sim.transport import Batch, SavedState
 
 Array = NDArray[Any]
 ByName = dict[str, Any]
@@ -36,6 +36,8 @@ class Environment:
         self, action: Array, observation: Array, info: Array
     ) -> tuple[float, bool, bool, str]: ...
     def capture(self) -> StateCapture: ...
+    def get_state(self, generator_state: Sequence[int] | None) -> SavedState: ...
+    def set_state(self, state: SavedState) -> Sequence[int]: ...
 
 class Pool:
     def __init__(
@@ -67,6 +69,8 @@ class Pool:
     def set_generator_states(
         self, environments: list[int], states: Sequence[Sequence[int]]
     ) -> None: ...
+    def get_states(self, environments: list[int]) -> list[bytes]: ...
+    def set_states(self, environments: list[int], states: Sequence[bytes]) -> None: ...
 
 class Client:
     def __init__(
@@ -82,6 +86,8 @@ class Client:
     def step(
         self, action: Array, observation: Array, info: Array
     ) -> tuple[float, bool, bool, str]: ...
+    def snapshot(self) -> bytes: ...
+    def restore(self, record: bytes) -> None: ...
     def reset_batch(
         self,
         environments: list[int],

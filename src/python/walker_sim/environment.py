@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import gymnasium
@@ -21,7 +22,15 @@ from walker_sim.rendering import (
     warn_of_no_mode,
 )
 from walker_sim.time_limit import ANY, limit_of_make
-from walker_sim.transport import TRANSPORTS, Place, State, Walker, by_name, spaces_of
+from walker_sim.transport import (
+    TRANSPORTS,
+    Place,
+    SavedState,
+    State,
+    Walker,
+    by_name,
+    spaces_of,
+)
 
 
 def make_walker(
@@ -49,8 +58,8 @@ def make_walker(
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     """A walker with Gymnasium's spaces, rewards and bits.
 
-    Copies (``copy.deepcopy``) and pickles carry the whole state: from there both go on alike, to
-    the bit. Threads may share an environment; its calls are made one after the other.
+    Copies and pickles carry the whole state, and so does `get_state`: from there both go on alike,
+    to the bit. Threads may share an environment; its calls are made one after the other.
 
     Parameters
     ----------
@@ -241,6 +250,53 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             self._pictures.show(self._walker.render)
             return None
         return self._pictures.take(self._walker.render)
+
+    def get_state(self) -> SavedState:
+        """The whole state, amid an episode too, in a time that does not grow with the episode.
+
+        It is this walker's, `np_random` with it, and nothing of wrappers: Gymnasium's ``TimeLimit``
+        goes on counting its own steps. `copy.deepcopy` carries wrappers along.
+
+        Returns
+        -------
+        ``bytes``, which any process can keep and give to `set_state`. Over ROS a record of the
+        episode, and where the engine's state cannot be saved a tuple of its actions: then it grows
+        with the episode, and `set_state` repeats that.
+
+        Raises
+        ------
+        ValueError
+            For a `np_random` that is not on PCG64.
+        gymnasium.error.ClosedEnvironmentError
+            After `close`, until the next reset.
+        """
+        if self._is_closed:
+            raise ClosedEnvironmentError("get_state: the environment has been closed; reset first")
+        return self._walker.get_state(self._np_random)
+
+    def set_state(self, state: SavedState) -> None:
+        """Goes on from a state, to the bit, whatever went before.
+
+        Parameters
+        ----------
+        state
+            What `get_state` gave, of any walker of the same id, parameters and engine; also what
+            `WalkerVectorEnv.get_state` gave of one of many.
+
+        Raises
+        ------
+        ValueError, TypeError
+            Naming what the state is of instead, or what of it is damaged. Nothing has changed.
+        """
+        random = self._walker.set_state(state)
+        if self._transport != "ros":
+            self._np_random = random
+            self._np_random_seed = None if random is None else -1  # as of one that was set
+        self._is_closed = False
+
+    def __copy__(self) -> WalkerEnv:
+        """As `copy.deepcopy`: two environments must not drive one walker."""
+        return copy.deepcopy(self)
 
     def close(self) -> None:
         """Ends the episode and lets go of connection and window, where there are any; again does

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Batch, Colors, Depths, Specification, State, Walkers
+from walker_sim.transport import (
+    Batch,
+    Colors,
+    Depths,
+    SavedState,
+    Specification,
+    State,
+    Walkers,
+)
 
 GeneratorState = Sequence[int]
 """PCG64's state and increment, high and low 64 bits each, has_uint32, uinteger."""
@@ -44,8 +52,17 @@ def set_state(random: np.random.Generator, state: GeneratorState) -> None:
     }
 
 
+def generator_in(state: GeneratorState) -> np.random.Generator | None:
+    """One that goes on from there; None for the state of an environment that has none yet."""
+    if not any(state):
+        return None
+    random = np.random.default_rng(0)
+    set_state(random, state)
+    return random
+
+
 class InProcessWalker:
-    """One walker. Copies and pickles carry its whole state, by its episode's record."""
+    """One walker. Copies and pickles carry its whole state."""
 
     def __init__(self, env_id: str, parameters: Mapping[str, Any]) -> None:
         self._environment = _core.Environment(env_id, dict(parameters))
@@ -63,12 +80,18 @@ class InProcessWalker:
         """The environment is only looked at; while it is drawn, others may step it."""
         pictures.renderer.render(self._environment.capture(), rgb, depth)
 
+    def get_state(self, random: np.random.Generator | None) -> SavedState:
+        return self._environment.get_state(None if random is None else state_of(random))
+
+    def set_state(self, state: SavedState) -> np.random.Generator | None:
+        return generator_in(self._environment.set_state(state))
+
     def close(self) -> None:
         """There is nothing to let go of before the object goes."""
 
 
 class InProcessWalkers(Walkers):
-    """A pool."""
+    """A pool. Copies and pickles carry the whole states of its walkers."""
 
     def __init__(
         self,
@@ -139,6 +162,17 @@ class InProcessWalkers(Walkers):
         states = [state_of(generator) for generator in generators]
         self._pool.set_generator_states(list(range(self.num_envs)), states)
         self._seeds = [-1] * self.num_envs
+
+    def get_states(self, environments: list[int]) -> list[bytes]:
+        """Of these, each as a single walker's."""
+        return self._pool.get_states(environments)
+
+    def set_states(self, environments: list[int], states: Sequence[bytes]) -> None:
+        """These go on from there; all of them or none."""
+        self._pool.set_states(environments, states)
+        for index in environments:
+            has_generator = any(self._pool.generator_state(index))
+            self._seeds[index] = -1 if has_generator else None
 
     def _seed(self, environments: list[int], seeds: Sequence[int | None]) -> None:
         """Seeds the generators as Gymnasium does: where a seed is given, and by chance where none

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.errors import ServerMismatch
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Batch, Colors, Depths, Place, Specification, State, Walkers
+from walker_sim.transport import (
+    Batch,
+    Colors,
+    Depths,
+    Place,
+    SavedState,
+    Specification,
+    State,
+    Walkers,
+)
 
 
 def differences(
@@ -134,6 +143,17 @@ class RemoteWalker:
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         """The server draws."""
         self._connection.client.render(0, pictures.camera_parameters, rgb, depth)
+
+    def get_state(self, random: np.random.Generator | None) -> SavedState:
+        """The server's record of the episode, whose generator is the server's."""
+        return self._connection.client.snapshot()
+
+    def set_state(self, state: SavedState) -> np.random.Generator | None:
+        """The server repeats the record."""
+        if not isinstance(state, bytes):
+            raise TypeError(f"a state is of type {type(state).__name__}; must be bytes")
+        self._connection.open().restore(state)
+        return None
 
     def close(self) -> None:
         self._connection.close()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List
+import copy
+from typing import Any, Callable, Dict, List, Sequence
 
 import gymnasium
 import numpy as np
@@ -15,6 +16,7 @@ from walker_sim.actions import to_actions
 from walker_sim.keywords import refuse_unknown, to_count
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
+from walker_sim.saved_states import get_states, set_states
 from walker_sim.sb3_env_fns import EnvFns, Plan, plan_of
 from walker_sim.transport import Batch, Place, by_name, make_walkers, spaces_of
 
@@ -25,7 +27,7 @@ class VecEnv(vec_env.VecEnv):
     """Walkers stepped together by threads, in Stable-Baselines3's terms.
 
     An episode that ends is followed by the next in the same step. `VecMonitor`, `VecNormalize` and
-    the other wrappers go around it.
+    the other wrappers go around it. Copies and pickles carry the whole states of all walkers.
 
     Parameters
     ----------
@@ -207,6 +209,20 @@ class VecEnv(vec_env.VecEnv):
             self._pictures.close()
             for watch in self._watches:
                 watch.monitor.close()
+
+    def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
+        """In process: the whole states of walkers, as `WalkerVectorEnv.get_state`."""
+        self._check_open()
+        return get_states(self._walkers, list(self._get_indices(indices)))
+
+    def set_state(self, states: Sequence[bytes], indices: VecEnvIndices = None) -> None:
+        """In process: walkers go on from states, as `WalkerVectorEnv.set_state`."""
+        self._check_open()
+        set_states(self._walkers, list(self._get_indices(indices)), states)
+
+    def __copy__(self) -> VecEnv:
+        """As `copy.deepcopy`: two environments must not drive the same walkers."""
+        return copy.deepcopy(self)
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """What walkers have of their own: spaces, metadata, spec, dt, and what `set_attr` gave."""

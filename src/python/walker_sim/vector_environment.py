@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any, Callable, Sequence, Tuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
+from walker_sim.saved_states import get_states, set_states
 from walker_sim.transport import Batch, Place, make_walkers, spaces_of
 from walker_sim.vector_arguments import (
     AutoresetMode,
@@ -41,7 +43,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """As many walkers as one likes, stepped together by threads, in Gymnasium's terms.
 
     What it gives is what Gymnasium's ``SyncVectorEnv`` of as many single walkers gives, to the bit.
-    All arrays are new: the caller may keep and change them.
+    All arrays are new: the caller may keep and change them. Copies and pickles carry the whole states
+    of all walkers, as `get_state` does.
 
     Parameters
     ----------
@@ -300,6 +303,47 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             self._show_first(self._pictures.show)
             return None
         return tuple(self._pictures.take(self._walkers.drawer(i)) for i in range(self.num_envs))
+
+    def get_state(self, indices: ArrayLike | None = None) -> list[bytes]:
+        """In process: the whole states of walkers, each as `WalkerEnv.get_state` gives it.
+
+        Parameters
+        ----------
+        indices
+            Which, numbers from 0; None: all.
+
+        Raises
+        ------
+        RuntimeError
+            For a walker that is under way, or where the engine's state cannot be saved.
+        """
+        self._need_open("get_state")
+        return get_states(self._walkers, to_indices(indices, self.num_envs))
+
+    def set_state(self, states: Sequence[bytes], indices: ArrayLike | None = None) -> None:
+        """In process: walkers go on from states, to the bit, whatever went before.
+
+        Parameters
+        ----------
+        states
+            One for each, of any walkers of the same id, parameters and engine.
+        indices
+            Which walkers, numbers from 0, each once; None: all.
+
+        Raises
+        ------
+        ValueError, TypeError
+            Naming the walker and what its state is of instead, or what of it is damaged. Nothing
+            has changed.
+        RuntimeError
+            While some are under way.
+        """
+        self._need_open("set_state")
+        set_states(self._walkers, to_indices(indices, self.num_envs), states)
+
+    def __copy__(self) -> WalkerVectorEnv:
+        """As `copy.deepcopy`: two environments must not drive the same walkers."""
+        return copy.deepcopy(self)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """What each walker has as a single environment: ``np_random``, ``np_random_seed``, its

@@ -1,0 +1,262 @@
+"""get_state and set_state of one walker and of many, and copies of many: what follows is the same, to
+the bit. With another Box2D than the pinned one, BipedalWalker's state is the way to it."""
+
+import copy
+import os
+import pickle
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from vector_comparison import assert_same
+from walker_sim import WalkerEnv
+from walkers import IDS, follow, make_ours, random_actions
+
+IS_PINNED = os.environ.get("WALKER_SIM_ENGINES", "pinned") == "pinned"
+SAVED_IDS = [name for name in IDS if IS_PINNED or not name.startswith("Bipedal")]
+MODES = ["next_step", "same_step", "disabled"]
+NUM_ENVS = 5
+
+
+def make_many(environment_id, mode="next_step", **parameters):
+    return gymnasium.make_vec(
+        f"walker_sim/{environment_id}",
+        num_envs=NUM_ENVS,
+        autoreset_mode=mode,
+        max_episode_steps=60,
+        **parameters,
+    )
+
+
+def rollout(envs, actions):
+    """What each step gives; ended ones are reset where nobody else does."""
+    outcomes = []
+    for action in actions:
+        outcome = envs.step(np.repeat(action[np.newaxis], envs.num_envs, 0))
+        outcomes.append(outcome)
+        ended = outcome[2] | outcome[3]
+        if ended.any() and envs.metadata["autoreset_mode"].name == "DISABLED":
+            outcomes.append(envs.reset(options={"reset_mask": ended}))
+    return outcomes
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_one_goes_on_alike(environment_id):
+    actions = random_actions(environment_id, 130)
+    original, fresh, other = (make_ours(environment_id).unwrapped for _ in range(3))
+    original.reset(seed=5)
+    follow(original, actions[:30])
+    other.reset(seed=9)
+    follow(other, actions[:12])
+    state = original.get_state()
+    assert original.get_state() == state
+    expected = None
+    for environment in (original, fresh, other):
+        environment.set_state(pickle.loads(pickle.dumps(state)))
+        outcomes = follow(environment, actions[30:])
+        generator = environment.np_random.bit_generator.state
+        expected = expected or (outcomes, generator)
+        assert (outcomes, generator) == expected
+    original.set_state(state)  # back
+    assert follow(original, actions[30:]) == expected[0]
+
+
+@pytest.mark.skipif(not IS_PINNED, reason="with another Box2D it grows with the episode")
+@pytest.mark.parametrize("environment_id", IDS)
+def test_its_size_does_not_grow_with_the_episode(environment_id):
+    environment = WalkerEnv(environment_id)
+    sizes = []
+    for num_steps in (1, 20):
+        environment.reset(seed=3)
+        for _ in range(num_steps):
+            environment.step(np.zeros(environment.action_space.shape))
+        state = environment.get_state()
+        assert isinstance(state, bytes)
+        sizes.append(len(state))
+    assert abs(sizes[1] - sizes[0]) < 1000  # contacts come and go
+    assert max(sizes) < 20000
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_a_drawn_generator_is_a_part_of_it(environment_id):
+    original, fresh = (make_ours(environment_id).unwrapped for _ in range(2))
+    original.reset(seed=5)
+    original.np_random.integers(7)  # leaves half a number behind
+    fresh.set_state(original.get_state())
+    assert fresh.np_random.integers(7) == original.np_random.integers(7)
+    assert fresh.reset()[0].tobytes() == original.reset()[0].tobytes()
+
+
+def test_before_the_first_reset():
+    environment = WalkerEnv("Walker2d-v5")
+    state = environment.get_state()
+    environment.reset(seed=1)
+    environment.set_state(state)
+    with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet"):
+        environment.step(np.zeros(6))
+    environment.reset()
+
+
+def test_it_opens_a_closed_one():
+    environment = WalkerEnv("Walker2d-v5")
+    environment.reset(seed=1)
+    state = environment.get_state()
+    environment.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="get_state"):
+        environment.get_state()
+    environment.set_state(state)
+    environment.step(np.zeros(6))
+
+
+def test_it_can_be_drawn_at_once():
+    original, fresh = (make_ours("Walker2d-v5", render_mode="rgb_array") for _ in range(2))
+    original.reset(seed=1)
+    follow(original, random_actions("Walker2d-v5", 7))
+    fresh.reset(seed=2)
+    fresh.unwrapped.set_state(original.unwrapped.get_state())
+    assert np.array_equal(fresh.render(), original.render())
+
+
+def test_what_is_refused_changes_nothing():
+    environment = WalkerEnv("Walker2d-v5")
+    environment.reset(seed=1)
+    state = environment.get_state()
+    stranger = WalkerEnv("Hopper-v5")
+    stranger.reset(seed=1)
+    wrong = "another environment: id = Hopper-v5 there; here it is Walker2d-v5"
+    with pytest.raises(ValueError, match=wrong):
+        environment.set_state(stranger.get_state())
+    with pytest.raises(ValueError, match="the state is damaged"):
+        environment.set_state(state[:-3])
+    flipped = bytearray(state)
+    flipped[len(state) // 2] ^= 1
+    with pytest.raises(ValueError, match="checksum"):
+        environment.set_state(bytes(flipped))
+    with pytest.raises(ValueError, match="no saved state"):
+        environment.set_state(b"something else")
+    with pytest.raises(TypeError, match="must be bytes"):
+        environment.set_state("something else")
+    assert environment.get_state() == state
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("environment_id", SAVED_IDS)
+def test_many_go_on_alike(environment_id, mode):
+    actions = random_actions(environment_id, 150)
+    original, other = (make_many(environment_id, mode) for _ in range(2))
+    original.reset(seed=3)
+    other.reset(seed=99)
+    rollout(original, actions[:50])
+    rollout(other, actions[:7])
+    states = original.get_state()
+    other.set_state(states)
+    assert_same(rollout(other, actions[50:]), rollout(original, actions[50:]))
+    assert other.get_state() == original.get_state()
+    original.set_state(states)
+    other.set_state(states[2:4], [2, 3])
+    assert other.get_state([2, 3]) == states[2:4]
+
+
+@pytest.mark.parametrize("environment_id", SAVED_IDS)
+def test_one_of_many_goes_on_alone(environment_id):
+    envs, single = make_many(environment_id), WalkerEnv(environment_id)
+    envs.reset(seed=3)
+    actions = random_actions(environment_id, 20)
+    rollout(envs, actions[:10])
+    single.set_state(envs.get_state([4])[0])
+    for action in actions[10:]:
+        observation, reward, *_ = single.step(action)
+        observations, rewards, *_ = envs.step(np.repeat(action[np.newaxis], NUM_ENVS, 0))
+        assert observation.tobytes() == observations[4].tobytes()
+        assert reward == rewards[4]
+        if single.get_state() != envs.get_state([4])[0]:
+            raise AssertionError
+    envs.set_state([single.get_state()], [0])
+
+
+def test_what_many_refuse_changes_nothing():
+    envs = make_many("Hopper-v5")
+    envs.reset(seed=1)
+    states = envs.get_state()
+    others = make_many("Hopper-v5")
+    others.reset(seed=5)
+    damaged = others.get_state()
+    damaged[3] = damaged[3][:-1]
+    with pytest.raises(ValueError, match="environment 3: the state is damaged"):
+        envs.set_state(damaged)
+    with pytest.raises(ValueError, match="4 states; must be a sequence of 5"):
+        envs.set_state(states[:4])
+    with pytest.raises(ValueError, match="one state; must be a sequence of 1"):
+        envs.set_state(states[0], [0])
+    with pytest.raises(ValueError, match="environment 7: must be in"):
+        envs.get_state([7])
+    with pytest.raises(ValueError, match="listed twice"):
+        envs.set_state(states[:2], [1, 1])
+    with pytest.raises(TypeError, match="must be bytes"):
+        envs.set_state(["a"] * 5)
+    assert envs.get_state() == states
+    envs.close()
+    for call in (envs.get_state, lambda: envs.set_state(states)):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+            call()
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda envs: pickle.loads(pickle.dumps(envs))]
+)
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("environment_id", SAVED_IDS)
+def test_copies_of_many_go_on_alike(environment_id, mode, copied):
+    actions = random_actions(environment_id, 120)
+    parameters = {"reuse_world": True} if environment_id.startswith("Bipedal") else {}
+    original, untouched = (make_many(environment_id, mode, **parameters) for _ in range(2))
+    for envs in (original, untouched):
+        envs.reset(seed=3)
+        rollout(envs, actions[:50])
+    twin = copied(original)
+    expected = rollout(untouched, actions[50:])
+    assert_same(rollout(twin, actions[50:]), expected)
+    assert_same(rollout(original, actions[50:]), expected)
+    assert twin.np_random_seed == original.np_random_seed
+    assert twin.autoreset_mode == original.autoreset_mode
+    assert twin.num_envs == original.num_envs
+    assert twin.num_threads == original.num_threads
+    assert twin.action_space == original.action_space
+    assert twin.spec == original.spec
+    assert twin.get_state() == original.get_state()
+
+
+def test_a_copy_before_the_first_reset():
+    original = make_many("Hopper-v5")
+    twin = copy.deepcopy(original)
+    with pytest.raises(walker_sim.ResetNeeded):
+        twin.step(np.zeros((NUM_ENVS, 3)))
+    assert twin.reset(seed=1)[0].tobytes() == original.reset(seed=1)[0].tobytes()
+
+
+def test_a_copy_of_a_closed_one_is_closed():
+    original = make_many("Hopper-v5")
+    original.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+        copy.deepcopy(original).reset()
+
+
+def test_under_way_there_is_none():
+    envs = make_many("Hopper-v5", batch_size=2)
+    envs.reset(seed=1)
+    states = envs.get_state()
+    envs.send(np.zeros((2, 3)), [0, 1])
+    for call in (envs.get_state, lambda: envs.set_state(states), lambda: copy.deepcopy(envs)):
+        with pytest.raises(RuntimeError, match="under way"):
+            call()
+    envs.recv()
+    copy.deepcopy(envs).set_state(states)
+
+
+def test_a_copy_of_one_drives_a_walker_of_its_own():
+    original = WalkerEnv("Walker2d-v5")
+    original.reset(seed=1)
+    state = original.get_state()
+    copy.copy(original).step(np.ones(6))
+    assert original.get_state() == state
