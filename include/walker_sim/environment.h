@@ -119,8 +119,8 @@ class WALKER_SIM_EXPORT Environment {
 
   /// Goes on from a saved state, to the bit, whatever went before. All parameters must be those of
   /// the environment that saved it but `max_episode_steps`, which is this one's.
-  /// @param last receives what `save_state` was given, where there was a reset; its texts last until
-  ///             the environment's next call. Null: the state is only looked at, nothing changes
+  /// @param last receives what `save_state` was given, where there was a reset; its texts last
+  ///             until the environment's next call. Null: the state is only looked at
   /// @throws std::invalid_argument naming what the state is of instead, or what of it is damaged,
   ///         std::logic_error where `can_save_state` is false; then nothing has changed
   virtual Progress load_state(const std::byte* state, std::size_t size, Result* last);

@@ -126,8 +126,8 @@ class WALKER_SIM_EXPORT Pool {
   ///         that is under way or cannot be saved
   void save_state(std::size_t index, std::vector<std::byte>& state) const;
 
-  /// Environments go on from saved states, whose `Progress::steps` they take over; `episodes` counts
-  /// each as another episode. Where that has ended, what follows is what follows any end.
+  /// Environments go on from saved states, whose `Progress::steps` they take over; `episodes`
+  /// counts each as another episode. Where that has ended, what follows is what follows any end.
   /// @param environments which; empty: all. Rows of others stay as they are
   /// @param states one per listed environment
   /// @throws as `Environment::load_state`, naming the environment, std::invalid_argument for a list

@@ -60,7 +60,7 @@ class BipedalWalker : public Environment {
   // None before the first reset. In place, for a world is 100 kB of which a step hardly touches
   // any: it takes no memory as long as nothing else has used its place.
   std::optional<Physics> physics_;
-  bool world_is_broken_ = false;  // the engine failed: the next reset needs a new world
+  bool world_is_broken_ = false;     // the engine failed: the next reset needs a new world
   GeneratorState terrain_origin_{};  // the generator's, from which terrain and clouds were drawn
   Terrain terrain_;
   Clouds clouds_{};

@@ -15,8 +15,8 @@ namespace walker::bipedal_walker {
 
 class Physics;
 
-/// The world of a `Physics` that has been stepped: a step leaves it without pairs to look for, forces
-/// and flags of islands.
+/// The world of a `Physics` that has been stepped: a step leaves it without pairs to look for,
+/// forces and flags of islands.
 ///
 /// box2d_any/ cannot; box2d_pinned/ can.
 class WorldState {

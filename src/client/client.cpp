@@ -193,8 +193,7 @@ void Client::snapshot(std::vector<std::uint8_t>& record) {
 
 void Client::restore(const std::vector<std::uint8_t>& record, Transition& transition) {
   implementation_->call(
-      kRestore, [&](Writer& writer) { writer.message(record); },
-      implementation_->into(transition));
+      kRestore, [&](Writer& writer) { writer.message(record); }, implementation_->into(transition));
 }
 
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,

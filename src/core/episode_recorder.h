@@ -99,8 +99,8 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   bool repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until);
   /// Appends the state of the environment, as `Environment::save_state`.
   void save_state(std::vector<std::byte>& state);
-  /// Goes on from it, as `Environment::load_state`. Of an episode that was begun elsewhere there is no
-  /// record: neither its beginning nor its first actions are known.
+  /// Goes on from it, as `Environment::load_state`. Of an episode that was begun elsewhere there is
+  /// no record: neither its beginning nor its first actions are known.
   void load_state(const std::byte* state, std::size_t size);
   /// The other's episode takes the place of this one, which the other gets: the next in the count.
   void take_over(EpisodeRecorder& other);
@@ -137,7 +137,7 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   EpisodeState state_;
   std::vector<double> actions_;
   bool was_loaded_ = false;  // the episode, so that its first actions are not known
-  StepCall wrapped_call_;  // kept, for it would be cleared anew on each step
+  StepCall wrapped_call_;    // kept, for it would be cleared anew on each step
   Sensors sensors_;
   Scene scene_;
   bool sensors_are_fresh_ = false;

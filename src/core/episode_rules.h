@@ -58,10 +58,10 @@ class EpisodeRules : public Environment {
   std::uint32_t steps_ = 0;
   double episode_return_ = 0;
   std::string time_limit_reason_;
-  std::string error_;              // of the engine; `Result::error` points here
-  std::string loaded_end_reason_;  // `Result::end_reason` points here after a load
+  std::string error_;                          // of the engine; `Result::error` points here
+  std::string loaded_end_reason_;              // `Result::end_reason` points here after a load
   mutable std::optional<StateOrigin> origin_;  // of states; none before the first
-  StepCall wrapped_call_;  // kept, for it would be cleared anew on each step
+  StepCall wrapped_call_;                      // kept, for it would be cleared anew on each step
 };
 
 }  // namespace walker

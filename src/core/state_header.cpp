@@ -107,14 +107,13 @@ StateReader StateOrigin::open(const std::byte* state, std::size_t size) const {
   const auto body_size = reader.number<std::uint64_t>();
   const auto sum = reader.number<std::uint64_t>();
   if (body_size != reader.size()) {
-    refuse_state("after its header it has " + std::to_string(reader.size()) +
-                 " bytes; must have " + std::to_string(body_size));
+    refuse_state("after its header it has " + std::to_string(reader.size()) + " bytes; must have " +
+                 std::to_string(body_size));
   }
   if (sum != checksum(reader.next(), reader.size())) {
     refuse_state("its bytes do not have the checksum that its header tells");
   }
-  if (reader.size() < text_.size() ||
-      std::memcmp(reader.next(), text_.data(), text_.size()) != 0) {
+  if (reader.size() < text_.size() || std::memcmp(reader.next(), text_.data(), text_.size()) != 0) {
     tell_difference(reader);
   }
   return {reader.next() + text_.size(), reader.size() - text_.size()};

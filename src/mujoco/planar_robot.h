@@ -88,7 +88,8 @@ class PlanarRobot : public Environment {
   std::vector<double> first_position_;        // of this episode
   double x_before_step_ = 0;                  // of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel
-  mutable std::optional<std::uint64_t> model_fingerprint_;  // none before a state is saved or loaded
+  mutable std::optional<std::uint64_t>
+      model_fingerprint_;  // none before a state is saved or loaded
 };
 
 }  // namespace walker::mujoco

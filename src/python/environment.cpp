@@ -101,8 +101,8 @@ class RecordedEnvironment {
     return captured;
   }
 
-  /// All that decides about what follows: bytes, or where the engine's state cannot be saved, how to
-  /// come to the present one.
+  /// All that decides about what follows: bytes, or where the engine's state cannot be saved, how
+  /// to come to the present one.
   /// @param generator_state that the next reset would be given; None: as it is here
   /// @throws ValueError where the episode depends on those before it, or is too long
   py::object get_state(const std::optional<GeneratorState>& generator_state) {

@@ -14,8 +14,7 @@ namespace {
 constexpr const char* kPlain = "BipedalWalker-v3";
 
 /// Id, whether the world is used again, and the kind of actions.
-class SavedStateTest
-    : public testing::TestWithParam<std::tuple<std::string, bool, std::string>> {
+class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, bool, std::string>> {
  protected:
   Stepper make() const {
     return Stepper(std::get<0>(GetParam()), {{"reuse_world", std::get<1>(GetParam())}});
@@ -63,12 +62,11 @@ std::string name_of(const testing::TestParamInfo<SavedStateTest::ParamType>& inf
   return (id == kPlain ? "plain_" : "hardcore_") + kind + (reuse_world ? "_reused" : "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Walkers, SavedStateTest,
-                         testing::Combine(testing::Values(kPlain, "BipedalWalkerHardcore-v3"),
-                                          testing::Bool(),
-                                          testing::Values("random", "heuristic", "noisy",
-                                                          "saturated")),
-                         name_of);
+INSTANTIATE_TEST_SUITE_P(
+    Walkers, SavedStateTest,
+    testing::Combine(testing::Values(kPlain, "BipedalWalkerHardcore-v3"), testing::Bool(),
+                     testing::Values("random", "heuristic", "noisy", "saturated")),
+    name_of);
 
 Stepper walked(const std::string& id = kPlain, const Parameters& parameters = {},
                int num_steps = 30) {
@@ -164,7 +162,8 @@ TEST(SavedState, WhatIsNotWholeIsRefused) {
   State longer = state;
   longer.push_back({});
   EXPECT_NE(refusal(walker, longer), "");
-  EXPECT_EQ(refusal(walker, State(7)), "these 7 bytes are no saved state; one begins with WALKERST");
+  EXPECT_EQ(refusal(walker, State(7)),
+            "these 7 bytes are no saved state; one begins with WALKERST");
   EXPECT_NE(refusal(walker, State(state.begin(), state.end() - 1)).find("must have"),
             std::string::npos);
   EXPECT_EQ(save(walker), before) << "what is refused changes nothing";

@@ -69,8 +69,8 @@ class Rollout {
 };
 
 /// Id, kernel, and autoreset mode.
-class PoolStatesTest : public testing::TestWithParam<
-                           std::tuple<std::string, const char*, AutoresetMode>> {
+class PoolStatesTest
+    : public testing::TestWithParam<std::tuple<std::string, const char*, AutoresetMode>> {
  protected:
   static constexpr std::size_t kCount = 19;  // no whole number of lanes
 };
@@ -178,8 +178,9 @@ TEST(PoolStates, WhatIsRefusedChangesNothing) {
             "header tells");
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({0}, states, batch); }),
             "3 states; must be 1 as the environments");
-  EXPECT_EQ(message_of<std::invalid_argument>(
-                [&] { pool.load_states({0, 1, 0}, states, batch); }),
+  EXPECT_EQ(message_of<std::invalid_argument>([&] {
+              pool.load_states({0, 1, 0}, states, batch);
+            }),
             "environment 0: listed twice");
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({3}, {{}}, batch); }),
             "environment 3: must be in [0, 2]");

@@ -44,8 +44,7 @@ TEST_P(SavedStateTest, GoesOnAlike) {
     load(fresh, state);
     load(other, state);
     ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched)) << "time " << time;
-    ASSERT_NO_FATAL_FAILURE(
-        expect_alike_from_here(other, fresh, Actions(kind, time, num_joints)))
+    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, Actions(kind, time, num_joints)))
         << "time " << time;
     load(other, state);  // back
     ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched)) << "time " << time;

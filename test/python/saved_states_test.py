@@ -1,5 +1,5 @@
-"""get_state and set_state of one walker and of many, and copies of many: what follows is the same, to
-the bit. With another Box2D than the pinned one, BipedalWalker's state is the way to it."""
+"""get_state and set_state of one walker and of many, and copies of many: what follows is the same,
+to the bit. With another Box2D than the pinned one, BipedalWalker's state is the way to it."""
 
 import copy
 import os

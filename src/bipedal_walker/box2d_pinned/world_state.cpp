@@ -164,8 +164,8 @@ void WorldState::save(const Physics& physics, StateWriter& writer) {
   std::vector<Contact> contacts;
   for (const b2Contact* contact = world.GetContactList(); contact != nullptr;
        contact = contact->m_next) {
-    contacts.push_back(contact_of(*contact, place_of(*contact->m_fixtureA),
-                                  place_of(*contact->m_fixtureB)));
+    contacts.push_back(
+        contact_of(*contact, place_of(*contact->m_fixtureA), place_of(*contact->m_fixtureB)));
   }
   write(contacts, writer);
   write(leaves, writer);

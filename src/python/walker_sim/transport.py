@@ -75,7 +75,7 @@ class Walker(Protocol):
         """All that decides about what follows, `random` in place of its own generator."""
 
     def set_state(self, state: SavedState) -> np.random.Generator | None:
-        """Goes on from there. Returns the generator; None: there is none yet, or the server has it."""
+        """Goes on from there. Returns the generator; None: none yet, or the server has it."""
 
     def close(self) -> None:
         """Lets go of what it holds."""

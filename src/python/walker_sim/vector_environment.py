@@ -43,8 +43,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """As many walkers as one likes, stepped together by threads, in Gymnasium's terms.
 
     What it gives is what Gymnasium's ``SyncVectorEnv`` of as many single walkers gives, to the bit.
-    All arrays are new: the caller may keep and change them. Copies and pickles carry the whole states
-    of all walkers, as `get_state` does.
+    All arrays are new: the caller may keep and change them. Copies and pickles carry the whole
+    states of all walkers, as `get_state` does.
 
     Parameters
     ----------
