@@ -244,7 +244,7 @@ Progress EpisodeRecorder::load_state(const std::byte* state, std::size_t size, R
 }
 
 void EpisodeRecorder::take_over(EpisodeRecorder& other) {
-  other.state_.episode = state_.episode + 1;
+  other.state_.episode = other.has_episode() ? state_.episode + 1 : 0;
   std::swap(wrapped_, other.wrapped_);
   std::swap(state_, other.state_);
   std::swap(actions_, other.actions_);

@@ -102,7 +102,8 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   /// Goes on from it, as `Environment::load_state`. Of an episode that was begun elsewhere there is
   /// no record: neither its beginning nor its first actions are known.
   void load_state(const std::byte* state, std::size_t size);
-  /// The other's episode takes the place of this one, which the other gets: the next in the count.
+  /// The other's episode takes the place of this one, which the other gets: the next in the count,
+  /// where it has begun.
   void take_over(EpisodeRecorder& other);
 
   // The environment as a pool drives it.
