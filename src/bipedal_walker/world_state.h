@@ -94,6 +94,7 @@ class WorldState {
 
   void put_tree_into(b2BroadPhase& broad_phase, const std::vector<b2Fixture*>& fixtures) const;
   void put_contacts_into(b2World& world, const std::vector<b2Fixture*>& fixtures) const;
+  void check_numbers() const;
   void check_bodies(std::size_t num_terrain) const;
   void check_contacts(std::size_t num_obstacles, std::size_t num_terrain) const;
   void check_tree(std::size_t num_fixtures) const;

@@ -2,6 +2,7 @@
 #include "bipedal_walker/world_state.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -201,10 +202,30 @@ WorldState WorldState::read(StateReader& reader, const Terrain& terrain) {
   read_into(state.nodes_, reader);
   const std::size_t num_obstacles = terrain.obstacles.size();
   const std::size_t num_terrain = num_obstacles + terrain.ground.size() - 1;
+  state.check_numbers();
   state.check_bodies(num_terrain);
   state.check_contacts(num_obstacles, num_terrain);
   state.check_tree(num_terrain + kBodies);
   return state;
+}
+
+/// Box2D's searches for an impact take very long with what is no number.
+void WorldState::check_numbers() const {
+  const auto check = [](const auto& first, std::size_t count) {
+    const auto* const begin = reinterpret_cast<const float*>(&first);
+    if (std::all_of(begin, begin + count, [](float value) { return std::isfinite(value); })) return;
+    refuse_state("one of its world's numbers is not finite");
+  };
+  constexpr std::size_t kBodyFloats = 18;  // all before `is_awake`
+  check(inverse_dt_, 1);
+  for (const Body& body : bodies_) check(body, kBodyFloats);
+  for (const TerrainBody& terrain : terrain_bodies_) check(terrain.body, kBodyFloats);
+  for (const Joint& joint : joints_) check(joint, 6);
+  for (const Contact& contact : contacts_) {
+    check(contact.normal, 4);  // and the point
+    for (const ContactPoint& point : contact.points) check(point, 4);
+  }
+  for (const Node& node : nodes_) check(node, 4);
 }
 
 void WorldState::check_bodies(std::size_t num_terrain) const {
