@@ -35,7 +35,18 @@ std::int32_t proxy_of(const b2Fixture& fixture) { return fixture.m_proxies[0].pr
 /// Whether these are the bytes of this value: -0 is not 0.
 template <typename Value>
 bool is_same(const Value& a, const Value& b) {
+  // A struct without gaps. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
   return std::memcmp(&a, &b, sizeof(Value)) == 0;
+}
+
+/// Of the floats with which a struct begins.
+template <std::size_t kCount, typename Struct>
+void check_finite(const Struct& given) {
+  std::array<float, kCount> numbers;
+  static_assert(sizeof numbers <= sizeof given);
+  std::memcpy(numbers.data(), &given, sizeof numbers);
+  if (std::all_of(numbers.begin(), numbers.end(), [](float n) { return std::isfinite(n); })) return;
+  refuse_state("one of its world's numbers is not finite");
 }
 
 /// A vector after the number of its elements.
@@ -123,8 +134,10 @@ WorldState::Contact WorldState::contact_of(const b2Contact& contact, std::int32_
 }
 
 void WorldState::save(const Physics& physics, StateWriter& writer) {
-  static_assert(sizeof(Body) == 19 * 4 && sizeof(TerrainBody) == 20 * 4 && sizeof(Joint) == 7 * 4 &&
-                sizeof(Contact) == 19 * 4 && sizeof(Node) == 8 * 4);
+  constexpr std::size_t kWord = 4;
+  static_assert(sizeof(Body) == 19 * kWord && sizeof(TerrainBody) == 20 * kWord &&
+                sizeof(Joint) == 7 * kWord && sizeof(Contact) == 19 * kWord &&
+                sizeof(Node) == 8 * kWord);
   // Parts of a walker are told by pointers that may be written through.
   const WalkerParts parts = const_cast<Physics&>(physics).parts();
   const b2World& world = *parts.world;
@@ -211,21 +224,18 @@ WorldState WorldState::read(StateReader& reader, const Terrain& terrain) {
 
 /// Box2D's searches for an impact take very long with what is no number.
 void WorldState::check_numbers() const {
-  const auto check = [](const auto& first, std::size_t count) {
-    const auto* const begin = reinterpret_cast<const float*>(&first);
-    if (std::all_of(begin, begin + count, [](float value) { return std::isfinite(value); })) return;
-    refuse_state("one of its world's numbers is not finite");
-  };
   constexpr std::size_t kBodyFloats = 18;  // all before `is_awake`
-  check(inverse_dt_, 1);
-  for (const Body& body : bodies_) check(body, kBodyFloats);
-  for (const TerrainBody& terrain : terrain_bodies_) check(terrain.body, kBodyFloats);
-  for (const Joint& joint : joints_) check(joint, 6);
+  constexpr std::size_t kJointFloats = 6;  // all before `limit_state`
+  check_finite<1>(inverse_dt_);
+  for (const Body& body : bodies_) check_finite<kBodyFloats>(body);
+  for (const TerrainBody& terrain : terrain_bodies_) check_finite<kBodyFloats>(terrain.body);
+  for (const Joint& joint : joints_) check_finite<kJointFloats>(joint);
   for (const Contact& contact : contacts_) {
-    check(contact.normal, 4);  // and the point
-    for (const ContactPoint& point : contact.points) check(point, 4);
+    check_finite<2>(contact.normal);
+    check_finite<2>(contact.point);
+    for (const ContactPoint& point : contact.points) check_finite<4>(point);
   }
-  for (const Node& node : nodes_) check(node, 4);
+  for (const Node& node : nodes_) check_finite<4>(node);
 }
 
 void WorldState::check_bodies(std::size_t num_terrain) const {
