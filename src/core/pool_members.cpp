@@ -178,9 +178,8 @@ void PoolMembers::load_state(std::size_t index, const std::vector<std::byte>& st
   if (failed_at_reset) member.result.error = "";
   member.steps = progress.steps;
   if (progress.has_begun) ++member.episode;
-  phases_[index] = !progress.has_begun ? Phase::no_episode
-                   : has_ended         ? Phase::ended
-                                       : Phase::running;
+  phases_[index] = has_ended ? Phase::ended : Phase::running;
+  if (!progress.has_begun) phases_[index] = Phase::no_episode;
   take_outcome(index);
   member.has_final = false;
 }

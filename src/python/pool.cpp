@@ -8,6 +8,7 @@
 #include <mutex>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "python/arrays.h"
@@ -77,9 +78,9 @@ struct Rows {
 /// A pool that remembers the last row of each environment, so that a reset of some gives all.
 class VectorWalkers {
  public:
-  VectorWalkers(const std::string& id, const py::dict& parameters, std::size_t num_envs,
+  VectorWalkers(std::string id, const py::dict& parameters, std::size_t num_envs,
                 std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
-      : id_(id),
+      : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
         asked_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
         pool_([this] { return make(id_, parameters_); }, asked_),

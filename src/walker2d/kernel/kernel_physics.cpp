@@ -109,15 +109,16 @@ class KernelPhysics : public mujoco::Physics {
 
   void load(const double* values) override {
     world_ = {};
-    const auto take = [&values](auto& to) {
-      std::copy_n(values, to.size(), to.begin());
-      values += to.size();
+    const double* next = values;
+    const auto take = [&next](auto& to) {
+      std::copy_n(next, to.size(), to.begin());
+      next += to.size();
     };
     take(world_.position);
     take(world_.velocity);
     take(world_.warm_start);
     take(control_);
-    values += World::kSize - World::kMotors;
+    next += World::kSize - World::kMotors;
     take(world_.torque);
   }
 
