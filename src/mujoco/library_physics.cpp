@@ -41,9 +41,10 @@ void LibraryPhysics::save(double* values) const {
 void LibraryPhysics::load(const double* values) {
   const mjModel& m = *model_;
   mj_resetData(&m, data_.get());  // of warnings, too
-  const auto take = [&values](double* to, int count) {
-    std::copy_n(values, count, to);
-    values += count;
+  const double* next = values;
+  const auto take = [&next](double* to, int count) {
+    std::copy_n(next, count, to);
+    next += count;
   };
   take(data_->qpos, m.nq);
   take(data_->qvel, m.nv);
