@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "policy/arithmetic.h"
+
 namespace walker {
 namespace {
 
@@ -26,10 +28,10 @@ void Forward::act(const double* observation, double* action) {
     const Layer& layer = network_.layers[i];
     Eigen::VectorXf& output = values_[i];
     output = layer.bias;
-    output.noalias() += layer.weight * *input;
+    add_product(layer.weight, *input, output);
     if (i + 1 < network_.layers.size()) {
       if (network_.activation == Activation::tanh) {
-        output.array() = output.array().tanh();
+        for (float& value : output) value = rational_tanh(value);
       } else {
         output.array() = output.array().max(0.0F);
       }
@@ -38,8 +40,9 @@ void Forward::act(const double* observation, double* action) {
   }
   Eigen::VectorXf& last = values_.back();
   if (network_.output == Output::tanh) {
-    last.array() = network_.low.array() +
-                   (network_.high - network_.low).array() / 2 * (last.array().tanh() + 1.0F);
+    for (float& value : last) value = rational_tanh(value);
+    last.array() =
+        network_.low.array() + (network_.high - network_.low).array() / 2 * (last.array() + 1.0F);
   }
   last = last.cwiseMax(network_.low).cwiseMin(network_.high);
   Eigen::Map<Eigen::VectorXd>(action, last.size()) = last.cast<double>();

@@ -1,0 +1,127 @@
+// The order in which a network adds up is its own: its bits are those of Eigen 3.4, whatever Eigen
+// is here.
+#include "policy/arithmetic.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace walker {
+namespace {
+
+std::uint32_t bits(float value) {
+  std::uint32_t word = 0;
+  std::memcpy(&word, &value, sizeof word);
+  return word;
+}
+
+float of_bits(std::uint32_t word) {
+  float value = 0;
+  std::memcpy(&value, &word, sizeof value);
+  return value;
+}
+
+/// FNV-1a over words.
+class Hash {
+ public:
+  void add(float value) { hash_ = (hash_ ^ bits(value)) * 1099511628211U; }
+  std::uint64_t get() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 14695981039346656037U;
+};
+
+struct Product {
+  Eigen::MatrixXf weight;
+  Eigen::VectorXf input;
+  Eigen::VectorXf bias;
+};
+
+class ArithmeticTest : public testing::Test {
+ protected:
+  /// Of numbers that are the same everywhere, between -1 and 1.
+  Product product(Eigen::Index rows, Eigen::Index columns) {
+    Product made{Eigen::MatrixXf(rows, columns), Eigen::VectorXf(columns), Eigen::VectorXf(rows)};
+    for (Eigen::Index i = 0; i < made.weight.size(); ++i) made.weight.data()[i] = draw();
+    for (Eigen::Index i = 0; i < columns; ++i) made.input[i] = draw();
+    for (Eigen::Index i = 0; i < rows; ++i) made.bias[i] = draw();
+    return made;
+  }
+
+  float draw() { return static_cast<float>(static_cast<std::int32_t>(random_())) * 0x1p-31F; }
+
+  // Whole groups of rows, what is left of one, and both sides of the 128 columns.
+  static constexpr std::array<std::array<Eigen::Index, 2>, 9> kSizes{
+      {{64, 24}, {64, 64}, {256, 256}, {4, 256}, {6, 64}, {3, 127}, {400, 300}, {31, 128}, {1, 1}}};
+
+ private:
+  std::mt19937 random_{5};
+};
+
+TEST_F(ArithmeticTest, ProductIsNearThatInDoublePrecision) {
+  for (const auto& [rows, columns] : kSizes) {
+    const Product given = product(rows, columns);
+    Eigen::VectorXf result = given.bias;
+    add_product(given.weight, given.input, result);
+    const Eigen::VectorXd exact =
+        given.bias.cast<double>() + given.weight.cast<double>() * given.input.cast<double>();
+    EXPECT_LT((result.cast<double>() - exact).cwiseAbs().maxCoeff(), 3e-5)
+        << rows << " x " << columns;
+  }
+}
+
+TEST_F(ArithmeticTest, TanhIsNearTheLibrarys) {
+  for (std::uint32_t word = 0; word < 0xff000000U; word += 9973) {
+    const float value = of_bits(word);
+    if (std::isnan(value)) continue;
+    ASSERT_NEAR(rational_tanh(value), std::tanh(static_cast<double>(value)), 4e-7) << value;
+  }
+}
+
+// Written down on Debian 12, whose Eigen 3.4 the next tests compare with there.
+TEST_F(ArithmeticTest, BitsAreTheSameEverywhere) {
+  Hash products;
+  for (const auto& [rows, columns] : kSizes) {
+    const Product given = product(rows, columns);
+    Eigen::VectorXf result = given.bias;
+    add_product(given.weight, given.input, result);
+    for (Eigen::Index i = 0; i < rows; ++i) products.add(result[i]);
+  }
+  EXPECT_EQ(products.get(), 7626950780351435771U);
+  Hash tangents;
+  for (int i = 0; i < 100000; ++i) tangents.add(rational_tanh(10 * draw()));
+  EXPECT_EQ(tangents.get(), 2235215069966023328U);
+}
+
+#if EIGEN_WORLD_VERSION == 3 && EIGEN_MAJOR_VERSION == 4 && !defined(EIGEN_VECTORIZE_FMA)
+
+TEST_F(ArithmeticTest, ProductHasEigensBits) {
+  for (const auto& [rows, columns] : kSizes) {
+    const Product given = product(rows, columns);
+    Eigen::VectorXf result = given.bias;
+    add_product(given.weight, given.input, result);
+    Eigen::VectorXf eigens = given.bias;
+    eigens.noalias() += given.weight * given.input;
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      ASSERT_EQ(bits(result[i]), bits(eigens[i])) << rows << " x " << columns << ", " << i;
+    }
+  }
+}
+
+TEST_F(ArithmeticTest, TanhHasEigensBits) {
+  for (std::uint32_t word = 0; word < 0xff000000U; word += 9973) {
+    const float value = of_bits(word);
+    if (std::isnan(value)) continue;
+    const Eigen::Array4f eigens = Eigen::Array4f::Constant(value).tanh();
+    ASSERT_EQ(bits(rational_tanh(value)), bits(eigens[0])) << value;
+  }
+}
+
+#endif
+
+}  // namespace
+}  // namespace walker
