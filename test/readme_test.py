@@ -169,7 +169,9 @@ class Terminal:
     def _has_walker(self):
         master = xmlrpc.client.ServerProxy(self.uri)
         with contextlib.suppress(OSError):
-            return master.lookupService(CALLER, "/walker_sim/get_spec")[0] == 1
+            serves = master.lookupService(CALLER, "/walker_sim/get_spec")[0] == 1
+            # The last one to be launched: Ctrl-C before that is another story.
+            return serves and master.lookupNode(CALLER, "/status_line")[0] == 1
 
     @contextlib.contextmanager
     def walker(self, text):

@@ -68,4 +68,9 @@ inline float rational_tanh(float value) {
   return std::abs(value) < kTiny ? x : quotient;
 }
 
+/// Each value.
+inline void replace_by_tanh(Eigen::VectorXf& values) {
+  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = rational_tanh(values[i]);
+}
+
 }  // namespace walker

@@ -31,7 +31,7 @@ void Forward::act(const double* observation, double* action) {
     add_product(layer.weight, *input, output);
     if (i + 1 < network_.layers.size()) {
       if (network_.activation == Activation::tanh) {
-        for (float& value : output) value = rational_tanh(value);
+        replace_by_tanh(output);
       } else {
         output.array() = output.array().max(0.0F);
       }
@@ -40,7 +40,7 @@ void Forward::act(const double* observation, double* action) {
   }
   Eigen::VectorXf& last = values_.back();
   if (network_.output == Output::tanh) {
-    for (float& value : last) value = rational_tanh(value);
+    replace_by_tanh(last);
     last.array() =
         network_.low.array() + (network_.high - network_.low).array() / 2 * (last.array() + 1.0F);
   }

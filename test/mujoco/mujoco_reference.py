@@ -98,8 +98,8 @@ class Actions:
 def play(session):
     """Plays a session in one environment of Gymnasium. Returns a list of Episode.
 
-    Of the margins of two geoms MuJoCo 2.2 takes the larger, and so does 3.2, but 4.0 the sum. Hopper's
-    geoms have all the same one, so that half of it is there what all of it is here.
+    Of the margins of two geoms MuJoCo 2.2 takes the larger, and so does 3.2, but 4.0 the sum.
+    Hopper's geoms have all the same one, so that half of it is there what all of it is here.
     """
     environment = gymnasium.make(
         session.environment_id, disable_env_checker=True, **session.parameters

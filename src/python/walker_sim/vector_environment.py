@@ -318,7 +318,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             For a walker that is under way, or where the engine's state cannot be saved.
         """
         self._need_open("get_state")
-        return get_states(self._walkers, to_indices(indices, self.num_envs))
+        return get_states(self._walkers, to_indices("indices", indices, self.num_envs))
 
     def set_state(self, states: Sequence[bytes], indices: ArrayLike | None = None) -> None:
         """In process: walkers go on from states, to the bit, whatever went before.
@@ -339,7 +339,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             While some are under way.
         """
         self._need_open("set_state")
-        set_states(self._walkers, to_indices(indices, self.num_envs), states)
+        set_states(self._walkers, to_indices("indices", indices, self.num_envs), states)
 
     def __copy__(self) -> WalkerVectorEnv:
         """As `copy.deepcopy`: two environments must not drive the same walkers."""
