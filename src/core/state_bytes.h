@@ -65,7 +65,8 @@ class StateReader {
   void numbers(Number* values, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<Number> && !std::is_pointer_v<Number>);
     require(count, sizeof(Number));
-    if (count != 0) std::memcpy(values, next_, count * sizeof(Number));
+    // GCC 10 takes a type with initial values for one that must not be copied so.
+    if (count != 0) std::memcpy(static_cast<void*>(values), next_, count * sizeof(Number));
     next_ += count * sizeof(Number);
   }
 
