@@ -99,7 +99,7 @@ void WorldState::set_body(b2Body& body, const Body& state) {
   body.m_force = state.force;
   body.m_torque = state.torque;
   body.m_sleepTime = state.sleep_time;
-  body.m_flags &= ~(b2Body::e_awakeFlag | b2Body::e_islandFlag);
+  body.m_flags = static_cast<uint16>(body.m_flags & ~(b2Body::e_awakeFlag | b2Body::e_islandFlag));
   if (state.is_awake != 0) body.m_flags |= b2Body::e_awakeFlag;
 }
 
