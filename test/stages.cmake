@@ -34,6 +34,9 @@ foreach(part RANGE 1 ${tidy_parts})
   set_tests_properties(lint_clang_tidy_${part} PROPERTIES COST 1)
 endforeach()
 
+# ---------------------------------------------------------------- README's first command
+walker_sim_add_check(walks long ${CMAKE_CURRENT_SOURCE_DIR}/test/walks.sh)
+
 # ---------------------------------------------------------------- the install space
 walker_sim_add_check(install_workspace long ${stage} workspace)
 set_tests_properties(install_workspace PROPERTIES FIXTURES_SETUP install_space COST 2)
