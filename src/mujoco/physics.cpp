@@ -16,7 +16,8 @@ void Physics::step_together(PhysicsCall* calls, std::size_t num_calls, int count
 
 std::size_t Physics::state_size() const {
   const mjModel& m = model();
-  return static_cast<std::size_t>(m.nq + 3 * m.nv + m.nu);
+  const auto size = [](int count) { return static_cast<std::size_t>(count); };
+  return size(m.nq) + 3 * size(m.nv) + size(m.nu);
 }
 
 }  // namespace walker::mujoco
