@@ -179,9 +179,9 @@ TEST(SavedState, NoIndexIsTrusted) {
   for (int i = 0; i < 1500; ++i) {
     State changed = state;
     const std::size_t at = 28 + random() % (state.size() - 28 - 4);
-    const std::uint32_t word = i % 3 == 0   ? static_cast<std::uint32_t>(random())
-                               : i % 3 == 1 ? static_cast<std::uint32_t>(random() % 600)
-                                            : ~0U;
+    std::uint32_t word = ~0U;
+    if (i % 3 != 2) word = static_cast<std::uint32_t>(random());
+    if (i % 3 == 1) word %= 600;
     std::memcpy(&changed[at - at % 4], &word, sizeof word);
     StateOrigin::seal(changed, 0);
     const State before = save(walker);
