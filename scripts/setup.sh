@@ -202,8 +202,9 @@ configure() {
   fi
   [ $ready = no ] || return 0
   rm -f "$stamp"
-  # Without this folder catkin would cache an environment in which Python finds no messages.
-  mkdir -p "$devel/lib/python3/dist-packages"
+  # Without these folders catkin would cache an environment in which Python finds no messages, and
+  # pkg-config no package.
+  mkdir -p "$devel/lib/python3/dist-packages" "$devel/lib/pkgconfig"
   quiet "configure_${dir##*[/.]}" within "$ros_setup" cmake -G Ninja -S "$root" -B "$dir" "$@" || return
   printf '%s\n' "source $root" "$@" >"$stamp.new" && mv "$stamp.new" "$stamp"
 }
