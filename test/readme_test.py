@@ -60,6 +60,8 @@ NOT_TYPED = {
 TOOLS_END_BADLY = not hasattr(threading.Thread, "isAlive") and "isAlive()" in inspect.getsource(
     rospy.core
 )
+# roslaunch looks through every folder of the package, on a machine that is busy with other tests.
+SET_UP_PATIENCE = 120  # [s]
 # A shell in which nothing is sourced.
 SOURCED = "CMAKE_PREFIX_PATH LD_LIBRARY_PATH PKG_CONFIG_PATH PYTHONPATH ROS_PACKAGE_PATH DISPLAY"
 SHELL = ["env", *(f"-u{name}" for name in SOURCED.split())]
@@ -125,7 +127,11 @@ class Program(LoggedProcess):
         self._text = command[-1]
 
     def wait_until(self, condition, what):
-        wait_for(lambda: condition() or not self.is_running(), f"{what}: $ {self._text}")
+        wait_for(
+            lambda: condition() or not self.is_running(),
+            f"{what}: $ {self._text}",
+            timeout=SET_UP_PATIENCE,
+        )
         assert self.is_running(), f"it has ended: $ {self._text}"
 
     def __enter__(self):

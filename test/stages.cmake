@@ -35,7 +35,9 @@ foreach(part RANGE 1 ${tidy_parts})
 endforeach()
 
 # ---------------------------------------------------------------- README's first command
+# As readme_test, it looks first whether all is built.
 walker_sim_add_check(walks long ${CMAKE_CURRENT_SOURCE_DIR}/test/walks.sh)
+set_tests_properties(walks readme_test PROPERTIES RESOURCE_LOCK set_up)
 
 # ---------------------------------------------------------------- the install space
 walker_sim_add_check(install_workspace long ${stage} workspace)
