@@ -14,6 +14,8 @@
 set -euo pipefail
 # shellcheck source=scripts/setup.sh
 source "$(dirname "${BASH_SOURCE[0]}")/../scripts/setup.sh"
+# shellcheck source=scripts/debian_root.sh
+source "$root/scripts/debian_root.sh"
 
 workspace=$build/.workspace
 
@@ -96,10 +98,10 @@ build_wheel() {
 # Where no ROS and no other package is in sight. test/python/wheel_oldest.txt and wheel_newest.txt say
 # what is beside the wheel.
 run_wheel_suite() {
-  local interpreter=$1 packages=$2 results=$3 version environment pip=()
+  local interpreter=$1 which=$2 results=$3 version environment pip=()
   version=$(version_of "$interpreter")
-  environment=$build/.wheel/${version}_$packages
-  set_up_venv "wheel $version $packages" "$environment" "$root/test/python/wheel_$packages.txt" "$interpreter"
+  environment=$build/.wheel/${version}_$which
+  set_up_venv "wheel $version $which" "$environment" "$root/test/python/wheel_$which.txt" "$interpreter"
   pip=("$environment/bin/python" -m pip --disable-pip-version-check)
   within /dev/null "${pip[@]}" install --no-index --no-deps --force-reinstall "$build/.wheel/$version"/*.whl
   within /dev/null "${pip[@]}" check
@@ -139,12 +141,8 @@ torchrl_packages=python3-numpy,python3-torch,libopenblas0
 torchrl_requirements=$root/test/examples/requirements_torchrl.txt
 
 make_torchrl_root() {
-  local mirror
-  # shellcheck disable=SC2016  # apt's variable
-  mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Origin: Debian' \
-    'Label: Debian' 'Component: main' | sed -n 1p)
   as_root rm -rf "$torchrl_root" &&
-    as_root debootstrap --variant=minbase --include="$torchrl_packages" trixie "$torchrl_root" "$mirror" &&
+    as_root debootstrap --variant=minbase --include="$torchrl_packages" trixie "$torchrl_root" "$(debian_mirror)" &&
     as_root find "$torchrl_root/var/cache/apt/archives" -name '*.deb' -delete &&
     install_in_torchrl_root "$1" --requirement "$torchrl_requirements"
 }
