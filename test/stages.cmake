@@ -55,7 +55,7 @@ set_tests_properties(install_my_walker_pkg PROPERTIES FIXTURES_REQUIRED install_
 
 # ---------------------------------------------------------------- pip's wheel
 # For each Python that is here, with the oldest and the newest packages.
-foreach(version RANGE 10 13)
+foreach(version RANGE 8 13)
   file(GLOB pythons $ENV{HOME}/.pyenv/versions/3.${version}.*/bin/python3)
   find_program(python_3_${version} NAMES python3.${version} ${pythons})
   if(NOT python_3_${version})

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import walker_sim
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -38,7 +39,18 @@ def test_the_first_example(tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout == block("", "208 steps")
+    expected = block("", "208 steps")
+    if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
+        assert done.stdout == expected
+        return
+    # Before NumPy 2 Gymnasium computes the action's cost in double precision (docs/fidelity.md).
+    theirs, ours = done.stdout.splitlines()
+    assert ours == expected.splitlines()[1]
+    returns = [float(re.search(r"return (\S+),", line)[1]) for line in (theirs, ours)]
+    assert 0 < abs(returns[0] - returns[1]) < 1e-5
+    assert theirs.replace(str(returns[0]), "") == expected.splitlines()[0].replace(
+        str(returns[1]), ""
+    )
 
 
 def test_the_page_on_installing_says_what_it_needs():
