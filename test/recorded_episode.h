@@ -42,7 +42,7 @@ inline std::uint64_t short_hash(const std::vector<double>& row) {
 
 /// Of a player for robots of several sizes, or of one.
 template <typename Actions>
-Actions make_actions(const Headline& episode, int size) {
+Actions make_actions(const Headline& episode, [[maybe_unused]] int size) {
   if constexpr (std::is_constructible_v<Actions, std::string, std::uint64_t, int>) {
     return Actions(episode.kind, episode.action_seed, size);
   } else {
