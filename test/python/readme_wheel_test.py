@@ -1,5 +1,6 @@
-"""README's first example, typed as it stands there after the command that stands beside it, in a
-virtual environment that pip has just filled by that. stage.sh starts this."""
+"""README's first example and its walker without ROS, typed as they stand there after the command
+that stands beside the first, in a virtual environment that pip has just filled by that. stage.sh
+starts this."""
 
 import os
 import pathlib
@@ -23,21 +24,25 @@ def block(language, words):
     return found
 
 
-def test_the_first_example(tmp_path):
-    assert pathlib.Path(sys.prefix) in pathlib.Path(walker_sim.__file__).parents
-    assert SENTENCE in " ".join(README.split())
-    (tmp_path / "compare.py").write_text(block("python", "for name in"), encoding="utf-8")
-    command = "python compare.py"
+def run(command, folder):
+    """As it is typed where this environment is active."""
     path = os.pathsep.join([os.path.join(sys.prefix, "bin"), os.environ["PATH"]])
-    done = subprocess.run(
+    return subprocess.run(
         command,
         shell=True,
-        cwd=tmp_path,
+        cwd=folder,
         env={**os.environ, "PATH": path},
         capture_output=True,
         text=True,
         check=False,
     )
+
+
+def test_the_first_example(tmp_path):
+    assert pathlib.Path(sys.prefix) in pathlib.Path(walker_sim.__file__).parents
+    assert SENTENCE in " ".join(README.split())
+    (tmp_path / "compare.py").write_text(block("python", "for name in"), encoding="utf-8")
+    done = run("python compare.py", tmp_path)
     assert done.returncode == 0, done.stderr
     expected = block("", "208 steps")
     if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
@@ -51,6 +56,15 @@ def test_the_first_example(tmp_path):
     assert theirs.replace(str(returns[0]), "") == expected.splitlines()[0].replace(
         str(returns[1]), ""
     )
+
+
+def test_it_walks(tmp_path):
+    command = (
+        block("", "python3 -m walker_sim play").splitlines()[1].replace(" play ", " evaluate ")
+    )
+    done = run(f"{command} --seeds 0:5", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert float(re.search(r"mean return +(-?[\d.]+)", done.stdout)[1]) > 290, done.stdout
 
 
 def test_the_page_on_installing_says_what_it_needs():

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# README's walker without ROS: passes where the commands of docs/install.md and README, as they stand
+# there, install walker_sim with pip and the walker arrives. As root, on a machine with nothing.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# block FILE WORDS: the lines of the code block that has these words.
+block() {
+  awk -v words="$2" '/^```/ { if (found) { printf "%s", text; exit } text = ""; next }
+    { text = text $0 "\n"; if (index($0, words)) found = 1 }' "$1"
+}
+
+home=$(mktemp -d)
+trap 'rm -rf "$home"' EXIT
+readme=$(block README.md 'python3 -m walker_sim play')
+{
+  block docs/install.md 'apt-get install' | sed -E 's/^sudo //; s/apt-get install/& -y -q --no-install-recommends/; /^pip/d'
+  head -n 1 <<<"$readme"
+  sed -n 's/ play / evaluate /p' <<<"$readme"
+} >"$home/commands"
+cat "$home/commands"
+HOME=$home bash -eux "$home/commands" | tee "$home/said"
+awk '/mean return/ { arrived = $3 > 290 } END { exit !arrived }' "$home/said" ||
+  { echo "pip_walks: the walker does not arrive" && exit 1; }
