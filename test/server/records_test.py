@@ -232,10 +232,10 @@ class RecordsTest(ServerTest):
         record, present = self.serve_long_record(mode="lockstep")
         future = self.play(actions(6, 100, 2))
         following = self.ask("reset").transition
+        reset = self.server.client("reset", Reset)  # connected before, for the restore is short
+        reset()
         restoring = self.begin_restore(record)
-        stamps = []
-        for _ in range(5):
-            stamps.append(self.ask("reset", has_seed=True, seed=3).transition)
+        stamps = [reset(has_seed=True, seed=3).transition for _ in range(5)]
         self.assertFalse(self.is_answered(restoring))
         restored = restoring.receive().transition
         self.assertTrue(same_experience(restored, present))
@@ -266,8 +266,10 @@ class RecordsTest(ServerTest):
         for _ in range(100):
             self.ask("step", action=[0.0] * 6)
         self.assertEqual(self.ask("step", action=[0.0] * 6).transition.episode, begun.episode)
+        get_spec = self.server.client("get_spec", GetSpec)
+        get_spec()
         restoring = self.begin_restore(record)
-        self.assertEqual(self.call("get_spec").spec.id, "Walker2d-v5")
+        self.assertEqual(get_spec().spec.id, "Walker2d-v5")
         self.assertFalse(self.is_answered(restoring))
         self.assertEqual(self.server.stop(signal.SIGINT), 0, self.server.output())
 
