@@ -83,14 +83,18 @@ version_of() { "$1" -I -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
 
 # build/.wheel/VERSION/*.whl, as a user makes it; not again where no file of ours has changed since.
 build_wheel() {
-  local folder
-  folder=$build/.wheel/$(version_of "$1")
+  local version folder environment
+  version=$(version_of "$1")
+  folder=$build/.wheel/$version
   if [ -e "$folder/ready" ] && [ -z "$(find_files ! -name '*.pyc' -newer "$folder/ready")" ]; then
     return
   fi
+  environment=$build/.wheel/${version}_pip # Debian 11's own takes no settings, and copies the tree
+  set_up_venv "wheel $version" "$environment" "$root/test/python/wheel_pip.txt" "$1"
   mkdir -p "$folder" && rm -f "$folder/ready" "$folder"/*.whl && touch "$folder/ready.new"
-  within /dev/null env -u PIP_REQUIRE_VIRTUALENV CXX=/usr/bin/c++ "$1" -m pip wheel --disable-pip-version-check --no-deps \
-    --wheel-dir "$folder" --config-settings=build-dir="$build/.wheel_$(version_of "$1")" \
+  within /dev/null env CXX="${CXX:-/usr/bin/c++}" "$environment/bin/python" -m pip wheel \
+    --disable-pip-version-check --no-deps --wheel-dir "$folder" \
+    --config-settings=build-dir="$build/.wheel_$version" \
     --config-settings=cmake.define.WALKER_SIM_WERROR=ON "$root"
   mv "$folder/ready.new" "$folder/ready"
 }

@@ -10,6 +10,7 @@
 #include <ros/wall_timer.h>
 
 #include "ros/checked_subscription.h"
+#include "ros/node_main.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
@@ -69,11 +70,13 @@ class StatusLine {
   ros::WallTimer timer_;
 };
 
+void print_status() {
+  const StatusLine line;
+  ros::spin();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "status_line");
-  const StatusLine line;
-  ros::spin();
-  return 0;
+  return walker::run_node(argc, argv, "status_line", print_status);
 }

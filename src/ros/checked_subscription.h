@@ -41,6 +41,7 @@ ros::Subscriber subscribe_checked(
     const ros::TransportHints& hints = ros::TransportHints()) {
   using Checked = CheckedMessage<Message>;
   const boost::function<void(const boost::shared_ptr<const Checked>&)> callback =
+      // Boost's owns them. NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks)
       [take, refuse](const boost::shared_ptr<const Checked>& checked) {
         if (checked->error.empty()) {
           take(boost::shared_ptr<const Message>(checked, &checked->message));

@@ -19,6 +19,7 @@
 #include <ros/this_node.h>
 
 #include "client/master.h"
+#include "ros/listening.h"
 
 namespace walker {
 namespace {
@@ -105,6 +106,7 @@ int run_node(int argc, char** argv, const char* name, const std::function<void()
   const EndOnSignals end_on_signals;  // before anything else of ROS
   try {
     ros::start();
+    ROS_DEBUG_STREAM(listening_addresses());
     run();
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(error.what());

@@ -15,6 +15,7 @@
 #include <std_srvs/Trigger.h>
 
 #include "ros/checked_subscription.h"
+#include "ros/listening.h"
 #include "ros/throttle.h"
 #include "server/gazebo/physics_messages.h"
 #include "server/gazebo/physics_properties.h"
@@ -145,6 +146,7 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
                                 << specification.engine << " " << specification.engine_version
                                 << " from " << specification.engine_path << ", mode "
                                 << to_text(options_.mode));
+  ROS_INFO_STREAM(listening_addresses());
   compare_with_description(node_, specification);
 }
 

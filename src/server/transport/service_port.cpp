@@ -19,6 +19,7 @@
 #include <ros/xmlrpc_manager.h>
 
 #include "core/checked.h"
+#include "ros/listening.h"
 
 namespace walker {
 namespace {
@@ -27,12 +28,6 @@ namespace {
 constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
-
-/// Where roscpp listens: everywhere, unless ROS_HOSTNAME or ROS_IP keep it on this machine.
-bool is_local_only() {
-  const std::string& host = ros::network::getHost();
-  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
 
 /// @param port out: chosen by the system
 /// @return a listening socket
@@ -43,10 +38,10 @@ int listen_anywhere(std::uint16_t& port) {
               "service port: socket");
   sockaddr_in ipv4{};
   ipv4.sin_family = AF_INET;
-  ipv4.sin_addr.s_addr = htonl(is_local_only() ? INADDR_LOOPBACK : INADDR_ANY);
+  ipv4.sin_addr.s_addr = htonl(listens_here_alone() ? INADDR_LOOPBACK : INADDR_ANY);
   sockaddr_in6 ipv6{};
   ipv6.sin6_family = AF_INET6;
-  ipv6.sin6_addr = is_local_only() ? in6addr_loopback : in6addr_any;
+  ipv6.sin6_addr = listens_here_alone() ? in6addr_loopback : in6addr_any;
   auto* const address =
       is_ipv6 ? reinterpret_cast<sockaddr*>(&ipv6) : reinterpret_cast<sockaddr*>(&ipv4);
   socklen_t size = is_ipv6 ? sizeof(ipv6) : sizeof(ipv4);

@@ -1,0 +1,73 @@
+#include "ros/listening.h"
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+
+#include <ros/network.h>
+
+namespace walker {
+namespace {
+
+/// "NAME = VALUE" of the variable that gives a node its name, the first that is set; empty if none.
+std::string name_giver() {
+  for (const char* name : {"ROS_HOSTNAME", "ROS_IP"}) {
+    const char* value = std::getenv(name);
+    if (value != nullptr) return std::string(name) + " = " + value;
+  }
+  return {};
+}
+
+template <typename Address>
+int bind_to(int descriptor, const Address& address) {
+  return static_cast<int>(syscall(SYS_bind, descriptor, &address, sizeof(address)));
+}
+
+}  // namespace
+
+bool listens_here_alone() {
+  const std::string& host = ros::network::getHost();
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
+std::string listening_addresses() {
+  const std::string giver = name_giver();
+  if (listens_here_alone()) {
+    return "Listens on this machine alone" + (giver.empty() ? "" : " (" + giver + ")");
+  }
+  return "Listens on every address of this machine, as " + ros::network::getHost() + " (" +
+         (giver.empty() ? "ROS_HOSTNAME and ROS_IP are not set" : giver) +
+         "): whoever reaches it can command it; ROS_HOSTNAME=localhost keeps it here";
+}
+
+}  // namespace walker
+
+// In place of the C library's in our nodes. roscpp binds its XML-RPC port to every address whatever
+// ROS_HOSTNAME says, has no parameter for it, and hands the port to the master before anybody could
+// bind it anew.
+// NOLINTNEXTLINE(readability-inconsistent-declaration-parameter-name): those there are reserved
+extern "C" __attribute__((visibility("default"))) int bind(int descriptor, const sockaddr* address,
+                                                           socklen_t size) noexcept {
+  if (walker::listens_here_alone()) {
+    sockaddr_in ipv4{};
+    sockaddr_in6 ipv6{};
+    if (address->sa_family == AF_INET && size >= sizeof(ipv4)) {
+      std::memcpy(&ipv4, address, sizeof(ipv4));
+      if (ipv4.sin_addr.s_addr == htonl(INADDR_ANY)) {
+        ipv4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        return walker::bind_to(descriptor, ipv4);
+      }
+    } else if (address->sa_family == AF_INET6 && size >= sizeof(ipv6)) {
+      std::memcpy(&ipv6, address, sizeof(ipv6));
+      if (IN6_IS_ADDR_UNSPECIFIED(&ipv6.sin6_addr)) {
+        ipv6.sin6_addr = in6addr_loopback;
+        return walker::bind_to(descriptor, ipv6);
+      }
+    }
+  }
+  return static_cast<int>(syscall(SYS_bind, descriptor, address, size));
+}

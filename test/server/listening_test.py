@@ -1,0 +1,97 @@
+#!/usr/bin/python3
+"""Where the ports of the nodes can be reached: here alone, if their name for ROS says so."""
+
+import contextlib
+import os
+import signal
+import socket
+import struct
+import sys
+import xmlrpc.client
+
+import rostest
+from bare_ros import CALLER, wait_for
+from server_harness import Process, ServerTest
+
+LISTEN = "0A"  # the state in /proc/net/tcp
+
+
+def ports(pid):
+    """The addresses on which a process listens, as (host, port)."""
+    links = []
+    for name in os.listdir(f"/proc/{pid}/fd"):
+        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+            links.append(os.readlink(f"/proc/{pid}/fd/{name}"))
+    sockets = {link[len("socket:[") : -1] for link in links if link.startswith("socket:[")}
+    found = []
+    for table, family, words in (("tcp", socket.AF_INET, 1), ("tcp6", socket.AF_INET6, 4)):
+        with open(f"/proc/{pid}/net/{table}", encoding="ascii") as file:
+            for line in list(file)[1:]:
+                fields = line.split()
+                if fields[3] == LISTEN and fields[9] in sockets:
+                    host, port = fields[1].split(":")
+                    raw = struct.pack(
+                        f"={words}I", *struct.unpack(f">{words}I", bytes.fromhex(host))
+                    )
+                    found.append((socket.inet_ntop(family, raw), int(port, 16)))
+    return found
+
+
+class ListeningTest(ServerTest):
+    def hosts_of(self, node, count):
+        try:
+            wait_for(lambda: len(ports(node.pid)) >= count, f"{count} ports of {node.name}")
+        except AssertionError as error:
+            raise AssertionError(f"{error}; it said:\n{node.output()}") from None
+        return {host for host, _ in ports(node.pid)}
+
+    def start(self, node_type, **environment):
+        """A node in an environment of its own."""
+        before = dict(os.environ)
+        for name in ("ROS_HOSTNAME", "ROS_IP"):
+            os.environ.pop(name, None)
+        os.environ.update(environment)
+        try:
+            node = Process(node_type, f"/{node_type}_here")
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+        self.addCleanup(node.kill)
+        return node
+
+    def serves(self, node):
+        master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+        wait_for(lambda: master.lookupService(CALLER, f"{node.name}/step")[0] == 1, "its services")
+
+    def test_every_node_keeps_to_this_machine(self):
+        server = self.start("server", ROS_HOSTNAME="localhost")
+        self.serves(server)
+        for node, count in [
+            (server, 3),  # XML-RPC, topics, services
+            (self.start("topic_agent", ROS_HOSTNAME="localhost"), 2),
+            (self.start("service_agent", ROS_IP="127.0.0.1"), 2),
+            (self.start("status_line", ROS_HOSTNAME="localhost"), 2),
+        ]:
+            with self.subTest(node.name):
+                self.assertEqual(self.hosts_of(node, count), {"127.0.0.1"})
+                self.assertEqual(node.stop(signal.SIGINT), 0, node.output())
+        self.assertIn("this machine alone (ROS_HOSTNAME = localhost)", server.output())
+
+    def test_with_ipv6_too(self):
+        nobody = "http://localhost:1"  # the master has IPv4 alone; the ports are there before
+        server = self.start("server", ROS_HOSTNAME="::1", ROS_IPV6="on", ROS_MASTER_URI=nobody)
+        self.assertEqual(self.hosts_of(server, 2), {"::1"})
+
+    def test_it_says_that_others_can_reach_it(self):
+        other = {"ROS_IP": "192.0.2.1"}  # nobody's, by RFC 5737
+        server = self.start("server", **other)
+        self.serves(server)
+        self.assertEqual(self.hosts_of(server, 3), {"0.0.0.0"})
+        self.assertEqual(server.stop(signal.SIGINT), 0, server.output())
+        self.assertIn(
+            "every address of this machine, as 192.0.2.1 (ROS_IP = 192.0.2.1)", server.output()
+        )
+
+
+if __name__ == "__main__":
+    rostest.rosrun("walker_sim", "listening_test", ListeningTest, sys.argv)
