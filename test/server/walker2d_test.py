@@ -131,7 +131,9 @@ class Walker2dTest(ServerTest):
         late = self.transitions.wait(lambda m: m.step == begun.step + 250, "two seconds more")
         self.assertEqual(nanoseconds(late) - nanoseconds(begun), 250 * self.dt)
         self.assert_consecutive(self.transitions.messages())
-        self.assertLess(abs(self.counter("real_time_factor") - 1), 0.3)
+        wait_for(  # a busy machine keeps it waiting, but not on average
+            lambda: abs(self.counter("real_time_factor") - 1) < 0.3, "a second in real time"
+        )
 
     # ------------------------------------------------------------ commands
 
