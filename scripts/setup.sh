@@ -138,14 +138,15 @@ set_up_packages() {
 make_venv() {
   rm -rf "$1" && env -u PYTHONHOME -u PYTHONPATH "$3" -m venv "${@:4}" "$1" &&
     env -u PYTHONHOME -u PYTHONPATH -u PIP_REQUIRE_VIRTUALENV \
-      "$1/bin/python" -m pip install --disable-pip-version-check --progress-bar off -r "$2"
+      "$1/bin/python" -m pip install --disable-pip-version-check --progress-bar off \
+      --require-hashes -r "$2"
 }
 
-# set_up_venv WHAT DIR REQUIREMENTS [PYTHON]: unless that is done already. Of the distribution's
-# Python with the system's packages: ROS's are among them, and its command line tools are run by the
-# first python3 in sight. Of another PYTHON without any.
+# set_up_venv WHAT DIR REQUIREMENTS [PYTHON]: unless that is done already, with the hashes in the .lock
+# beside the requirements. Of the distribution's Python with the system's packages: ROS's are among them,
+# and its command line tools are run by the first python3 in sight. Of another PYTHON without any.
 set_up_venv() {
-  local what=$1 dir=$2 requirements=$3 python=(/usr/bin/python3 --system-site-packages) wanted
+  local what=$1 dir=$2 requirements=${3%.txt}.lock python=(/usr/bin/python3 --system-site-packages) wanted
   if [ $# -gt 3 ]; then python=("$4"); fi
   wanted=$({ echo "$dir" "${python[@]:1}" && "${python[0]}" --version && cat "$requirements"; } |
     sha256sum)

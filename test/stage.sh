@@ -142,13 +142,13 @@ run_example() {
 # Python, which is the PYTHON of this system too.
 torchrl_root=$(example_venv torchrl)
 torchrl_packages=python3-numpy,python3-torch,libopenblas0
-torchrl_requirements=$root/test/examples/requirements_torchrl.txt
+torchrl_requirements=$root/test/examples/requirements_torchrl.lock
 
 make_torchrl_root() {
   as_root rm -rf "$torchrl_root" &&
     as_root debootstrap --variant=minbase --include="$torchrl_packages" trixie "$torchrl_root" "$(debian_mirror)" &&
     as_root find "$torchrl_root/var/cache/apt/archives" -name '*.deb' -delete &&
-    install_in_torchrl_root "$1" --requirement "$torchrl_requirements"
+    install_in_torchrl_root "$1" --require-hashes --requirement "$torchrl_requirements"
 }
 
 install_in_torchrl_root() {

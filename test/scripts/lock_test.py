@@ -1,0 +1,40 @@
+"""What pip installs by has the requirements' versions, with hashes; ./scripts/lock writes it."""
+
+import pathlib
+import re
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+LOCKS = [path for folder in ("docs", "scripts", "test") for path in (ROOT / folder).rglob("*.lock")]
+
+
+def locked(path):
+    """The hashes of each NAME==VERSION of a file."""
+    entries = re.split(r"\n(?=\S)", path.read_text(encoding="utf-8").strip())
+    return {
+        re.match(r"[^ ;\\]+==[^ ;\\]+", entry)[0]: re.findall(
+            r"--hash=sha256:[0-9a-f]{64}\b", entry
+        )
+        for entry in entries
+    }
+
+
+def test_every_file_of_requirements_has_one():
+    pinned = {
+        path
+        for folder in ("docs", "scripts", "test")
+        for path in (ROOT / folder).rglob("*.txt")
+        if re.search(r"^[\w-]+(\[\w+\])?==", path.read_text(encoding="utf-8"), re.MULTILINE)
+    }
+    assert {path.with_suffix(".lock") for path in pinned} == set(LOCKS)
+
+
+@pytest.mark.parametrize("path", LOCKS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_it_has_every_requirement_with_hashes(path):
+    text = path.with_suffix(".txt").read_text(encoding="utf-8")
+    lines = [line.partition("#")[0].strip() for line in text.splitlines()]
+    wanted = {line.partition(";")[0].strip().lower() for line in lines if line}
+    entries = locked(path)
+    assert {re.sub(r"\[.*\]", "", each).replace("_", "-") for each in wanted} <= set(entries)
+    assert all(entries.values())
