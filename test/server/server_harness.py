@@ -3,6 +3,7 @@
 Nothing here waits by simulation time: it stands still in lock-step.
 """
 
+import contextlib
 import os
 import resource
 import signal
@@ -276,6 +277,15 @@ class ServerTest(unittest.TestCase):
     """Starts servers with parameters of its own and ends them."""
 
     dt = DT  # of the environment [ns]
+
+    @contextlib.contextmanager
+    def subTest(self, message="", **parameters):
+        """The first that fails ends the test and is named: rosunit's reports have no subtests."""
+        try:
+            yield
+        except Exception as error:
+            words = [message, *(f"{name}={value!r}" for name, value in parameters.items())]
+            raise AssertionError(f"{' '.join(filter(None, words))}: {error}") from error
 
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
         """A new server; the one that `call` calls."""
