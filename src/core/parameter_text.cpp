@@ -1,14 +1,24 @@
 #include "core/parameter_text.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 
 namespace walker {
 namespace {
+
+/// Whether a number that C's functions have read up to `end` is all of the text. Beyond a zero byte
+/// they do not look, and blanks before a number they skip.
+bool is_whole(const std::string& text, const char* end) {
+  return !text.empty() && std::isspace(static_cast<unsigned char>(text.front())) == 0 &&
+         end == text.c_str() + text.size();
+}
 
 std::optional<ParameterValue> read(const std::string& text, bool /*type*/) {
   if (text == "true") return true;
@@ -21,22 +31,12 @@ std::optional<ParameterValue> read(const std::string& text, std::int64_t /*type*
   char* end = nullptr;
   errno = 0;
   const std::int64_t value = std::strtoll(text.c_str(), &end, kDecimal);
-  if (text.empty() || *end != '\0' || errno != 0) return std::nullopt;
-  return value;
-}
-
-std::optional<double> read_number(const std::string& text) {
-  // As YAML writes what is not finite.
-  if (text == ".inf") return std::strtod("inf", nullptr);
-  if (text == "-.inf") return std::strtod("-inf", nullptr);
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0') return std::nullopt;
+  if (!is_whole(text, end) || errno != 0) return std::nullopt;
   return value;
 }
 
 std::optional<ParameterValue> read(const std::string& text, double /*type*/) {
-  if (const std::optional<double> number = read_number(text)) return *number;
+  if (const std::optional<double> number = parse_number(text)) return *number;
   return std::nullopt;
 }
 
@@ -51,7 +51,7 @@ std::optional<ParameterValue> read(const std::string& text, const std::vector<do
   for (std::string element; std::getline(elements, element, ',');) {
     element.erase(0, element.find_first_not_of(' '));
     element.erase(element.find_last_not_of(' ') + 1);
-    const std::optional<double> number = read_number(element);
+    const std::optional<double> number = parse_number(element);
     if (!number) return std::nullopt;
     list.push_back(*number);
   }
@@ -59,6 +59,18 @@ std::optional<ParameterValue> read(const std::string& text, const std::vector<do
 }
 
 }  // namespace
+
+std::optional<double> parse_number(const std::string& text) {
+  // As YAML writes what is not finite.
+  if (text == ".inf") return std::numeric_limits<double>::infinity();
+  if (text == "-.inf") return -std::numeric_limits<double>::infinity();
+  char* end = nullptr;
+  errno = 0;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool is_too_large = errno == ERANGE && std::isinf(value);
+  if (!is_whole(text, end) || is_too_large) return std::nullopt;
+  return value;
+}
 
 Parameters parse_assignments(const std::vector<ParameterDescription>& descriptions,
                              const std::vector<std::string>& assignments) {

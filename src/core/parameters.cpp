@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/parameter_text.h"
+#include "core/printable.h"
 #include "core/shortest_text.h"
 
 namespace walker {
@@ -55,8 +56,8 @@ std::string range_text(const ParameterDescription& description) {
 
 [[noreturn]] void refuse(const ParameterDescription& description, const ParameterValue& value,
                          const std::string& allowed) {
-  throw std::invalid_argument("parameter " + description.name + " = " + to_string(value) +
-                              ": must be " + allowed);
+  throw std::invalid_argument("parameter " + description.name + " = " +
+                              printable(to_string(value)) + ": must be " + allowed);
 }
 
 /// `value` in the type of the default, where the conversion loses nothing.
@@ -134,8 +135,9 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
 
 void refuse_unknown(const std::string& what, const std::string& name,
                     const std::vector<std::string>& known) {
-  const std::string near = nearest_name(name, known);
-  std::string message = what + ": unknown" + (near.empty() ? "." : "; did you mean " + near + "?");
+  const std::string near = nearest_name(printable(name), known);
+  std::string message =
+      printable(what) + ": unknown" + (near.empty() ? "." : "; did you mean " + near + "?");
   message += " Known:";
   for (const std::string& one : known) message += " " + one;
   throw std::invalid_argument(message);

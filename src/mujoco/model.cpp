@@ -6,13 +6,16 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <new>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
 
+#include "core/printable.h"
 #include "core/state_header.h"
 #include "core/user_path.h"
 #include "mujoco/builtin_models.h"
+#include "mujoco/compile_apart.h"
 
 namespace walker::mujoco {
 namespace {
@@ -48,30 +51,62 @@ struct DeleteVirtualFiles {
 };
 
 /// A file that MuJoCo finds in memory.
-std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const BuiltinModel& model) {
+/// @throws std::bad_alloc
+std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name, const void* bytes,
+                                                        std::size_t size) {
   std::unique_ptr<mjVFS, DeleteVirtualFiles> files(new mjVFS);
   mj_defaultVFS(files.get());
-  mj_makeEmptyFileVFS(files.get(), model.name.c_str(), static_cast<int>(model.text.size()));
-  std::memcpy(files->filedata[0], model.text.data(), model.text.size());
+  if (mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(size)) != 0) {
+    throw std::bad_alloc();
+  }
+  std::memcpy(files->filedata[0], bytes, size);
   return files;
 }
 
-ModelPointer compile(const std::string& xml_file) {
+ModelPointer owned(mjModel* model) { return {model, mj_deleteModel}; }
+
+ModelPointer compile(const BuiltinModel& builtin) {
   constexpr int kMessageSize = 1000;
   std::array<char, kMessageSize> message{};
-  mjModel* model = nullptr;
+  const auto files = virtual_file(builtin.name, builtin.text.data(), builtin.text.size());
+  mjModel* const model =
+      mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMessageSize);
+  if (model == nullptr) throw std::runtime_error(message.data());
+  return owned(model);
+}
+
+/// Nothing of a stranger's is parsed in this process, but what MuJoCo itself has made of it.
+ModelPointer compile(const std::string& path) {
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  using Type = std::filesystem::file_type;
+  if (!error && type != Type::not_found && type != Type::regular) {
+    throw std::runtime_error("must be an XML file, and a regular one");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  constexpr std::uintmax_t kLargest = std::uintmax_t{64} << 20U;
+  if (!error && size > kLargest) {
+    throw std::runtime_error("has " + std::to_string(size) + " bytes; must have at most " +
+                             std::to_string(kLargest));
+  }
+  const std::string name = "model.mjb";
+  const std::vector<std::byte> bytes = compile_apart(path);
+  const auto files = virtual_file(name, bytes.data(), bytes.size());
+  mjModel* const model = mj_loadModel(name.c_str(), files.get());
+  if (model == nullptr) throw std::runtime_error("MuJoCo does not load what it has compiled");
+  return owned(model);
+}
+
+ModelPointer compile_any(const std::string& xml_file) {
   try {
-    if (const BuiltinModel* builtin = find_builtin(xml_file)) {
-      const auto files = virtual_file(*builtin);
-      model = mj_loadXML(builtin->name.c_str(), files.get(), message.data(), kMessageSize);
-    } else {
-      model = mj_loadXML(expand_home(xml_file).c_str(), nullptr, message.data(), kMessageSize);
+    if (const BuiltinModel* builtin = find_builtin(xml_file)) return compile(*builtin);
+    if (xml_file.find('\0') != std::string::npos) {
+      throw std::runtime_error("must not have a zero byte");
     }
+    return compile(expand_home(xml_file));
   } catch (const std::runtime_error& error) {
     refuse_model(xml_file, error.what());
   }
-  if (model == nullptr) refuse_model(xml_file, message.data());
-  return {model, mj_deleteModel};
 }
 
 /// What distinguishes one model from another: the name, and for a file its size and time of change.
@@ -90,7 +125,7 @@ std::string identity(const std::string& xml_file) {
 void refuse_model(const std::string& xml_file, std::string reason) {
   while (!reason.empty() && reason.back() == '\n') reason.pop_back();
   std::replace(reason.begin(), reason.end(), '\n', ' ');
-  throw std::invalid_argument("parameter xml_file = " + xml_file + ": " + reason);
+  throw std::invalid_argument("parameter xml_file = " + printable(xml_file) + ": " + reason);
 }
 
 ModelPointer load_model(const std::string& xml_file) {
@@ -101,7 +136,7 @@ ModelPointer load_model(const std::string& xml_file) {
   std::weak_ptr<const mjModel>& known = models[identity(xml_file)];
   ModelPointer model = known.lock();
   if (!model) {
-    model = compile(xml_file);
+    model = compile_any(xml_file);
     known = model;
   }
   return model;

@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "error_message.h"
 
@@ -59,8 +60,28 @@ TEST(ParameterText, WhatCannotBeReadIsRefusedWithItsNameValueAndType) {
   EXPECT_EQ(message("weight=1kg"), "parameter weight = 1kg: must be a number");
   EXPECT_EQ(message("range=0.8"), "parameter range = 0.8: must be a list of numbers");
   EXPECT_EQ(message("range=[a, 2]"), "parameter range = [a, 2]: must be a list of numbers");
+  for (const char* text : {" 7", "7 ", "\t7", "7,0", "0x", "--7"}) {
+    EXPECT_EQ(message(std::string("count=") + text),
+              std::string("parameter count = ") + text + ": must be an integer");
+    EXPECT_EQ(message(std::string("weight=") + text),
+              std::string("parameter weight = ") + text + ": must be a number");
+  }
+  EXPECT_EQ(message("weight=1e999"), "parameter weight = 1e999: must be a number");
+  EXPECT_EQ(message("range=[1e999, 2]"), "parameter range = [1e999, 2]: must be a list of numbers");
   const std::string unknown = message("cuont=4");
   EXPECT_EQ(unknown.find("parameter cuont = 4: unknown; did you mean count?"), 0U) << unknown;
+}
+
+/// C's functions stop reading there.
+TEST(ParameterText, WhatFollowsAZeroByteIsReadAsWell) {
+  using std::string_literals::operator""s;
+  EXPECT_EQ(parse_one("flag", "true\0junk"s), ParameterValue("true\0junk"s));
+  EXPECT_EQ(parse_one("count", "7\0junk"s), ParameterValue("7\0junk"s));
+  EXPECT_EQ(parse_one("count", "7\0"s), ParameterValue("7\0"s));
+  EXPECT_EQ(parse_one("weight", "7\0junk"s), ParameterValue("7\0junk"s));
+  EXPECT_EQ(parse_one("weight", "\0"s), ParameterValue("\0"s));
+  EXPECT_EQ(parse_one("weight", ".inf\0"s), ParameterValue(".inf\0"s));
+  EXPECT_EQ(parse_one("range", "[1, 2\0junk]"s), ParameterValue("[1, 2\0junk]"s));
 }
 
 TEST(ParameterText, WhatIsNoAssignmentIsRefused) {

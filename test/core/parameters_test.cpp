@@ -80,6 +80,17 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
             "parameter range = [0.0, 6.0]: must be a list of numbers in [-5.0, 5.0]");
 }
 
+/// Messages are C's texts and one line.
+TEST(Parameters, WhatCannotBePrintedIsShownAsCodesAndWhatIsLongShortened) {
+  using std::string_literals::operator""s;
+  EXPECT_EQ(refusal("count", "7\0junk\n"s),
+            "parameter count = 7\\x00junk\\x0a: must be an integer");
+  EXPECT_EQ(
+      refusal("count", std::string(1000000, 'x')),
+      "parameter count = " + std::string(300, 'x') + "... (1000000 bytes): must be an integer");
+  EXPECT_LT(refusal(std::string(1000000, 'x'), 1.0).size(), 500U);
+}
+
 TEST(Parameters, UnknownNamesGetASuggestion) {
   EXPECT_EQ(refusal("wieght", 1.0),
             "parameter wieght = 1.0: unknown; did you mean weight? "

@@ -1,0 +1,26 @@
+// Compiles a model of a stranger's in a process of its own.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace walker::mujoco {
+
+/// What compiling a model may take.
+struct CompileLimits {
+  std::size_t memory = std::size_t{2} << 30U;  ///< [bytes] of model and data, sources included
+  unsigned int processor_seconds = 60;
+  unsigned int idle_seconds = 10;  ///< of waiting for what does not come
+};
+
+/// MuJoCo's compiler believes what a model says of sizes, and reads what it names: there are models
+/// at which it crashes, ends its process, fills the memory or waits for ever. Here that ends a
+/// child process. The calling process is forked, so what it has set is set there too.
+///
+/// @param path of an MJCF file
+/// @return the compiled model as mj_saveModel has it, of which data can be made and stepped
+/// @throws std::runtime_error with MuJoCo's words, or with what became of the child
+std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits = {});
+
+}  // namespace walker::mujoco

@@ -1,0 +1,198 @@
+// Models that crash MuJoCo's compiler, end its process, fill the memory or wait for ever.
+#include "mujoco/compile_apart.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "error_message.h"
+#include "mujoco/engine.h"
+#include "mujoco/model.h"
+#include "mujoco/model_file.h"
+
+namespace walker::mujoco {
+namespace {
+
+namespace fs = std::filesystem;
+
+CompileLimits small_limits() {
+  CompileLimits limits;
+  limits.memory = std::size_t{512} << 20U;
+  limits.idle_seconds = 2;
+  return limits;
+}
+
+class CompileApartTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    load_model("walker2d_v5.xml");  // installs the handlers of MuJoCo's errors
+    fs::current_path(folder_.path());
+  }
+
+  void TearDown() override {
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
+    EXPECT_EQ(errno, ECHILD);
+    EXPECT_FALSE(fs::exists("MUJOCO_LOG.TXT"));
+    fs::current_path(home_);
+  }
+
+  /// Why the model is refused, or "nothing thrown".
+  std::string refusal(const std::string& text, const CompileLimits& limits = small_limits()) const {
+    const std::string file = folder_.write("model.xml", text);
+    return message_of<std::runtime_error>([&] { compile_apart(file, limits); });
+  }
+
+  void write_file(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_.path(name), std::ios::binary) << bytes;
+  }
+
+  static bool has(const std::string& text, const std::string& words) {
+    return text.find(words) != std::string::npos;
+  }
+
+  Folder folder_;
+
+ private:
+  fs::path home_ = fs::current_path();
+};
+
+std::string bytes_of(std::initializer_list<std::int32_t> numbers) {
+  std::string bytes;
+  for (const std::int32_t number : numbers) {
+    bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+  }
+  return bytes;
+}
+
+/// Each is refused in words, and this process goes on.
+TEST_F(CompileApartTest, NoSizeEndsThisProcess) {
+  write_file("hills.bin", bytes_of({100000, 100000, 0}));
+  write_file("negative.bin", bytes_of({-5, -5, 0}));
+  write_file("mesh.stl", std::string(80, ' ') + bytes_of({2147483647}));
+  write_file("mesh.msh", bytes_of({2147483647, 2147483647, 2147483647, 2147483647}));
+  write_file(
+      "picture.png",
+      std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\2\0\0\0", 29) +
+          std::string(100, 'x'));
+  fs::create_symlink("/dev/zero", "zeros.stl");
+  const std::string most = "2147483647";
+  const std::vector<std::string> models = {
+      "<size nuser_body='" + most + "'/>",
+      "<size nuser_geom='" + most + "'/><worldbody><geom size='1'/></worldbody>",
+      "<size nuser_jnt='" + most +
+          "'/><worldbody><body><joint/><geom size='1'/></body></worldbody>",
+      "<size nstack='" + most + "'/>",
+      "<size njmax='" + most + "' nconmax='" + most + "'/>",
+      "<size nconmax='" + most + "'/>",
+      "<size nkey='" + most + "'/>",
+      "<size nuserdata='" + most + "'/>",
+      "<asset><hfield name='h' nrow='100000' ncol='100000' size='1 1 1 1'/></asset>"
+      "<worldbody><geom type='hfield' hfield='h'/></worldbody>",
+      "<asset><hfield name='h' nrow='46341' ncol='46341' size='1 1 1 1'/></asset>",
+      "<asset><hfield name='h' file='hills.bin' size='1 1 1 1'/></asset>",
+      "<asset><hfield name='h' file='negative.bin' size='1 1 1 1'/></asset>",
+      "<asset><texture name='t' type='2d' builtin='flat' width='60000' height='60000'/></asset>",
+      "<asset><texture name='t' type='cube' builtin='flat' width='30000' height='30000'/></asset>",
+      "<asset><texture name='t' type='2d' file='picture.png'/></asset>",
+      "<asset><mesh name='m' file='mesh.stl'/></asset>"
+      "<worldbody><geom type='mesh' mesh='m'/></worldbody>",
+      "<asset><mesh name='m' file='mesh.msh'/></asset>"
+      "<worldbody><geom type='mesh' mesh='m'/></worldbody>",
+      "<asset><mesh name='m' file='zeros.stl'/></asset>"
+      "<worldbody><geom type='mesh' mesh='m'/></worldbody>",
+      "<asset><hfield name='h' file='zeros.stl' size='1 1 1 1'/></asset>",
+      "<include file='zeros.stl'/>",
+      "<worldbody><body><composite type='grid' count='100000 100000 1' spacing='1'>"
+      "<geom size='.1'/></composite></body></worldbody>",
+  };
+  for (const std::string& content : models) {
+    const std::string message = refusal("<mujoco>" + content + "</mujoco>");
+    EXPECT_NE(message, "nothing thrown") << content;
+    EXPECT_GT(message.size(), 10U) << content;
+  }
+}
+
+TEST_F(CompileApartTest, DepthEndsNoProcess) {
+  std::string deep = "<mujoco><worldbody>";
+  for (int i = 0; i < 100000; ++i) deep += "<body><geom size='1'/>";
+  for (int i = 0; i < 100000; ++i) deep += "</body>";
+  EXPECT_NE(refusal(deep + "</worldbody></mujoco>"), "nothing thrown");
+  write_file("model.xml", "");
+  EXPECT_NE(refusal("<mujoco><include file='model.xml'/></mujoco>"), "nothing thrown");
+}
+
+/// Nobody ever writes to it.
+TEST_F(CompileApartTest, APipeIsNotWaitedFor) {
+  const std::string pipe = folder_.path("pipe.stl");
+  ASSERT_EQ(mkfifo(pipe.c_str(), S_IRUSR | S_IWUSR), 0);
+  for (const char* content : {"<include file='pipe.stl'/>",
+                              "<asset><mesh name='m' file='pipe.stl'/></asset>"
+                              "<worldbody><geom type='mesh' mesh='m'/></worldbody>",
+                              "<asset><hfield name='h' file='pipe.stl' size='1 1 1 1'/></asset>"}) {
+    EXPECT_EQ(refusal("<mujoco>" + std::string(content) + "</mujoco>"),
+              "it waited for 2 s for a file that does not come: files must be regular ones");
+  }
+  EXPECT_TRUE(has(message_of<std::invalid_argument>([&] { load_model(pipe); }),
+                  "/pipe.stl: must be an XML file, and a regular one"));
+  EXPECT_TRUE(has(message_of<std::invalid_argument>([&] { load_model("/dev/zero"); }),
+                  "/dev/zero: must be an XML file, and a regular one"));
+}
+
+TEST_F(CompileApartTest, AFileIsNotTooLarge) {
+  const std::string file = folder_.write("model.xml", "");
+  fs::resize_file(file, (std::uintmax_t{64} << 20U) + 1);
+  EXPECT_TRUE(has(message_of<std::invalid_argument>([&] { load_model(file); }),
+                  ": has 67108865 bytes; must have at most 67108864"));
+}
+
+TEST_F(CompileApartTest, APathEndsAtNoZeroByte) {
+  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
+  const std::string message =
+      message_of<std::invalid_argument>([&] { load_model(file + std::string("\0junk", 5)); });
+  EXPECT_TRUE(has(message, "model.xml\\x00junk: must not have a zero byte")) << message;
+}
+
+/// To the last bit of what MuJoCo saves.
+TEST_F(CompileApartTest, AModelIsTheSameAsCompiledHere) {
+  for (const char* name : {"walker2d_v4.xml", "walker2d_v5.xml", "hopper_v5.xml"}) {
+    const std::string file = folder_.write("model.xml", builtin_text(name));
+    EXPECT_EQ(fingerprint(*load_model(file)), fingerprint(*load_model(name))) << name;
+  }
+}
+
+/// As a host may have several threads, and children of its own.
+TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
+  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
+  std::vector<std::thread> threads;
+  std::vector<std::size_t> sizes(4);
+  for (std::size_t& size : sizes) {
+    threads.emplace_back([&] { size = compile_apart(file).size(); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::size_t size : sizes) EXPECT_EQ(size, sizes[0]);
+  EXPECT_GT(sizes[0], 0U);
+}
+
+TEST_F(CompileApartTest, AHostThatWantsNoChildrenMayCompile) {
+  const auto before = std::signal(SIGCHLD, SIG_IGN);
+  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
+  EXPECT_GT(compile_apart(file).size(), 0U);
+  EXPECT_TRUE(has(refusal("<mujoco><size nuser_body='2147483647'/></mujoco>"), " "));
+  std::signal(SIGCHLD, before);
+}
+
+}  // namespace
+}  // namespace walker::mujoco
