@@ -18,14 +18,15 @@
 namespace {
 
 constexpr const char* kUsage =
-    "Usage: describe [ID [NAME=VALUE ...]] [--urdf FILE] [--meshes FOLDER] [--engine]\n"
+    "Usage: describe [--urdf FILE] [--meshes FOLDER] [--engine] [--] [ID [NAME=VALUE ...]]\n"
     "Describes environment ID (BipedalWalker-v3) as URDF, read off its running world.\n"
     "  NAME=VALUE       parameters of the environment, e.g. xml_file=/path/model.xml\n"
     "  --urdf FILE      writes the URDF there; without, it goes to the terminal\n"
     "  --meshes FOLDER  copies the package's meshes there (an existing folder), under the names "
     "that\n"
     "                   the URDF has for them\n"
-    "  --engine         tells instead what engine makes the steps, and from which file\n";
+    "  --engine         tells instead what engine makes the steps, and from which file\n"
+    "  --               no option follows\n";
 
 struct Options {
   std::string id = "BipedalWalker-v3";
@@ -38,21 +39,26 @@ struct Options {
 
 Options parse(int argc, char** argv) {
   Options options;
+  bool takes_options = true;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
-    if (argument == "--help" || argument == "-h") {
+    if (!takes_options || argument.rfind('-', 0) != 0) {
+      if (argument.find('=') != std::string::npos) {
+        options.assignments.push_back(argument);
+      } else {
+        options.id = argument;
+      }
+    } else if (argument == "--") {
+      takes_options = false;
+    } else if (argument == "--help" || argument == "-h") {
       options.wants_help = true;
     } else if (argument == "--engine") {
       options.wants_engine = true;
     } else if (argument == "--urdf" || argument == "--meshes") {
       if (++i == argc) throw std::invalid_argument(argument + ": needs a value");
       (argument == "--urdf" ? options.urdf : options.meshes) = argv[i];
-    } else if (argument.rfind('-', 0) == 0) {
-      throw std::invalid_argument(argument + ": unknown option; see --help");
-    } else if (argument.find('=') != std::string::npos) {
-      options.assignments.push_back(argument);
     } else {
-      options.id = argument;
+      throw std::invalid_argument(argument + ": unknown option; see --help");
     }
   }
   return options;

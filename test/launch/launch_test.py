@@ -16,6 +16,7 @@ import yaml
 from roslaunch.arg_dump import get_args
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.core import RLException
+from roslaunch.substitution_args import resolve_args
 from roslaunch.xmlloader import XmlLoader
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
@@ -61,6 +62,11 @@ class Launch:
     def types(self):
         """The nodes' types by their full names."""
         return {name: node.type for name, node in self.nodes.items()}
+
+
+def words_of(node):
+    """A node's own arguments, as roslaunch makes them of its args."""
+    return shlex.split(resolve_args(node.args, context={}, resolve_anon=True))
 
 
 class LaunchTest(unittest.TestCase):
@@ -186,7 +192,7 @@ class LaunchTest(unittest.TestCase):
                 self.assertEqual(launch.parameters["/walker_sim/env"], env)
                 with open(os.path.join(ROOT, "urdf", robot + ".urdf"), encoding="utf-8") as file:
                     self.assertEqual(launch.parameters["/robot_description"], file.read())
-                path = launch.nodes["/rviz"].args[len("-d ") :]
+                path = words_of(launch.nodes["/rviz"])[1]
                 self.assertEqual(os.path.basename(path), robot + ".rviz")
                 self.assertTrue(os.path.isfile(path), path)
 
@@ -225,6 +231,38 @@ class LaunchTest(unittest.TestCase):
         self.assertEqual(len(masses[0]), 7)
         for one, other in zip(*masses):
             self.assertAlmostEqual(other, 2 * one, places=12)
+
+    def test_what_is_given_becomes_no_option_of_describe(self):
+        with tempfile.TemporaryDirectory() as folder:
+            made = os.path.join(folder, "made.urdf")
+            for arguments in (
+                ("env:=Walker2d-v5", f"xml_file:={ENGINE_S_MODEL}' --urdf '{made}"),
+                ("env:=Walker2d-v5", f'xml_file:={ENGINE_S_MODEL}\'"\' --urdf \'"\'{made}'),
+                (f"env:=Walker2d-v5' --urdf '{made}", "xml_file:=" + ENGINE_S_MODEL),
+                ("env:=--help", "xml_file:=" + ENGINE_S_MODEL),
+                ("env:=--engine", "xml_file:=" + ENGINE_S_MODEL),
+            ):
+                with self.subTest(arguments=arguments), self.assertRaises(RLException):
+                    Launch(*arguments)
+                self.assertFalse(os.path.exists(made))
+            path = os.path.join(folder, """it's "my" $(env HOME) walker.xml""")
+            with open(ENGINE_S_MODEL, encoding="utf-8") as file, open(path, "w") as copy:
+                copy.write(file.read())
+            launch = Launch("env:=Walker2d-v5", "xml_file:=" + path)
+            self.assertIn("<robot name=", launch.parameters["/robot_description"])
+
+    def test_what_is_given_stays_one_word_of_a_node_s_arguments(self):
+        for text in (
+            *("it's", 'x" -a "y', "x' -a 'y", "two  blanks", "a\\", "$(env EVIL)", "x;y", "'", '"'),
+            *("-a", "$", "\\'"),
+        ):
+            with self.subTest(text=text), mock.patch.dict(os.environ, {"EVIL": "' -a '"}):
+                launch = Launch("recording:=" + text, PWD="/my 'bags'")
+                words = words_of(launch.nodes["/recorder"])
+                self.assertEqual(words[:3], ["-o", "/my 'bags'/" + text, "joint_states"])
+                launch = Launch("tf_prefix:=" + text, "rviz:=true", display=":9")
+                words = words_of(launch.nodes["/rviz"])
+                self.assertEqual(words[1:], [text])
 
     def test_a_broken_model_stops_the_launch_with_the_engine_s_words(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -269,7 +307,8 @@ class LaunchTest(unittest.TestCase):
             self.assertIs(launch.parameters["/second/walker_sim/publish_clock"], False)
             self.assertIn("/second/robot_description", launch.parameters)
             self.assertEqual(launch.nodes["/second/rviz"].type, "view.py")
-            self.assertIn(ROBOTS[env] + ".rviz second", launch.nodes["/second/rviz"].args)
+            view_file, prefix = words_of(launch.nodes["/second/rviz"])
+            self.assertEqual((os.path.basename(view_file), prefix), (ROBOTS[env] + ".rviz", "second"))
             self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
 
     def test_slashes_around_a_prefix_do_not_count(self):
@@ -326,7 +365,7 @@ class LaunchTest(unittest.TestCase):
             ("/tmp/trial.bag", "-O", "/tmp/trial.bag"),
         ):
             launch = Launch("recording:=" + given, PWD="/my bags")
-            arguments = shlex.split(launch.nodes["/recorder"].args)
+            arguments = words_of(launch.nodes["/recorder"])
             self.assertEqual(arguments[:2], [option, path])
             for topic in ("transition", "episode", "spec", "restored"):
                 self.assertIn(topic, arguments, "replay needs it")
