@@ -4,6 +4,7 @@
 import signal
 import sys
 import time
+import xmlrpc.client
 
 import rosgraph
 import rospy
@@ -356,7 +357,7 @@ class ClockTest(ServerTest):
     def begin_at_the_end(self):
         """Time for a few steps, after an owner that has reserved all before."""
         key = "/walker_sim_clock/reserved_until"
-        rospy.set_param(key, [-1, SECOND - 5 * DT])  # -1: 2^32 - 1 s in 32 bits
+        rospy.set_param(key, [2.0**32 - 1, SECOND - 5 * DT])
         self.addCleanup(lambda: rospy.has_param(key) and rospy.delete_param(key))
 
     def test_at_the_end_of_time_a_step_is_refused(self):
@@ -384,6 +385,60 @@ class ClockTest(ServerTest):
         self.addCleanup(server.kill)
         self.assertEqual(server.wait(), 1)
         self.assertIn("the end of ROS time", server.output())
+
+    # ------------------------------------------------------------ reserved time
+
+    def test_a_reservation_that_is_none_ends_the_server_with_its_name(self):
+        key = "/walker_sim_clock/reserved_until"
+        self.addCleanup(lambda: rospy.has_param(key) and rospy.delete_param(key))
+        clock = self.record_clock(connections=0)
+        for value, shown in (
+            ("soon", '"soon"'),
+            (5, "5"),
+            ([], "[]"),
+            ([-1, 0], "[-1, 0]"),
+            ([5, SECOND], "[5, 1000000000]"),
+            ([float("nan"), 0], "[nan, 0]"),
+            ([1e300, 0], "[1e+300, 0]"),
+            ([True, 0], "[1, 0]"),
+            ({"seconds": 5}, "{5}"),
+        ):
+            rospy.set_param(key, value)
+            server = ServerProcess("/walker_sim", {"mode": "lockstep"})
+            self.addCleanup(server.kill)
+            self.assertEqual(server.wait(), 1, server.output())
+            self.assertIn(
+                f"parameter {key} = {shown}: must be [seconds, nanoseconds], whole", server.output()
+            )
+            rospy.delete_param(key)
+        self.assertEqual(clock.messages(), [])
+        # As xmlrpc has it, and nobody here needs it.
+        master = rosgraph.Master("/clock_test").handle
+        master.setParam("/clock_test", key, xmlrpc.client.DateTime(0))
+        server = ServerProcess("/walker_sim", {"mode": "lockstep"})
+        self.addCleanup(server.kill)
+        self.assertEqual(server.wait(), 1, server.output())
+        self.assertIn(f"parameter {key}: the ROS master's answer cannot be read", server.output())
+        rospy.delete_param(key)
+        server = self.serve(mode="lockstep")
+        self.assertTrue(server.client("reset", Reset)(has_seed=True, seed=1).success)
+        server.stop()
+
+    def test_a_reservation_of_half_of_all_time_is_obeyed_and_said(self):
+        key = "/walker_sim_clock/reserved_until"
+        self.addCleanup(lambda: rospy.has_param(key) and rospy.delete_param(key))
+        for seconds in (2**31 - 1, 2.0**31):
+            rospy.set_param(key, [seconds, 5])
+            server = self.serve(mode="lockstep")
+            transition = server.client("reset", Reset)(has_seed=True, seed=1).transition
+            now = nanoseconds(transition) - int(seconds) * SECOND
+            self.assertGreater(now, 5)
+            self.assertLess(now, SECOND)
+            server.stop()
+            warned = "the parameter " + key + " says so" in server.output()
+            self.assertIs(warned, seconds == 2**31)
+            # Given back, in a form that is read again.
+            self.assertEqual(rospy.get_param(key), [seconds, now])
 
     def test_in_lockstep_without_clock_it_stamps_with_its_own_time(self):
         for use_sim_time in (True, False):

@@ -15,6 +15,8 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include "client/master.h"
+#include "client/socket.h"
+#include "server/time/reserved_until.h"
 
 namespace walker {
 namespace {
@@ -24,10 +26,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNanosecondsPerSecond = 1e9;
 
-// Not below the node's own name: launch files clear what is there.
-constexpr const char* kReservedUntil = "/walker_sim_clock/reserved_until";  // [s, ns]
 constexpr std::chrono::seconds kMasterTimeout{2};
 constexpr std::chrono::seconds kPeerTimeout{3};
+// Half of ROS time, which no server of ours reaches in a month as fast as it goes.
+constexpr std::uint32_t kLate = 2147483648U;  // [s]
 
 /// What a master or a node answers to a call with this node's name and `arguments`, if it does.
 std::optional<Value> ask(const std::string& uri, std::chrono::seconds longest,
@@ -66,29 +68,35 @@ std::string other_clock_publisher() {
   return "";
 }
 
-ros::Time read_reserved() {
-  const std::optional<Value> value = ask_master("getParam", {kReservedUntil});
-  if (!value || value->elements.size() != 2 || value->elements[0].kind != Value::Kind::integer ||
-      value->elements[1].kind != Value::Kind::integer) {
-    return {};
+/// Up to where another server has reserved simulation time on this master. 0 [ns] where none has,
+/// and where the master does not answer, which holds nobody up.
+/// @throws std::exception naming the parameter and what is wrong with it
+std::uint64_t read_reserved() {
+  const std::string call =
+      xml_rpc::make_call("getParam", {ros::this_node::getName(), kReservedUntil});
+  Value value;
+  try {
+    value = call_master(ros::master::getURI(), call, Deadline(Clock::now() + kMasterTimeout));
+  } catch (const MasterRefusal&) {
+    return 0;  // it is not set
+  } catch (const SocketError&) {
+    return 0;
+  } catch (const std::exception& error) {  // a type that nobody needs here, such as a date
+    throw std::runtime_error(std::string("parameter ") + kReservedUntil +
+                             ": the ROS master's answer cannot be read: " + error.what());
   }
-  return {static_cast<std::uint32_t>(value->elements[0].integer),
-          static_cast<std::uint32_t>(value->elements[1].integer)};
+  return read_reserved_until(value);
 }
 
 /// @param caller name of this node
 /// @param time   [ns]
 void write_reserved(const std::string& uri, const std::string& caller, std::uint64_t time) {
-  const ros::Time until = ros::Time().fromNSec(time);
-  const auto integer = [](std::uint32_t value) {  // XML-RPC has signed ones alone
-    return "<value><i4>" + std::to_string(static_cast<std::int32_t>(value)) + "</i4></value>";
-  };
   const std::string call =
       "<?xml version=\"1.0\"?>\n<methodCall><methodName>setParam</methodName><params>"
       "<param><value><string>" +
       caller + "</string></value></param><param><value><string>" + kReservedUntil +
-      "</string></value></param><param><value><array><data>" + integer(until.sec) +
-      integer(until.nsec) + "</data></array></value></param></params></methodCall>\n";
+      "</string></value></param><param>" + to_reserved_until(time) +
+      "</param></params></methodCall>\n";
   call_master(uri, call, Deadline(Clock::now() + kMasterTimeout));
 }
 
@@ -120,7 +128,11 @@ SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationC
     throw std::runtime_error("/clock is published by " + other +
                              " already; set publish_clock = false to follow it");
   }
-  now_ = read_reserved();
+  now_.fromNSec(read_reserved());
+  if (now_.sec >= kLate) {
+    ROS_WARN_STREAM("Simulation time begins at " << now_ << " s, for the parameter "
+                                                 << kReservedUntil << " says so");
+  }
   reservation_ = std::make_unique<TimeReservation>(
       now_.toNSec(), ros::TIME_MAX.toNSec(),
       [uri = ros::master::getURI(), caller = ros::this_node::getName()](std::uint64_t until) {

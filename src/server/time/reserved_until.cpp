@@ -1,0 +1,87 @@
+#include "server/time/reserved_until.h"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "core/parameter_text.h"
+
+namespace walker {
+namespace {
+
+using xml_rpc::Value;
+
+constexpr std::uint64_t kPerSecond = 1'000'000'000;
+constexpr double kLastSecond = 4294967295.0;  // 2^32 - 1, where ROS time ends
+constexpr double kLastNanosecond = 999999999.0;
+
+/// A whole number from 0 to `last`.
+std::optional<std::uint64_t> to_whole(const Value& value, double last) {
+  std::optional<double> number;
+  if (value.kind == Value::Kind::integer) number = static_cast<double>(value.integer);
+  if (value.kind == Value::Kind::floating) number = parse_number(value.text);
+  if (!number || !(*number >= 0 && *number <= last) || std::floor(*number) != *number) {
+    return std::nullopt;
+  }
+  return static_cast<std::uint64_t>(*number);
+}
+
+std::string list_of(const std::vector<Value>& elements);
+
+/// Short, for a message.
+std::string to_text(const Value& value) {  // NOLINT(misc-no-recursion): the parser bounds depths
+  constexpr std::size_t kLongest = 60;
+  switch (value.kind) {
+    case Value::Kind::array:
+      return "[" + list_of(value.elements) + "]";
+    case Value::Kind::structure:
+      return "{" + list_of(value.elements) + "}";
+    case Value::Kind::text:
+      return "\"" + value.text.substr(0, kLongest) +
+             (value.text.size() > kLongest ? "...\"" : "\"");
+    default:
+      return value.text.substr(0, kLongest);
+  }
+}
+
+std::string list_of(const std::vector<Value>& elements) {  // NOLINT(misc-no-recursion)
+  constexpr std::size_t kMost = 4;
+  std::string text;
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    if (i > 0) text += ", ";
+    if (i == kMost) return text + "...";
+    text += to_text(elements[i]);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::uint64_t read_reserved_until(const Value& value) {
+  if (value.kind == Value::Kind::array && value.elements.size() == 2) {
+    const auto seconds = to_whole(value.elements[0], kLastSecond);
+    const auto nanoseconds = to_whole(value.elements[1], kLastNanosecond);
+    if (seconds && nanoseconds) return *seconds * kPerSecond + *nanoseconds;
+  }
+  throw std::invalid_argument(
+      std::string("parameter ") + kReservedUntil + " = " + to_text(value) +
+      ": must be [seconds, nanoseconds], whole numbers from 0 to 4294967295 and from 0 to "
+      "999999999, as a server writes it; without it time begins at 0: rosparam delete " +
+      kReservedUntil);
+}
+
+std::string to_reserved_until(std::uint64_t time) {
+  const auto wrapped = [](const std::string& type, const std::string& text) {
+    return "<value><" + type + ">" + text + "</" + type + "></value>";
+  };
+  const std::uint64_t seconds = time / kPerSecond;
+  // XML-RPC's integers have 32 bits and a sign.
+  const bool is_integer = seconds <= std::numeric_limits<std::int32_t>::max();
+  return "<value><array><data>" +
+         (is_integer ? wrapped("i4", std::to_string(seconds))
+                     : wrapped("double", std::to_string(seconds) + ".0")) +
+         wrapped("i4", std::to_string(time % kPerSecond)) + "</data></array></value>";
+}
+
+}  // namespace walker
