@@ -10,6 +10,7 @@ set(short_suites
   package_xml_test
   programs_test
   python/answers_test
+  python/bad_input_test
   python/bits_bipedal_walker_test
   python/bits_ros_test
   python/bits_mujoco_test

@@ -1,12 +1,15 @@
 #include "walker_sim/policy.h"
 
 #include <cstddef>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "core/printable.h"
 #include "core/shortest_text.h"
 #include "policy/network.h"
 #include "policy/safetensors.h"
@@ -19,6 +22,13 @@ constexpr std::size_t kMostLayers = 16;
 constexpr std::streamoff kLargestFile = std::streamoff{1} << 28U;
 
 std::vector<char> read_file(const std::string& path) {
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  const bool has_zero = path.find('\0') != std::string::npos;  // where C's functions stop
+  if (has_zero || (!error && type != std::filesystem::file_type::not_found &&
+                   type != std::filesystem::file_type::regular)) {
+    throw std::invalid_argument("it must be a regular file");
+  }
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
   if (size < 0 || size > kLargestFile) throw std::invalid_argument("it cannot be read as a file");
@@ -150,7 +160,7 @@ Policy::Policy(const std::string& file) {
     state_ = std::make_unique<State>(
         State{file, std::move(id), std::move(metadata), Forward(std::move(network))});
   } catch (const std::invalid_argument& error) {
-    throw PolicyError("policy " + file + ": " + error.what());
+    throw PolicyError("policy " + printable(file) + ": " + printable(error.what()));
   }
 }
 

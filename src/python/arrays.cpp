@@ -26,8 +26,10 @@ Array::Array(py::handle object, const char* name, const char* formats, bool is_w
     : name_(name) {
   const int wanted = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (is_written ? PyBUF_WRITABLE : 0);
   const bool has_buffer = PyObject_GetBuffer(object.ptr(), &view_, wanted) == 0;
-  if (has_buffer && std::strlen(view_.format) == 1 &&
-      std::strchr(formats, *view_.format) != nullptr) {
+  // What is not aligned is of standard size, which is the same here, and of this machine's order.
+  const bool is_unaligned = has_buffer && !is_written && *view_.format == '=';
+  format_ = has_buffer ? view_.format + (is_unaligned ? 1 : 0) : "";
+  if (std::strlen(format_) == 1 && std::strchr(formats, *format_) != nullptr) {
     if (!size || this->size() == *size) return;
     const std::string found = std::to_string(this->size());
     PyBuffer_Release(&view_);
@@ -47,10 +49,21 @@ Array::Array(py::handle object, const char* name, const char* formats, bool is_w
 
 Input::Input(py::handle object, const char* name, std::optional<std::size_t> size)
     : Array(object, name, "fd", false, size), data_(static_cast<const double*>(memory())) {
-  if (format() == 'd') return;
-  const auto* singles = static_cast<const float*>(memory());
-  widened_.assign(singles, singles + this->size());
-  data_ = widened_.data();
+  const bool is_aligned = reinterpret_cast<std::uintptr_t>(memory()) % alignof(double) == 0;
+  if (format() == 'd' && is_aligned) return;
+  copied_.resize(this->size());
+  if (format() == 'd') {
+    std::memcpy(copied_.data(), memory(), copied_.size() * sizeof(double));
+  } else {
+    const auto* bytes = static_cast<const char*>(memory());
+    for (double& value : copied_) {
+      float single = 0;
+      std::memcpy(&single, bytes, sizeof(single));
+      value = double{single};
+      bytes += sizeof(single);
+    }
+  }
+  data_ = copied_.data();
 }
 
 void Output::take(const double* values) {

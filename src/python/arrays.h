@@ -29,15 +29,16 @@ class Array {
   std::size_t size() const { return static_cast<std::size_t>(view_.len / view_.itemsize); }
 
  protected:
-  char format() const { return *view_.format; }
+  char format() const { return *format_; }
   void* memory() const { return view_.buf; }
 
  private:
   const char* name_;
+  const char* format_ = "";
   Py_buffer view_{};
 };
 
-/// float64 or float32 values to be read; the former are read where they are.
+/// float64 or float32 values to be read; the former are read where they are, if they are aligned.
 class Input : public Array {
  public:
   Input(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt);
@@ -45,7 +46,7 @@ class Input : public Array {
   const double* data() const { return data_; }
 
  private:
-  std::vector<double> widened_;  // float32 values
+  std::vector<double> copied_;  // of float32 values, and of those that are not aligned
   const double* data_;
 };
 

@@ -2,9 +2,11 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <string>
 
 #include "core/episode_record.h"
+#include "core/printable.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {
@@ -12,38 +14,66 @@ namespace py = pybind11;
 namespace {
 
 [[noreturn]] void refuse(const std::string& name, const py::handle& value) {
-  throw py::type_error("parameter " + name + " = " + std::string(py::repr(value)) +
+  throw py::type_error("parameter " + printable(name) + " = " + shown(value) +
                        ": must be a bool, an int, a float, a str or a sequence of numbers");
 }
 
+std::string to_text(const std::string& name, const py::handle& value) {
+  py::ssize_t size = 0;
+  const char* const text = PyUnicode_AsUTF8AndSize(value.ptr(), &size);
+  if (text != nullptr) return {text, static_cast<std::size_t>(size)};
+  PyErr_Clear();
+  throw py::value_error("parameter " + name + " = " + shown(value) +
+                        ": must be a text that UTF-8 has a form for; no surrogates");
+}
+
+/// @param number an int, a float, or what can become one
+/// @param value  that has it, or is it
+double to_number(const std::string& name, const py::handle& number, const py::handle& value) {
+  const double converted = PyFloat_AsDouble(number.ptr());
+  if (PyErr_Occurred() == nullptr) return converted;
+  const bool is_too_large = PyErr_ExceptionMatches(PyExc_OverflowError) != 0;
+  PyErr_Clear();
+  if (!is_too_large) refuse(name, value);
+  throw py::value_error("parameter " + name + " = " + shown(value) +
+                        ": must be a number between -1.8e+308 and 1.8e+308, as a float is");
+}
+
 std::vector<double> to_numbers(const std::string& name, const py::handle& value) {
+  constexpr std::size_t kMost = 1000;  // of what may come without end
   const py::object real = py::module::import("numbers").attr("Real");
   std::vector<double> numbers;
   for (const py::handle element : value) {
-    if (!py::isinstance(element, real)) refuse(name, value);
-    numbers.push_back(element.cast<double>());
+    if (!py::isinstance(element, real) || numbers.size() == kMost) refuse(name, value);
+    numbers.push_back(to_number(name, element, value));
   }
   return numbers;
 }
 
+ParameterValue to_integer(const std::string& name, const py::handle& value) {
+  int overflow = 0;
+  const std::int64_t number = PyLong_AsLongLongAndOverflow(value.ptr(), &overflow);
+  if (overflow == 0) return number;
+  return to_number(name, value, value);  // beyond 64 bits: the check of range says what is allowed
+}
+
 ParameterValue to_value(const std::string& name, const py::handle& value) {
-  if (py::isinstance<py::str>(value)) return value.cast<std::string>();
+  if (py::isinstance<py::str>(value)) return to_text(name, value);
   // NumPy's numbers and booleans; an array gives a list.
   if (py::hasattr(value, "tolist")) {
     const py::object plain = value.attr("tolist")();
     if (!py::hasattr(plain, "tolist")) return to_value(name, plain);
   }
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
-  if (py::isinstance<py::int_>(value)) {
-    try {
-      return value.cast<std::int64_t>();
-    } catch (const py::cast_error&) {
-      return value.cast<double>();  // beyond 64 bits: what is allowed is said by the check of range
-    }
+  if (py::isinstance<py::int_>(value)) return to_integer(name, value);
+  if (py::isinstance<py::float_>(value)) return to_number(name, value, value);
+  if (py::hasattr(value, "__fspath__")) {
+    const py::object path = value.attr("__fspath__")();
+    if (!py::isinstance<py::str>(path)) refuse(name, value);
+    return to_text(name, path);
   }
-  if (py::isinstance<py::float_>(value)) return value.cast<double>();
-  if (py::hasattr(value, "__fspath__")) return value.attr("__fspath__")().cast<std::string>();
-  if (!py::hasattr(value, "__iter__")) refuse(name, value);
+  const bool is_bytes = PyBytes_Check(value.ptr()) != 0 || PyByteArray_Check(value.ptr()) != 0;
+  if (is_bytes || !py::hasattr(value, "__iter__")) refuse(name, value);
   return to_numbers(name, value);
 }
 
@@ -75,6 +105,25 @@ py::dict to_common_dict(const Any& specification) {
 
 }  // namespace
 
+std::string shown(const py::handle& value) {
+  PyObject* const text = PyObject_Repr(value.ptr());
+  PyObject* const bytes =
+      text == nullptr ? nullptr : PyUnicode_AsEncodedString(text, "utf-8", "backslashreplace");
+  Py_XDECREF(text);
+  if (bytes == nullptr) {
+    PyErr_Clear();
+    return std::string("(of type ") + Py_TYPE(value.ptr())->tp_name + ", too long to be shown)";
+  }
+  const std::string lines = py::reinterpret_steal<py::bytes>(bytes);
+  std::string line;  // NumPy breaks and indents
+  for (const char c : lines) {
+    const bool is_indent = c == ' ' && !line.empty() && line.back() == '\n';
+    if (!is_indent) line += c;
+  }
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return printable(line);
+}
+
 py::str to_str(const std::string& text) {
   PyObject* const decoded =
       PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace");
@@ -85,7 +134,7 @@ py::str to_str(const std::string& text) {
 Parameters to_parameters(const py::dict& given) {
   Parameters parameters;
   for (const auto& [key, value] : given) {
-    const auto name = key.cast<std::string>();
+    const std::string name = to_text("name", key);
     parameters[name] = to_value(name, value);
   }
   return parameters;
@@ -140,7 +189,7 @@ std::optional<std::uint64_t> to_seed(const py::object& value) {
     return py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())).cast<std::uint64_t>();
   } catch (const std::exception&) {
     PyErr_Clear();
-    throw py::value_error("seed = " + std::string(py::repr(value)) +
+    throw py::value_error("seed = " + shown(value) +
                           ": must be an integer from 0 to 2^64 - 1, or None");
   }
 }

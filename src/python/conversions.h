@@ -16,11 +16,15 @@
 
 namespace walker::python {
 
+/// As a message shows it: what its repr says, in one line that is not too long.
+std::string shown(const pybind11::handle& value);
+
 /// A text that another process may have written: what is not UTF-8 becomes U+FFFD.
 pybind11::str to_str(const std::string& text);
 
 /// Keyword arguments: bool, int, float, str, paths, sequences of numbers, and NumPy's own of these.
-/// @throws TypeError naming a parameter of another type
+/// @throws TypeError naming a parameter of another type; ValueError for a number that no float has
+///         room for, and a text that has no form in UTF-8
 Parameters to_parameters(const pybind11::dict& given);
 
 /// A state that was saved.

@@ -175,17 +175,27 @@ class RecordedEnvironment {
     constexpr std::size_t kFields = 5;
     if (way.size() != kFields) throw py::value_error("this is no state");
     EpisodeRecorder repeated(make(id_, parameters_));
-    const std::vector<double> observation = from_bytes(way[3]);
-    const auto generator_state = way[4].cast<GeneratorState>();
-    if (way[0].cast<bool>()) {
-      const auto first_state = way[1].cast<GeneratorState>();
-      const std::vector<double> actions = from_bytes(way[2]);
+    bool has_begun = false;
+    GeneratorState first_state{};
+    std::vector<double> actions;
+    std::vector<double> observation;
+    GeneratorState generator_state{};
+    try {
+      has_begun = way[0].cast<bool>();
+      if (has_begun) first_state = way[1].cast<GeneratorState>();
+      actions = from_bytes(way[2]);
+      observation = from_bytes(way[3]);
+      generator_state = way[4].cast<GeneratorState>();
+    } catch (const py::cast_error&) {
+      throw py::value_error("this is no state");
+    }
+    if (has_begun) {
       const py::gil_scoped_release release;
       repeated.begin(first_state, std::nullopt);
       if (repeated.state().failed_at_reset()) throw std::runtime_error(repeated.state().error);
       repeated.repeat(actions);
     }
-    if (way[0].cast<bool>() && !have_equal_bits(repeated.state().observation, observation)) {
+    if (has_begun && !have_equal_bits(repeated.state().observation, observation)) {
       throw py::value_error(
           "the stored episode of " + id_ +
           " comes out differently here; has a file changed that its parameters name?");

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include <exception>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,8 @@ void translate(std::exception_ptr thrown) {
     raise("ConnectionError", error);
   } catch (const RequestRefused& error) {
     raise("RequestRefused", error);
+  } catch (const std::invalid_argument& error) {  // may name a file whose name is not UTF-8
+    PyErr_SetObject(PyExc_ValueError, to_str(error.what()).ptr());
   }
 }
 
@@ -74,6 +77,7 @@ py::dict registration_of(const std::string& id) {
 PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(&translate);
   module.attr("__version__") = version();
+  module.def("shown", &shown, py::arg("value"));
   module.def("ids", &ids);
   module.def(
       "parameters_of", [](const std::string& id) { return to_list(parameter_descriptions(id)); },

@@ -237,7 +237,7 @@ class LaunchTest(unittest.TestCase):
             made = os.path.join(folder, "made.urdf")
             for arguments in (
                 ("env:=Walker2d-v5", f"xml_file:={ENGINE_S_MODEL}' --urdf '{made}"),
-                ("env:=Walker2d-v5", f'xml_file:={ENGINE_S_MODEL}\'"\' --urdf \'"\'{made}'),
+                ("env:=Walker2d-v5", f"xml_file:={ENGINE_S_MODEL}'\"' --urdf '\"'{made}"),
                 (f"env:=Walker2d-v5' --urdf '{made}", "xml_file:=" + ENGINE_S_MODEL),
                 ("env:=--help", "xml_file:=" + ENGINE_S_MODEL),
                 ("env:=--engine", "xml_file:=" + ENGINE_S_MODEL),
@@ -308,7 +308,9 @@ class LaunchTest(unittest.TestCase):
             self.assertIn("/second/robot_description", launch.parameters)
             self.assertEqual(launch.nodes["/second/rviz"].type, "view.py")
             view_file, prefix = words_of(launch.nodes["/second/rviz"])
-            self.assertEqual((os.path.basename(view_file), prefix), (ROBOTS[env] + ".rviz", "second"))
+            self.assertEqual(
+                (os.path.basename(view_file), prefix), (ROBOTS[env] + ".rviz", "second")
+            )
             self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
 
     def test_slashes_around_a_prefix_do_not_count(self):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from walker_sim import _core
 from walker_sim.errors import InvalidAction
 
 _READ_IN_PLACE = (np.dtype(np.float32), np.dtype(np.float64))
@@ -33,7 +34,7 @@ def to_numbers(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
     """An array, a list, a tensor, or what else has ``__array__`` or ``__dlpack__``.
 
     Where float32 or float64 values lie one after the other in this machine's memory, the array is
-    that memory itself; all else is copied.
+    that memory itself; all else is copied. The core reads values that are not aligned, too.
 
     Raises
     ------
@@ -48,9 +49,9 @@ def to_numbers(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
     except Exception as error:  # of the library that the object is from
         reason = f" ({error})" if hasattr(given, "__dlpack__") else ""
         raise InvalidAction(
-            f"{name} = {given!r}: must be an array of shape {shape}{reason}"
+            f"{name} = {_core.shown(given)}: must be an array of shape {shape}{reason}"
         ) from error
     if array.dtype.kind not in "fiub":
-        raise InvalidAction(f"{name} = {given!r}: must hold numbers, not {array.dtype}")
+        raise InvalidAction(f"{name} = {_core.shown(given)}: must hold numbers, not {array.dtype}")
     dtype = array.dtype if array.dtype in _READ_IN_PLACE else np.float64
     return array if array.ndim == 0 else np.ascontiguousarray(array, dtype)

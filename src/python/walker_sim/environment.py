@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
+from walker_sim import _core
 from walker_sim.actions import to_action
 from walker_sim.keywords import refuse_unknown
 from walker_sim.registration import without_namespace
@@ -52,7 +53,9 @@ def make_walker(
             limit = 0 if max_episode_steps == -1 else max_episode_steps
             parameters = {**parameters, "max_episode_steps": limit}
         return RemoteWalker(env_id, parameters, place, takes_any_limit)
-    raise ValueError(f"transport = {place.transport!r}: must be one of {', '.join(TRANSPORTS)}")
+    raise ValueError(
+        f"transport = {_core.shown(place.transport)}: must be one of {', '.join(TRANSPORTS)}"
+    )
 
 
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):

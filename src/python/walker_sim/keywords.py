@@ -35,18 +35,22 @@ def refuse_unknown(
     known = list(dict.fromkeys([*named, *own, *sorted(camera_keywords_of(env_id))]))
     name = unknown[0]
     nearest = difflib.get_close_matches(name, known, 1)
+    shown_name = _core.shown(name).strip("'")
     hint = f"; did you mean {nearest[0]}?" if nearest else "."
     raise ValueError(
-        f"parameter {name} = {parameters[name]!r}: unknown{hint} Known: {' '.join(known)}"
+        f"parameter {shown_name} = {_core.shown(parameters[name])}: unknown{hint} "
+        f"Known: {' '.join(known)}"
     )
 
 
 def to_count(name: str, given: int, lowest: int) -> int:
-    """An integer, NumPy's among them; how large it may be the walkers know."""
+    """An integer, NumPy's among them; how large it may be in 64 bits the walkers know."""
     try:
         count = operator.index(given)
     except TypeError:
-        raise TypeError(f"{name} = {given!r}: must be an integer") from None
+        raise TypeError(f"{name} = {_core.shown(given)}: must be an integer") from None
     if count < lowest:
-        raise ValueError(f"{name} = {count}: must be at least {lowest}")
+        raise ValueError(f"{name} = {_core.shown(count)}: must be at least {lowest}")
+    if count >= 1 << 63:
+        raise ValueError(f"{name} = {_core.shown(count)}: must be below 2^63")
     return count

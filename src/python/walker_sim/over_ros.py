@@ -69,13 +69,21 @@ class Connection:
     ) -> None:
         for name, value in (("server", place.server), ("master_uri", place.master_uri)):
             if not isinstance(value, str):
-                raise TypeError(f"{name} = {value!r}: must be a str")
+                raise TypeError(f"{name} = {_core.shown(value)}: must be a str")
+            if not value.isprintable():
+                raise ValueError(f"{name} = {_core.shown(value)}: must be a printable text")
         if not isinstance(place.timeout, numbers.Real):
-            raise TypeError(f"timeout = {place.timeout!r}: must be a number of seconds")
+            raise TypeError(f"timeout = {_core.shown(place.timeout)}: must be a number of seconds")
+        try:
+            timeout = float(place.timeout)
+        except OverflowError:
+            raise ValueError(
+                f"timeout = {_core.shown(place.timeout)}: must be a number of seconds, as a float"
+            ) from None
         self._required: Specification = required
         self._takes_any_limit: bool = takes_any_limit
         self._options: tuple[str, dict[str, Any], str, str, float]
-        self._options = (env_id, dict(parameters), *place[1:3], float(place.timeout))
+        self._options = (env_id, dict(parameters), *place[1:3], timeout)
         self._client: _core.Client | None = None
         self.specification: Specification = self.open().specification
 

@@ -35,9 +35,12 @@ def ids() -> list[str]:
 
 def without_namespace(env_id: str) -> str:
     """The id as Gymnasium's own environments have it, e.g. ``BipedalWalker-v3``."""
+    if not isinstance(env_id, str) or not env_id.isprintable():
+        from walker_sim import _core
+
+        raise TypeError(f"environment {_core.shown(env_id)}: must be a printable text")
     prefix = f"{NAMESPACE}/"
-    has_prefix = isinstance(env_id, str) and env_id.startswith(prefix)
-    return env_id[len(prefix) :] if has_prefix else env_id
+    return env_id[len(prefix) :] if env_id.startswith(prefix) else env_id
 
 
 def register_all() -> None:

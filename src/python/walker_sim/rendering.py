@@ -88,19 +88,19 @@ def camera_parameters_of(
     given = {name: value for name, value in keywords.items() if value is not None}
     if "camera_id" in given and "camera_name" in given:
         raise ValueError(
-            f"camera_id = {given['camera_id']} and camera_name = {given['camera_name']!r}: only "
-            "one of them can be given"
+            f"camera_id = {_core.shown(given['camera_id'])} and camera_name = "
+            f"{_core.shown(given['camera_name'])}: only one of them can be given"
         )
     free = given.pop("default_camera_config", None)
     if not isinstance(free, (Mapping, type(None))):
-        raise TypeError(f"default_camera_config = {free!r}: must be a dictionary")
+        raise TypeError(f"default_camera_config = {_core.shown(free)}: must be a dictionary")
     if "camera_name" in parameters and (render_mode != "human" or "camera_id" in given):
         parameters["camera_name"] = ""
     for name, value in (free or {}).items():
         if name not in (*_FREE_CAMERA, *_IDLE):
             raise ValueError(
-                f"default_camera_config: unknown attribute {name} = {value!r}; must be one of "
-                f"{', '.join((*_FREE_CAMERA, *_IDLE))}"
+                f"default_camera_config: unknown attribute {_core.shown(name).strip(chr(39))} = "
+                f"{_core.shown(value)}; must be one of {', '.join((*_FREE_CAMERA, *_IDLE))}"
             )
         if name in _FREE_CAMERA:
             parameters[name] = value
@@ -146,7 +146,8 @@ class Pictures:
             modes = render_modes_of(env_id)
         if render_mode not in (None, *modes):
             raise ValueError(
-                f"render_mode = {render_mode!r}: must be None or one of {', '.join(modes)}"
+                f"render_mode = {_core.shown(render_mode)}: must be None or one of "
+                f"{', '.join(modes)}"
             )
         self._mode = render_mode
         self._env_id, self._parameters = env_id, dict(parameters)

@@ -33,8 +33,9 @@ def set_states(walkers: Walkers, environments: list[int], states: Sequence[bytes
         As `get_states`.
     """
     pool = _in_process(walkers, "set_state")
-    if isinstance(states, (bytes, str)) or len(states) != len(environments):
-        given = "one state" if isinstance(states, (bytes, str)) else f"{len(states)} states"
+    is_one = isinstance(states, (bytes, str)) or not hasattr(states, "__len__")
+    if is_one or len(states) != len(environments):
+        given = "one state" if is_one else f"{len(states)} states"
         raise ValueError(f"{given}; must be a sequence of {len(environments)}, one for each walker")
     pool.set_states(environments, states)
 

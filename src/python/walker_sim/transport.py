@@ -187,4 +187,8 @@ def make_walkers(
                 f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
             )
         return RemoteWalkers(env_id, parameters, num_envs, autoreset_mode, place)
-    raise ValueError(f"transport = {place.transport!r}: must be one of {', '.join(TRANSPORTS)}")
+    from walker_sim import _core
+
+    raise ValueError(
+        f"transport = {_core.shown(place.transport)}: must be one of {', '.join(TRANSPORTS)}"
+    )

@@ -9,6 +9,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from walker_sim import _core
+
 try:
     from gymnasium.vector import AutoresetMode as AutoresetMode
 except ImportError as error:
@@ -25,7 +27,9 @@ def to_mode(given: str | AutoresetMode) -> AutoresetMode:
     for mode in AutoresetMode:
         if given in (mode, mode.value, mode.name.lower()):
             return mode
-    raise ValueError(f"autoreset_mode = {given!r}: must be next_step, same_step or disabled")
+    raise ValueError(
+        f"autoreset_mode = {_core.shown(given)}: must be next_step, same_step or disabled"
+    )
 
 
 def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
@@ -38,7 +42,7 @@ def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
         seeds = [None if one is None else operator.index(one) for one in seed]
     except TypeError:
         raise TypeError(
-            f"seed = {seed!r}: must be None, an integer, or a sequence of these"
+            f"seed = {_core.shown(seed)}: must be None, an integer, or a sequence of these"
         ) from None
     if len(seeds) != num_envs:
         raise ValueError(f"{len(seeds)} seeds; must be {num_envs}, one for each walker")
@@ -61,9 +65,12 @@ def to_indices(name: str, env_ids: ArrayLike | None, num_envs: int) -> list[int]
     """Numbers of walkers, which are not negative; None: all."""
     if env_ids is None:
         return list(range(num_envs))
-    indices = np.asarray(env_ids)
+    try:
+        indices = np.asarray(env_ids)
+    except ValueError:  # of lists of several lengths
+        indices = np.empty((0, 0))
     if indices.ndim != 1 or (indices.size > 0 and indices.dtype.kind not in "iu"):
-        raise TypeError(f"{name} = {env_ids!r}: must be a sequence of integers")
+        raise TypeError(f"{name} = {_core.shown(env_ids)}: must be a sequence of integers")
     for index in indices.tolist():
         if not 0 <= index < num_envs:
             raise ValueError(f"environment {index}: must be in [0, {num_envs - 1}]")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, Callable, Sequence, Tuple
+from typing import Any, Callable, Mapping, Sequence, Tuple
 
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
@@ -11,6 +11,7 @@ from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
+from walker_sim import _core
 from walker_sim.actions import to_actions
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.keywords import refuse_unknown, to_count
@@ -187,6 +188,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self._need_open("reset")
         seeds = to_seeds(seed, self.num_envs)
         mask, chosen = np.ones(self.num_envs, np.bool_), []
+        if not isinstance(options, (Mapping, type(None))):
+            raise TypeError(f"options = {_core.shown(options)}: must be a dictionary, or None")
         if options is not None and "reset_mask" in options:
             mask = checked_mask(options["reset_mask"], self.num_envs)
             chosen = np.flatnonzero(mask).tolist()

@@ -54,6 +54,14 @@ def _parser() -> Parser:
     return parser
 
 
+def _complain(command: str, error: Exception) -> None:
+    """In one line, whatever the error's text is made of."""
+    text = "".join(
+        character if character.isprintable() else repr(character)[1:-1] for character in str(error)
+    )
+    print(f"walker_sim {command}: {text}", file=sys.stderr)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command.
 
@@ -81,12 +89,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PolicyFailed as error:
         if error.__cause__ is not None:
             raise
-        print(f"walker_sim {command}: {error}", file=sys.stderr)
+        _complain(command, error)
         return 1
     except BrokenPipeError:
         # Whoever read has seen enough; the interpreter's last flush must not fail once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except (InputError, OSError, ConnectionError, RequestRefused, ServerMismatch) as error:
-        print(f"walker_sim {command}: {error}", file=sys.stderr)
+        _complain(command, error)
         return 2

@@ -177,20 +177,35 @@ def read_value(text: str, default: Any) -> Any:
     try:
         if isinstance(default, bool):
             return {"true": True, "false": False}.get(text, text)
-        if isinstance(default, int):
+        if isinstance(default, int) and re.fullmatch(r"[+-]?[0-9]+", text, re.ASCII):
             return int(text)
         if isinstance(default, float):
             return _to_number(text)
         if isinstance(default, list) and text.startswith("[") and text.endswith("]"):
-            return [_to_number(part) for part in text[1:-1].split(",")] if text[1:-1] else []
+            return (
+                [_to_number(part.strip(" ")) for part in text[1:-1].split(",")]
+                if text[1:-1]
+                else []
+            )
     except ValueError:
         pass
     return text
 
 
 def _to_number(text: str) -> float:
-    """As YAML writes it: `.inf` is infinite."""
-    return float(re.sub(r"^([+-]?)\.inf$", r"\1inf", text.strip()))
+    """As YAML writes it, and in no other way: `.inf` is infinite, what is too large is no number.
+
+    Raises
+    ------
+    ValueError
+        For what is no number.
+    """
+    if text in (".inf", "-.inf"):
+        return float(text.replace(".", ""))
+    value = float(text)
+    if math.isinf(value) or not text.isascii() or "_" in text or text != text.strip():
+        raise ValueError(text)
+    return value
 
 
 def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
@@ -199,7 +214,10 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
     if len(ids) != 1:
         what = "no ID is given" if not ids else f"{' '.join(ids)}: only one ID can be given"
         raise InputError(f"{what}; must be one of {', '.join(_core.ids())}")
-    env_id = without_namespace(ids[0])
+    try:
+        env_id = without_namespace(ids[0])
+    except TypeError as error:
+        raise InputError(str(error)) from error
     if env_id not in _core.ids():
         raise InputError(f"ID = {ids[0]}: must be one of {', '.join(_core.ids())}")
     pairs = [word.partition("=") for word in words if "=" in word]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import os
 import zipfile
 from pathlib import Path
 from typing import Any, Callable
@@ -112,10 +113,17 @@ def _core_policies(name: str, env_id: str, parameters: dict[str, Any], size: int
 def _network_policies(path: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
     """A network remembers nothing, so one does for all episodes."""
     try:
-        policy = _acting(_core.Policy("policy", env_id, parameters, 0, path), size)
+        policy = _acting(_core.Policy("policy", env_id, parameters, 0, os.fsencode(path)), size)
     except ValueError as error:
         raise InputError(f"--{error}") from error  # which begins with policy and the file
-    return lambda seed: policy
+
+    def act(observation: NDArray[Any]) -> NDArray[Any]:
+        action = policy(observation)
+        if not np.isfinite(action).all():  # weights as large as floats are
+            raise PolicyFailed(f"--policy {path}: action = {action}: must be finite")
+        return action
+
+    return lambda seed: act
 
 
 def _acting(policy: _core.Policy, size: int) -> Policy:
@@ -182,21 +190,24 @@ def _sb3_policies(text: str, specification: Specification, normalization: Path |
         with zipfile.ZipFile(text) as file:
             data = json.loads(file.read("data"))
         module, name = sb3_algorithm(data)
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except Exception as error:  # there is hardly any that damaged archives do not bring about
         raise InputError(
             f"--policy {text}: no model that Stable-Baselines3 has saved: {error}"
         ) from error
     try:
         algorithm = getattr(importlib.import_module(module), name)
         torch = importlib.import_module("torch")
-    except ImportError as error:
+    except (ImportError, AttributeError) as error:
         package = module.replace("_", "-")
         raise InputError(
             f"--policy {text}: needs {module}: pip install {package} ({error})"
         ) from error
     # One observation at a time: more threads would only wait for each other.
     torch.set_num_threads(1)
-    model = algorithm.load(text, device="cpu")
+    try:
+        model = algorithm.load(text, device="cpu")
+    except Exception as error:
+        raise InputError(f"--policy {text}: {module} does not load it: {error}") from error
     wanted = (len(specification["observation_low"]),), (len(specification["action_low"]),)
     found = model.observation_space.shape, model.action_space.shape
     if found != wanted:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import zipfile
+import warnings
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,36 +124,92 @@ def arrays_of(
     }
 
 
+class _Layout(NamedTuple):
+    """What an array of a file must be."""
+
+    dimensions: int
+    types: tuple[type[Any], ...]
+    rows: str = ""  # what has a row each: episodes, steps, states; or nothing that is known
+
+
+_LAYOUTS = {
+    "id": _Layout(0, (np.str_,)),
+    "parameter_names": _Layout(1, (np.str_,)),
+    "parameter_values": _Layout(1, (np.str_,)),
+    "engine": _Layout(0, (np.str_,)),
+    "engine_version": _Layout(0, (np.str_,)),
+    "seeds": _Layout(1, (np.uint64,), "episodes"),
+    "episode_starts": _Layout(1, (np.int64,)),
+    "observations": _Layout(2, (np.float32, np.float64), "states"),
+    "infos": _Layout(2, (np.float64,), "states"),
+    "actions": _Layout(2, (np.float32,), "steps"),
+    "rewards": _Layout(1, (np.float64,), "steps"),
+    "terminated": _Layout(1, (np.bool_,), "steps"),
+    "truncated": _Layout(1, (np.bool_,), "steps"),
+}
+
+
 def load(path: Path) -> dict[str, NDArray[Any]]:
-    """A recording's arrays.
+    """A recording's arrays, which fit together.
 
     Raises
     ------
     InputError
-        For a file that is none.
+        For a file that is none, or is damaged: naming the array that is not as it should be.
+    OSError
+        For one that is not there.
     """
+    if path.exists() and not path.is_file():
+        raise common.InputError(f"{path}: must be a regular file")
     try:
-        with np.load(path) as file:
-            arrays = {name: file[name] for name in file.files}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of NumPy, about what is no array of today's
+            with np.load(path) as file:
+                arrays = {name: file[name] for name in file.files}
         found = int(arrays["format"])
-        missing = {*FILE_NAMES} - {*arrays}
-    except (KeyError, ValueError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise common.InputError(f"{path}: no recording of this command: {error}") from error
+        for array in arrays.values():
+            if array.dtype.kind == "U":
+                array.tolist()  # what is no character is found here
+    except Exception as error:  # there is hardly any that damaged archives do not bring about
+        if isinstance(error, OSError) and error.filename is not None:
+            raise
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise common.InputError(f"{path}: no recording of this command: {reason[:300]}") from error
+    missing = {*_LAYOUTS} - {*arrays}
     if found != FORMAT or missing:
         what = f"without {', '.join(sorted(missing))}" if missing else f"of format {found}"
         raise common.InputError(f"{path}: a recording {what}; must be of format {FORMAT}")
-    starts, steps = arrays["episode_starts"], len(arrays["actions"])
-    if starts.shape != (len(arrays["seeds"]) + 1,) or starts[-1] != steps:
-        raise common.InputError(
-            f"{path}: episode_starts does not fit to {len(arrays['seeds'])} seeds and {steps} steps"
-        )
+    _check_layout(path, arrays)
     return arrays
 
 
-FILE_NAMES = (
-    *("id", "parameter_names", "parameter_values", "engine", "engine_version", "seeds"),
-    *("episode_starts", "observations", "infos", "actions", "rewards", "terminated", "truncated"),
-)
+def _check_layout(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    for name, layout in _LAYOUTS.items():
+        array = arrays[name]
+        if array.ndim != layout.dimensions or array.dtype.type not in layout.types:
+            types = " or ".join(one.__name__ for one in layout.types)
+            raise common.InputError(
+                f"{path}: {name} has {array.ndim} dimensions and type {array.dtype}; must have "
+                f"{layout.dimensions} and {types}"
+            )
+    starts, steps, episodes = arrays["episode_starts"], len(arrays["actions"]), len(arrays["seeds"])
+    if starts.shape != (episodes + 1,) or starts[0] != 0 or starts[-1] != steps:
+        raise common.InputError(
+            f"{path}: episode_starts does not fit to {episodes} seeds and {steps} steps"
+        )
+    if episodes == 0 or (starts[1:] < starts[:-1]).any():
+        raise common.InputError(f"{path}: episode_starts must go upwards, from one episode on")
+    rows = {"episodes": episodes, "steps": steps, "states": steps + episodes}
+    for name, layout in _LAYOUTS.items():
+        if layout.rows and len(arrays[name]) != rows[layout.rows]:
+            raise common.InputError(
+                f"{path}: {name} has {len(arrays[name])} rows; must have {rows[layout.rows]}, one "
+                f"for each of its {layout.rows}"
+            )
+    if len(arrays["parameter_names"]) != len(arrays["parameter_values"]):
+        raise common.InputError(f"{path}: parameter_names does not fit to parameter_values")
+    if not np.isfinite(arrays["actions"]).all():
+        raise common.InputError(f"{path}: actions must be finite")
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -165,8 +221,20 @@ def _check(options: argparse.Namespace) -> int:
     recorded = load(options.check)
     env_id = str(recorded["id"])
     texts = dict(zip(recorded["parameter_names"].tolist(), recorded["parameter_values"].tolist()))
-    _, parameters = common.walker_of([env_id, *(f"{name}={text}" for name, text in texts.items())])
-    walkers = common.make_walkers(options, env_id, parameters, options.num_envs, 1)
+    try:
+        _, parameters = common.walker_of([env_id, *map("=".join, texts.items())])
+    except common.InputError as error:
+        raise common.InputError(f"{options.check}: {error}") from error
+    try:
+        walkers = common.make_walkers(options, env_id, parameters, options.num_envs, 1)
+    except common.InputError as error:
+        raise common.InputError(f"{options.check}: {error}") from error
+    size = len(walkers.specification["action_low"])
+    if recorded["actions"].shape[1] != size:
+        raise common.InputError(
+            f"{options.check}: actions have {recorded['actions'].shape[1]} values; must have "
+            f"{size}, as {env_id} has them"
+        )
     versions = walkers.specification["engine_version"], str(recorded["engine_version"])
     here, there = (version.partition(", stepped by ")[0] for version in versions)
     if here != there:

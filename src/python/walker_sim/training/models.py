@@ -93,11 +93,17 @@ def read_sb3(path: Path) -> Model:
         with zipfile.ZipFile(path) as file:
             data = json.loads(file.read("data"))
         package, name = sb3_algorithm(data)
-    except (KeyError, ValueError, zipfile.BadZipFile) as error:
+    except OSError:
+        raise
+    except Exception as error:  # there is hardly any that damaged archives do not bring about
         raise ModelError(f"no model that Stable-Baselines3 has saved: {error}") from error
     if name not in ("PPO", "A2C", "SAC", "TQC"):
         raise ModelError(f"of {name}; must be of PPO, A2C, SAC or TQC")
-    model = getattr(importlib.import_module(package), name).load(path, device="cpu")
+    algorithm = getattr(importlib.import_module(package), name)
+    try:
+        model = algorithm.load(path, device="cpu")
+    except Exception as error:
+        raise ModelError(f"{package} does not load it: {error}") from error
     policy = model.policy
     if name in ("PPO", "A2C"):
         parts = [*policy.mlp_extractor.policy_net, policy.action_net]

@@ -20,6 +20,8 @@ OBSERVATION_CLIP = 10.0
 does."""
 _TYPES: dict[str, np.dtype[Any]] = {"F32": np.dtype("<f4"), "F64": np.dtype("<f8")}
 _LARGEST_HEADER = 1 << 20
+# What there is at places where something else belongs.
+_WRONG = (AttributeError, LookupError, OverflowError, RecursionError, TypeError, ValueError)
 
 
 class PolicyFileError(ValueError):
@@ -128,7 +130,7 @@ def read_policy(path: Path) -> PolicyFile:
     data = path.read_bytes()
     try:
         return _decode(data)
-    except (KeyError, ValueError, TypeError, struct.error) as error:
+    except (*_WRONG, struct.error) as error:
         raise PolicyFileError(f"{path}: no policy: {error}") from error
 
 

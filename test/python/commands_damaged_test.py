@@ -1,0 +1,237 @@
+"""Damaged files of the commands: one line that says what is wrong, status 2, never a traceback.
+
+What is damaged is drawn from a fixed seed: bits flipped, bytes overwritten, parts cut out, the end
+cut off.
+"""
+
+import os
+import struct
+
+import numpy as np
+import pytest
+from walker_sim.commands import main
+from walker_sim.files import package_file
+
+TRIALS = 150
+
+
+def damaged(whole, random):
+    """The bytes, with something wrong."""
+    content = bytearray(whole)
+    kind = random.integers(5)
+    place = int(random.integers(len(content)))
+    if kind == 0:
+        del content[place:]
+    elif kind == 1:
+        del content[place : place + int(random.integers(1, 64))]
+    elif kind == 2:
+        content[place : place + 8] = struct.pack("<Q", random.integers(1 << 63))
+    elif kind == 3:
+        content[place : place + 4] = b"\xff" * 4
+    else:
+        for other in random.integers(len(content), size=random.integers(1, 4)):
+            content[other] ^= 1 << random.integers(8)
+    return bytes(content)
+
+
+def run(capsys, *arguments):
+    """The status; where that is 2, standard error is one line."""
+    status = main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    assert status in (0, 1, 2)
+    if status == 2:
+        assert captured.err.startswith(f"walker_sim {arguments[0]}: ")
+        assert captured.err.count("\n") == 1
+    return status, captured
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory):
+    """Small ones, as the command writes them and without compression, where damage goes deeper."""
+    folder = tmp_path_factory.mktemp("recordings")
+    files = []
+    for name, policy in (("BipedalWalker-v3", "heuristic"), ("Walker2d-v5", "random")):
+        file = folder / f"{name}.npz"
+        arguments = (name, "--policy", policy, "--seeds", "3,4", "max_episode_steps=6")
+        assert main(["record", *arguments, "--output", str(file)]) == 0
+        files.append(file)
+        with np.load(file) as arrays:
+            plain = folder / f"plain_{name}.npz"
+            np.savez(plain, **arrays)
+            files.append(plain)
+    return [file.read_bytes() for file in files]
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_damaged_recordings(recordings, index, tmp_path, capsys):
+    random = np.random.default_rng(index)
+    file = tmp_path / "walk.npz"
+    statuses = []
+    for _ in range(TRIALS):
+        file.write_bytes(damaged(recordings[index], random))
+        status, captured = run(capsys, "record", "--check", file)
+        statuses.append(status)
+        if status == 2:
+            assert str(file) in captured.err
+    assert statuses.count(2) > TRIALS / 3
+
+
+def changed(arrays, random):
+    """The arrays with one of them replaced by another of a type or shape that does not fit."""
+    name = sorted(arrays)[random.integers(len(arrays))]
+    array = arrays[name]
+    choices = [
+        lambda: np.array([array, array]),
+        lambda: array.reshape(-1)[:0],
+        lambda: np.array(7),
+        lambda: np.array("text"),
+        lambda: np.array([1.5, float("nan")]),
+        lambda: np.full_like(array, 0),
+        lambda: array.astype("f2") if array.dtype.kind in "fiub" else array.astype("S"),
+        lambda: np.zeros(array.shape, [("a", "f8")]),
+        lambda: np.full((3, 2, 1), 1 << 62),
+        lambda: np.array("Walker2d-v5\ud800"),
+        lambda: np.array(["\n\x1b[2J", "a=b"]),
+    ]
+    return {**arrays, name: choices[random.integers(len(choices))]()}
+
+
+def test_whole_archives_of_arrays_that_do_not_fit(recordings, tmp_path, capsys):
+    random = np.random.default_rng(9)
+    file = tmp_path / "walk.npz"
+    file.write_bytes(recordings[1])
+    with np.load(file) as loaded:
+        arrays = dict(loaded)
+    statuses = []
+    for _ in range(2 * TRIALS):
+        np.savez(file, **changed(arrays, random))
+        statuses.append(run(capsys, "record", "--check", file)[0])
+    assert statuses.count(2) > TRIALS
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"actions": np.zeros((12, 3), np.float32)}, "actions have 3 values; must have 4"),
+        ({"actions": np.full((12, 4), np.nan, np.float32)}, "actions must be finite"),
+        (
+            {"actions": np.zeros((12, 4))},
+            "actions has 2 dimensions and type float64; must have 2 and",
+        ),
+        ({"rewards": np.zeros(11)}, "rewards has 11 rows; must have 12, one for each of its steps"),
+        (
+            {"infos": np.zeros((12, 0))},
+            "infos has 12 rows; must have 14, one for each of its states",
+        ),
+        ({"episode_starts": np.array([0, 13, 12])}, "episode_starts must go upwards"),
+        ({"episode_starts": np.array([-1, 6, 12])}, "episode_starts does not fit to 2 seeds"),
+        ({"seeds": np.array([1.5, 2])}, "seeds has 1 dimensions and type float64; must have 1 and"),
+        ({"parameter_values": np.array(["1"])}, "parameter_names does not fit to parameter_values"),
+    ],
+)
+def test_what_does_not_fit_is_named(recordings, tmp_path, capsys, change, message):
+    file = tmp_path / "walk.npz"
+    file.write_bytes(recordings[1])
+    with np.load(file) as loaded:
+        arrays = dict(loaded)
+    np.savez(file, **{**arrays, **change})
+    status, captured = run(capsys, "record", "--check", file)
+    assert status == 2
+    assert f"{file}: {message}" in captured.err
+
+
+def test_what_is_no_file_is_named(tmp_path, capsys):
+    pipe = tmp_path / "pipe.npz"
+    os.mkfifo(pipe)
+    for path in (pipe, tmp_path):
+        status, captured = run(capsys, "record", "--check", path)
+        assert status == 2
+        assert f"{path}: must be a regular file" in captured.err
+
+
+def test_damaged_policies(tmp_path, capsys):
+    random = np.random.default_rng(5)
+    whole = package_file("assets/policies/Hopper-v5.safetensors").read_bytes()
+    (header_size,) = struct.unpack_from("<Q", whole)
+    file = tmp_path / "policy.safetensors"
+    statuses = []
+    for trial in range(TRIALS):
+        # Its header is small: half of the trials go there.
+        size = 8 + header_size if trial % 2 else len(whole)
+        file.write_bytes(damaged(whole[:size], random) + whole[size:])
+        status, captured = run(
+            *(capsys, "evaluate", "Hopper-v5", "--policy", file, "--seeds", "1"),
+            "max_episode_steps=5",
+        )
+        statuses.append(status)
+        if status:
+            assert str(file) in captured.err
+    assert statuses.count(2) > TRIALS / 3
+
+
+def test_a_policy_whose_weights_overflow_fails_in_one_line(tmp_path, capsys):
+    whole = package_file("assets/policies/Hopper-v5.safetensors").read_bytes()
+    (header_size,) = struct.unpack_from("<Q", whole)
+    begin = 8 + header_size
+    weights = np.frombuffer(whole[begin:], np.float32).copy()
+    weights[len(weights) // 4 :] = 3e38
+    weights[len(weights) // 2 :] = -3e38
+    file = tmp_path / "policy.safetensors"
+    file.write_bytes(whole[:begin] + weights.tobytes())
+    status, captured = run(
+        *(capsys, "evaluate", "Hopper-v5", "--policy", file, "--seeds", "1"),
+        "max_episode_steps=5",
+    )
+    assert status in (0, 1)
+    if status == 1:
+        assert "must be finite" in captured.err
+        assert captured.err.count("\n") == 1
+
+
+def test_a_file_s_name_need_not_be_utf8(capsys, tmp_path):
+    whole = package_file("assets/policies/Hopper-v5.safetensors").read_bytes()
+    file = tmp_path / "\udcff.safetensors"
+    arguments = (capsys, "evaluate", "Hopper-v5", "--seeds", "1", "max_episode_steps=5", "--policy")
+    assert run(*arguments, file)[0] == 2
+    file.write_bytes(whole)
+    assert run(*arguments, file)[0] == 0
+
+
+def test_damaged_normalizations_are_named(tmp_path, capsys):
+    pytest.importorskip("stable_baselines3")
+    random = np.random.default_rng(7)
+    file = tmp_path / "statistics.pkl"
+    model = tmp_path / "model.zip"
+    model.write_bytes(b"PK\x05\x06" + bytes(18))  # an archive of nothing
+    file.write_bytes(random.bytes(100))
+    status, captured = run(
+        *(capsys, "evaluate", "Hopper-v5", "--policy", model, "--normalization", file),
+    )
+    assert status == 2
+    assert str(model) in captured.err
+
+
+NUMBERS = [
+    "7 ",
+    " 7",
+    "7\0junk",
+    "7_0",
+    "\u0667",
+    "0x7",
+    "1e999",
+    "nan(1)",
+    "inf\n",
+    "--7",
+    "9" * 5000,
+]
+
+
+@pytest.mark.parametrize("text", NUMBERS, ids=range(len(NUMBERS)))
+@pytest.mark.parametrize("name", ["frame_skip", "healthy_reward", "healthy_z_range"])
+def test_numbers_are_read_to_their_last_byte(capsys, name, text):
+    value = f"[{text},2]" if name == "healthy_z_range" else text
+    if value == "[7 ,2]" or value == "[ 7,2]":
+        return  # blanks between a list's numbers are YAML's
+    status, captured = run(capsys, "evaluate", "Walker2d-v5", f"{name}={value}", "--episodes", "1")
+    assert status == 2
+    assert f"parameter {name} = " in captured.err
