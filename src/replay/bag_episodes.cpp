@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include <ros/message_traits.h>
 #include <rosbag/view.h>
 
+#include "replay/bag_check.h"
 #include "replay/bag_index.h"
+#include "ros/checked_stream.h"
 
 namespace walker {
 namespace {
@@ -21,6 +24,7 @@ namespace {
 std::unique_ptr<rosbag::Bag> open(const std::string& path) {
   if (!std::filesystem::exists(path)) refuse(path, "no such file");
   if (!std::filesystem::is_regular_file(path)) refuse(path, "is not a file");
+  check_bag(path);
   try {
     return std::make_unique<rosbag::Bag>(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
@@ -28,6 +32,20 @@ std::unique_ptr<rosbag::Bag> open(const std::string& path) {
            "was not closed when it was recorded; make it readable by: rosbag reindex " + path);
   } catch (const std::exception& error) {
     refuse(path, std::string("is not a bag, or is cut off: ") + error.what());
+  }
+}
+
+struct Contents {
+  std::vector<const rosbag::ConnectionInfo*> connections;
+  ros::Time begin;  // of its first message
+};
+
+Contents contents_of(const std::string& path, rosbag::Bag& bag) {
+  try {
+    rosbag::View view(bag);
+    return {view.getConnections(), view.getBeginTime()};
+  } catch (const std::exception& error) {
+    refuse(path, std::string("is damaged: ") + error.what());
   }
 }
 
@@ -56,6 +74,20 @@ std::string node_of(const rosbag::ConnectionInfo& connection) {
   if (!connection.header) return "";
   const auto found = connection.header->find("callerid");
   return found == connection.header->end() ? "" : found->second;
+}
+
+/// Adds the message where it is of this type.
+/// @throws std::runtime_error where its bytes are not one
+template <typename Message>
+bool read(const rosbag::MessageInstance& instance, Message& message) {
+  if (instance.getDataType() != ros::message_traits::datatype<Message>()) return false;
+  std::vector<std::uint8_t> bytes(instance.size());
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  instance.write(stream);
+  std::ostringstream what;
+  what << "a message on " << instance.getTopic() << ", received at " << instance.getTime() << " s,";
+  read_exactly(bytes.data(), bytes.size(), what.str(), message);
+  return true;
 }
 
 template <typename Message>
@@ -90,8 +122,8 @@ BagEpisodes::BagEpisodes(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     std::unique_ptr<rosbag::Bag> bag = open(path);
     if (!known.insert(std::filesystem::canonical(path)).second) refuse(path, "is given twice");
-    rosbag::View view(*bag);
-    for (const rosbag::ConnectionInfo* connection : view.getConnections()) {
+    const Contents contents = contents_of(path, *bag);
+    for (const rosbag::ConnectionInfo* connection : contents.connections) {
       check_definition<walker_sim::Transition>(path, *connection);
       check_definition<walker_sim::EnvironmentSpec>(path, *connection);
       check_definition<walker_sim::Episode>(path, *connection);
@@ -99,7 +131,7 @@ BagEpisodes::BagEpisodes(const std::vector<std::string>& paths) {
       if (!is<walker_sim::Transition>(*connection)) continue;
       publications.emplace(connection->topic, node_of(*connection));
     }
-    files_.push_back({path, view.getBeginTime(), std::move(bag)});
+    files_.push_back({path, contents.begin, std::move(bag)});
   }
   // Within a bag messages are in the order of their times. Bags are not merged by times, of which
   // there may be few: simulation time stands still in lock-step.
@@ -113,21 +145,20 @@ BagEpisodes::BagEpisodes(const std::vector<std::string>& paths) {
 
 std::vector<BagEpisode> BagEpisodes::index(const BagWalker& walker) const {
   BagIndex index;
-  const auto add = [&](const auto& message) {
-    if (message) index.add(*message);
+  const auto add = [&](const rosbag::MessageInstance& instance, auto message) {
+    if (read(instance, message)) index.add(message);
   };
-  for_each_message(
-      files_, walker.node,
-      {typed<walker_sim::Transition>(walker.topic),
-       typed<walker_sim::EnvironmentSpec>(beside(walker.topic, "spec")),
-       typed<walker_sim::Episode>(beside(walker.topic, "episode")),
-       typed<walker_sim::EpisodeRecord>(beside(walker.topic, "restored"))},
-      [&](const rosbag::MessageInstance& message) {  // of one of these types; null: not of this one
-        add(message.instantiate<walker_sim::Transition>());
-        add(message.instantiate<walker_sim::EnvironmentSpec>());
-        add(message.instantiate<walker_sim::Episode>());
-        add(message.instantiate<walker_sim::EpisodeRecord>());
-      });
+  for_each_message(files_, walker.node,
+                   {typed<walker_sim::Transition>(walker.topic),
+                    typed<walker_sim::EnvironmentSpec>(beside(walker.topic, "spec")),
+                    typed<walker_sim::Episode>(beside(walker.topic, "episode")),
+                    typed<walker_sim::EpisodeRecord>(beside(walker.topic, "restored"))},
+                   [&](const rosbag::MessageInstance& message) {
+                     add(message, walker_sim::Transition());
+                     add(message, walker_sim::EnvironmentSpec());
+                     add(message, walker_sim::Episode());
+                     add(message, walker_sim::EpisodeRecord());
+                   });
   return index.finish();
 }
 
@@ -136,7 +167,9 @@ void BagEpisodes::read_transitions(
     const std::function<void(const walker_sim::Transition&)>& visit) const {
   for_each_message(files_, walker.node, {typed<walker_sim::Transition>(walker.topic)},
                    [&](const rosbag::MessageInstance& message) {
-                     visit(*message.instantiate<walker_sim::Transition>());
+                     walker_sim::Transition transition;
+                     read(message, transition);
+                     visit(transition);
                    });
 }
 
