@@ -75,6 +75,38 @@ ModelPointer compile(const BuiltinModel& builtin) {
   return owned(model);
 }
 
+/// What MuJoCo's solver and renderer take as it is, however long or large that makes their work.
+/// @throws std::runtime_error naming the setting, its value and what is allowed
+void check_settings(const mjModel& model) {
+  struct Setting {
+    const char* name;
+    int value;
+    int least;
+    int most;
+  };
+  constexpr int kMostIterations = 10000;
+  constexpr int kMostPixels = 16384;
+  constexpr int kMostFacets = 1000;
+  const auto& quality = model.vis.quality;
+  for (const Setting& setting : {
+           Setting{"option iterations", model.opt.iterations, 0, kMostIterations},
+           Setting{"option noslip_iterations", model.opt.noslip_iterations, 0, kMostIterations},
+           Setting{"option mpr_iterations", model.opt.mpr_iterations, 0, kMostIterations},
+           Setting{"global offwidth", model.vis.global.offwidth, 1, kMostPixels},
+           Setting{"global offheight", model.vis.global.offheight, 1, kMostPixels},
+           Setting{"quality shadowsize", quality.shadowsize, 0, kMostPixels},
+           Setting{"quality offsamples", quality.offsamples, 0, 64},
+           Setting{"quality numslices", quality.numslices, 1, kMostFacets},
+           Setting{"quality numstacks", quality.numstacks, 1, kMostFacets},
+           Setting{"quality numquads", quality.numquads, 1, kMostFacets},
+       }) {
+    if (setting.value >= setting.least && setting.value <= setting.most) continue;
+    throw std::runtime_error(std::string(setting.name) + " = " + std::to_string(setting.value) +
+                             ": must be in [" + std::to_string(setting.least) + ", " +
+                             std::to_string(setting.most) + "]");
+  }
+}
+
 /// Nothing of a stranger's is parsed in this process, but what MuJoCo itself has made of it.
 ModelPointer compile(const std::string& path) {
   std::error_code error;
@@ -94,7 +126,9 @@ ModelPointer compile(const std::string& path) {
   const auto files = virtual_file(name, bytes.data(), bytes.size());
   mjModel* const model = mj_loadModel(name.c_str(), files.get());
   if (model == nullptr) throw std::runtime_error("MuJoCo does not load what it has compiled");
-  return owned(model);
+  ModelPointer result = owned(model);
+  check_settings(*result);
+  return result;
 }
 
 ModelPointer compile_any(const std::string& xml_file) {

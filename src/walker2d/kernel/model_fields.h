@@ -10,7 +10,7 @@
 // X(field)
 #define WALKER_SIM_MODEL_COUNTS(X)                                                               \
   X(nq) X(nv) X(nu) X(na) X(nbody) X(njnt) X(ngeom) X(nM) X(npair) X(nexclude) X(neq) X(ntendon) \
-  X(nmocap) X(nsensor) X(nmesh) X(nhfield) X(nskin)
+  X(nmocap) X(nsensor) X(nmesh) X(nhfield) X(nskin) X(nuserdata)
 
 // X(field): of MuJoCo's buffers, in which the library must not run out of space first
 #define WALKER_SIM_MODEL_BUFFERS(X) X(nconmax) X(njmax) X(nstack)

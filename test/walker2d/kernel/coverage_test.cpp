@@ -78,6 +78,21 @@ TEST(CoverageTest, SmallerBuffersAreNotCovered) {
   }
 }
 
+/// A trial holds the data of many worlds.
+TEST(CoverageTest, MuchLargerBuffersAreNotCovered) {
+  const auto model = copy("walker2d_v5.xml");
+  for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
+    const int built_in = *size;
+    *size = 100 * built_in;
+    EXPECT_EQ(why_not_covered(*model), "");
+    ++*size;
+    EXPECT_NE(why_not_covered(*model), "");
+    *size = built_in;
+  }
+  model->nuserdata = 1;
+  EXPECT_EQ(why_not_covered(*model), "nuserdata");
+}
+
 /// The friction of each limb may be any; across the plane as along it, which one row stands for.
 TEST(CoverageTest, FrictionIsFreeButTheSameBothWays) {
   const auto model = copy("walker2d_v5.xml");
