@@ -29,7 +29,9 @@ set(pinned_suites
   core/pool_gymnasium_test
   python/bits_bipedal_walker_test
   python/commands_evaluate_test
+  python/commands_hash_test
   python/commands_record_test
+  python/hash_ros_test
   python/shipped_policies_test)
 # They take a minute, and begin early so that none is left alone at the end.
 set(slow_suites bench/bench_test mujoco/episodes_gymnasium_test mujoco/renderer_gymnasium_test

@@ -1,4 +1,4 @@
-"""The command line: ``python3 -m walker_sim evaluate|play|record|train|convert|bench``."""
+"""The command line: ``python3 -m walker_sim evaluate|play|record|train|convert|bench|hash``."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ COMMANDS = {
     "train": "learns a policy with Stable-Baselines3, on many walkers at once",
     "convert": "makes a policy's file of a model of Stable-Baselines3, or in ONNX",
     "bench": "measures steps per second, beside Gymnasium's own",
+    "hash": "one number for all bits of a fixed run, to be compared between machines",
 }
 
 EPILOG = """\

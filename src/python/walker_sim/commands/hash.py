@@ -1,0 +1,76 @@
+"""``hash``: one number for all bits of a run, to be compared between machines."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import walker_sim
+from walker_sim import _core
+from walker_sim.commands import options as common
+from walker_sim.commands.reference_run import (
+    NUM_WALKERS,
+    RUN,
+    SimulationFailed,
+    reference_hash,
+)
+from walker_sim.registration import without_namespace
+
+STEPS = 10_000
+
+DESCRIPTION = f"""\
+Plays a run that is fixed to the bit and prints the SHA-256 of all observations, rewards, flags and
+infos: {NUM_WALKERS} walkers of each environment with the seeds 0 to {NUM_WALKERS - 1}. The even
+ones walk by the heuristic, the odd ones at random. Threads, environments at once, the processor,
+the compiler and the transport change no digit; docs/reliability.md has what it must be.
+"""
+
+EPILOG = f"""\
+ID, with or without "walker_sim/" before it, is one of
+{", ".join(_core.ids())}; none: all.
+
+The variable WALKER_SIM_KERNEL (off, sse2, avx2, avx512) chooses the vector instructions.
+
+examples:
+  python3 -m walker_sim hash
+  python3 -m walker_sim hash Walker2d-v5 --steps 1000 --num-envs 3 --num-threads 1
+  python3 -m walker_sim hash BipedalWalker-v3 --transport ros
+"""
+
+
+def _parser() -> common.Parser:
+    parser = common.Parser("hash", DESCRIPTION, EPILOG)
+    parser.add_argument(
+        "--steps",
+        type=common.count,
+        default=STEPS,
+        metavar="N",
+        help=f"of each walker (default: {STEPS:,}); it has a hash of its own for each number",
+    )
+    common.add_walker_options(parser)
+    common.add_num_envs(parser)
+    return parser
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Prints a hash for each environment. Returns the exit status."""
+    options = _parser().parse_intermixed_args(arguments)
+    ids = [_id_of(word) for word in options.walker] or _core.ids()
+    size = f"{NUM_WALKERS} x {options.steps:,} steps"
+    print(f"walker_sim {walker_sim.__version__}, run {RUN}: {size}")
+    for env_id in ids:
+        walkers = common.make_walkers(options, env_id, {}, options.num_envs, NUM_WALKERS)
+        try:
+            found = reference_hash(walkers, options.steps)
+        except SimulationFailed as error:
+            raise common.InputError(f"{env_id}: {error}") from error
+        finally:
+            walkers.close()
+        version = walkers.specification["engine_version"].partition(" (")[0]
+        print(f"{found}  {env_id}, {walkers.specification['engine']} {version}", flush=True)
+    return 0
+
+
+def _id_of(word: str) -> str:
+    if "=" in word:
+        raise common.InputError(f"{word}: no parameter can be given; the run has the defaults")
+    return common.walker_of([without_namespace(word)])[0]

@@ -1,0 +1,145 @@
+"""A run of which every bit is fixed, and its hash."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walker_sim import _core
+from walker_sim.transport import Batch, Walkers
+
+RUN = 1  # another number where anything below changes a hash
+NUM_WALKERS = 16
+
+
+class SimulationFailed(Exception):
+    """The engine gave up, which it does at no step of the reference run."""
+
+
+class ReferenceWalker:
+    """One walker of the run: what it does, and the hash of what it sees.
+
+    It is reset once with its seed, its number; later resets continue its generator. Those of even
+    numbers walk by the heuristic of their environment, others draw actions. A policy has the seed
+    ``number + NUM_WALKERS * episode``, episodes counted from 0, and begins anew with each.
+
+    Hashed are the states in their order, resets included: the observation's bytes, reward
+    (float64), terminated, truncated (a byte each), info (float64, NaN where absent, always the
+    same one). At a reset the reward is 0 and the flags are false.
+    """
+
+    def __init__(self, env_id: str, number: int, num_actions: int) -> None:
+        self.number = number
+        self.action = np.zeros(num_actions)
+        self._env_id, self._episode, self._ends = env_id, 0, False
+        self._hash = hashlib.sha256()
+        self._policy = self._new_policy()
+
+    def _new_policy(self) -> _core.Policy:
+        seed = self.number + NUM_WALKERS * self._episode
+        return _core.Policy("random" if self.number % 2 else "heuristic", self._env_id, {}, seed)
+
+    def begin(self, observation: NDArray[Any], info: NDArray[np.float64]) -> None:
+        """Takes the state after the reset with the seed, and chooses the first action."""
+        self._take(observation, 0.0, False, False, info)
+
+    def step(
+        self,
+        observation: NDArray[Any],
+        reward: float,
+        terminated: bool,
+        truncated: bool,
+        info: NDArray[np.float64],
+    ) -> None:
+        """Takes the state after `action`, or after the reset that follows an end; and chooses."""
+        if self._ends:
+            self._episode += 1
+            self._policy = self._new_policy()
+            reward, terminated, truncated = 0.0, False, False
+        self._take(observation, reward, terminated, truncated, info)
+
+    def _take(
+        self,
+        observation: NDArray[Any],
+        reward: float,
+        terminated: bool,
+        truncated: bool,
+        info: NDArray[np.float64],
+    ) -> None:
+        known = np.where(np.isnan(info), np.nan, info)
+        numbers = np.float64(reward).tobytes() + bytes([bool(terminated), bool(truncated)])
+        self._hash.update(observation.tobytes() + numbers + known.tobytes())
+        self._ends = bool(terminated or truncated)
+        self._policy.act(np.ascontiguousarray(observation, np.float64), self.action)
+
+    @property
+    def digest(self) -> bytes:
+        return self._hash.digest()
+
+
+def hash_of(walkers: Sequence[ReferenceWalker]) -> str:
+    """Of all walkers of a run, in the order of their numbers."""
+    return hashlib.sha256(b"".join(walker.digest for walker in walkers)).hexdigest()
+
+
+def reference_hash(walkers: Walkers, steps: int) -> str:
+    """Plays the run, as many walkers at a time as there are; their number changes no bit.
+
+    Parameters
+    ----------
+    walkers
+        With autoreset mode next_step and the environment's own parameters.
+    steps
+        Of each walker, resets at an episode's end among them.
+
+    Raises
+    ------
+    SimulationFailed
+        Naming the walker and what the engine said.
+    """
+    run = [
+        ReferenceWalker(walkers.specification["id"], number, _num_actions(walkers))
+        for number in range(NUM_WALKERS)
+    ]
+    for first in range(0, NUM_WALKERS, walkers.num_envs):
+        _play(walkers, run[first : first + walkers.num_envs], steps)
+    return hash_of(run)
+
+
+def _num_actions(walkers: Walkers) -> int:
+    return len(walkers.specification["action_low"])
+
+
+def _play(walkers: Walkers, group: Sequence[ReferenceWalker], steps: int) -> None:
+    """Environments beyond the group step along under zero."""
+    idle = [0] * (walkers.num_envs - len(group))
+    observations, info = walkers.reset([], [walker.number for walker in group] + idle)
+    for row, walker in enumerate(group):
+        _refuse(walker, 0, walkers.reset_error(row))
+        walker.begin(observations[row], info[row])
+    actions = np.zeros((walkers.num_envs, _num_actions(walkers)))
+    for step in range(1, steps + 1):
+        for row, walker in enumerate(group):
+            actions[row] = walker.action
+        batch = walkers.step(actions)
+        for row, walker in enumerate(group):
+            _refuse(walker, step, walkers.error(row) or walkers.reset_error(row))
+            walker.step(*_row(batch, row))
+
+
+def _row(batch: Batch, row: int) -> tuple[Any, float, bool, bool, Any]:
+    return (
+        batch.observations[row],
+        float(batch.rewards[row]),
+        bool(batch.terminated[row]),
+        bool(batch.truncated[row]),
+        batch.info[row],
+    )
+
+
+def _refuse(walker: ReferenceWalker, step: int, error: str) -> None:
+    if error:
+        raise SimulationFailed(f"walker {walker.number}, step {step}: {error}")
