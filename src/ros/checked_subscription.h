@@ -8,6 +8,7 @@
 #include <string>
 
 #include <ros/console.h>
+#include <ros/message_event.h>
 #include <ros/message_traits.h>
 #include <ros/node_handle.h>
 #include <ros/serialization.h>
@@ -31,25 +32,26 @@ struct CheckedMessage {
 /// None of the topics that a walker's nodes listen to comes near it.
 constexpr std::size_t kMostMessageBytes = 1 << 20;
 
-/// @param take   called with each message
+/// @param take   called with each message and the name of the node that has published it
 /// @param refuse called with the reason where what has come is none
 template <typename Message>
 ros::Subscriber subscribe_checked(
     ros::NodeHandle& node, const std::string& topic, std::uint32_t queue,
-    const std::function<void(const boost::shared_ptr<const Message>&)>& take,
+    const std::function<void(const boost::shared_ptr<const Message>&, const std::string&)>& take,
     const std::function<void(const std::string&)>& refuse,
     const ros::TransportHints& hints = ros::TransportHints()) {
   using Checked = CheckedMessage<Message>;
-  const boost::function<void(const boost::shared_ptr<const Checked>&)> callback =
-      // Boost's owns them. NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks)
-      [take, refuse](const boost::shared_ptr<const Checked>& checked) {
-        if (checked->error.empty()) {
-          take(boost::shared_ptr<const Message>(checked, &checked->message));
-        } else {
-          refuse(checked->error);
-        }
-      };
-  return node.subscribe<Checked>(topic, queue, callback, ros::VoidConstPtr(), hints);
+  using Event = const ros::MessageEvent<const Checked>&;
+  // Boost's owns the functions. NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks)
+  const boost::function<void(Event)> callback = [take, refuse](Event event) {
+    const boost::shared_ptr<const Checked>& checked = event.getConstMessage();
+    if (checked->error.empty()) {
+      take(boost::shared_ptr<const Message>(checked, &checked->message), event.getPublisherName());
+    } else {
+      refuse(checked->error);
+    }
+  };
+  return node.subscribe<Checked, Event>(topic, queue, callback, ros::VoidConstPtr(), hints);
 }
 
 /// The same where it is enough that refused messages are counted in the log.
@@ -64,7 +66,9 @@ ros::Subscriber subscribe_checked(
     if (!throttle.passes()) return;
     ROS_ERROR_STREAM("Refused " << topic << ": " << reason << " (" << refused << " so far)");
   };
-  return subscribe_checked<Message>(node, topic, queue, take, refuse, hints);
+  return subscribe_checked<Message>(
+      node, topic, queue, [take](const auto& message, const auto&) { take(message); }, refuse,
+      hints);
 }
 
 }  // namespace walker

@@ -44,7 +44,9 @@ ros::NodeHandle make_node(WakingQueue& queue) {
 ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Simulation& simulation) {
   return subscribe_checked<std_msgs::Float64MultiArray>(
       node, "effort_command", 1,
-      [&simulation](const auto& message) { simulation.take_command(message->data); },
+      [&simulation](const auto& message, const auto& agent) {
+        simulation.take_command(message->data, agent);
+      },
       [&simulation](const auto& reason) { simulation.refuse_command("effort command: " + reason); },
       ros::TransportHints().tcpNoDelay());
 }

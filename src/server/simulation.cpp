@@ -158,17 +158,31 @@ void Simulation::tell_reset() {
   outputs_.publish_reset(clock_.now());
 }
 
-void Simulation::take_command(const std::vector<double>& efforts) {
+void Simulation::take_command(const std::vector<double>& efforts, const std::string& agent) {
   if (options_.mode == Mode::lockstep) {
     refuse_command("effort command: in mode lockstep only ~step drives the walker");
     return;
   }
   try {
+    const bool takes_a_place = command_.state() == EffortCommand::State::held;
     command_.set(efforts, clock_.now().toNSec());
+    if (takes_a_place) note_agent(agent);
+    commanding_agent_ = agent;
     count_if_clamped(command_.action());
   } catch (const std::exception& error) {
     refuse_command(error.what());
   }
+}
+
+/// Of a command that takes the place of one that is held.
+void Simulation::note_agent(const std::string& agent) {
+  if (agent == commanding_agent_) return;
+  ++counters_.contested_commands;
+  static Throttle throttle;
+  if (!throttle.passes()) return;
+  ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
+                  << agent << " takes the place of that of " << commanding_agent_ << " ("
+                  << counters_.contested_commands << " such commands so far)");
 }
 
 void Simulation::refuse_command(const std::string& reason) {

@@ -48,8 +48,10 @@ class Simulation {
   /// An episode that was repeated takes the present one's place.
   void restore(EpisodeRecorder& repeated);
 
-  /// Holds an effort command, or counts it as refused.
-  void take_command(const std::vector<double>& efforts);
+  /// Holds an effort command, or counts it as refused. One that takes the place of another agent's
+  /// is counted as contested.
+  /// @param agent name of the node that has sent it
+  void take_command(const std::vector<double>& efforts, const std::string& agent);
   void refuse_command(const std::string& reason);
 
   const EpisodeRecorder& shown() const { return environments_.shown(); }
@@ -67,12 +69,14 @@ class Simulation {
   void make_step(const std::vector<double>& action);
   void log_failed_reset() const;
   void count_if_clamped(const std::vector<double>& action);
+  void note_agent(const std::string& agent);
 
   ServerOptions options_;
   Environments& environments_;
   SimulationClock& clock_;
   Outputs& outputs_;
   EffortCommand command_;
+  std::string commanding_agent_;  // whose command was the last one
   ServerCounters counters_;
   EpisodeStatistics episodes_;
   StepTiming timing_;

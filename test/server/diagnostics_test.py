@@ -3,6 +3,7 @@
 
 import math
 import statistics
+import subprocess
 import sys
 import time
 
@@ -21,7 +22,8 @@ KEYS = {
         step episode_return steps simulation_errors pictures pictures_skipped""",
     "pace": """real_time_factor real_time_factor_wanted missed_deadlines jitter_p50_us
         jitter_p99_us jitter_p999_us jitter_max_us step_time_mean_us step_time_max_us""",
-    "commands": "effort_command refused_commands clamped_commands command_timeouts",
+    "commands": """effort_command refused_commands contested_commands clamped_commands
+        command_timeouts""",
     "episodes": """finished_episodes return_mean return_std return_min return_max length_mean
         terminated truncated failed""",
 }
@@ -215,6 +217,26 @@ class DiagnosticsTest(ServerTest):
             self.assertEqual(after.values["refused_commands"], "1")
             command.unregister()
             self.server.stop()
+
+    def test_a_second_agent_is_warned_about(self):
+        self.serve(command_timeout=30.0)
+        command = self.commander()
+        words = "{data: [0.5, 0.5, 0.5, 0.5]}"
+        other = subprocess.Popen(
+            ["rostopic", "pub", "-r", "20", "/effort_command", "std_msgs/Float64MultiArray", words],
+            stdout=subprocess.DEVNULL,
+        )
+        self.addCleanup(other.wait)
+        self.addCleanup(other.kill)
+        held = self.report("commands", lambda r: r.values["effort_command"] == "held")
+        self.assertEqual((held.level, held.values["contested_commands"]), (OK, "0"))
+        command.publish(data=[0.0] * 4)
+        warning = self.report_so_far("commands", lambda r: r.level == WARN, "a warning")
+        self.assertIn("two agents drive the walker", warning.message)
+        self.assertGreater(int(warning.values["contested_commands"]), 0)
+        self.report("commands", lambda r: r.level == OK, "the end of the warning")
+        self.assertIn("Two agents drive the walker: the effort command of /", self.server.output())
+        self.assertIn("diagnostics_test", self.server.output())
 
     # ------------------------------------------------------------ failures and episodes
 

@@ -166,6 +166,12 @@ void Diagnostics::describe_commands(Status& status) {
     status.mergeSummary(DiagnosticStatus::WARN,
                         counted(refused, "effort command") + " refused since the last report");
   }
+  const std::uint64_t contested = counters.contested_commands - reported_.contested_commands;
+  if (contested > 0) {
+    status.mergeSummary(DiagnosticStatus::WARN,
+                        "two agents drive the walker: " + counted(contested, "effort command") +
+                            " in place of another's");
+  }
   if (state == EffortCommand::State::timed_out ||
       counters.command_timeouts != reported_.command_timeouts) {
     status.mergeSummary(
@@ -174,6 +180,7 @@ void Diagnostics::describe_commands(Status& status) {
   }
   status.add("effort_command", text);
   status.add("refused_commands", counters.refused_commands);
+  status.add("contested_commands", counters.contested_commands);
   status.add("clamped_commands", counters.clamped_commands);
   status.add("command_timeouts", counters.command_timeouts);
 }
