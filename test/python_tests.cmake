@@ -32,12 +32,13 @@ set(pinned_suites
   python/commands_hash_test
   python/commands_record_test
   python/hash_ros_test
-  python/shipped_policies_test)
+  python/shipped_policies_test
+  soak/soak_test)
 # They take a minute, and begin early so that none is left alone at the end.
 set(slow_suites bench/bench_test mujoco/episodes_gymnasium_test mujoco/renderer_gymnasium_test
   bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # They start masters and servers, or look at what was built for ROS.
-set(ros_suites bench/bench_test exports_test programs_test readme_test rviz/rviz_test)
+set(ros_suites bench/bench_test exports_test programs_test readme_test rviz/rviz_test soak/soak_test)
 # stages.cmake runs them, in virtual environments of their own.
 set(other_suites python/normalization_test python/readme_wheel_test python/sb3_make_vec_env_test
   python/sb3_test python/torch_test python/train_test python/wheel_test)
@@ -95,3 +96,8 @@ foreach(suite ${suites})
   endif()
   walker_sim_add_suite(${path})
 endforeach()
+if(TEST soak_soak_test)
+  # What it waits for has bounds in seconds.
+  set_tests_properties(soak_soak_test PROPERTIES RUN_SERIAL TRUE TIMEOUT 900)
+  walker_sim_label(soak_soak_test long walker_sim_nodes)
+endif()

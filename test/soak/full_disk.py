@@ -1,0 +1,88 @@
+"""The disk is full while something is recorded: an error that says so, and the walker walks on."""
+
+import contextlib
+import os
+import pathlib
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+
+from walk import Pair
+
+SMALL = 64 << 10  # [bytes]
+
+
+@contextlib.contextmanager
+def small_disk():
+    """A folder that holds little, and what a process there needs: root has a disk of memory, others
+    a limit on the size of files."""
+    with tempfile.TemporaryDirectory(prefix="walker_sim_soak_") as folder:
+        mounts = (
+            os.geteuid() == 0
+            and not subprocess.run(
+                ["mount", "-t", "tmpfs", "-o", f"size={SMALL}", "tmpfs", folder],
+                stderr=subprocess.DEVNULL,
+                check=False,
+            ).returncode
+        )
+        try:
+            yield pathlib.Path(folder), None if mounts else limit_files
+        finally:
+            if mounts:
+                subprocess.run(["umount", folder], check=True)
+
+
+def limit_files():
+    """In the child, before it begins."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # an error, as on a full disk
+    resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
+
+
+def run(soak):
+    with soak.graph() as graph, small_disk() as (folder, prepare):
+        server = graph.server()
+        pair = Pair(server.name, graph.uri, 10.0)
+        for number in soak.rounds():
+            file = folder / "walk.npz"
+            record = [sys.executable, "-m", "walker_sim", "record", "--output", str(file)]
+            done = subprocess.run(
+                [*record, "BipedalWalker-v3", "--seeds", f"{number}:{number + 4}"],
+                env=graph.environment,
+                preexec_fn=prepare,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            soak.check(
+                "record ends with status 2 and one line that says why",
+                done.returncode == 2
+                and done.stderr.count("\n") == 1
+                and ("No space left" in done.stderr or "too large" in done.stderr),
+                f"status {done.returncode}: {done.stdout}{done.stderr}",
+            )
+            check = [sys.executable, "-m", "walker_sim", "record", "--check", str(file)]
+            checked = subprocess.run(
+                check, env=graph.environment, capture_output=True, text=True, check=False
+            )
+            soak.check(
+                "what is left of the file is not taken for a recording",
+                checked.returncode == 2 and checked.stderr.count("\n") == 1,
+                f"status {checked.returncode}: {checked.stdout}{checked.stderr}",
+            )
+            with contextlib.suppress(FileNotFoundError):
+                file.unlink()
+            record_bag(soak, graph, folder, prepare, pair, number)
+            for left in folder.iterdir():
+                left.unlink()
+        pair.close()
+
+
+def record_bag(soak, graph, folder, prepare, pair, number):
+    """With rosbag, while the walker walks."""
+    command = ["rosbag", "record", "-b", "1", "-O", folder / "walk.bag", "/transition", "/tf"]
+    recorder = graph.start(command, preexec_fn=prepare)
+    equal = pair.reset(number) and pair.steps(1500)
+    soak.check("beside a recorder without room the bits are right", equal, recorder.output())
+    recorder.end()

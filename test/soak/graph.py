@@ -1,0 +1,181 @@
+"""A ROS master of a part's own, and the nodes on it; all of them end with the part."""
+
+import contextlib
+import ctypes
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import xmlrpc.client
+from urllib.parse import urlparse
+
+from bare_ros import CALLER, BareClient, free_port
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PATIENCE = 90  # until something is up; only what fails waits as long [s]
+PROMPT = 15  # in which a node ends that is told to [s]
+PR_SET_CHILD_SUBREAPER = 36
+
+
+def adopt_orphans():
+    """A process whose parent ends becomes a child of this one, so that none is overlooked."""
+    ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def children_of(parent):
+    """Process numbers and states; those of processes that have ended are Z until waited for."""
+    children = {}
+    for entry in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            text = pathlib.Path("/proc", entry, "stat").read_text(errors="replace")
+        except OSError:
+            continue  # gone meanwhile
+        fields = text.rpartition(")")[2].split()
+        if int(fields[1]) == parent:
+            children[int(entry)] = fields[0]
+    return children
+
+
+def command_of(pid):
+    try:
+        return pathlib.Path(f"/proc/{pid}/cmdline").read_text(errors="replace").split("\0")
+    except OSError:
+        return []
+
+
+def await_true(condition, what, timeout=PATIENCE):
+    """The condition's first true value."""
+    end = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise TimeoutError(f"{what}: not within {timeout} s")
+        time.sleep(0.005)
+
+
+class Node:
+    """A process whose output is kept."""
+
+    def __init__(self, command, environment, **options):
+        self._log = tempfile.NamedTemporaryFile(prefix="walker_sim_soak_")
+        self.process = subprocess.Popen(
+            ["setpriv", "--pdeathsig", "INT", *map(str, command)],
+            env=environment,
+            stdout=self._log.file,
+            stderr=subprocess.STDOUT,
+            **{"stdin": subprocess.DEVNULL, **options},
+        )
+        self.name = ""
+
+    @property
+    def pid(self):
+        return self.process.pid
+
+    def output(self):
+        return pathlib.Path(self._log.name).read_text(encoding="utf-8", errors="replace")
+
+    def send(self, number):
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+
+    def kill(self):
+        self.send(signal.SIGKILL)
+        self.process.wait()
+
+    def end(self, by=signal.SIGINT, timeout=PROMPT):
+        """Its status; None where it does not end in time (then it is killed)."""
+        self.send(signal.SIGCONT)
+        self.send(by)
+        try:
+            return self.process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            return None
+
+
+class Graph(contextlib.ExitStack):
+    """A master, and what is started on it."""
+
+    def __init__(self, programs):
+        super().__init__()
+        folder = self.enter_context(tempfile.TemporaryDirectory(prefix="walker_sim_soak_"))
+        self.programs = programs
+        self.port = free_port()
+        self.uri = f"http://localhost:{self.port}"
+        unwanted = ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE")
+        self.environment = {k: v for k, v in os.environ.items() if k not in unwanted}
+        self.environment.update(
+            ROS_MASTER_URI=self.uri,
+            ROS_HOSTNAME="localhost",
+            ROS_HOME=folder,
+            PYTHONUNBUFFERED="1",
+            ROSCONSOLE_FORMAT="[${severity}] ${message}",
+        )
+        self.start_master()
+
+    def start_master(self):
+        code = "import rosmaster; rosmaster.rosmaster_main()"
+        self.master = self.start([sys.executable, "-c", code, "--core", "-p", self.port])
+        await_true(lambda: self.ask("getUri"), "a master")
+
+    def start(self, command, **options):
+        """A node, ended with the graph."""
+        environment = {**self.environment, **options.pop("environment", {})}
+        node = Node(command, environment, **options)
+        self.callback(node.end)
+        return node
+
+    def ask(self, method, *arguments):
+        """The master's answer; None where it has none."""
+        try:
+            with xmlrpc.client.ServerProxy(self.uri) as master:
+                code, _, value = getattr(master, method)(CALLER, *arguments)
+        except (OSError, xmlrpc.client.Error):
+            return None
+        return value if code == 1 else None
+
+    def forget(self, node, topic):
+        """Takes the registration of a subscriber that was killed off the master."""
+        with xmlrpc.client.ServerProxy(self.uri) as master:
+            master.unregisterSubscriber(node, topic, self.node_uri(node) or "")
+
+    def service_uri(self, service):
+        return self.ask("lookupService", service)
+
+    def server(self, namespace="", **parameters):
+        """A server that takes calls, in lock-step unless the parameters say otherwise."""
+        private = {"mode": "lockstep", **parameters}
+        words = [f"_{name}:={value}" for name, value in private.items()]
+        name = f"{namespace}/walker_sim"
+        before = self.service_uri(f"{name}/get_spec")
+        node = self.start([self.programs / "server", f"__ns:={namespace or '/'}", *words])
+        node.name = name
+
+        def serves():
+            if node.process.poll() is not None:
+                raise RuntimeError(f"{name} ended at its start:\n{node.output()}")
+            # The last one that it registers.
+            return self.service_uri(f"{name}/set_physics_properties") and (
+                self.service_uri(f"{name}/get_spec") != before
+            )
+
+        await_true(serves, f"{name} to serve")
+        return node
+
+    def address(self, service):
+        parts = urlparse(self.service_uri(service))
+        return parts.hostname, parts.port
+
+    def client(self, service, service_class, timeout=PATIENCE):
+        """On a connection of its own, without a library in between."""
+        connection = socket.create_connection(self.address(service), timeout=timeout)
+        return BareClient(connection, service, service_class)
+
+    def node_uri(self, name):
+        return self.ask("lookupNode", name)

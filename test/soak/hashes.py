@@ -1,0 +1,53 @@
+"""The hash of the reference run is the documented one, however it is made."""
+
+import subprocess
+import sys
+
+from reference_hashes import HASHES
+
+KERNELS = ("", "off", "sse2", "avx2", "avx512")
+SECONDS = 120  # of a part from which on the long run is taken
+
+
+def run(soak):
+    steps = max(HASHES) if soak.seconds >= SECONDS else min(HASHES)
+    with soak.graph() as graph:
+        for _ in soak.rounds():
+            env_id = soak.random.choice([*HASHES[steps]])
+            num_envs = soak.random.choice([1, 2, 5, 16, 33])
+            options = ["--num-envs", num_envs]
+            environment = dict(graph.environment)
+            kernel = soak.random.choice(KERNELS)
+            how = f"{env_id}, {num_envs} at once"
+            if soak.random.random() < 0.3:
+                server = graph.server(env=env_id, num_envs=num_envs)
+                options += ["--transport", "ros"]
+                how += ", over ROS"
+            else:
+                server = None
+                threads = soak.random.choice([1, 2, 3, 8])
+                options += ["--num-threads", threads]
+                how += f", {threads} threads, kernel {kernel or 'chosen'}"
+                if kernel:
+                    environment["WALKER_SIM_KERNEL"] = kernel
+            command = [
+                sys.executable,
+                "-m",
+                "walker_sim",
+                "hash",
+                env_id,
+                "--steps",
+                steps,
+                *options,
+            ]
+            done = subprocess.run(
+                [*map(str, command)], env=environment, capture_output=True, text=True, check=False
+            )
+            found = [line.split()[0] for line in done.stdout.splitlines()[1:]]
+            soak.check(
+                f"{steps:,} steps of 16 walkers have the documented hash",
+                found == [HASHES[steps][env_id]],
+                f"{how}: {found or done.stderr}",
+            )
+            if server:
+                server.end()

@@ -1,0 +1,46 @@
+"""The master is killed: who is connected goes on, who comes later is told, and the server ends."""
+
+import signal
+import threading
+import time
+
+import walker_sim
+from graph import PROMPT
+from walk import Pair
+
+TIMEOUT = 2.0  # of the client's calls [s]
+
+
+def run(soak):
+    for number in soak.rounds():
+        with soak.graph() as graph:
+            server = graph.server()
+            pair = Pair(server.name, graph.uri, TIMEOUT)
+            equal = (
+                pair.reset(number) and pair.step()
+            )  # each has a connection, opened when first used
+            killer = threading.Timer(soak.random.uniform(0, 0.1), graph.master.kill)
+            killer.start()
+            while killer.is_alive():
+                equal = pair.step() and equal
+            killer.join()
+            equal = pair.steps(300) and equal and pair.reset(number) and pair.steps(20)
+            soak.check("steps and resets go on, with the right bits", equal, f"round {number}")
+            begin, told = time.monotonic(), ""
+            try:
+                Pair(server.name, graph.uri, TIMEOUT)
+            except walker_sim.ConnectionError as error:
+                told = str(error)
+            soak.check(
+                "a new client is told of the master within its timeout",
+                "master" in told and time.monotonic() - begin < TIMEOUT + 1,
+                told,
+            )
+            pair.close()
+            by = soak.random.choice([signal.SIGINT, signal.SIGTERM])
+            status = server.end(by)
+            soak.check(
+                f"the server ends within {PROMPT} s when it is told to",
+                status == 0,
+                f"status {status} after {by.name}: {server.output()}",
+            )

@@ -1,0 +1,87 @@
+"""The server is killed at any moment, and respawned: an error at once, then all is well again."""
+
+import os
+import signal
+import threading
+import time
+
+import walker_sim
+from graph import PATIENCE, await_true, children_of, command_of
+from walk import Pair
+from walker_sim.srv import Reset
+
+TIMEOUT = 2.0  # of the client's calls [s]
+SLACK = 1.0  # for a machine that has other things to do [s]
+
+
+def server_of(launch):
+    """The process number of the server that runs now, or None."""
+    for pid, state in children_of(launch.pid).items():
+        if state != "Z" and command_of(pid)[:1] and command_of(pid)[0].endswith("/server"):
+            return pid
+    return None
+
+
+def kill_server(launch, times):
+    pid = server_of(launch)
+    times.append(time.monotonic())
+    os.kill(pid, signal.SIGKILL)
+
+
+def run(soak):
+    longest_error, longest_gap = 0.0, 0.0
+    with soak.graph() as graph:
+        arguments = ["mode:=lockstep", "respawn:=true", "status:=false", "headless:=true"]
+        launch = graph.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
+        await_true(lambda: graph.service_uri("/walker_sim/set_physics_properties"), "the server")
+        pair = Pair("/walker_sim", graph.uri, TIMEOUT)
+        last = stamp_after_reset(graph)
+        for number in soak.rounds():
+            equal = pair.reset(soak.random.randrange(1 << 32))
+            killed = []
+            killer = threading.Timer(soak.random.uniform(0, 0.3), kill_server, [launch, killed])
+            killer.start()
+            error = None
+            end = time.monotonic() + PATIENCE
+            while error is None and time.monotonic() < end:
+                try:
+                    equal = pair.step() and equal
+                except walker_sim.ConnectionError as raised:
+                    error = raised
+            told = time.monotonic()
+            killer.join()
+            longest_error = max(longest_error, told - killed[0])
+            soak.check("the client's bits are right up to the kill", equal, f"round {number}")
+            soak.check(
+                "the client has an error that names the service, not later than its timeout",
+                "/walker_sim" in str(error) and told - killed[0] < TIMEOUT + SLACK,
+                f"{error} after {told - killed[0]:.2f} s",
+            )
+            equal = await_true(lambda: works_again(pair, soak), "the server to come again")
+            longest_gap = max(longest_gap, time.monotonic() - killed[0])
+            soak.check("after the respawn the bits are right", equal == "equal", f"round {number}")
+            stamp = stamp_after_reset(graph)
+            soak.check("time goes on above all that was told", stamp > last, f"{last}, {stamp}")
+            last = stamp
+        pair.close()
+        status = launch.end()
+        soak.check("the launch ends when it is told to", status == 0, f"status {status}")
+    soak.figure("longest time from a kill to the client's error [s]", f"{longest_error:.3f}")
+    soak.figure("longest time from a kill until it serves again [s]", f"{longest_gap:.1f}")
+
+
+def works_again(pair, soak):
+    try:
+        return "equal" if pair.reset(soak.random.randrange(99)) and pair.steps(20) else "other"
+    except walker_sim.ConnectionError:
+        time.sleep(0.02)
+        return ""
+
+
+def stamp_after_reset(graph):
+    """[ns]"""
+    client = graph.client("/walker_sim/reset", Reset)
+    try:
+        return client(has_seed=True, seed=1).transition.header.stamp.to_nsec()
+    finally:
+        client.close()

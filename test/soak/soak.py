@@ -1,0 +1,134 @@
+"""Long runs of reliability; `scripts/soak --help` says more."""
+
+import argparse
+import importlib
+import os
+import pathlib
+import random
+import sys
+import time
+import traceback
+
+TEST = pathlib.Path(__file__).resolve().parents[1]
+sys.path += [str(TEST / "server"), str(TEST / "python")]
+
+import graph  # noqa: E402
+import tally as tallies  # noqa: E402
+import walker_sim  # noqa: E402
+
+# Each with its share of the time.
+PARTS = {
+    "hashes": 8,
+    "kill_server": 10,
+    "kill_client": 4,
+    "kill_master": 9,
+    "kill_rviz": 8,
+    "stop_server": 5,
+    "freeze_master": 6,
+    "network": 6,
+    "full_disk": 3,
+    "silent_subscriber": 4,
+    "jumping_clock": 4,
+    "several_clients": 6,
+    "many_environments": 4,
+    "many_subscribers": 4,
+    "many_servers": 5,
+    "many_resets": 9,
+    "many_clients": 6,
+    "fuzz": 5,
+}
+
+
+class Soak:
+    """What a part is given."""
+
+    def __init__(self, name, seconds, options, tally):
+        self.name, self.seconds, self.programs = name, seconds, options.programs
+        self.random = random.Random(f"{options.seed}/{name}")
+        self.check, self.figure, self.leave_out = tally.check, tally.figure, tally.leave_out
+        self.tally = tally
+        self.begin()
+
+    def begin(self):
+        """The part's time begins now, once what it needs has been started."""
+        self._end = time.monotonic() + self.seconds
+
+    def goes_on(self):
+        return time.monotonic() < self._end
+
+    def rounds(self):
+        """Numbers from 0, until the part's time is over; one at least."""
+        number = 0
+        while number == 0 or self.goes_on():
+            yield number
+            number += 1
+        self.figure("rounds", number)
+
+    def graph(self):
+        """A context with a master of its own."""
+        return graph.Graph(self.programs)
+
+
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+def parse():
+    parser = argparse.ArgumentParser(prog="soak", allow_abbrev=False)
+    parser.add_argument("--hours", type=float, default=1.0)
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=[*PARTS], metavar="NAME")
+    parser.add_argument("--seed", type=int, default=None)
+    parser.add_argument("--output", type=pathlib.Path, required=True)
+    parser.add_argument("--programs", type=pathlib.Path, required=True)
+    options = parser.parse_args()
+    if not 0 < options.hours < 1000:
+        parser.error(f"--hours {options.hours}: must be above 0 and below 1000")
+    if options.seed is None:
+        options.seed = int.from_bytes(os.urandom(4), "little")
+    return options
+
+
+def play(name, seconds, options, tally):
+    """One part; what it raises is a failure, and so is a process that it leaves behind."""
+    tally.part = name
+    begin = time.monotonic()
+    try:
+        importlib.import_module(name).run(Soak(name, seconds, options, tally))
+    except Exception:
+        tally.check("ends without an exception", False, traceback.format_exc())
+    else:
+        tally.check("ends without an exception", True)
+    left = {pid for pid, state in graph.children_of(os.getpid()).items() if state != "Z"}
+    tally.check(
+        "leaves no process behind", not left, "; ".join(" ".join(graph.command_of(p)) for p in left)
+    )
+    say(f"{name}: {time.monotonic() - begin:.0f} s; so far {tally.summary()}")
+
+
+def main():
+    options = parse()
+    graph.adopt_orphans()
+    tally = tallies.Tally(say)
+    say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")
+    shares = sum(PARTS[name] for name in options.only)
+    begin = time.time()
+    for name in options.only:
+        play(name, options.hours * 3600 * PARTS[name] / shares, options, tally)
+    head = {
+        "date": time.strftime("%Y-%m-%d", time.gmtime(begin)),
+        "took": f"{(time.time() - begin) / 60:.1f} min (--hours {options.hours:g})",
+        "seed": options.seed,
+        "walker_sim": walker_sim.__version__,
+        "machine": tallies.processor(),
+        "system": tallies.system(),
+        "compiler": tallies.compiler(),
+        "Python": sys.version.split()[0],
+    }
+    options.output.write_text(tallies.markdown(tally, head), encoding="utf-8")
+    say(f"report: {options.output}")
+    print(tally.summary())
+    return 1 if tally.failed or not tally.counts else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

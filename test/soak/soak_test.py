@@ -1,0 +1,66 @@
+"""The soak at its smallest: every part goes through a round, and what it judges by can fail."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.append(str(HERE))
+import tally as tallies  # noqa: E402
+import usage  # noqa: E402
+
+
+def test_every_part_passes(tmp_path):
+    report = tmp_path / "soak.md"
+    command = [sys.executable, HERE / "soak.py", "--programs", os.environ["WALKER_SIM_PROGRAMS"]]
+    done = subprocess.run(
+        [*command, "--hours", "0.01", "--seed", "1", "--output", report],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    print(done.stdout)
+    assert done.returncode == 0
+    assert re.fullmatch(r"\d+ passed, 0 failed(, \d+ left out)?", done.stdout.splitlines()[-1])
+    text = report.read_text(encoding="utf-8")
+    assert text.rstrip().endswith(done.stdout.splitlines()[-1])
+    assert str(HERE.parents[1]) not in text and os.uname().nodename not in text
+
+
+def test_one_failure_among_many_checks_counts():
+    said = []
+    tally = tallies.Tally(said.append)
+    tally.part = "part"
+    for is_met in (True, False, True):
+        tally.check("a thing", is_met, "why")
+    tally.check("another", True)
+    assert tally.summary() == "1 passed, 1 failed"
+    assert said == ["  FAILED part: a thing: why"]
+    assert "| part | a thing | 3 | 1 |" in tallies.markdown(tally, {"seed": 1})
+
+
+@pytest.mark.parametrize(("rate", "is_flat"), [(0.0, True), (0.2, False)])
+def test_a_leak_is_told_from_noise(rate, is_flat):
+    """`rate` [MiB/s] over a minute, beside a heap that goes up and down."""
+    watched = usage.Usage(os.getpid())
+    noise = np.random.default_rng(1)
+    for at in np.arange(0, 60, 0.2):
+        resident = usage.MIB * (40 + rate * at + noise.uniform(-0.5, 0.5))
+        watched._samples.append((at, resident, 10, 3))
+    assert (watched.growth() < usage.MOST_GROWTH) == is_flat
+
+
+def test_a_latency_that_grows_is_found(monkeypatch):
+    monkeypatch.setattr(usage, "LONG", 0.0)
+    for grows in (False, True):
+        latency = usage.Latency()
+        latency._times = [1e-4 * (1 + grows * i / 2000) for i in range(10000)]
+        tally = tallies.Tally(lambda text: None)
+        latency.judge(tally, "a call")
+        assert tally.failed == grows

@@ -1,0 +1,86 @@
+"""What a soak has found: checks by name, figures, and the report."""
+
+import collections
+import platform
+import subprocess
+
+FEW = 5  # failures of one check that are told in words
+
+
+class Tally:
+    """Checks of one name are one line, however often they are made; it fails if one does."""
+
+    def __init__(self, say):
+        self._say = say
+        self.part = ""
+        self.counts = collections.defaultdict(int)  # by part and check
+        self.failures = collections.defaultdict(list)
+        self.figures = []  # part, name, value
+        self.left_out = []  # part, reason
+
+    def check(self, name, is_met, said=""):
+        """Returns whether it is met."""
+        self.counts[self.part, name] += 1
+        if not is_met:
+            told = self.failures[self.part, name]
+            told.append(str(said))
+            if len(told) <= FEW:
+                self._say(f"  FAILED {self.part}: {name}: {said}")
+        return is_met
+
+    def figure(self, name, value):
+        self.figures.append((self.part, name, value))
+
+    def leave_out(self, reason):
+        self.left_out.append((self.part, reason))
+        self._say(f"  left out: {reason}")
+
+    @property
+    def failed(self):
+        return sum(bool(told) for told in self.failures.values())
+
+    def summary(self):
+        text = f"{len(self.counts) - self.failed} passed, {self.failed} failed"
+        return text + (f", {len(self.left_out)} left out" if self.left_out else "")
+
+
+def processor():
+    """Its model, and how many there are."""
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        names = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
+    return f"{names[0] if names else platform.machine()}, {len(names)} processors"
+
+
+def system():
+    with open("/etc/os-release", encoding="utf-8") as file:
+        lines = dict(line.rstrip().partition("=")[::2] for line in file)
+    return f"{lines['PRETTY_NAME'].strip(chr(34))}, Linux {platform.release().split('-')[0]}"
+
+
+def compiler():
+    done = subprocess.run(["c++", "--version"], capture_output=True, text=True, check=False)
+    return done.stdout.partition("\n")[0] or "no compiler"
+
+
+def markdown(tally, head):
+    """The report, which names neither paths nor the host.
+
+    Parameters
+    ----------
+    head
+        Names and values of the run.
+    """
+    lines = ["# Soak", "", "| run | |", "|---|---|"]
+    lines += [f"| {name} | {value} |" for name, value in head.items()]
+    lines += ["", "| figure | | |", "|---|---|---|"]
+    lines += [f"| {part} | {name} | {value} |" for part, name, value in tally.figures]
+    lines += ["", "| part | check | made | failed |", "|---|---|---|---|"]
+    for (part, name), count in tally.counts.items():
+        lines.append(f"| {part} | {name} | {count} | {len(tally.failures.get((part, name), []))} |")
+    for (part, name), told in tally.failures.items():
+        if told:
+            lines += ["", f"Failed: {part}: {name}", "", "```", *told[:FEW], "```"]
+    if tally.left_out:
+        lines += ["", "Left out:", ""]
+        lines += [f"- {part}: {reason}" for part, reason in tally.left_out]
+    return "\n".join([*lines, "", tally.summary(), ""])

@@ -1,0 +1,113 @@
+"""What a process uses, over time, and whether it stays the same."""
+
+import os
+import pathlib
+import time
+
+import numpy as np
+
+PAGE = os.sysconf("SC_PAGE_SIZE")
+MIB = 1 << 20
+MOST_GROWTH = 2 * MIB  # of the fitted line, over the second half of a part
+FEWEST_SAMPLES = 10
+FEWEST = 1000  # calls in a fifth of a part whose percentiles are compared
+LONG = 30.0  # a part that is shorter says nothing of its latency [s]
+
+
+def now(pid):
+    """Resident bytes, descriptors, threads."""
+    pages = int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1])
+    files = len(os.listdir(f"/proc/{pid}/fd"))
+    return pages * PAGE, files, len(os.listdir(f"/proc/{pid}/task"))
+
+
+class Usage:
+    """Samples of a process, taken as often as one likes, and kept five times a second."""
+
+    def __init__(self, pid):
+        self._pid, self._samples, self._last = pid, [], 0.0
+
+    def sample(self):
+        at = time.monotonic()
+        if at - self._last > 0.2:
+            self._samples.append((at, *now(self._pid)))
+            self._last = at
+
+    def can_tell(self):
+        """Whether there are enough samples for `growth`."""
+        return len(self._samples) >= FEWEST_SAMPLES
+
+    def growth(self):
+        """Of resident bytes in the second half, by the line that fits best."""
+        half = np.array(self._samples[len(self._samples) // 2 :], float)
+        times = half[:, 0] - half[0, 0]
+        slope = np.polyfit(times, half[:, 1], 1)[0]
+        return float(slope * times[-1])
+
+    def judge(self, tally, whose, work=""):
+        """Checks memory, if there is enough of it to be seen. Where `work` says what was done
+        meanwhile, it tells figures."""
+        if not self.can_tell():
+            if work:
+                tally.figure(f"memory of {whose}, {work}", "too short to tell")
+            return
+        growth = self.growth()
+        resident = self._samples[-1][1] / MIB
+        tally.check(
+            f"memory of {whose} is flat",
+            growth < MOST_GROWTH,
+            f"+{growth / MIB:.2f} MiB in the second half, at {resident:.1f} MiB",
+        )
+        if work:
+            tally.figure(
+                f"memory of {whose}, {work}",
+                f"{resident:.1f} MiB, {growth / MIB:+.2f} MiB in the second half",
+            )
+
+    def judge_handles(self, tally, whose, before):
+        """Checks that descriptors and threads are those of `before`, as `now` gives them."""
+
+        def settled():
+            return now(self._pid)[1:] == before[1:]
+
+        end = time.monotonic() + 10
+        while not settled() and time.monotonic() < end:
+            time.sleep(0.05)
+        tally.check(
+            f"descriptors and threads of {whose} are as many as before",
+            settled(),
+            f"{now(self._pid)[1:]}; before {before[1:]}",
+        )
+
+
+class Latency:
+    """How long calls took, at the beginning and at the end."""
+
+    def __init__(self):
+        self._begun, self._times = time.monotonic(), []
+
+    def __enter__(self):
+        self._from = time.perf_counter()
+        return self
+
+    def __exit__(self, *_):
+        self._times.append(time.perf_counter() - self._from)
+
+    def judge(self, tally, what):
+        """Compares the first fifth with the last, where both are long enough to tell."""
+        fifth = len(self._times) // 5
+        if fifth < FEWEST or time.monotonic() - self._begun < LONG:
+            return
+        first, last = (
+            np.percentile(np.array(part) * 1e6, [50, 99])
+            for part in (self._times[:fifth], self._times[-fifth:])
+        )
+        tally.check(
+            f"median and 99th percentile of {what} stay below twice and ten times the first",
+            last[0] < 2 * first[0] and last[1] < 10 * first[1],
+            f"{first} us at first, {last} us at last",
+        )
+        tally.figure(
+            f"{what}: median, 99th percentile at first and at last [us]",
+            f"{first[0]:.0f}, {first[1]:.0f}; {last[0]:.0f}, {last[1]:.0f}",
+        )
