@@ -153,6 +153,7 @@ class Graph(contextlib.ExitStack):
         private = {"mode": "lockstep", **parameters}
         words = [f"_{name}:={value}" for name, value in private.items()]
         name = f"{namespace}/walker_sim"
+        self.ask("deleteParam", name)  # the master keeps those of the one before
         before = self.service_uri(f"{name}/get_spec")
         node = self.start([self.programs / "server", f"__ns:={namespace or '/'}", *words])
         node.name = name

@@ -5,7 +5,7 @@ import signal
 import threading
 import time
 
-from graph import PROMPT
+from graph import PROMPT, await_true
 from std_srvs.srv import Trigger
 from walker_sim.srv import (
     GetSpec,
@@ -148,8 +148,11 @@ def end_amid(soak, graph, number):
     ends = []
 
     def end():
-        time.sleep(soak.random.uniform(0.1, 0.4))
-        ends.append(server.end(soak.random.choice([signal.SIGINT, signal.SIGTERM])))
+        try:
+            await_true(lambda: all(answers.values()), "an answer to a call of each kind", PROMPT)
+            time.sleep(soak.random.uniform(0, 0.1))
+        finally:
+            ends.append(server.end(soak.random.choice([signal.SIGINT, signal.SIGTERM])))
 
     together(end, *[lambda name=name: call_on(name) for name in wanted])
     soak.check(
