@@ -30,6 +30,8 @@ constexpr std::size_t kLengthBytes = sizeof(std::uint32_t);
 constexpr std::size_t kMostHeaderBytes = 65536;        // ours have less than 300
 constexpr std::size_t kMostMessageBytes = 1000000000;  // as roscpp draws the line
 
+constexpr std::uint8_t kResponseFollows = 1;  // first byte of an answer that is no text
+
 inline std::uint32_t load_length(const std::uint8_t* bytes) {
   std::uint32_t length = 0;
   std::memcpy(&length, bytes, kLengthBytes);

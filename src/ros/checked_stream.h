@@ -12,6 +12,8 @@
 
 namespace walker {
 
+constexpr std::uint32_t kMostTexts = 4096;  ///< in one array; robots have some ten of anything
+
 /// In place of ros::serialization::IStream, which makes room for as many elements as an array
 /// claims to have before it looks whether they have come.
 class CheckedStream : public ros::serialization::Stream {
@@ -32,6 +34,11 @@ class CheckedStream : public ros::serialization::Stream {
     constexpr bool is_simple = ros::message_traits::IsSimple<Element>::value;
     constexpr std::size_t kLeastBytes = is_simple ? sizeof(Element) : sizeof(count);
     if (count > getLength() / kLeastBytes) ros::serialization::throwStreamOverrun();
+    // In memory a text has eight times the bytes of an empty one's length.
+    if (!is_simple && count > kMostTexts) {
+      throw std::runtime_error("an array has " + std::to_string(count) + " elements; at most " +
+                               std::to_string(kMostTexts) + " texts or messages are taken");
+    }
     ros::serialization::deserialize(*this, field);
   }
 };

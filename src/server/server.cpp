@@ -1,5 +1,6 @@
 #include "server/server.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <optional>
@@ -14,6 +15,7 @@
 #include <std_srvs/Empty.h>
 #include <std_srvs/Trigger.h>
 
+#include "core/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "ros/listening.h"
 #include "ros/throttle.h"
@@ -33,6 +35,13 @@
 
 namespace walker {
 namespace {
+
+/// Of the longest episode that is recorded, with the texts of its specification.
+std::size_t most_record_bytes(const Specification& specification) {
+  constexpr std::size_t kTexts = std::size_t{1} << 20U;
+  return EpisodeRecorder::kMostRecordedSteps * specification.action_size() * sizeof(double) +
+         kTexts;
+}
 
 /// Whose callbacks come through `queue`.
 ros::NodeHandle make_node(WakingQueue& queue) {
@@ -75,26 +84,32 @@ void answer(Response& response, const Call& call) {
     response.success = 1;
   } catch (const std::exception& error) {
     response = Response();
-    response.status_message = error.what();
+    response.status_message = printable(error.what());
   }
 }
 
 /// @param call fills the response, or throws a std::exception
 template <typename Service, typename Call>
-void advertise(ServicePort& port, const char* service, const Call& call) {
-  port.advertise<Service>(name(service), [call](auto& request, auto& response) {
-    answer(response, [&] { call(request, response); });
-  });
+void advertise(ServicePort& port, const char* service, const Call& call,
+               std::size_t array_bytes = 0) {
+  port.advertise<Service>(
+      name(service),
+      [call](auto& request, auto& response) { answer(response, [&] { call(request, response); }); },
+      array_bytes);
 }
 
 /// @param call takes the reply with it, or throws a std::exception that says why there is none
 template <typename Service, typename Call>
-void advertise_pending(ServicePort& port, const char* service, const Call& call) {
-  port.advertise_pending<Service>(name(service), [call](auto& request, const auto& reply) {
-    typename Service::Response refusal;
-    answer(refusal, [&] { call(request, reply); });
-    if (refusal.success == 0) reply(refusal);
-  });
+void advertise_pending(ServicePort& port, const char* service, const Call& call,
+                       std::size_t array_bytes = 0) {
+  port.advertise_pending<Service>(
+      name(service),
+      [call](auto& request, const auto& reply) {
+        typename Service::Response refusal;
+        answer(refusal, [&] { call(request, reply); });
+        if (refusal.success == 0) reply(refusal);
+      },
+      array_bytes);
 }
 
 /// @param call returns what has changed
@@ -114,7 +129,10 @@ void advertise_empty(ServicePort& port, const char* service, const Call& call) {
     try {
       call();
     } catch (const std::exception& error) {
-      ROS_ERROR_STREAM(service << ": " << error.what());
+      static Throttle throttle;
+      if (throttle.passes()) {
+        ROS_ERROR_STREAM(service << ": " << error.what() << throttle.left_out());
+      }
       throw;
     }
   });
@@ -191,16 +209,22 @@ void Server::offer_steps() {
     simulation_.step_many(request, response);
     response.transition = outputs_.take_transition();
   });
-  advertise<walker_sim::ResetBatch>(port_, "reset_batch",
-                                    [this](const auto& request, auto& response) {
-                                      simulation_.reset_batch(request, response);
-                                      loop_.restart_schedule();
-                                    });
-  advertise<walker_sim::StepBatch>(port_, "step_batch",
-                                   [this](const auto& request, auto& response) {
-                                     loop_.refuse_while_it_runs("step_batch");
-                                     simulation_.step_batch(request.actions, response);
-                                   });
+  constexpr std::size_t kResetBytes =
+      sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(std::uint64_t);
+  advertise<walker_sim::ResetBatch>(
+      port_, "reset_batch",
+      [this](const auto& request, auto& response) {
+        simulation_.reset_batch(request, response);
+        loop_.restart_schedule();
+      },
+      environments_.size() * kResetBytes);
+  advertise<walker_sim::StepBatch>(
+      port_, "step_batch",
+      [this](const auto& request, auto& response) {
+        loop_.refuse_while_it_runs("step_batch");
+        simulation_.step_batch(request.actions, response);
+      },
+      environments_.size() * environments_.specification().action_size() * sizeof(double));
 }
 
 void Server::offer_records() {
@@ -213,7 +237,8 @@ void Server::offer_records() {
                                   });
   advertise_pending<walker_sim::Restore>(
       port_, "restore",
-      [this](const auto& request, const auto& reply) { restores_.add(request.record, reply); });
+      [this](const auto& request, const auto& reply) { restores_.add(request.record, reply); },
+      most_record_bytes(environments_.specification()));
   advertise_pending<walker_sim::Render>(port_, "render",
                                         [this](const auto& request, const auto& reply) {
                                           outputs_.camera().render(request, clock_.now(), reply);
@@ -251,7 +276,9 @@ void Server::offer_gazebo_services() {
         } catch (const std::exception& error) {
           // Gazebo takes what it is given, so clients seldom look at the answer.
           static Throttle throttle;
-          if (throttle.passes()) ROS_WARN_STREAM("set_physics_properties: " << error.what());
+          if (throttle.passes()) {
+            ROS_WARN_STREAM("set_physics_properties: " << error.what() << throttle.left_out());
+          }
           throw;
         }
       });

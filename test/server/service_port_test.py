@@ -6,6 +6,7 @@ import socket
 import struct
 import subprocess
 import sys
+import threading
 import time
 
 import rosgraph
@@ -23,7 +24,8 @@ from bare_ros import (
 )
 from server_harness import ServerTest, memory
 from std_srvs.srv import Empty, Trigger
-from walker_sim.srv import GetSpec, Reset, Step
+from walker_sim.msg import EnvironmentSpec, EpisodeRecord
+from walker_sim.srv import GetSpec, Render, Reset, Restore, Step
 
 STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
 MEGABYTE = 1 << 20
@@ -109,15 +111,28 @@ class ServicePortTest(ServerTest):
         connection.close()
         self.assert_serves()
 
-    def test_a_length_that_nobody_means_ends_the_connection(self):
-        connection = self.server.service_address("step")
-        connection.sendall(struct.pack("<I", MEGABYTE))  # of a header
-        self.assert_closed(connection)
-        connection.close()
-        connection = self.opened(persistent="1")
-        read_header(connection)
-        connection.sendall(struct.pack("<I", 1_000_000_001))
-        self.assert_closed(connection)
+    def test_a_header_that_nobody_means_ends_the_connection(self):
+        for size in (MEGABYTE, 0xFFFFFFFF):
+            connection = self.server.service_address("step")
+            connection.sendall(struct.pack("<I", size))
+            self.assertEqual(
+                read_header(connection)["error"],
+                f"connection header: a header of {size} bytes; at most 65536 are taken",
+            )
+            self.assert_closed(connection)
+            connection.close()
+        self.assert_serves()
+
+    def test_who_sends_no_header_is_closed(self):
+        served = self.opened(persistent="1")
+        read_header(served)
+        idle = [self.server.service_address("step") for _ in range(3)]
+        idle[1].sendall(header_bytes(self.fields())[:20])
+        for connection in idle:
+            self.addCleanup(connection.close)
+            self.assert_closed(connection)  # within the connection's own patience
+        served.sendall(self.step.request_bytes(action=STAND))  # with a header one may be idle
+        self.last = self.receive_answer(served).transition
         self.assert_serves()
 
     # ------------------------------------------------------------ calls
@@ -178,7 +193,209 @@ class ServicePortTest(ServerTest):
         with self.assertRaisesRegex(rospy.ServiceException, "lockstep"):
             rospy.ServiceProxy("/walker_sim/unpause_physics", Empty)()
 
+    def test_a_request_that_is_too_long_is_refused_at_its_length(self):
+        for size in (65537, 100 * MEGABYTE, 1_000_000_001, 0xFFFFFFFF):
+            connection = self.opened(persistent="1")
+            read_header(connection)
+            connection.sendall(struct.pack("<I", size))
+            self.assertEqual(
+                self.receive_answer(connection),
+                f"service /walker_sim/step: a request of {size} bytes; at most 65536 are taken",
+            )
+        before = memory(self.server.pid)
+        for persistent in ("1", "0"):  # what remains of it is thrown away
+            connection = self.opened(persistent=persistent)
+            read_header(connection)
+            connection.sendall(struct.pack("<I", 100 * MEGABYTE) + bytes(100 * MEGABYTE))
+            self.assertIn("at most 65536 are taken", self.receive_answer(connection))
+            if persistent == "0":
+                self.assert_closed(connection)
+                continue
+            connection.sendall(self.step.request_bytes(action=STAND))
+            self.last = self.receive_answer(connection).transition
+        self.assertLess(memory(self.server.pid) - before, 10 * MEGABYTE)
+        with self.assertRaisesRegex(rospy.ServiceException, "at most 65536 are taken"):
+            rospy.ServiceProxy("/walker_sim/step", Step)([0.0] * MEGABYTE)
+        self.assert_serves()
+
+    def test_as_much_as_its_type_needs_is_taken(self):
+        for action, words in (
+            ([0.0] * 8191, "action has 8191 values; must have 4"),
+            ([0.0] * 8192, "a request of 65540 bytes; at most 65536 are taken"),
+        ):
+            try:
+                told = self.step(action=action).status_message
+            except RuntimeError as error:
+                told = str(error)
+            self.assertIn(words, told)
+        restore = self.server.client("restore", Restore)
+        most = 1_000_000 * 4 * 8  # bytes of the longest episode's actions
+        reply = restore(record=EpisodeRecord(actions=[0.0] * 1_000_000 * 4))
+        self.assertIn("id =  in the record", reply.status_message)
+        restore.connection.sendall(struct.pack("<I", most + 2 * MEGABYTE))
+        with self.assertRaisesRegex(RuntimeError, "/walker_sim/restore: a request of"):
+            restore.receive()
+        restore.close()
+        # In memory a text takes eight times its least bytes.
+        spec = EnvironmentSpec(parameter_names=[""] * 5000)
+        with self.assertRaisesRegex(RuntimeError, "an array has 5000 elements; at most 4096"):
+            self.server.client("restore", Restore)(record=EpisodeRecord(spec=spec))
+        self.assert_serves()
+
+    def test_requests_in_a_row_are_not_moved_about(self):
+        small = struct.pack("<I", 1024) + b"\xff" * 1024
+        large = struct.pack("<I", 30 * MEGABYTE) + b"\xff" * (30 * MEGABYTE)
+        restore = self.server.client("restore", Restore)
+        self.addCleanup(restore.close)
+
+        def receive(count):
+            for _ in range(count):
+                with self.assertRaisesRegex(RuntimeError, "ends within a field"):
+                    restore.receive()
+
+        begin = processor_ticks(self.server.pid)
+        for _ in range(20_000):
+            restore.connection.sendall(small)
+            receive(1)
+        one_by_one = processor_ticks(self.server.pid) - begin
+        begin = processor_ticks(self.server.pid)
+        row = threading.Thread(target=restore.connection.sendall, args=(large + small * 20_000,))
+        row.start()
+        receive(20_001)
+        row.join()
+        # Moved with each that is answered, 20 MB would take a hundred times as long.
+        self.assertLess(processor_ticks(self.server.pid) - begin, 5 * one_by_one + 20)
+        self.assert_serves()
+
+    def test_who_says_that_no_more_comes_gets_every_answer(self):
+        connection = self.opened(persistent="1")
+        connection.sendall(self.step.request_bytes(action=STAND) * 50)
+        connection.shutdown(socket.SHUT_WR)
+        read_header(connection)
+        for _ in range(50):
+            self.last.step += 1
+            self.assertEqual(self.receive_answer(connection).transition.step, self.last.step)
+        self.assert_closed(connection)
+        render = self.server.client("render", Render)  # whose answer takes its time
+        render.connection.sendall(render.request_bytes() * 3)
+        render.connection.shutdown(socket.SHUT_WR)
+        for _ in range(3):
+            self.assertEqual(render.receive().image.width, 600)
+        self.assert_closed(render.connection)
+        render.close()
+        self.assert_serves()
+
     # ------------------------------------------------------------ clients that harm
+
+    def test_unfinished_requests_hold_so_much_together_and_no_more(self):
+        before = memory(self.server.pid)
+        piece = bytes(30 * MEGABYTE)
+        clients = []
+        for _ in range(20):  # 600 MB
+            client = self.server.client("restore", Restore)
+            self.addCleanup(client.close)
+            client.connection.sendall(struct.pack("<I", len(piece) + 1) + piece)
+            clients.append(client)
+            self.assert_serves(1)
+            self.assertLess(memory(self.server.pid) - before, 450 * MEGABYTE)
+        with self.assertRaisesRegex(RuntimeError, "all together may hold 268435456"):
+            clients[0].receive()
+        for client in (clients[0], clients[-1]):  # one that gave way, and one that did not
+            client.connection.sendall(b"\0")
+            if client is clients[-1]:
+                with self.assertRaisesRegex(RuntimeError, "the request is longer than its type"):
+                    client.receive()
+            client.connection.sendall(struct.pack("<I", 0))
+            with self.assertRaisesRegex(RuntimeError, "ends within a field"):
+                client.receive()
+        self.assert_serves()
+
+    def test_unread_pictures_hold_so_much_together_and_no_more(self):
+        before = memory(self.server.pid)
+        clients = []
+        for _ in range(40):  # 480 MB
+            client = self.server.client("render", Render)
+            self.addCleanup(client.close)
+            client.connection.sendall(
+                client.request_bytes(
+                    parameter_names=["width", "height"], parameter_values=["2000", "2000"]
+                )
+            )
+            clients.append(client)
+        patient = self.server.client("render", Render)
+        self.assertEqual(patient().image.width, 600)  # drawn after all others
+        self.assert_serves()
+        self.assertLess(memory(self.server.pid) - before, 450 * MEGABYTE)
+        self.assertEqual(clients[-1].receive().image.width, 2000)
+        with self.assertRaises(ConnectionError):
+            clients[0].receive()
+        patient.close()
+        self.assert_serves()
+
+    def test_there_is_a_limit_of_connections(self):
+        self.assertEqual(self.server.stop(), 0, self.server.output())
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (400, hard))
+        try:
+            self.setUp()
+        finally:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        crowd = [self.server.client("step", Step) for _ in range(200 - 2)]
+        for client in crowd:
+            self.addCleanup(client.close)
+        with self.assertRaisesRegex(ConnectionError, "the services have 200 clients"):
+            self.server.client("step", Step)
+        self.assert_serves()
+        crowd.pop().close()
+
+        def accepted():
+            try:
+                self.server.client("step", Step).close()
+            except ConnectionError:
+                return False
+            return True
+
+        wait_for(accepted, "a place to be free")
+        self.assert_serves()
+
+    def test_what_clients_send_does_not_fill_the_log(self):
+        before = len(self.server.output())
+        for _ in range(2000):
+            connection = self.opened(service="/nothing" + "x" * 50_000)
+            self.assertIn("[... 49808 bytes left out ...]", read_header(connection)["error"])
+            connection.close()
+            connection = self.opened(persistent="1")
+            read_header(connection)
+            connection.sendall(b"\xff" * 4)
+            self.receive_answer(connection)
+            connection.close()
+        told = self.server.output()[before:]
+        self.assertRegex(told, r"\(and \d+ more since the last such line\)")
+        self.assertLess(len(told), 100_000)
+        self.assert_serves()
+
+    def test_what_clients_send_writes_no_lines_of_its_own(self):
+        evil = "/x\n[ERROR] all is lost\x1b[2J\x9b31m"
+        time.sleep(1.1)  # so that the next refusal is logged
+        connection = self.opened(callerid=evil, service=evil)
+        error = read_header(connection)["error"]
+        self.assertIn("/x\\n[ERROR] all is lost\\x1b[2J\\xc2\\x9b31m asks for", error)
+        wait_for(lambda: "all is lost" in self.server.output(), "the log")
+        self.assertNotIn("\n[ERROR] all is lost", self.server.output())
+        self.assertNotIn("\x1b[2J", self.server.output())
+        client = self.server.client("render", Render)
+        for fields in (
+            {"encoding": "\n\x1b[2J" + "x" * 20_000},
+            {"parameter_names": ["\n\x1b[2J" + "x" * 20_000], "parameter_values": ["1"]},
+            {"parameter_names": ["width"], "parameter_values": ["\n\x1b[2J" + "x" * 20_000]},
+        ):
+            told = client(**fields).status_message
+            self.assertIn("\\n\\x1b[2J", told)
+            self.assertNotIn("\n", told)
+            self.assertIn("bytes left out", told)
+            self.assertLess(len(told), 1200)
+        client.close()
+        self.assert_serves()
 
     def test_who_never_reads_holds_nobody_up(self):
         before = memory(self.server.pid)
@@ -288,6 +505,13 @@ class ServicePortTest(ServerTest):
         self.assertEqual(self.server.stop(), 0)
         services = [name for name, _ in rosgraph.Master(CALLER).getSystemState()[2]]
         self.assertEqual([name for name in services if name.startswith("/walker_sim/")], [])
+
+
+def processor_ticks(pid):
+    """User and system time that a process has taken, in the system's clock ticks."""
+    with open(f"/proc/{pid}/stat", encoding="ascii") as file:
+        fields = file.read().rpartition(")")[2].split()
+    return int(fields[11]) + int(fields[12])
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
 #include "server/environments/restores.h"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <utility>
 
+#include "core/printable_text.h"
 #include "ros/records.h"
 
 namespace walker {
@@ -15,11 +17,14 @@ Restores::Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironme
 
 void Restores::add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply) {
   simulation_.environments().only("restore");  // throws where there are many
+  // A client that has gone wants it no more, and its record takes memory.
+  waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(),
+                                [](const Waiting& each) { return !each.reply.is_awaited(); }),
+                 waiting_.end());
   waiting_.push_back({to_record(record), reply});
 }
 
 bool Restores::go_on() {
-  // A client that has gone wants it no more.
   while (!waiting_.empty() && !waiting_.front().reply.is_awaited()) waiting_.pop_front();
   if (waiting_.empty()) return false;
   Waiting& first = waiting_.front();
@@ -33,7 +38,7 @@ bool Restores::go_on() {
     response.transition = outputs_.take_transition();
     response.success = 1;
   } catch (const std::exception& error) {
-    response.status_message = error.what();
+    response.status_message = printable(error.what());
   }
   first.reply(response);
   waiting_.pop_front();

@@ -32,7 +32,7 @@ class PendingAnswer {
   explicit PendingAnswer(std::shared_ptr<EventDescriptor> event) : event_(std::move(event)) {}
 
   /// Once, from any thread.
-  /// @param bytes as they go to the client
+  /// @param bytes as they go to the client; they begin with kResponseFollows
   void give(tcpros::Bytes bytes) {
     bytes_ = std::move(bytes);
     is_given_.store(true, std::memory_order_release);
@@ -61,7 +61,7 @@ class Reply {
 
   /// To be called once.
   void operator()(const Response& response) const {
-    tcpros::Bytes bytes{1};  // a response follows
+    tcpros::Bytes bytes{tcpros::kResponseFollows};
     append_response(response, bytes);
     if (const std::shared_ptr<PendingAnswer> pending = pending_.lock()) {
       pending->give(std::move(bytes));

@@ -2,6 +2,8 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -52,6 +54,14 @@ int listen_anywhere(std::uint16_t& port) {
   return descriptor;
 }
 
+/// The other half of the descriptors is for topics, and for all else.
+std::size_t most_sessions() {
+  constexpr std::size_t kMost = 1000;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMost;
+  return std::min<std::size_t>(kMost, limit.rlim_cur / 2);
+}
+
 void set(int descriptor, int level, int option, int value) {
   // Without them the connection works as well.
   setsockopt(descriptor, level, option, &value, sizeof(value));
@@ -70,23 +80,35 @@ bool tell_master(const std::string& method, const std::string& service, const st
   return ros::master::execute(method, request, response, payload, is_registration);
 }
 
+/// One turn.
+ServiceSession::Outcome advance(ServiceSession& session, short happened) {
+  // On one core the client runs as soon as it has its answer, and has asked again by now: then
+  // its next calls need no poll. A few, for others wait.
+  constexpr int kMostCalls = 8;
+  ServiceSession::Outcome outcome = session.advance(happened);
+  for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < kMostCalls; ++calls) {
+    outcome = session.advance(POLLIN);
+  }
+  return outcome;
+}
+
 }  // namespace
 
-ServicePort::ServicePort() {
+ServicePort::ServicePort() : most_sessions_(most_sessions()) {
   std::uint16_t port = 0;
   listener_ = listen_anywhere(port);
   uri_ = "rosrpc://" + ros::network::getHost() + ":" + std::to_string(port);
 }
 
 ServicePort::~ServicePort() {
-  for (const auto& [name, service] : services_) {
+  for (const auto& [name, service] : shared_.services) {
     if (!tell_master("unregisterService", name, uri_)) break;  // it has gone
   }
   close(listener_);
 }
 
 void ServicePort::add(const std::string& name, OfferedService service) {
-  if (!services_.emplace(name, std::move(service)).second) {
+  if (!shared_.services.emplace(name, std::move(service)).second) {
     throw std::invalid_argument("service " + name +
                                 ": is advertised already; two names are "
                                 "remapped to one");
@@ -97,33 +119,60 @@ void ServicePort::add(const std::string& name, OfferedService service) {
 bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
   wait(other, longest);
   if (polled_[2].revents != 0) answer_is_given_->clear();  // before the sessions look
-  using Outcome = ServiceSession::Outcome;
-  constexpr std::size_t kFirstSession = 3;
-  bool is_any_over = false;
-  for (std::size_t i = 0; i < sessions_.size(); ++i) {
-    const short events = polled_[kFirstSession + i].revents;
-    if (events == 0 && !sessions_[i]->has_work()) continue;
-    // On one core the client runs as soon as it has its answer, and has asked again by now: then
-    // its next calls need no poll. A few, for others wait.
-    constexpr int kMostCalls = 8;
-    Outcome outcome = sessions_[i]->advance((events & ~POLLOUT) != 0);
-    for (int calls = 1; outcome == Outcome::called && calls < kMostCalls; ++calls) {
-      outcome = sessions_[i]->advance(true);
-    }
-    if (outcome == Outcome::over) {
-      sessions_[i].reset();
-      is_any_over = true;
-    }
-  }
-  if (is_any_over) {
+  serve_sessions();
+  if (std::exchange(is_any_over_, false)) {
     sessions_.erase(std::remove(sessions_.begin(), sessions_.end(), nullptr), sessions_.end());
   }
   if (polled_[0].revents != 0) accept_clients();
   return polled_[1].revents != 0;
 }
 
+/// Gives a turn to each that something has happened to.
+void ServicePort::serve_sessions() {
+  constexpr std::size_t kFirstSession = 3;
+  for (std::size_t i = 0; i < sessions_.size(); ++i) {
+    if (!sessions_[i]) continue;  // it has given way to another
+    const short happened = polled_[kFirstSession + i].revents;
+    if (happened == 0 && !sessions_[i]->has_work()) {
+      if (sessions_[i]->is_overdue(now_)) {
+        log_client(shared_, "is cut off", "it has sent no header");
+        remove(sessions_[i]);
+      }
+      continue;
+    }
+    const std::size_t before = sessions_[i]->held();
+    const bool is_over = advance(*sessions_[i], happened) == ServiceSession::Outcome::over;
+    held_ += sessions_[i]->held() - before;  // which may be less than nothing, modulo 2^64
+    if (is_over) remove(sessions_[i]);
+    if (held_ > kMostHeldBytes) make_room();
+  }
+}
+
+void ServicePort::remove(std::unique_ptr<ServiceSession>& session) {
+  held_ -= session->held();
+  session.reset();
+  is_any_over_ = true;
+}
+
+/// Those that hold little all together never fill it.
+void ServicePort::make_room() {
+  while (held_ > kMostHeldBytes) {
+    std::unique_ptr<ServiceSession>* last = nullptr;
+    for (std::unique_ptr<ServiceSession>& session : sessions_) {
+      if (!session || !session->holds_much()) continue;
+      if (last == nullptr || session->moved_at() < (*last)->moved_at()) last = &session;
+    }
+    if (last == nullptr) return;
+    const std::size_t before = (*last)->held();
+    const bool stays = (*last)->give_way();
+    held_ += (*last)->held() - before;
+    if (!stays) remove(*last);
+  }
+}
+
 void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
-  const bool accepts = Clock::now() >= accepts_from_;
+  now_ = Clock::now();
+  const bool accepts = now_ >= accepts_from_;
   polled_.clear();
   polled_.push_back({accepts ? listener_ : -1, POLLIN, 0});
   polled_.push_back({other, POLLIN, 0});
@@ -139,6 +188,17 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   ppoll(polled_.data(), polled_.size(), &timeout, nullptr);
 }
 
+/// The client's header has not come yet, but an answer to it is all that it waits for.
+void ServicePort::turn_away(int descriptor) {
+  const std::string why =
+      "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
+  log_client(shared_, "is refused", why);
+  tcpros::Bytes header;
+  tcpros::append_header({{"error", why}}, header);
+  send(descriptor, header.data(), header.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+  close(descriptor);
+}
+
 void ServicePort::accept_clients() {
   constexpr int kMostAtOnce = 64;  // whoever is connected is not to wait for all of them
   for (int i = 0; i < kMostAtOnce; ++i) {
@@ -151,12 +211,17 @@ void ServicePort::accept_clients() {
       accepts_from_ = Clock::now() + std::chrono::seconds(1);
       return;
     }
+    if (sessions_.size() >= most_sessions_) {
+      turn_away(descriptor);
+      continue;
+    }
     set(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
     set(descriptor, SOL_SOCKET, SO_KEEPALIVE, 1);
     set(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
     set(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
     set(descriptor, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
-    sessions_.push_back(std::make_unique<ServiceSession>(descriptor, services_));
+    sessions_.push_back(std::make_unique<ServiceSession>(descriptor, shared_));
+    held_ += sessions_.back()->held();
   }
 }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <exception>
 #include <stdexcept>
@@ -12,10 +13,14 @@
 #include <ros/console.h>
 #include <ros/this_node.h>
 
+#include "core/printable_text.h"
+
 namespace walker {
 namespace {
 
 constexpr std::size_t kFirstCapacity = 4096;
+// Whoever speaks TCPROS sends its header as soon as it is connected.
+constexpr std::chrono::seconds kUntilHeader{10};
 
 /// @throws std::runtime_error naming what is missing
 const std::string& required(const tcpros::Fields& fields, const char* name) {
@@ -31,86 +36,224 @@ bool is_set(const tcpros::Fields& fields, const char* name) {
   return field != fields.end() && (field->second == "1" || field->second == "true");
 }
 
+/// What a client has sent, within an error that it gets and that is logged.
+std::string quoted(const std::string& text) {
+  constexpr std::size_t kMost = 200;
+  return printable(text, kMost);
+}
+
+bool may_be_tried_again() { return errno == EAGAIN || errno == EINTR; }
+
+void free_memory(tcpros::Bytes& bytes) { tcpros::Bytes().swap(bytes); }
+
 }  // namespace
 
-ServiceSession::ServiceSession(int descriptor, const OfferedServices& services)
-    : descriptor_(descriptor), services_(services), input_(kFirstCapacity) {}
+void log_client(SharedBySessions& shared, const char* what, const std::string& why) {
+  if (!shared.throttle.passes()) return;
+  ROS_WARN_STREAM("A client of the services " << what << ": " << printable(why)
+                                              << shared.throttle.left_out());
+}
+
+ServiceSession::ServiceSession(int descriptor, SharedBySessions& shared)
+    : descriptor_(descriptor),
+      shared_(shared),
+      due_(Clock::now() + kUntilHeader),
+      input_(kFirstCapacity) {}
 
 ServiceSession::~ServiceSession() { close(descriptor_); }
 
 short ServiceSession::events() const {
-  if (pending_) return POLLRDHUP;
+  // Once its end has been seen it would be told for ever; a reset is told in any case.
+  if (pending_) return sent_ == 0 ? POLLRDHUP : 0;
   return has_output() ? POLLOUT : POLLIN;
 }
 
-/// Of the header or request at the input's beginning, with its length, once that has come.
+/// Of the header or request that comes next, with its length, once that has come.
 std::size_t ServiceSession::frame_size() const {
-  return tcpros::kLengthBytes + tcpros::load_length(input_.data());
+  return tcpros::kLengthBytes + tcpros::load_length(&input_[begin_]);
 }
 
-/// @throws std::runtime_error for a length that nobody means
-void ServiceSession::check_length() const {
-  const std::size_t most = service_ ? tcpros::kMostMessageBytes : tcpros::kMostHeaderBytes;
-  if (received_ < tcpros::kLengthBytes || frame_size() - tcpros::kLengthBytes <= most) return;
-  throw std::runtime_error("it announces " + std::to_string(frame_size()) + " bytes; at most " +
-                           std::to_string(most) + " are taken");
+/// Of a header or request, without its length.
+std::size_t ServiceSession::most_bytes() const {
+  return service_ != nullptr ? service_->second.most_request_bytes : tcpros::kMostHeaderBytes;
 }
 
 bool ServiceSession::has_request() const {
-  return !pending_ && !has_output() && received_ >= tcpros::kLengthBytes &&
-         received_ >= frame_size();
+  if (pending_ || has_output() || !has_length()) return false;
+  const std::size_t size = frame_size();
+  return received_ - begin_ >= size || size - tcpros::kLengthBytes > most_bytes();
 }
 
-ServiceSession::Outcome ServiceSession::advance(bool is_readable) {
-  Outcome outcome = Outcome::waits;
+ServiceSession::Outcome ServiceSession::advance(short happened) {
   if (pending_) {
-    if (!pending_->is_given()) return is_readable ? Outcome::over : Outcome::waits;
-    output_ = pending_->take();
-    pending_.reset();
+    if (is_gone_while_pending(happened)) return Outcome::over;
+    if (!pending_->is_given()) return Outcome::waits;
+    take_pending();
   }
+  Outcome outcome = Outcome::waits;
   try {
-    if (!has_output() && is_readable && !receive()) return Outcome::over;
-    check_length();
-    if (has_request()) {
-      const std::size_t size = frame_size();
-      const std::uint8_t* const begin = input_.data() + tcpros::kLengthBytes;
-      sent_ = 0;
-      output_.clear();
-      if (service_) {
-        answer(begin, size - tcpros::kLengthBytes);
-        if (!pending_) outcome = Outcome::called;
-      } else {
-        open(begin, size - tcpros::kLengthBytes);
-      }
-      std::copy(input_.data() + size, input_.data() + received_, input_.data());
-      received_ -= size;
+    // What has come is answered before more is read: a client may send, and say that no more comes.
+    if (!has_output() && !has_request() && (happened & ~POLLOUT) != 0 && !receive()) {
+      return Outcome::over;
     }
-  } catch (const std::exception& error) {
-    ROS_WARN_STREAM("A client of the services is cut off: " << error.what());
+    if (has_request()) take_frame(outcome);
+  } catch (const std::exception& error) {  // there is no memory
+    log_client(shared_, "is cut off", error.what());
     return Outcome::over;
   }
-  const bool is_over = !send() || (is_over_ && !pending_ && !has_output());
+  const bool is_over = !send() || (is_over_ && !pending_ && !has_output() && discarded_ == 0);
   return is_over ? Outcome::over : outcome;
+}
+
+/// The header or request that comes next, or what is wrong with its length.
+void ServiceSession::take_frame(Outcome& outcome) {
+  const std::size_t size = frame_size() - tcpros::kLengthBytes;
+  if (size > most_bytes()) {
+    const std::string what = service_ != nullptr ? "service " + service_->first + ": a request"
+                                                 : "connection header: a header";
+    refuse(what + " of " + std::to_string(size) + " bytes; at most " +
+           std::to_string(most_bytes()) + " are taken");
+    return;
+  }
+  sent_ = 0;
+  output_.clear();
+  const std::uint8_t* const begin = &input_[begin_] + tcpros::kLengthBytes;
+  if (service_ != nullptr) {
+    answer(begin, size);
+    if (pending_) {
+      pending_bytes_ = size;
+    } else {
+      outcome = Outcome::called;
+    }
+  } else {
+    open(begin, size);
+  }
+  consume(tcpros::kLengthBytes + size);
+}
+
+/// Of a request, whose remains are thrown away as they come: only who has sent it reads why.
+void ServiceSession::refuse(const std::string& why) {
+  log_client(shared_, "is refused", why);
+  sent_ = 0;
+  output_.clear();
+  if (service_ == nullptr) {
+    tcpros::append_header({{"error", why}}, output_);
+    is_over_ = true;
+    return;
+  }
+  is_over_ = !is_persistent_;
+  output_.assign(1 + tcpros::kLengthBytes, 0);
+  tcpros::store_length(why.size(), &output_[1]);
+  output_.insert(output_.end(), why.begin(), why.end());
+  consume(frame_size());
+}
+
+/// A frame, as far as it has come.
+void ServiceSession::consume(std::size_t size) {
+  const std::size_t here = std::min(size, received_ - begin_);
+  begin_ += here;
+  discarded_ = size - here;
+  if (begin_ < received_) return;
+  begin_ = received_ = 0;
+  if (input_.size() > kKeptBytes) {
+    free_memory(input_);
+    input_.resize(kFirstCapacity);
+  }
+}
+
+/// For at least one more byte.
+void ServiceSession::make_room() {
+  if (received_ < input_.size()) return;
+  if (begin_ > 0) {  // less than a frame is moved, and after it a buffer's worth is read
+    std::copy(input_.data() + begin_, input_.data() + received_, input_.data());
+    received_ -= begin_;
+    begin_ = 0;
+    return;
+  }
+  const std::size_t double_size = 2 * input_.size();
+  input_.resize(has_length() ? std::min(double_size, frame_size()) : double_size);
 }
 
 /// @return false when the client has gone
 bool ServiceSession::receive() {
-  if (received_ == input_.size()) input_.resize(2 * input_.size());
+  if (discarded_ > 0) return discard();
+  make_room();
   const ssize_t size = recv(descriptor_, &input_[received_], input_.size() - received_, 0);
   if (size == 0) return false;
-  if (size < 0) return errno == EAGAIN || errno == EINTR;
+  if (size < 0) return may_be_tried_again();
   received_ += static_cast<std::size_t>(size);
+  moved_at_ = ++shared_.moves;
+  return true;
+}
+
+/// @return false when the client has gone
+bool ServiceSession::discard() {
+  std::array<std::uint8_t, kKeptBytes> nowhere;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+  const ssize_t size = recv(descriptor_, nowhere.data(), std::min(discarded_, nowhere.size()), 0);
+  if (size == 0) return false;
+  if (size < 0) return may_be_tried_again();
+  discarded_ -= static_cast<std::size_t>(size);
   return true;
 }
 
 /// @return false when the client has gone
 bool ServiceSession::send() {
+  if (pending_) return true;  // of which a first byte may have been sent
   while (has_output()) {
     const ssize_t size = ::send(descriptor_, &output_[sent_], output_.size() - sent_, MSG_NOSIGNAL);
-    if (size < 0) return errno == EAGAIN || errno == EINTR;
+    if (size < 0) return may_be_tried_again();
     sent_ += static_cast<std::size_t>(size);
+    moved_at_ = ++shared_.moves;
+  }
+  if (output_.capacity() > kKeptBytes) {
+    free_memory(output_);
+    sent_ = 0;
   }
   return true;
+}
+
+/// A client that says that no more comes may still wait for its answer, and a client that has gone
+/// says no more than that. So it gets the byte with which every pending answer begins: who has gone
+/// replies with a reset.
+bool ServiceSession::is_gone_while_pending(short happened) {
+  if ((happened & (POLLERR | POLLHUP)) != 0) return true;
+  if ((happened & POLLRDHUP) == 0 || sent_ > 0) return false;
+  const ssize_t size = ::send(descriptor_, &tcpros::kResponseFollows, 1, MSG_NOSIGNAL);
+  if (size < 0) return !may_be_tried_again();
+  sent_ = 1;
+  return false;
+}
+
+void ServiceSession::take_pending() {
+  output_ = pending_->take();
+  pending_.reset();
+  pending_bytes_ = 0;
+}
+
+void ServiceSession::refuse_long_answer() {
+  if (output_.size() <= kMostHeldBytes) return;
+  const std::string why = "service " + service_->first + ": an answer of " +
+                          std::to_string(output_.size()) + " bytes; at most " +
+                          std::to_string(kMostHeldBytes) + " are given";
+  log_client(shared_, "gets no answer", why);
+  free_memory(output_);
+  output_.assign(1 + tcpros::kLengthBytes, 0);
+  tcpros::store_length(why.size(), &output_[1]);
+  output_.insert(output_.end(), why.begin(), why.end());
+}
+
+bool ServiceSession::give_way() {
+  const std::string why = "its unfinished requests and unread answers hold " +
+                          std::to_string(held()) +
+                          " bytes, longer than those of others; all "
+                          "together may hold " +
+                          std::to_string(kMostHeldBytes);
+  if (pending_ || has_output() || !has_length() || service_ == nullptr) {
+    log_client(shared_, "is cut off", why);
+    return false;
+  }
+  refuse("service " + service_->first + ": " + why);
+  return send();
 }
 
 void ServiceSession::open(const std::uint8_t* header, std::size_t size) {
@@ -119,40 +262,43 @@ void ServiceSession::open(const std::uint8_t* header, std::size_t size) {
     const std::string& name = required(fields, "service");
     const std::string& md5sum = required(fields, "md5sum");
     const std::string& caller = required(fields, "callerid");
-    const auto service = services_.find(name);
-    if (service == services_.end()) {
-      throw std::runtime_error(caller + " asks for the service " + name +
+    const auto service = shared_.services.find(name);
+    if (service == shared_.services.end()) {
+      throw std::runtime_error(quoted(caller) + " asks for the service " + quoted(name) +
                                ", which this node does not have");
     }
     if (md5sum != "*" && md5sum != service->second.md5sum) {
-      throw std::runtime_error(caller + " expects " + name + " to have the MD5 " + md5sum +
-                               "; it is " + service->second.md5sum + " (" + service->second.type +
-                               ")");
+      throw std::runtime_error(quoted(caller) + " expects " + name + " to have the MD5 " +
+                               quoted(md5sum) + "; it is " + service->second.md5sum + " (" +
+                               service->second.type + ")");
     }
-    service_ = &service->second;
+    service_ = &*service;
     is_persistent_ = is_set(fields, "persistent");
   } catch (const std::exception& error) {
-    ROS_WARN_STREAM("A client of the services is refused: " << error.what());
-    tcpros::append_header({{"error", error.what()}}, output_);
-    is_over_ = true;
+    refuse(printable(error.what()));
     return;
   }
+  const OfferedService& service = service_->second;
   tcpros::append_header({{"callerid", ros::this_node::getName()},
-                         {"md5sum", service_->md5sum},
-                         {"request_type", service_->request_type},
-                         {"response_type", service_->response_type},
-                         {"type", service_->type}},
+                         {"md5sum", service.md5sum},
+                         {"request_type", service.request_type},
+                         {"response_type", service.response_type},
+                         {"type", service.type}},
                         output_);
 }
 
 void ServiceSession::answer(const std::uint8_t* request, std::size_t size) {
   is_over_ = !is_persistent_;
   try {
-    output_.push_back(1);
-    pending_ = service_->call(request, size, output_);
-    if (pending_) output_.clear();
+    output_.push_back(tcpros::kResponseFollows);
+    pending_ = service_->second.call(request, size, output_);
+    if (pending_) {
+      output_.clear();
+    } else {
+      refuse_long_answer();
+    }
   } catch (const std::exception& error) {
-    const std::string reason = error.what();
+    const std::string reason = printable(error.what());
     output_.assign(1 + tcpros::kLengthBytes, 0);
     tcpros::store_length(reason.size(), &output_[1]);
     output_.insert(output_.end(), reason.begin(), reason.end());

@@ -1,6 +1,7 @@
 // One client of a service port: its socket, and how far its header and its requests have come.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -9,6 +10,7 @@
 #include <string>
 
 #include "client/tcpros.h"
+#include "ros/throttle.h"
 #include "server/transport/pending_answer.h"
 
 namespace walker {
@@ -19,6 +21,7 @@ struct OfferedService {
   std::string md5sum;
   std::string request_type;
   std::string response_type;
+  std::size_t most_request_bytes;
   /// Takes a request and appends the serialised response with its length, or returns what the
   /// client has to wait for.
   /// @throws std::exception that says why there is none; then nothing has been appended
@@ -29,15 +32,34 @@ struct OfferedService {
 
 using OfferedServices = std::map<std::string, OfferedService>;  ///< by resolved name
 
+/// What the sessions of a port have in common.
+struct SharedBySessions {
+  OfferedServices services;
+  std::uint64_t moves = 0;  ///< reads and writes so far: the order of what clients last did
+  Throttle throttle;        ///< of what is logged of clients, for there may be thousands
+};
+
+/// How much all sessions of a port may hold of unfinished requests and of answers that have not
+/// been read; an answer longer than this is not given.
+constexpr std::size_t kMostHeldBytes = std::size_t{256} << 20U;
+
+/// Logs what a client did wrong, where the throttle lets it. What the client itself has sent is
+/// made printable.
+void log_client(SharedBySessions& shared, const char* what, const std::string& why);
+
 /// Speaks TCPROS (client/tcpros.h) on a non-blocking socket. It never waits: what has not come is
 /// read when it comes, what the client does not take is written when it does. Until then its next
 /// requests stay in the socket, so that a client that never reads holds one answer of memory and
 /// nobody else; so they do while its answer is pending. Memory for a request grows with the bytes
-/// that come, not with the length they claim.
+/// that come, not with the length they claim; one that is too long for its service is refused as
+/// soon as its length is there, and thrown away as it comes.
 class ServiceSession {
  public:
+  using Clock = std::chrono::steady_clock;
+
   /// @param descriptor of a connected socket; closed at the end
-  ServiceSession(int descriptor, const OfferedServices& services);
+  /// @param shared     outlives this
+  ServiceSession(int descriptor, SharedBySessions& shared);
   ServiceSession(const ServiceSession&) = delete;
   ServiceSession& operator=(const ServiceSession&) = delete;
   ~ServiceSession();
@@ -47,34 +69,64 @@ class ServiceSession {
   short events() const;
   /// Whether a request or an answer lies here that no poll of its socket will tell of.
   bool has_work() const { return has_request() || (pending_ && pending_->is_given()); }
+  /// Without a header it may stay for so long and no longer; with one for ever, as roscpp's
+  /// clients.
+  bool is_overdue(Clock::time_point now) const { return service_ == nullptr && now >= due_; }
 
   enum class Outcome { waits, called, over };
 
   /// Goes on as far as it can without waiting, and makes one call at most.
-  /// @param is_readable its socket may have something to be read, or have lost its client
+  /// @param happened what poll says of its socket
   /// @return whether it has made a call, or is over: to be destroyed
-  Outcome advance(bool is_readable);
+  Outcome advance(short happened);
+
+  /// Bytes of memory.
+  std::size_t held() const { return input_.size() + output_.capacity() + pending_bytes_; }
+  /// Whether it holds more than every client may.
+  bool holds_much() const { return held() > 2 * kKeptBytes; }
+  /// When the client last took or sent something, as the count of moves.
+  std::uint64_t moved_at() const { return moved_at_; }
+  /// Gives back what it holds, and tells the client why.
+  /// @return false where that is not possible: to be destroyed
+  bool give_way();
 
  private:
+  /// Of each of its two buffers, between calls.
+  static constexpr std::size_t kKeptBytes = std::size_t{64} << 10U;
+
   bool receive();
+  bool discard();
   bool send();
+  bool is_gone_while_pending(short happened);
+  void take_pending();
   void open(const std::uint8_t* header, std::size_t size);
   void answer(const std::uint8_t* request, std::size_t size);
+  void take_frame(Outcome& outcome);
+  void refuse(const std::string& why);
+  void refuse_long_answer();
+  void consume(std::size_t size);
+  void make_room();
+  bool has_length() const { return received_ - begin_ >= tcpros::kLengthBytes; }
   bool has_request() const;
   bool has_output() const { return sent_ < output_.size(); }
   std::size_t frame_size() const;
-  void check_length() const;
+  std::size_t most_bytes() const;
 
   int descriptor_;
-  const OfferedServices& services_;
-  const OfferedService* service_ = nullptr;  // null until the header has come
+  SharedBySessions& shared_;
+  const OfferedServices::value_type* service_ = nullptr;  // null until the header has come
+  Clock::time_point due_;                                 // of the header
   bool is_persistent_ = false;
-  bool is_over_ = false;  // once everything is sent
-  tcpros::Bytes input_;   // keeps its memory, as does the next
-  std::size_t received_ = 0;
+  bool is_over_ = false;       // once everything is sent
+  tcpros::Bytes input_;        // keeps its memory, as does the next
+  std::size_t begin_ = 0;      // of the next header or request
+  std::size_t received_ = 0;   // end of what has come
+  std::size_t discarded_ = 0;  // bytes that are still to come of a request that is refused
   std::shared_ptr<PendingAnswer> pending_;  // to the request before
+  std::size_t pending_bytes_ = 0;           // of that request
   tcpros::Bytes output_;
   std::size_t sent_ = 0;
+  std::uint64_t moved_at_ = 0;
 };
 
 }  // namespace walker

@@ -1,0 +1,23 @@
+// Texts of others, fit to be shown: in a log, an error, a terminal.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "walker_sim/export.h"
+
+namespace walker {
+
+constexpr std::size_t kMostPrintableBytes = 1000;  ///< of a text before it loses its middle
+
+/// On one line: control characters, and bytes that are no UTF-8, become \n, \t or \x1b. Of a long
+/// text the middle is left out, with a word on how much that is: what stands at its beginning and
+/// its end tells most.
+WALKER_SIM_EXPORT std::string printable(std::string_view text,
+                                        std::size_t most = kMostPrintableBytes);
+
+/// The same text, but for bytes that are no UTF-8, which become \xff.
+WALKER_SIM_EXPORT std::string to_utf8(std::string_view text);
+
+}  // namespace walker
