@@ -125,7 +125,11 @@ struct ServerSpecification {
 /// the next one looks the server up anew. A call is never sent twice: after a ConnectionError
 /// nobody knows whether the server has made it. What is kept between calls is memory only, so that
 /// a step allocates nothing, and the sizes that the server has last told with its specification: an
-/// answer of other sizes, or with an index beyond them, is a ConnectionError.
+/// answer of other sizes, or with an index beyond them, is a ConnectionError. Texts are UTF-8:
+/// other bytes become \xff.
+///
+/// It belongs to the process that made it: in the child of a fork every call is a ConnectionError
+/// that says so, and the parent's goes on.
 class WALKER_SIM_EXPORT Client {
  public:
   /// Connects, and asks for the specification.

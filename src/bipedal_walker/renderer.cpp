@@ -9,6 +9,7 @@
 #include "bipedal_walker/canvas.h"
 #include "bipedal_walker/constants.h"
 #include "bipedal_walker/specification.h"
+#include "core/limits.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -248,7 +249,6 @@ class SideView : public Renderer {
 }  // namespace
 
 std::vector<ParameterDescription> camera_parameters() {
-  constexpr double kMostPixels = 4096;
   return {
       {"width", std::int64_t{600}, "pixels", "Of the picture.", 1, kMostPixels},
       {"height", std::int64_t{400}, "pixels", "Of the picture.", 1, kMostPixels},

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "client/forks.h"
 #include "client/master.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
@@ -54,6 +55,7 @@ class Client::Implementation {
   /// @throws ConnectionError, Interrupted, RequestRefused
   template <typename Write, typename Read>
   void call(ServiceIndex index, const Write& write, const Read& read) {
+    refuse_in_fork();
     request_.assign(tcpros::kLengthBytes, 0);
     Writer writer(request_);
     write(writer);
@@ -65,7 +67,7 @@ class Client::Implementation {
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
     ServiceConnection& connection = connected(index);
     try {
-      Reader answer = connection.call(request_, deadline());
+      Reader answer = connection.call(request_, most_answer_bytes(index, server), deadline());
       read(answer);
     } catch (const RequestRefused&) {
       throw;
@@ -96,6 +98,11 @@ class Client::Implementation {
   ServerSpecification server;  ///< as it has last told
 
  private:
+  /// The connections are those of the process that made them: answers to one would reach the other.
+  void refuse_in_fork() const {
+    if (num_forks() != num_forks_) throw ConnectionError(kForked);
+  }
+
   Deadline deadline() const {
     const std::chrono::duration<double> timeout(options_.timeout);
     const auto until =
@@ -134,6 +141,7 @@ class Client::Implementation {
   }
 
   ClientOptions options_;
+  unsigned num_forks_ = num_forks();
   std::array<Endpoint, kServiceTypes.size()> endpoints_;
   std::array<std::optional<ServiceConnection>, kServiceTypes.size()> connections_;
   tcpros::Bytes request_;  // keeps its memory, as do the next

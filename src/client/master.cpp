@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "client/service_types.h"
+#include "core/printable_text.h"
 #include "walker_sim/client.h"
 
 namespace walker {
@@ -215,7 +216,7 @@ Endpoint look_up_service(const std::string& master_uri, const std::string& name,
                     "its answer to lookupService is not [code, text, URI]");
     return parse_uri(uri.text, "rosrpc");
   } catch (const MasterRefusal& refusal) {
-    throw ConnectionError(whom + "it does not know " + name + " (" + refusal.what() +
+    throw ConnectionError(whom + "it does not know " + name + " (" + printable(refusal.what()) +
                           "): is the server running, under this name, and in a version that has "
                           "this service?");
   } catch (const SocketError& error) {
@@ -223,7 +224,7 @@ Endpoint look_up_service(const std::string& master_uri, const std::string& name,
   } catch (const Interrupted&) {
     throw;
   } catch (const std::exception& error) {
-    throw ConnectionError(whom + error.what());
+    throw ConnectionError(whom + printable(error.what()));
   }
 }
 

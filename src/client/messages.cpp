@@ -1,6 +1,9 @@
 #include "client/messages.h"
 
+#include <algorithm>
+
 #include "core/limits.h"
+#include "core/printable_text.h"
 
 namespace walker {
 namespace {
@@ -51,7 +54,7 @@ std::string_view read_outcome(Reader& reader) {
   bool success = false;
   reader.read(success);
   const std::string_view words = reader.text();
-  if (!success) throw RequestRefused(std::string(words));
+  if (!success) throw RequestRefused(to_utf8(words));
   return words;
 }
 
@@ -94,7 +97,55 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
                            " instead of " + std::to_string(*asked));
 }
 
+/// Of an answer beside what the specification measures: numbers, and words of the server.
+constexpr std::size_t kOtherBytes = std::size_t{1} << 20U;
+
+std::size_t transition_bytes(const ServerSpecification& server) {
+  const std::size_t values =
+      std::size_t{server.action_size} + server.observation_size + server.info_names.size();
+  return values * sizeof(double) + kOtherBytes;
+}
+
+/// With the final rows, and a line of a kibibyte for each environment whose engine failed.
+std::size_t batch_bytes(const ServerSpecification& server) {
+  constexpr std::size_t kLine = 1024;
+  constexpr std::size_t kNumbers =
+      sizeof(double) + 2 * sizeof(std::uint8_t) + 3 * sizeof(std::uint32_t);
+  const std::size_t values = std::size_t{server.observation_size} + server.info_names.size();
+  return server.num_envs * (2 * values * sizeof(double) + kNumbers + kLine) + kOtherBytes;
+}
+
+std::size_t record_bytes(const ServerSpecification& server) {
+  return std::size_t{kMostRecordedSteps} * server.action_size * sizeof(double) +
+         kMostSpecificationBytes + kOtherBytes;
+}
+
+std::size_t needed_bytes(ServiceIndex service, const ServerSpecification& server) {
+  constexpr std::size_t kPictureBytes = std::size_t{kMostPixels} * kMostPixels * sizeof(float);
+  switch (service) {
+    case kGetSpec:
+      return kMostSpecificationBytes;
+    case kReset:
+    case kStep:
+    case kStepMany:
+    case kRestore:
+      return transition_bytes(server);
+    case kResetBatch:
+    case kStepBatch:
+      return batch_bytes(server);
+    case kSnapshot:
+      return record_bytes(server);
+    case kRender:
+      return kPictureBytes + kOtherBytes;
+  }
+  return tcpros::kMostMessageBytes;
+}
+
 }  // namespace
+
+std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
+  return std::min(needed_bytes(service, server), tcpros::kMostMessageBytes);
+}
 
 void read(Reader& reader, ServerSpecification& told) {
   reader.read(told.interface_version, told.id, told.num_envs, told.parameter_names,
@@ -142,7 +193,7 @@ void read_record(Reader& reader, std::vector<std::uint8_t>& record) {
 }
 
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset) {
-  reset.status_message = read_outcome(reader);
+  reset.status_message = to_utf8(read_outcome(reader));
   reader.read(reset.observations, reset.info);
   reader.finish();
   check_size("observations", reset.observations.size(), rows * server.observation_size);
@@ -150,7 +201,7 @@ void read(Reader& reader, const ServerSpecification& server, std::size_t rows, B
 }
 
 void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch) {
-  batch.status_message = read_outcome(reader);
+  batch.status_message = to_utf8(read_outcome(reader));
   reader.read(batch.observations, batch.rewards, batch.terminated, batch.truncated, batch.episodes,
               batch.steps, batch.info, batch.final_environments, batch.final_observations,
               batch.final_info);
@@ -185,7 +236,7 @@ void read(Reader& reader, const std::string& encoding, const Parameters& camera,
   const bool is_depth = encoding == kDepthEncoding;
   const std::string wanted_encoding = is_depth ? kDepthEncoding : kColorEncoding;
   if (told_encoding != wanted_encoding || is_bigendian) {
-    throw std::runtime_error("the picture's encoding is " + told_encoding +
+    throw std::runtime_error("the picture's encoding is " + printable(told_encoding) +
                              (is_bigendian ? ", big-endian" : "") + " instead of " +
                              wanted_encoding);
   }

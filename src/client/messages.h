@@ -11,7 +11,10 @@
 #include <string_view>
 #include <vector>
 
+#include "client/service_types.h"
 #include "client/tcpros.h"
+#include "core/limits.h"
+#include "core/printable_text.h"
 #include "walker_sim/client.h"
 #include "walker_sim/parameters.h"
 
@@ -88,7 +91,11 @@ class Reader {
   }
 
   void take(bool& value) { value = *bytes(1, 1) != 0; }
-  void take(std::string& value) { value = text(); }
+  /// Bytes that are no UTF-8 are escaped, for who shows a text takes it for UTF-8.
+  void take(std::string& value) {
+    value = text();
+    if (!is_utf8(value)) value = to_utf8(value);
+  }
 
   template <typename Number>
   void take(std::vector<Number>& values) {
@@ -103,6 +110,10 @@ class Reader {
     std::uint32_t size = 0;
     take(size);
     require(size, tcpros::kLengthBytes);  // before memory for it is asked for
+    if (size > kMostTexts) {
+      throw std::runtime_error("its answer's array has " + std::to_string(size) +
+                               " texts; must have at most " + std::to_string(kMostTexts));
+    }
     values.resize(size);
     for (std::string& value : values) take(value);
   }
@@ -130,6 +141,11 @@ class Reader {
 // last told of itself.
 
 void read(Reader& reader, ServerSpecification& told);
+
+/// How long an answer of a server that has told this of itself can be: of a known service, below
+/// what TCPROS allows in any case.
+std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server);
+
 void read(Reader& reader, const ServerSpecification& server, Transition& transition);
 void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch);
 

@@ -2,11 +2,13 @@
 
 #include <stdexcept>
 
+#include "core/printable_text.h"
+
 namespace walker {
 
 ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
                                      const ServiceType& type, const Deadline& deadline)
-    : socket_(endpoint.host, endpoint.port, deadline), most_answer_bytes_(type.most_answer_bytes) {
+    : socket_(endpoint.host, endpoint.port, deadline) {
   tcpros::Bytes header;
   tcpros::append_header({{"callerid", kCallerId},
                          {"service", name},
@@ -17,11 +19,11 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
   socket_.send_all(header.data(), header.size(), deadline);
   const tcpros::Fields answer = receive_header(deadline);
   const auto error = answer.find("error");
-  if (error != answer.end()) throw std::runtime_error("it says: " + error->second);
+  if (error != answer.end()) throw std::runtime_error("it says: " + printable(error->second));
   const auto md5sum = answer.find("md5sum");
   if (md5sum != answer.end() && md5sum->second != type.md5sum) {
-    throw std::runtime_error("its " + std::string(type.type) + " has the MD5 " + md5sum->second +
-                             "; here it is " + type.md5sum +
+    throw std::runtime_error("its " + std::string(type.type) + " has the MD5 " +
+                             printable(md5sum->second) + "; here it is " + type.md5sum +
                              ", so it is another version of walker_sim");
   }
 }
@@ -39,22 +41,22 @@ tcpros::Fields ServiceConnection::receive_header(const Deadline& deadline) {
   return tcpros::parse_header(input_.data() + tcpros::kLengthBytes, size);
 }
 
-Reader ServiceConnection::call(const tcpros::Bytes& request, const Deadline& deadline) {
+Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t most_answer_bytes,
+                               const Deadline& deadline) {
   constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
   socket_.send_all(request.data(), request.size(), deadline);
   received_ = 0;
   receive_at_least(kHeadBytes, deadline);
   const std::size_t size = tcpros::load_length(&input_[1]);
   if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
-  if (size > most_answer_bytes_) {
+  if (size > most_answer_bytes) {
     throw std::runtime_error("it announces an answer of " + std::to_string(size) +
-                             " bytes; at most " + std::to_string(most_answer_bytes_) +
-                             " are taken");
+                             " bytes; at most " + std::to_string(most_answer_bytes) + " are taken");
   }
   receive_at_least(kHeadBytes + size, deadline);
   if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");
   const std::uint8_t* const body = input_.data() + kHeadBytes;
-  if (input_[0] == 0) throw RequestRefused(std::string(body, body + size));
+  if (input_[0] == 0) throw RequestRefused(to_utf8({reinterpret_cast<const char*>(body), size}));
   return {body, size};
 }
 

@@ -21,17 +21,18 @@ class ServiceConnection {
                     const Deadline& deadline);
 
   /// Sends a request with its length and waits for the answer.
+  /// @param most_answer_bytes of which a longer one is not taken
   /// @return the serialised response: bytes of the connection, until its next call
   /// @throws RequestRefused with the server's words where it has none; SocketError, Interrupted,
   ///         std::runtime_error, and then the connection is of no use any more
-  Reader call(const tcpros::Bytes& request, const Deadline& deadline);
+  Reader call(const tcpros::Bytes& request, std::size_t most_answer_bytes,
+              const Deadline& deadline);
 
  private:
   void receive_at_least(std::size_t size, const Deadline& deadline);
   tcpros::Fields receive_header(const Deadline& deadline);
 
   Socket socket_;
-  std::size_t most_answer_bytes_;
   tcpros::Bytes input_ = tcpros::Bytes(4096);  // keeps its memory
   std::size_t received_ = 0;                   // bytes at its beginning
 };

@@ -15,7 +15,6 @@ struct ServiceType {
   const char* name;  ///< below the server's
   const char* type;
   const char* md5sum;  ///< of the definition, as ROS forms it: an own test compares
-  std::size_t most_answer_bytes = tcpros::kMostMessageBytes;
 };
 
 enum ServiceIndex : std::size_t {
@@ -35,7 +34,7 @@ enum ServiceIndex : std::size_t {
 constexpr std::size_t kMostSpecificationBytes = 1 << 24;
 
 constexpr std::array<ServiceType, 9> kServiceTypes{{
-    {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4", kMostSpecificationBytes},
+    {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4"},
     {"reset", "walker_sim/Reset", "31d1b710b7a99285fa80989beaac03dc"},
     {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
     {"reset_batch", "walker_sim/ResetBatch", "ac046b0b55f17ec74c72fa560dee2d30"},

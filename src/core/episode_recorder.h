@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/episode_record.h"
+#include "core/limits.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/export.h"
 #include "walker_sim/renderer.h"
@@ -51,7 +52,7 @@ struct RecorderOptions {
 class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
  public:
   /// An endless episode must not fill the memory: its record is given up (at 6 joints, 48 MB).
-  static constexpr std::uint32_t kMostRecordedSteps = 1000000;
+  static constexpr std::uint32_t kMostRecordedSteps = walker::kMostRecordedSteps;
 
   explicit EpisodeRecorder(std::unique_ptr<Environment> wrapped, RecorderOptions options = {});
 

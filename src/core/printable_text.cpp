@@ -81,6 +81,15 @@ std::string printable(std::string_view text, std::size_t most) {
          " bytes left out ...] " + escaped(text.substr(tail), true);
 }
 
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t size = character_size(text);
+    if (size == 0) return false;
+    text.remove_prefix(size);
+  }
+  return true;
+}
+
 std::string to_utf8(std::string_view text) { return escaped(text, false); }
 
 }  // namespace walker

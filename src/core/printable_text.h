@@ -17,6 +17,8 @@ constexpr std::size_t kMostPrintableBytes = 1000;  ///< of a text before it lose
 WALKER_SIM_EXPORT std::string printable(std::string_view text,
                                         std::size_t most = kMostPrintableBytes);
 
+WALKER_SIM_EXPORT bool is_utf8(std::string_view text);
+
 /// The same text, but for bytes that are no UTF-8, which become \xff.
 WALKER_SIM_EXPORT std::string to_utf8(std::string_view text);
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/limits.h"
+
 namespace walker::mujoco {
 namespace {
 
@@ -55,7 +57,6 @@ int find_camera(const mjModel& model, const Parameters& camera) {
 }  // namespace
 
 std::vector<ParameterDescription> camera_parameters(double distance) {
-  constexpr double kMostPixels = 4096;
   constexpr double kFar = 1e6;
   constexpr double kTurn = 360;
   constexpr std::int64_t kSize = 480;

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/forks.h"
 #include "core/checks.h"
 #include "core/failure.h"
 #include "python/arrays.h"
@@ -74,7 +75,8 @@ class RemoteWalkers {
   /// What is there.
   py::dict server_specification() const { return to_dict(server_); }
   /// A call came to no end, or to an unexpected one, so the server may be another one now.
-  bool is_lost() const { return is_lost_; }
+  /// So it is for the child of a fork, whose parent's it is.
+  bool is_lost() const { return is_lost_ || is_forked(); }
 
   void reset(const py::object& seed, py::handle observation, py::handle info) {
     const auto number = to_seed(seed);
@@ -171,7 +173,7 @@ class RemoteWalkers {
     if (!rgb.is_none()) colors.emplace(rgb, "rgb");
     if (!depth.is_none()) depths.emplace(depth, "depth");
     try {
-      const Unlocked unlocked(mutex_);
+      const Unlocked unlocked = enter();
       check_look(environment);
       if (colors) {
         client_->render(environment, "rgb8", camera, image_);
@@ -197,6 +199,14 @@ class RemoteWalkers {
   }
 
  private:
+  bool is_forked() const { return num_forks() != num_forks_; }
+
+  /// @throws ConnectionError in the child of a fork, where nobody may be left to unlock the mutex
+  Unlocked enter() {
+    if (is_forked()) throw ConnectionError(kForked);
+    return Unlocked(mutex_);
+  }
+
   /// What is known of an environment that is stepped with the others.
   struct Note {
     bool has_begun = false;
@@ -213,7 +223,7 @@ class RemoteWalkers {
   template <typename Made>
   std::invoke_result_t<Made> call(const Made& made) {
     try {
-      const Unlocked unlocked(mutex_);
+      const Unlocked unlocked = enter();
       return made();
     } catch (const ConnectionError&) {
       is_lost_ = true;
@@ -231,7 +241,7 @@ class RemoteWalkers {
   template <typename Made>
   void ask(const Made& made) {
     try {
-      const Unlocked unlocked(mutex_);
+      const Unlocked unlocked = enter();
       made();
     } catch (const ConnectionError&) {
       is_lost_ = true;
@@ -317,7 +327,7 @@ class RemoteWalkers {
   }
 
   std::string text_of(std::size_t index, std::string Note::*text) {
-    const Unlocked unlocked(mutex_);
+    const Unlocked unlocked = enter();
     return notes_.at(index).*text;
   }
 
@@ -349,6 +359,7 @@ class RemoteWalkers {
   std::optional<Client> client_;
   ServerSpecification server_;
   std::mutex mutex_;
+  unsigned num_forks_ = num_forks();
   std::atomic<bool> is_lost_{false};
   Transition transition_;    // of ~reset and ~step
   std::vector<Note> notes_;  // of ~reset_batch and ~step_batch, one per environment

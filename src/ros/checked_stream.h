@@ -10,9 +10,9 @@
 
 #include <ros/serialization.h>
 
-namespace walker {
+#include "core/limits.h"
 
-constexpr std::uint32_t kMostTexts = 4096;  ///< in one array; robots have some ten of anything
+namespace walker {
 
 /// In place of ros::serialization::IStream, which makes room for as many elements as an array
 /// claims to have before it looks whether they have come.

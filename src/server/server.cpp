@@ -15,6 +15,7 @@
 #include <std_srvs/Empty.h>
 #include <std_srvs/Trigger.h>
 
+#include "core/limits.h"
 #include "core/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "ros/listening.h"
@@ -38,9 +39,7 @@ namespace {
 
 /// Of the longest episode that is recorded, with the texts of its specification.
 std::size_t most_record_bytes(const Specification& specification) {
-  constexpr std::size_t kTexts = std::size_t{1} << 20U;
-  return EpisodeRecorder::kMostRecordedSteps * specification.action_size() * sizeof(double) +
-         kTexts;
+  return kMostRecordedSteps * specification.action_size() * sizeof(double) + kMostRecordTextBytes;
 }
 
 /// Whose callbacks come through `queue`.

@@ -11,8 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "client/messages.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
+#include "core/limits.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
 
@@ -20,6 +22,7 @@ namespace walker {
 namespace {
 
 using test::kLost;
+using test::Peer;
 using test::ScriptedServer;
 using test::ScriptedWalker;
 
@@ -230,6 +233,67 @@ TEST(Answers, OfASpecificationAreMeasuredByThemselves) {
 TEST(Answers, ALongSpecificationIsNotTaken) {
   EXPECT_EQ(specification_refusal(test::Message().number('\1').number(kLargest).bytes()),
             "it announces an answer of 4294967295 bytes; at most 16777216 are taken" + kLost);
+}
+
+/// No longer answer is taken than the specification lets expect.
+TEST(Answers, AreNoLongerThanTheyNeedToBe) {
+  const ServerSpecification server = test::example_specification();
+  constexpr std::size_t kMebibyte = 1 << 20;
+  for (const ServiceIndex service : {kReset, kStep, kStepMany, kRestore, kResetBatch, kStepBatch}) {
+    EXPECT_GE(most_answer_bytes(service, server), kMebibyte);
+    EXPECT_LT(most_answer_bytes(service, server), kMebibyte + 4096);
+  }
+  EXPECT_EQ(most_answer_bytes(kGetSpec, server), kMostSpecificationBytes);
+  EXPECT_GE(most_answer_bytes(kSnapshot, server), 8000000 + kMostSpecificationBytes);
+  EXPECT_LT(most_answer_bytes(kSnapshot, server), 10000000 + kMostSpecificationBytes);
+  EXPECT_LT(most_answer_bytes(kRender, server), 70 * kMebibyte);
+  ServerSpecification large = server;
+  large.num_envs = kMostEnvironments;
+  large.observation_size = 500000;
+  EXPECT_EQ(most_answer_bytes(kStepBatch, large), tcpros::kMostMessageBytes);
+}
+
+/// In memory a text has eight times the bytes of an empty one's length.
+TEST(Answers, OfTooManyTextsAreNotTaken) {
+  ServerSpecification told = test::example_specification();
+  told.info_names.resize(kMostTexts + 1);
+  EXPECT_EQ(specification_refusal(test::answer(test::to_bytes(told))),
+            "its answer's array has 4097 texts; must have at most 4096" + kLost);
+}
+
+TEST(Answers, TextsThatAreNoUtf8AreEscaped) {
+  ServerSpecification told = test::example_specification();
+  told.engine_path = "/\xFF";
+  Transition failed = test::example_transition();
+  failed.error = "it broke: \xC3(";
+  ScriptedWalker walker(
+      {test::answering(kStep, {test::answer(test::to_bytes(failed)),
+                               test::answer(test::to_bytes(failed, false, "no\xFE")),
+                               test::answer("\x80!", '\0')})},
+      30, {}, told);
+  walker.step();
+  EXPECT_EQ(walker.transition.error, "it broke: \\xc3(");
+  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "no\\xfe");
+  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "\\x80!");
+}
+
+TEST(Answers, OfAMasterOrAHeaderAreEscaped) {
+  ScriptedServer server({[](Peer& peer) {
+    test::take_header(peer);
+    peer.give(test::header({{"error", "no\n\x1b[2J\xFF"}}));
+  }});
+  ScriptedServer master({test::master_of(server.address()), [](Peer& peer) {
+                           peer.take_post();
+                           peer.give(test::http_answer(test::xml_answer(-1, "un\xFFknown", "")));
+                         }});
+  ClientOptions options;
+  options.master_uri = "http://" + master.address();
+  EXPECT_NE(message_of<ConnectionError>([&] {
+              Client client(options);
+            }).find("it says: no\\n\\x1b[2J\\xff"),
+            std::string::npos);
+  EXPECT_NE(message_of<ConnectionError>([&] { Client client(options); }).find("(un\\xffknown)"),
+            std::string::npos);
 }
 
 /// A server that was started again with other parameters: who asks for its specification goes on.

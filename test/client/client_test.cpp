@@ -18,6 +18,7 @@
 #include "bits.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
+#include "core/limits.h"
 #include "error_message.h"
 
 namespace walker {
@@ -394,7 +395,7 @@ TEST(Client, RefusesAnswersThatAreNone) {
   EXPECT_EQ(outcome("HTTP/1.1 400 Bad request"),
             ": it answers neither 0 nor 1; is it a ROS node?" + kLost);
   EXPECT_EQ(outcome("\1\xff\xff\xff\xff"),
-            ": it announces an answer of 4294967295 bytes; at most 1000000000 are taken" + kLost);
+            ": it announces an answer of 4294967295 bytes; at most 1048616 are taken" + kLost);
   // An array that claims more than there is gets no memory.
   const std::string many = "\xff\xff\xff\xff";
   const std::string begin = test::Message().number(std::uint8_t{1}).text("").bytes() +
@@ -411,10 +412,22 @@ std::int64_t largest_memory() {
 }
 
 TEST(Client, GivesMemoryToWhatComesOnly) {
-  const std::int64_t before = largest_memory();
+  ServerSpecification large = test::example_specification();
+  large.num_envs = kMostEnvironments;
+  large.observation_size = 500;
+  large.observation_low.assign(500, -1);
+  large.observation_high.assign(500, 1);
   constexpr std::uint32_t kAnnounced = 900000000;
-  EXPECT_EQ(broken_step(answering({test::Message().number('\1').number(kAnnounced).bytes()})),
-            ": the server has closed the connection" + kLost);
+  ScriptedWalker walker(
+      {test::answering(kStepBatch, {test::Message().number('\1').number(kAnnounced).bytes()})}, 30,
+      {}, large);
+  const std::vector<double> actions(kMostEnvironments);
+  BatchTransition batch;
+  const std::int64_t before = largest_memory();
+  EXPECT_EQ(message_of<ConnectionError>(
+                [&] { walker.client().step_batch(actions.data(), actions.size(), batch); }),
+            "service /walker_sim/step_batch at " + walker.address() +
+                ": the server has closed the connection" + kLost);
   EXPECT_LT(largest_memory() - before, kAnnounced / 4);
 }
 

@@ -12,6 +12,7 @@ TEST(PrintableText, LeavesTextAsItIs) {
                                  "\xF0\x9F\x90\xBE", "\xED\x9F\xBF", "\xF4\x8F\xBF\xBF"}) {
     EXPECT_EQ(printable(text), text);
     EXPECT_EQ(to_utf8(text), text);
+    EXPECT_TRUE(is_utf8(text));
   }
 }
 
@@ -41,6 +42,7 @@ TEST(PrintableText, EscapesBytesThatAreNoUtf8) {
   for (const auto& [bytes, text] : cases) {
     EXPECT_EQ(printable(bytes), text);
     EXPECT_EQ(to_utf8(bytes), text);
+    EXPECT_FALSE(is_utf8(bytes));
   }
 }
 

@@ -269,18 +269,94 @@ def test_a_picture_that_is_none(server, changes, words):
 def test_texts_that_are_not_utf_8(server):
     server.answers["get_spec"] = specification(num_envs=1, engine_path=b"/\xff", version=b"\xc3(")
     client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
-    assert client.server_specification["engine_path"] == "/\ufffd"
-    assert client.server_specification["version"] == "\ufffd("
+    assert client.server_specification["engine_path"] == "/\\xff"
+    assert client.server_specification["version"] == "\\xc3("
     environment = make_single(server)
     environment.reset(seed=1)
     server.answers["step"] = transition(error=b"it broke: \xff")
     *_, terminated, _, info = environment.step(zeros(environment))
     assert terminated
-    assert info["error"] == "it broke: \ufffd"
+    assert info["error"] == "it broke: \\xff"
     environment.reset(seed=1)
     server.answers["step"] = outcome(False, b"no\xfe") + transition()[5:]
-    with pytest.raises(walker_sim.RequestRefused, match=r"^no\ufffd$"):
+    with pytest.raises(walker_sim.RequestRefused, match=r"^no\\xfe$"):
         environment.step(zeros(environment))
+
+
+def test_failures_of_a_batch_that_are_not_utf_8(server):
+    environment = make_batch(server, "disabled")
+    words = b"environment 0: the simulation failed%s: it broke: \xff"
+    server.answers["reset_batch"] = outcome(True, words % b" at its reset") + batch_reset()[5:]
+    _, info = environment.reset(seed=1)
+    assert info["error"][0] == "it broke: \\xff"
+    server.answers["reset_batch"] = RIGHT["reset_batch"]
+    environment.reset(seed=1)
+    words = words.replace(b"0", b"1")  # the one that ends
+    server.answers["step_batch"] = outcome(True, words % b"") + batch_step()[5:]
+    *_, info = environment.step(zeros(environment))
+    assert info["error"][1] == "it broke: \\xff"
+
+
+def test_a_specification_of_many_or_long_texts(server):
+    """Neither takes memory, nor fills the screen."""
+    server.answers["get_spec"] = specification(info_names=[""] * 3_000_000)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # [KiB]
+    with pytest.raises(walker_sim.ConnectionError, match="has 3000000 texts; must have at most"):
+        connect(server.master_uri, LONG)
+    server.answers["get_spec"] = specification(
+        num_envs=1, parameters={f"{i}" * 100: "\x1b" * 1000 for i in range(4000)}
+    )
+    with pytest.raises(walker_sim.ServerMismatch, match=r"and 39\d\d more") as mismatch:
+        WalkerEnv(ENV, transport="ros", master_uri=server.master_uri)
+    assert len(str(mismatch.value)) < 10_000
+    assert str(mismatch.value).isprintable()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1 << 18
+
+
+# ---------------------------------------------------------------- forks
+
+
+def in_child(call):
+    """What `call` returns in a child of this process, which must end."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.write(writer, repr(call()).encode())
+        finally:
+            os._exit(0)
+    os.close(writer)
+    with open(reader, encoding="utf-8") as told:
+        text = told.read()
+    os.waitpid(child, 0)
+    return text
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_fork_amid_a_call(server):
+    """Its child has the connection of its parent, and a lock that nobody there will open."""
+    environment = make_single(server)
+    assert_works(environment)
+    server.may_answer.clear()
+    stepping = threading.Thread(target=environment.step, args=(zeros(environment),))
+    stepping.start()
+    server.asked.wait(LONG)
+
+    def told():
+        words = []
+        for call in (lambda: environment.step(zeros(environment)), environment.unwrapped.get_state):
+            try:
+                call()
+            except walker_sim.ConnectionError as error:
+                words.append(str(error))
+        return words
+
+    words = in_child(told)
+    assert words.count("this client was made before a fork") == 2, words
+    server.may_answer.set()
+    stepping.join()
+    assert in_child(lambda: assert_works(environment)) == "None"  # over a connection of its own
+    assert_works(environment)
 
 
 # ---------------------------------------------------------------- a master that never ends

@@ -162,6 +162,9 @@ class FakeServer:
 
     def __init__(self):
         self.answers = dict(RIGHT)
+        self.asked = threading.Event()  # for what it holds back
+        self.may_answer = threading.Event()
+        self.may_answer.set()
         self._socket = socket.create_server(("127.0.0.1", 0))
         self._master = xmlrpc.server.SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
         uri = f"rosrpc://127.0.0.1:{self._socket.getsockname()[1]}"
@@ -185,6 +188,9 @@ class FakeServer:
             connection.sendall(text(text("callerid=/walker_sim")))
             while True:
                 take_frame(connection)
+                if not self.may_answer.is_set():
+                    self.asked.set()
+                    self.may_answer.wait()
                 connection.sendall(b"\1" + text(self.answers[service]))
 
     def close(self):

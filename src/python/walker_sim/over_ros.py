@@ -23,11 +23,14 @@ from walker_sim.transport import (
     Walkers,
 )
 
+MOST_LINES = 20
+MOST_CHARACTERS = 200  # of a value in a line
+
 
 def differences(
     wanted: Specification, found: Specification, takes_any_limit: bool = False
 ) -> list[str]:
-    """What a server has otherwise than it should have, a line each."""
+    """What a server has otherwise than it should have, a line each, and of many the first."""
     pairs: dict[str, tuple[Any, Any]] = {
         name: (wanted[name], found[name])
         for name in ("id", "mode", "num_envs", "autoreset_mode")
@@ -39,11 +42,19 @@ def differences(
             pairs[name] = (ours.get(name, "absent"), theirs.get(name, "absent"))
         if takes_any_limit:
             del pairs["max_episode_steps"]
-    return [
-        f"{name} is {there} there; must be {here}"
+    lines = [
+        f"{shown(name)} is {shown(there)} there; must be {shown(here)}"
         for name, (here, there) in pairs.items()
         if here != there
     ]
+    return lines[:MOST_LINES] + [f"and {len(lines) - MOST_LINES} more"] * (len(lines) > MOST_LINES)
+
+
+def shown(value: Any) -> str:
+    """For an error: what a server says may be anything, and as long as it likes."""
+    text = str(value)
+    fit = text if text.isprintable() else repr(text)
+    return fit if len(fit) <= MOST_CHARACTERS else f"{fit[:MOST_CHARACTERS]}..."
 
 
 class Connection:
