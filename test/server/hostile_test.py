@@ -1,0 +1,527 @@
+#!/usr/bin/python3
+"""Every service and every topic that the server listens to, given each kind of wrong thing.
+
+It is refused with a message that names it, or taken as documented, and the next good call gives the
+bits that it gives on a server which nobody has troubled.
+"""
+
+import copy
+import io
+import math
+import random
+import struct
+import sys
+
+import rospy
+import rostest
+from bare_ros import receive_exactly, wait_for
+from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
+from server_harness import SERVICES, ServerProcess, ServerTest, bits, same_experience
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import Empty, Trigger
+
+ALL = {
+    **SERVICES,
+    "pause": Trigger,
+    "unpause": Trigger,
+    "pause_physics": Empty,
+    "unpause_physics": Empty,
+    "reset_simulation": Empty,
+    "reset_world": Empty,
+    "get_physics_properties": GetPhysicsProperties,
+    "set_physics_properties": SetPhysicsProperties,
+}
+EMPTY = ("get_spec", "snapshot", "pause", "unpause", "pause_physics", "unpause_physics")
+EMPTY += ("reset_simulation", "reset_world", "get_physics_properties")
+ACTION = [0.5, -0.25, 1.0, 0.125]
+NAN, INF = math.nan, math.inf
+MOST = 2**32 - 1  # of a uint32
+ROWS = ("observations", "rewards", "terminated", "truncated", "steps", "info")
+MILLION = 1_000_000
+SHORT, LONG = "ends within a field", "longer than its type"
+
+
+def request_of(name, fields):
+    buffer = io.BytesIO()
+    ALL[name]._request_class(**fields).serialize(buffer)
+    return buffer.getvalue()
+
+
+def physics(**changes):
+    """A request that changes nothing of a BipedalWalker in lock-step."""
+    request = SetPhysicsProperties._request_class(time_step=0.02)
+    request.gravity.z = -10.0
+    for name, value in changes.items():
+        setattr(request.gravity if name in "xyz" else request, name, value)
+    return {name: getattr(request, name) for name in request.__slots__}
+
+
+class Caller:
+    """Makes calls of any bytes over one connection for each service."""
+
+    def __init__(self, server):
+        self._server = server
+        self._clients = {}
+
+    def client(self, name):
+        if name not in self._clients:
+            self._clients[name] = self._server.client(name, ALL[name])
+        return self._clients[name]
+
+    def send(self, name, body):
+        """What the server says: a refusal's words or none, and the response where there is one."""
+        connection = self.client(name).connection
+        connection.sendall(struct.pack("<I", len(body)) + body)
+        fine, size = struct.unpack("<BI", receive_exactly(connection, 5))
+        data = receive_exactly(connection, size)
+        if not fine:
+            return data.decode(), None
+        response = ALL[name]._response_class().deserialize(data)
+        words = getattr(response, "status_message", getattr(response, "message", ""))
+        return ("" if getattr(response, "success", True) else words), response
+
+    def call(self, name, **fields):
+        return self.send(name, request_of(name, fields))
+
+    def ask(self, name, **fields):
+        words, response = self.call(name, **fields)
+        assert words == "", f"{name}: {words}"
+        return response
+
+    def close(self):
+        for client in self._clients.values():
+            client.close()
+        self._clients = {}
+
+
+class HostileTest(ServerTest):
+    def serve_two(self, num_envs=1, **parameters):
+        """One to be troubled and one that is not, in the same state."""
+        self.num_envs = num_envs
+        same = {"num_envs": num_envs, "diagnostic_period": 0.05, "seed": "7"}
+        self.serve(**{"mode": "lockstep", **same, **parameters})
+        same["diagnostic_period"] = 1000.0  # one server's word in this test's time
+        quiet = ServerProcess(
+            "/quiet/walker_sim", {"mode": "lockstep", "publish_clock": False, **same}
+        )
+        self.addCleanup(quiet.kill)
+        quiet.wait_until_it_serves()
+        self.troubled, self.quiet = Caller(self.server), Caller(quiet)
+        for caller in (self.troubled, self.quiet):
+            self.addCleanup(caller.close)
+        self.seed = 0
+
+    def both(self, name, **fields):
+        return [caller.ask(name, **fields) for caller in (self.troubled, self.quiet)]
+
+    def begin_again(self):
+        """Whatever has been done to it, episodes of the same seed are the same."""
+        self.seed += 1
+        if self.num_envs == 1:
+            one, other = self.both("reset", has_seed=True, seed=self.seed)
+            self.assertTrue(same_experience(one.transition, other.transition))
+        else:
+            seeds = [self.seed + i for i in range(self.num_envs)]
+            one, other = self.both("reset_batch", has_seed=[1] * self.num_envs, seeds=seeds)
+            self.assertEqual(bits(one.observations), bits(other.observations))
+
+    def assert_untouched(self, what=""):
+        """The next good call gives what it would have given."""
+        if self.num_envs == 1:
+            one, other = self.both("step", action=ACTION)
+            self.assertTrue(same_experience(one.transition, other.transition), what)
+            if one.transition.terminated or one.transition.truncated:
+                self.begin_again()
+        else:
+            one, other = self.both("step_batch", actions=ACTION * self.num_envs)
+            for name in ROWS:
+                told = [bits(list(getattr(reply, name))) for reply in (one, other)]
+                self.assertEqual(*told, f"{what}: {name}")
+
+    def assert_refused(self, table):
+        """Of (service, fields or bytes, pattern), each; then nothing has changed."""
+        for name, request, pattern in table:
+            body = request if isinstance(request, bytes) else request_of(name, request)
+            words, _ = self.troubled.send(name, body)
+            what = f"{name} {str(request)[:200]}"
+            self.assertRegex(words, pattern, what)
+            self.assertLess(len(words), 4500, what)  # a thousand bytes, escaped
+            self.assertTrue(words.isprintable(), what)
+            self.assert_untouched(what)
+
+    def good_requests(self):
+        """One of each service that takes any bytes."""
+        count = self.num_envs
+        return {
+            "reset": {"has_seed": True, "seed": 5},
+            "step": {"action": ACTION},
+            "step_many": {"action": ACTION, "steps": 2},
+            "reset_batch": {
+                "environments": list(range(count)),
+                "has_seed": [1] * count,
+                "seeds": list(range(count)),
+            },
+            "step_batch": {"actions": ACTION * count},
+            "set_real_time_factor": {"factor": 1.0},
+            "set_physics_properties": physics(),
+            "render": {"parameter_names": ["width"], "parameter_values": ["8"]},
+        }
+
+    # ------------------------------------------------------------ bytes
+
+    def check_bytes(self):
+        requests = {name: request_of(name, {}) for name in EMPTY}
+        for name, fields in self.good_requests().items():
+            requests[name] = request_of(name, fields)
+        if self.num_envs == 1:
+            record = self.troubled.ask("snapshot").record
+            requests["restore"] = request_of("restore", {"record": record})
+        for name, body in requests.items():
+            cuts = sorted({*range(0, len(body), 1 + len(body) // 30), len(body) - 1} - {-1})
+            self.assert_refused([(name, body[:size], SHORT) for size in cuts])
+            self.assert_refused([(name, body + more, LONG) for more in (b"\0", b"\xff" * 1000)])
+            too_long = (
+                f"service /walker_sim/{name}: a request of {{}} bytes; at most \\d+ are taken"
+            )
+            large = b"\xff" * (34 * MILLION if name == "restore" else MILLION)
+            self.assert_refused([(name, large, too_long.format(len(large)))])
+            announced = self.server.client(name, ALL[name])
+            announced.connection.sendall(struct.pack("<I", MOST))
+            with self.assertRaisesRegex(RuntimeError, too_long.format(MOST)):
+                announced.receive()
+            announced.close()
+            self.assert_untouched(name)
+
+    def test_bytes_that_are_no_request(self):
+        self.serve_two()
+        self.begin_again()
+        self.check_bytes()
+
+    def test_bytes_that_are_no_request_to_many(self):
+        self.serve_two(num_envs=3)
+        self.begin_again()
+        self.check_bytes()
+
+    def flip_bits(self, name, body, check=lambda words, response: None):
+        """One bit in each byte, and in the first bytes, where lengths are, each."""
+        chance = random.Random(name)
+        flips = [(byte, chance.randrange(8)) for byte in range(len(body))]
+        flips += [(byte, bit) for byte in range(min(len(body), 16)) for bit in range(8)]
+        for byte, bit in flips:
+            flipped = bytearray(body)
+            flipped[byte] ^= 1 << bit
+            what = f"{name}: bit {bit} of byte {byte}"
+            words, response = self.troubled.send(name, bytes(flipped))
+            if response is None or not getattr(response, "success", True):
+                self.assertNotEqual(words, "", what)
+                self.assert_untouched(what)
+            else:  # another request, and a good one
+                check(what, response)
+                self.begin_again()
+                self.assert_untouched(what)
+
+    def test_requests_with_flipped_bits(self):
+        self.serve_two()
+        self.begin_again()
+        for name, fields in self.good_requests().items():
+            self.flip_bits(name, request_of(name, fields))
+
+    def test_requests_to_many_with_flipped_bits(self):
+        self.serve_two(num_envs=3)
+        self.begin_again()
+        for name in ("reset_batch", "step_batch", "render"):
+            self.flip_bits(name, request_of(name, self.good_requests()[name]))
+
+    def test_a_record_with_flipped_bits(self):
+        """What is taken has given the record's last step again."""
+        self.serve_two()
+        self.begin_again()
+        for _ in range(5):
+            last = self.both("step", action=ACTION)[0].transition
+        record = self.troubled.ask("snapshot").record
+
+        def check(what, response):
+            told = response.transition
+            self.assertEqual(bits(told.observation), bits(last.observation), what)
+            self.assertEqual(bits([told.reward]), bits([last.reward]), what)
+
+        self.flip_bits("restore", request_of("restore", {"record": record}), check)
+
+    # ------------------------------------------------------------ values
+
+    def test_values_that_one_walker_refuses(self):
+        self.serve_two()
+        self.begin_again()
+        table = []
+        for name, more in (("step", {}), ("step_many", {"steps": 3})):
+            for size in (0, 3, 5, 8000):
+                table.append(
+                    (name, {"action": [0.5] * size, **more}, rf"action has {size} values; must")
+                )
+            table.append((name, {"action": [0.5] * MILLION, **more}, rf"/{name}: a request of"))
+            for value, text in ((NAN, "nan"), (-NAN, "nan"), (INF, "inf"), (-INF, "-inf")):
+                for joint, joint_name in enumerate(("hip_1", "knee_1", "hip_2", "knee_2")):
+                    action = [value if i == joint else 0.5 for i in range(4)]
+                    told = rf"action\[{joint}\] \({joint_name}\) = -?{text}; must be finite"
+                    table.append((name, {"action": action, **more}, told))
+        for steps in (0, 101, MILLION, 2**31, MOST):
+            table.append(
+                ("step_many", {"action": ACTION, "steps": steps}, rf"steps = {steps}; must be in")
+            )
+        self.assert_refused(table)
+        self.assert_refused(self.batch_table())
+        self.assert_refused(self.render_table())
+        self.assert_refused(
+            [("set_real_time_factor", {"factor": f}, "in lockstep") for f in (0.0, 1.0, NAN, -INF)]
+            + [
+                ("set_physics_properties", physics(**{name: value}), name.strip("xyz") or "gravity")
+                for name in ("time_step", "max_update_rate", "x", "y", "z")
+                for value in (NAN, INF, -INF, 5e-3, -1.0, 1e308)
+            ]
+            + [("unpause_physics", {}, "in lockstep")]
+        )
+
+    def batch_table(self):
+        count = self.num_envs
+        table = []
+        for size in (0, 4 * count - 1, 4 * count + 1, 8000):
+            table.append(
+                ("step_batch", {"actions": [0.5] * size}, rf"actions? ha(s|ve) {size} values; must")
+            )
+        table.append(("step_batch", {"actions": [0.5] * MILLION}, "/step_batch: a request of"))
+        for value in (NAN, INF, -INF):
+            for index in (0, 4 * count - 1):
+                actions = [value if i == index else 0.5 for i in range(4 * count)]
+                told = rf"action\[{index % 4}\] \(\w+\) = -?(nan|inf); must be finite"
+                table.append(("step_batch", {"actions": actions}, told))
+        for index in (count, count + 1, 2**31, MOST):
+            table += [
+                (
+                    "reset_batch",
+                    {"environments": [0, index]},
+                    rf"environments\[1\] = {index}; must be below num_envs = {count}",
+                ),
+                (
+                    "render",
+                    {"environment": index},
+                    rf"environment = {index}; must be below num_envs = {count}",
+                ),
+            ]
+        table.append(("reset_batch", {"environments": [0, 0]}, r"environments\[1\] = 0; is listed"))
+        table.append(("reset_batch", {"environments": [0] * MILLION}, "a request of"))
+        for flags, seeds in ((count, 0), (0, count), (count + 1, count + 1), (count, count + 1)):
+            fields = {"has_seed": [1] * flags, "seeds": [1] * seeds}
+            told = rf"has_seed has {flags} values and seeds {seeds}; both must be empty or"
+            table.append(("reset_batch", fields, told))
+        return table
+
+    def render_table(self):
+        def parameter(name, value):
+            return {"parameter_names": [name], "parameter_values": [value]}
+
+        table = [
+            ("render", {"encoding": "bgr8"}, "encoding = bgr8; must be rgb8 or 32FC1"),
+            ("render", {"encoding": "32FC1"}, "depth"),
+            ("render", {"encoding": "\x1b[2J\n" * 5000}, r"encoding = \\x1b\[2J\\n"),
+            ("render", {"encoding": "x" * MILLION}, "/render: a request of"),
+            ("render", parameter("x" * MILLION, "1"), "/render: a request of"),
+            ("render", parameter("x" * 30_000, "1"), "parameter x+ .*Known: .*width"),
+            ("render", parameter("", ""), "must be NAME=VALUE"),
+            ("render", parameter("widht", "8"), "parameter widht = 8: unknown; did you mean width"),
+            ("render", {"parameter_names": ["width"]}, "parameter_names has 1 texts and"),
+            ("render", {"parameter_names": [""] * 5000}, "an array has 5000 elements; at most"),
+            (
+                "render",
+                {"parameter_names": ["width"] * 2, "parameter_values": ["8"] * 2},
+                "width: given twice",
+            ),
+        ]
+        for value in [
+            "0",
+            "-1",
+            "4097",
+            "1e9",
+            "nan",
+            ".nan",
+            ".inf",
+            "ten",
+            "",
+            "8 ",
+            "[8]",
+            "8\n",
+        ]:
+            table.append(("render", parameter("width", value), "parameter width = .*: must be"))
+        return table
+
+    def test_values_that_many_walkers_refuse(self):
+        self.serve_two(num_envs=3)
+        self.begin_again()
+        self.assert_refused(self.batch_table())
+        self.assert_refused(self.render_table())
+        one = "is for one environment, and this server has num_envs = 3"
+        record = {}
+        self.assert_refused(
+            [
+                ("reset", {"has_seed": True, "seed": 1}, one),
+                ("step", {"action": ACTION}, one),
+                ("step_many", {"action": ACTION, "steps": 1}, one),
+                ("snapshot", {}, one),
+                ("restore", record, one),
+                ("reset_simulation", {}, one),
+                ("reset_world", {}, one),
+            ]
+        )
+
+    def test_values_that_are_taken(self):
+        """As Gymnasium's clip takes them, and seeds up to the ends of their range."""
+        self.serve_two()
+        self.begin_again()
+        largest = sys.float_info.max
+        for action, same in (
+            ([5e-324, -5e-324, 2.2e-308, -0.0], None),
+            ([1e300, -1e300, largest, -largest], [1.0, -1.0, 1.0, -1.0]),
+            ([1.0000000000000002, -7.0, 1e9, 0.5], [1.0, -1.0, 1.0, 0.5]),
+        ):
+            for name, more in (("step", {}), ("step_many", {"steps": 2})):
+                one = self.troubled.ask(name, action=action, **more).transition
+                other = self.quiet.ask(name, action=same or action, **more).transition
+                self.assertEqual(bits(one.observation), bits(other.observation))
+                self.assertEqual(bits([one.reward]), bits([other.reward]))
+                self.assertEqual(bits(one.action), bits(action))
+        for seed in (0, 1, 2**31, 2**32 - 1, 2**32, 2**63 - 1, 2**63, 2**64 - 1):
+            one, other = self.both("reset", has_seed=True, seed=seed)
+            self.assertTrue(same_experience(one.transition, other.transition))
+            self.assert_untouched(f"seed {seed}")
+        words, reply = self.troubled.send("reset", b"\xff" + struct.pack("<Q", 5))  # any but 0
+        self.assertEqual(words, "")
+        other = self.quiet.ask("reset", has_seed=True, seed=5)
+        self.assertTrue(same_experience(reply.transition, other.transition))
+        self.assert_untouched()
+
+    def test_seeds_of_many_that_are_taken(self):
+        self.serve_two(num_envs=3)
+        self.begin_again()
+        for seeds in ([0, 2**64 - 1, 2**63], [1, 1, 1]):
+            one, other = self.both("reset_batch", has_seed=[1, 255, 1], seeds=seeds)
+            self.assertEqual(bits(one.observations), bits(other.observations))
+            self.assert_untouched()
+        one, other = self.both("reset_batch", environments=[2, 0])
+        self.assertEqual(bits(one.observations), bits(other.observations))
+        self.assert_untouched()
+
+    # ------------------------------------------------------------ order
+
+    def test_calls_before_and_after_an_episode(self):
+        self.serve_two(max_episode_steps=0)
+        before = [
+            ("step", {"action": ACTION}, "there is no episode yet"),
+            ("step_many", {"action": ACTION, "steps": 1}, "there is no episode yet"),
+            ("step_batch", {"actions": ACTION}, "there is no episode yet"),
+            ("snapshot", {}, "there is no episode yet"),
+            ("render", {}, "there is no episode yet"),
+        ]
+        for name, fields, pattern in before:
+            self.assertRegex(self.troubled.call(name, **fields)[0], pattern, name)
+        for caller in (self.troubled, self.quiet):
+            caller.ask("reset")  # with the seed of the parameters
+        self.assert_untouched()
+        record = self.troubled.ask("snapshot").record
+        for change, pattern in (
+            (
+                lambda r: setattr(r.episode, "length", MOST),
+                "actions has 4 values; must have 17179869180",
+            ),
+            (lambda r: setattr(r.episode, "length", 0), "actions has 4 values; must have 0"),
+            (lambda r: setattr(r, "actions", []), "actions has 0 values; must have 4"),
+            (lambda r: setattr(r, "actions", [NAN] * 4), "step 1 of the record: action.* = nan"),
+            (lambda r: setattr(r.episode, "episode_return", NAN), "episode_return = "),
+            (lambda r: setattr(r.episode, "has_seed", False), None),
+            (lambda r: setattr(r.episode, "seed", 9), "generator_state is not that of seed = 9"),
+            (lambda r: setattr(r.spec, "id", "\x1b[2J" * 20_000), r"id = \\x1b\[2J"),
+            (lambda r: setattr(r.spec, "id", "\n" * MILLION), r"id = \\n"),
+            (lambda r: setattr(r.spec, "parameter_names", ["a"] * 9), "parameter_values has"),
+            (lambda r: setattr(r.spec, "engine", ""), "engine =  in the record"),
+        ):
+            wrong = copy.deepcopy(record)
+            change(wrong)
+            if pattern is not None:
+                self.assert_refused([("restore", {"record": wrong}, pattern)])
+        while True:  # until it has fallen
+            one, other = self.both("step", action=[1.0, 1.0, 1.0, -1.0])
+            self.assertTrue(same_experience(one.transition, other.transition))
+            if one.transition.terminated:
+                break
+        for name, fields, _ in before[:2]:
+            words = self.troubled.call(name, **fields)[0]
+            self.assertRegex(words, r"the episode ended after \d+ steps", name)
+        self.begin_again()
+        self.assert_untouched()
+
+    def test_a_server_that_runs_freely(self):
+        self.serve_two(mode="free", real_time_factor=1.0)
+        for name, fields, pattern in (
+            ("step", {"action": ACTION}, "step: mode is free and the simulation runs; call ~pause"),
+            ("step_many", {"action": ACTION, "steps": 1}, "step_many: mode is free"),
+            ("step_batch", {"actions": ACTION}, "step_batch: mode is free"),
+        ):
+            self.assertRegex(self.troubled.call(name, **fields)[0], pattern)
+        self.troubled.ask("pause")
+        self.begin_again()
+        self.assert_refused(
+            [
+                ("set_real_time_factor", {"factor": factor}, "real_time_factor = .*: must be")
+                for factor in (NAN, INF, -INF, -1e-300, 1000.1, 1e308)
+            ]
+            + [
+                ("set_physics_properties", physics(max_update_rate=rate), "max_update_rate = ")
+                for rate in (NAN, INF, -1.0, 1e308)
+            ]
+        )
+        for factor in (0.0, 5e-324, 1000.0):
+            self.troubled.ask("set_real_time_factor", factor=factor)
+            self.assert_untouched(f"factor {factor}")
+
+    # ------------------------------------------------------------ the topic that it listens to
+
+    def test_effort_commands(self):
+        self.serve_two(mode="free", paused=True)
+        self.begin_again()
+        publisher = rospy.Publisher("/effort_command", Bytes, queue_size=10)
+        self.addCleanup(publisher.unregister)
+        wait_for(lambda: publisher.get_num_connections() >= 1, "the server to listen")
+        good = command(ACTION)
+        chance = random.Random(1)
+        bad = [command([1.0] * size) for size in (0, 3, 5, 1000, MILLION)]
+        bad += [command([value, 0.0, 0.0, 0.0]) for value in (NAN, INF, -INF)]
+        bad += [good[:-1], b"", good + b"\0", struct.pack("<III", 0, 0, MOST), bytes(2**20 + 1)]
+        bad += [bytes(chance.randrange(256) for _ in range(40)) for _ in range(3)]
+        for count, data in enumerate(bad, start=1):
+            publisher.publish(Bytes(data))
+            wait_for(lambda n=count: self.counter("refused") == n, f"the refusal of {data[:50]!r}")
+            self.assert_untouched(str(data[:50]))
+        for efforts in ([5e-324] * 4, [sys.float_info.max] * 4):  # held until somebody steps
+            publisher.publish(Bytes(command(efforts)))
+            self.assert_untouched(str(efforts))
+        self.assertEqual(self.counter("refused"), len(bad))
+
+
+class Bytes(Float64MultiArray):
+    """An effort command of any bytes: the topic's type, but for what is sent."""
+
+    def __init__(self, data=b""):
+        super().__init__()
+        self.bytes = data
+
+    def serialize(self, buffer):
+        buffer.write(self.bytes)
+
+
+def command(efforts):
+    buffer = io.BytesIO()
+    Float64MultiArray(data=efforts).serialize(buffer)
+    return buffer.getvalue()
+
+
+if __name__ == "__main__":
+    rospy.init_node("hostile_test")
+    rostest.rosrun("walker_sim", "hostile_test", HostileTest, sys.argv)
