@@ -18,7 +18,9 @@ std::size_t character_size(std::string_view text) {
   const std::uint8_t first = byte_at(text, 0);
   if (first < 0x80) return 1;
   if (first < 0xC2 || first > 0xF4) return 0;
-  const std::size_t size = first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+  std::size_t size = 4;
+  if (first < 0xF0) size = 3;
+  if (first < 0xE0) size = 2;
   if (text.size() < size) return 0;
   for (std::size_t i = 1; i < size; ++i) {
     if (!is_continuation(byte_at(text, i))) return 0;
