@@ -353,6 +353,23 @@ class HostileTest(ServerTest):
             table.append(("render", parameter("width", value), "parameter width = .*: must be"))
         return table
 
+    def test_a_camera_that_is_not_there(self):
+        """Of what a picture is refused for once it is to be drawn."""
+        self.serve(mode="lockstep", env="Walker2d-v5")
+        caller = Caller(self.server)
+        self.addCleanup(caller.close)
+        caller.ask("reset")
+        for name, value, pattern in (
+            ("camera_name", "\x1b[2J\n" * 1000, r"camera_name = \\x1b\[2J\\n.*bytes left out"),
+            ("camera_id", "99", "camera_id = 99"),
+            ("lookat", "[0, 0]", "lookat = .*: must be"),
+            ("distance", "nan", "distance = .*: must be"),
+        ):
+            words, _ = caller.call("render", parameter_names=[name], parameter_values=[value])
+            self.assertRegex(words, pattern)
+            self.assertTrue(words.isprintable(), words)
+        self.assertEqual(caller.ask("render").image.width, 480)
+
     def test_values_that_many_walkers_refuse(self):
         self.serve_two(num_envs=3)
         self.begin_again()

@@ -11,6 +11,7 @@
 #include <sensor_msgs/image_encodings.h>
 
 #include "core/parameter_text.h"
+#include "core/printable_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -120,7 +121,7 @@ void ServerCamera::render(const walker_sim::Render::Request& request, ros::Time 
   };
   job.fail = [reply](const std::string& why) {
     walker_sim::Render::Response response;
-    response.status_message = why;
+    response.status_message = printable(why);
     reply(response);
   };
   thread_.render(std::move(job));
