@@ -53,6 +53,25 @@ void take(const Values& values, Destination& destination) {
   destination.take(values.data());
 }
 
+/// How far an episode is.
+struct Place {
+  std::uint32_t episode = 0;  ///< 0: not known
+  std::uint32_t step = 0;
+};
+
+/// A step leads to the next place, or others' calls have come in between: then what came out is
+/// right for nobody.
+/// @throws ConnectionError
+void check_follows(const Place& before, const Place& now) {
+  const bool is_same_episode = before.episode == 0 || now.episode == before.episode;
+  if (is_same_episode && now.step == before.step + 1) return;
+  throw ConnectionError("the server answers with step " + std::to_string(now.step) +
+                        " of episode " + std::to_string(now.episode) + " where step " +
+                        std::to_string(before.step + 1) +
+                        " was expected: somebody else has moved "
+                        "the walker, or an earlier call that had failed; reset first");
+}
+
 /// A server's calls, filling arrays of the caller's. One thread at a time is let in. What the core
 /// would refuse in process is refused here, in the same words, before it is sent.
 class RemoteWalkers {
@@ -96,7 +115,9 @@ class RemoteWalkers {
     Output infos(info, "info");
     const auto [reward, terminated, truncated, error] = call([&] {
       check_step(actions);
+      const Place before{transition_.episode, transition_.step};
       client_->step(actions.data(), actions.size(), transition_);
+      check_follows(before, {transition_.episode, transition_.step});
       take(transition_.observation, observations);
       take(transition_.info, infos);
       return std::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
@@ -154,6 +175,7 @@ class RemoteWalkers {
     call([&] {
       check_steps(input);
       client_->step_batch(input.data(), input.size(), batch_);
+      note_places();
       take(batch_.observations, outputs.observations);
       take(batch_.rewards, outputs.rewards);
       take(batch_.terminated, outputs.terminated);
@@ -213,8 +235,9 @@ class RemoteWalkers {
     std::uint32_t ended_after = 0;  ///< steps; 0: it goes on, or the server resets it
     std::string error;              ///< of the last ~step_batch
     std::string reset_error;        ///< of its last reset
+    Place place;
 
-    static void begin(Note& note) { note = {true, 0, note.error, ""}; }
+    static void begin(Note& note) { note = {true, 0, note.error, "", {}}; }
   };
 
   /// Without the interpreter's lock.
@@ -329,6 +352,15 @@ class RemoteWalkers {
   std::string text_of(std::size_t index, std::string Note::*text) {
     const Unlocked unlocked = enter();
     return notes_.at(index).*text;
+  }
+
+  /// Where all are now. What the server has reset may be anywhere before.
+  void note_places() {
+    for (std::size_t i = 0; i < notes_.size(); ++i) {
+      const Place now{batch_.episodes[i], batch_.steps[i]};
+      if (now.step != 0) check_follows(notes_[i].place, now);
+      notes_[i].place = now;
+    }
   }
 
   /// Of those episodes that nobody but the caller resets; and forgets the errors of before.

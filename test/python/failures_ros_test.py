@@ -175,6 +175,31 @@ def test_another_server_that_takes_the_name(serve, kind):
     assert_works(environment)
 
 
+def test_somebody_else_who_moves_the_walker(serve, kind):
+    """Also a call of one's own that had failed and comes late. Either is told, for what they get is
+    right for neither."""
+    make, parameters = kind
+    server, _ = serve(**parameters)
+    environment, other = make(server), make(server)
+    moved = "where step [12] was expected: somebody else has moved the walker"
+    other.reset(seed=2)
+    environment.reset(seed=1)
+    environment.step(action_of(environment))
+    with pytest.raises(walker_sim.ConnectionError, match=moved):
+        other.step(action_of(other))
+    with pytest.raises(walker_sim.ConnectionError, match=moved):
+        environment.step(action_of(environment))
+    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
+        environment.step(action_of(environment))
+    assert_works(environment)
+    other.reset(seed=2)
+    other.step(action_of(other))
+    environment.reset(seed=1)
+    with pytest.raises(walker_sim.ConnectionError, match=moved):
+        other.step(action_of(other))
+    assert_works(other)
+
+
 def test_a_master_that_is_gone(serve):
     """Who is connected needs none; who wants to connect does."""
     server, _ = serve()

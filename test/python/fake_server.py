@@ -102,7 +102,7 @@ BATCH = {  # the second environment has ended
     "terminated": ("B", [0, 1]),
     "truncated": ("B", [0, 0]),
     "episodes": ("I", [1, 2]),
-    "steps": ("I", [3, 4]),
+    "steps": ("I", [1, 0]),
     "info": ("d", [0.0] * (NUM_ENVS * INFO)),
     "final_environments": ("I", [1]),
     "final_observations": ("d", [0.25] * WIDTH),
