@@ -65,7 +65,8 @@ class Node:
     def __init__(self, command, environment, **options):
         self._log = tempfile.NamedTemporaryFile(prefix="walker_sim_soak_")
         self.process = subprocess.Popen(
-            ["setpriv", "--pdeathsig", "INT", *map(str, command)],
+            # Not SIGINT, which what a shell starts in the background ignores, and so may these.
+            ["setpriv", "--pdeathsig", "TERM", *map(str, command)],
             env=environment,
             stdout=self._log.file,
             stderr=subprocess.STDOUT,
@@ -88,7 +89,7 @@ class Node:
         self.send(signal.SIGKILL)
         self.process.wait()
 
-    def end(self, by=signal.SIGINT, timeout=PROMPT):
+    def end(self, by=signal.SIGTERM, timeout=PROMPT):
         """Its status; None where it does not end in time (then it is killed)."""
         self.send(signal.SIGCONT)
         self.send(by)
@@ -154,17 +155,15 @@ class Graph(contextlib.ExitStack):
         words = [f"_{name}:={value}" for name, value in private.items()]
         name = f"{namespace}/walker_sim"
         self.ask("deleteParam", name)  # the master keeps those of the one before
-        before = self.service_uri(f"{name}/get_spec")
+        last = f"{name}/set_physics_properties"  # that it registers
+        before = self.service_uri(last)
         node = self.start([self.programs / "server", f"__ns:={namespace or '/'}", *words])
         node.name = name
 
         def serves():
             if node.process.poll() is not None:
                 raise RuntimeError(f"{name} ended at its start:\n{node.output()}")
-            # The last one that it registers.
-            return self.service_uri(f"{name}/set_physics_properties") and (
-                self.service_uri(f"{name}/get_spec") != before
-            )
+            return self.service_uri(last) not in (None, before)
 
         await_true(serves, f"{name} to serve")
         return node

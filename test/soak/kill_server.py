@@ -64,7 +64,7 @@ def run(soak):
             soak.check("time goes on above all that was told", stamp > last, f"{last}, {stamp}")
             last = stamp
         pair.close()
-        status = launch.end()
+        status = launch.end(signal.SIGINT)
         soak.check("the launch ends when it is told to", status == 0, f"status {status}")
     soak.figure("longest time from a kill to the client's error [s]", f"{longest_error:.3f}")
     soak.figure("longest time from a kill until it serves again [s]", f"{longest_gap:.1f}")

@@ -5,6 +5,7 @@ import importlib
 import os
 import pathlib
 import random
+import signal
 import sys
 import time
 import traceback
@@ -105,8 +106,14 @@ def play(name, seconds, options, tally):
     say(f"{name}: {time.monotonic() - begin:.0f} s; so far {tally.summary()}")
 
 
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
 def main():
     options = parse()
+    for number in (signal.SIGINT, signal.SIGTERM):  # so that what was started is ended
+        signal.signal(number, interrupt)
     graph.adopt_orphans()
     tally = tallies.Tally(say)
     say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")

@@ -99,15 +99,16 @@ class Latency:
         if fifth < FEWEST or time.monotonic() - self._begun < LONG:
             return
         first, last = (
-            np.percentile(np.array(part) * 1e6, [50, 99])
+            np.percentile(np.array(part) * 1e6, [25, 50, 99])
             for part in (self._times[:fifth], self._times[-fifth:])
         )
+        # What grows makes every call slower; other work on the machine makes some slower.
         tally.check(
-            f"median and 99th percentile of {what} stay below twice and ten times the first",
-            last[0] < 2 * first[0] and last[1] < 10 * first[1],
+            f"the 25th percentile of {what} stays below twice the first",
+            last[0] < 2 * first[0],
             f"{first} us at first, {last} us at last",
         )
         tally.figure(
-            f"{what}: median, 99th percentile at first and at last [us]",
-            f"{first[0]:.0f}, {first[1]:.0f}; {last[0]:.0f}, {last[1]:.0f}",
+            f"{what}: 25th, 50th, 99th percentile at first; at last [us]",
+            "; ".join(", ".join(f"{value:.0f}" for value in part) for part in (first, last)),
         )
