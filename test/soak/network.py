@@ -72,7 +72,9 @@ def cut(soak, relay, pair):
             told = str(error)
     cutter.join()
     soak.check("up to a cut the bits are right", equal)
-    soak.check("a network that is cut is told of", "/walker_sim" in told, told)
+    # A step that a stall held back may come amid these, too.
+    is_told = "/walker_sim" in told or "somebody else has moved" in told
+    soak.check("a network that is cut is told of", is_told, told)
 
 
 def works(pair, seed):
