@@ -89,6 +89,8 @@ TEST_F(CompileApartTest, NoSizeEndsThisProcess) {
           std::string(100, 'x'));
   fs::create_symlink("/dev/zero", "zeros.stl");
   const std::string most = "2147483647";
+  const std::string mesh = "<worldbody><geom type='mesh' mesh='m'/></worldbody>";
+  const std::string field = "<worldbody><geom type='hfield' hfield='h'/></worldbody>";
   const std::vector<std::string> models = {
       "<size nuser_body='" + most + "'/>",
       "<size nuser_geom='" + most + "'/><worldbody><geom size='1'/></worldbody>",
@@ -99,24 +101,20 @@ TEST_F(CompileApartTest, NoSizeEndsThisProcess) {
       "<size nconmax='" + most + "'/>",
       "<size nkey='" + most + "'/>",
       "<size nuserdata='" + most + "'/>",
-      "<asset><hfield name='h' nrow='100000' ncol='100000' size='1 1 1 1'/></asset>"
-      "<worldbody><geom type='hfield' hfield='h'/></worldbody>",
+      "<asset><hfield name='h' nrow='100000' ncol='100000' size='1 1 1 1'/></asset>" + field,
       "<asset><hfield name='h' nrow='46341' ncol='46341' size='1 1 1 1'/></asset>",
       "<asset><hfield name='h' file='hills.bin' size='1 1 1 1'/></asset>",
       "<asset><hfield name='h' file='negative.bin' size='1 1 1 1'/></asset>",
       "<asset><texture name='t' type='2d' builtin='flat' width='60000' height='60000'/></asset>",
       "<asset><texture name='t' type='cube' builtin='flat' width='30000' height='30000'/></asset>",
       "<asset><texture name='t' type='2d' file='picture.png'/></asset>",
-      "<asset><mesh name='m' file='mesh.stl'/></asset>"
-      "<worldbody><geom type='mesh' mesh='m'/></worldbody>",
-      "<asset><mesh name='m' file='mesh.msh'/></asset>"
-      "<worldbody><geom type='mesh' mesh='m'/></worldbody>",
-      "<asset><mesh name='m' file='zeros.stl'/></asset>"
-      "<worldbody><geom type='mesh' mesh='m'/></worldbody>",
+      "<asset><mesh name='m' file='mesh.stl'/></asset>" + mesh,
+      "<asset><mesh name='m' file='mesh.msh'/></asset>" + mesh,
+      "<asset><mesh name='m' file='zeros.stl'/></asset>" + mesh,
       "<asset><hfield name='h' file='zeros.stl' size='1 1 1 1'/></asset>",
       "<include file='zeros.stl'/>",
-      "<worldbody><body><composite type='grid' count='100000 100000 1' spacing='1'>"
-      "<geom size='.1'/></composite></body></worldbody>",
+      std::string("<worldbody><body><composite type='grid' count='100000 100000 1' spacing='1'>") +
+          "<geom size='.1'/></composite></body></worldbody>",
   };
   for (const std::string& content : models) {
     const std::string message = refusal("<mujoco>" + content + "</mujoco>");
@@ -178,6 +176,7 @@ TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
   const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   std::vector<std::thread> threads;
   std::vector<std::size_t> sizes(4);
+  threads.reserve(sizes.size());
   for (std::size_t& size : sizes) {
     threads.emplace_back([&] { size = compile_apart(file).size(); });
   }

@@ -77,7 +77,10 @@ TEST(ReservedUntil, WhatIsNoTimeIsRefusedWithItsNameValueAndWhatIsAllowed) {
       {"<string>5</string>", "<i4>0</i4>", "[\"5\", 0]"},
   };
   for (const auto& one : cases) {
-    EXPECT_EQ(refusal(pair(one.one, one.other)), begin + one.text + rule);
+    std::string expected = begin;
+    expected += one.text;
+    expected += rule;
+    EXPECT_EQ(refusal(pair(one.one, one.other)), expected);
   }
 }
 
