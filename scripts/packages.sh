@@ -13,6 +13,8 @@ lint_packages=(catkin-lint cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
 cache_packages=(ccache)
+# Of ./scripts/fuzz: the clang of Debian 12, in other releases the one that is the default there.
+fuzz_packages=(clang)
 # All that ./scripts/docs needs, which builds nothing.
 docs_packages=(ca-certificates doxygen python3-pip python3-venv)
 

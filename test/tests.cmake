@@ -1,6 +1,7 @@
 # Tests and benchmarks, none of them in `all`. Every test has a label: `short`, what ./scripts/test
 # runs, built by the target `short_tests`; `long`, what ./scripts/test --all runs on top; or `devel`,
-# which ros_tests.cmake explains. The target `tests` builds all, `benchmarks` what ./scripts/bench calls.
+# which ros_tests.cmake explains. Gtests without a master have the label `unit` too, and the target
+# `unit_tests`. The target `tests` builds all, `benchmarks` what ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
 if(WALKER_SIM_ROS)
   find_package(tf2 REQUIRED)
@@ -9,14 +10,15 @@ else()
   add_custom_target(tests)
 endif()
 add_custom_target(short_tests)
+add_custom_target(unit_tests)
 add_custom_target(benchmarks)
 
 # walker_sim_label(NAME LABEL TARGET...): the test's label, and what has to be built for it.
 function(walker_sim_label name label)
-  set_tests_properties(${name} PROPERTIES LABELS ${label})
+  set_tests_properties(${name} PROPERTIES LABELS "${label}")
   if(ARGN)
     add_dependencies(tests ${ARGN})
-    if(label STREQUAL "short")
+    if("short" IN_LIST label)
       add_dependencies(short_tests ${ARGN})
     endif()
   endif()
@@ -32,7 +34,8 @@ function(walker_sim_register_gtest name program label)
   else()
     add_test(NAME ${name} COMMAND ${program} ${ARGN} --gtest_output=xml:${results})
   endif()
-  walker_sim_label(${name} ${label} ${program})
+  walker_sim_label(${name} "${label};unit" ${program})
+  add_dependencies(unit_tests ${program})
 endfunction()
 
 # Test programs are compiled with little optimisation, in half the time: what they test is not.
@@ -104,7 +107,7 @@ if(NOT WALKER_SIM_ENGINES STREQUAL "pinned")
   set(not_these_engines block_allocator_test recordings_test saved_state_test swept_vertices_test
     world_state_test)
 endif()
-walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} WITH simd LEFT_OUT pool_race_test)
+walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} WITH simd)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_types_test)
 walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
 set(for_other_processors "")
@@ -120,8 +123,12 @@ endif()
 walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d
   LEFT_OUT ${for_other_processors})
 # walker_sim_register_variant(NAME ROOM FILE LABEL VARIABLE...): a file of a room's tests again, in
-# another environment.
+# another environment. What is long there takes other numbers on the same ways through the code, and hours
+# where that is instrumented.
 function(walker_sim_register_variant name room file label)
+  if(WALKER_SIM_INSTRUMENT AND label STREQUAL "long")
+    return()
+  endif()
   walker_sim_register_gtest(${name} ${room}_tests ${label} --file=${file}.cpp)
   if(WALKER_SIM_ROS)
     set(name _ctest_${PROJECT_NAME}_gtest_${name})
@@ -163,9 +170,13 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   target_sources(bipedal_walker_tests PRIVATE test/bipedal_walker/kernel/world_words.cpp)
   set_source_files_properties(test/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
-  include(test/bipedal_walker/shortcuts.cmake)
-  include(test/core/race_test.cmake)
+  if(NOT WALKER_SIM_INSTRUMENT) # nine programs, whose code is that of the other tests
+    include(test/bipedal_walker/shortcuts.cmake)
+  endif()
 endif()
+
+# ---------------------------------------------------------------- what bytes from outside may be
+include(test/fuzz/fuzz.cmake)
 
 # ---------------------------------------------------------------- programs that tests and benchmarks call
 # They step environments for the comparison with Gymnasium, which drives them through a pipe.

@@ -1,0 +1,34 @@
+// An episode's record, as ~restore and the replay take it.
+#include "core/episode_record.h"
+
+#include <stdexcept>
+
+#include "fuzz/target.h"
+#include "ros/checked_stream.h"
+#include "ros/records.h"
+#include "walker_sim/registry.h"
+
+namespace walker::fuzz {
+namespace {
+
+void run(const std::uint8_t* data, std::size_t size) {
+  static const auto kEnvironment = make("BipedalWalker-v3");
+  const Specification& specification = kEnvironment->specification();
+  try {
+    walker_sim::EpisodeRecord message;
+    read_exactly(data, size, "the record", message);
+    const EpisodeRecord record = to_record(message);
+    complete_parameters(parameter_descriptions(message.spec.id), parameters_of(message.spec));
+    check_repeatable(record, specification);
+    require(record.actions.size() == record.num_steps * specification.action_size(),
+            "a record that can be repeated has an action for each step");
+    kEnvironment->set_generator_state(record.generator_state);
+  } catch (const std::runtime_error&) {
+  } catch (const std::invalid_argument&) {
+  }
+}
+
+const Registered kTarget("episode_record", run);
+
+}  // namespace
+}  // namespace walker::fuzz

@@ -1,0 +1,25 @@
+// What comes on the connection to a master: HTTP, XML-RPC in it, and a service's address in that.
+#include <string>
+
+#include "client/master.h"
+#include "fuzz/scripted_socket.h"
+#include "fuzz/target.h"
+#include "walker_sim/client.h"
+
+namespace walker::fuzz {
+namespace {
+
+void run(const std::uint8_t* data, std::size_t size) {
+  script() = {{data, data + size}};
+  try {
+    const Endpoint endpoint =
+        look_up_service("http://localhost:11311", "/walker_sim/step", Deadline(TimePoint::max()));
+    require(endpoint.port != 0 && !endpoint.host.empty(), "an address has a host and a port");
+  } catch (const ConnectionError&) {
+  }
+}
+
+const Registered kTarget("http", run);
+
+}  // namespace
+}  // namespace walker::fuzz

@@ -1,0 +1,7 @@
+// What libFuzzer calls: the one target of the program.
+#include "fuzz/target.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  walker::fuzz::targets().front().run(data, size);
+  return 0;
+}

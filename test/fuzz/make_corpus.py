@@ -1,0 +1,324 @@
+#!/usr/bin/env python3
+"""Makes the corpora that fuzzing starts from: real inputs, small.
+
+usage: ./scripts/env python3 test/fuzz/make_corpus.py
+
+Overwrites test/fuzz/corpus/NAME/seed_*; what fuzzing has found lies beside them and stays.
+"""
+
+import io
+import pathlib
+import struct
+
+import genpy
+import gymnasium
+import numpy as np
+import walker_sim.msg as messages
+import walker_sim.srv as services
+from std_msgs.msg import Float64MultiArray
+
+import walker_sim  # noqa: F401  (registers the environments)
+
+ROOT = pathlib.Path(__file__).resolve().parent
+REPOSITORY = ROOT.parent.parent
+
+
+def write(target, name, data):
+    folder = ROOT / "corpus" / target
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"seed_{name}").write_bytes(data)
+
+
+def serialized(message):
+    stream = io.BytesIO()
+    message.serialize(stream)
+    return stream.getvalue()
+
+
+def piece(data):
+    return struct.pack("<H", len(data)) + data
+
+
+def answer(message):
+    """As TCPROS brings it."""
+    body = serialized(message)
+    return b"\x01" + struct.pack("<I", len(body)) + body
+
+
+def header(**fields):
+    body = b"".join(
+        struct.pack("<I", len(field)) + field
+        for field in (f"{name}={value}".encode() for name, value in fields.items())
+    )
+    return struct.pack("<I", len(body)) + body
+
+
+def specification(environment_id="Toy-v0", observations=4, actions=2, num_envs=3):
+    return messages.EnvironmentSpec(
+        interface_version=1,
+        id=environment_id,
+        num_envs=num_envs,
+        parameter_names=["max_episode_steps"],
+        parameter_values=["1000"],
+        observation_size=observations,
+        observation_dtype="float32",
+        observation_low=[-1.0] * observations,
+        observation_high=[1.0] * observations,
+        action_size=actions,
+        action_low=[-1.0] * actions,
+        action_high=[1.0] * actions,
+        dt=0.02,
+        max_episode_steps=1000,
+        joint_names=[f"joint_{i}" for i in range(actions)],
+        info_names=["x_position"],
+        mode="lockstep",
+        autoreset_mode="next_step",
+        engine="MuJoCo",
+        engine_version="2.2.2",
+    )
+
+
+def transition(step=1, episode=1, stamp=20, observations=4, actions=2):
+    message = messages.Transition(
+        environment=0,
+        episode=episode,
+        step=step,
+        action=[0.5] * actions if step else [],
+        observation=[0.25] * observations,
+        reward=1.0,
+        episode_return=float(step),
+        info=[0.125],
+    )
+    message.header.stamp = genpy.Time(0, stamp)
+    message.header.frame_id = "odom"
+    return message
+
+
+def episode(number=1, length=0, stamp=0, end_reason=""):
+    message = messages.Episode(
+        episode=number, has_seed=True, seed=7, length=length, end_reason=end_reason
+    )
+    state = np.random.PCG64(7).state["state"]
+    mask = (1 << 64) - 1
+    message.generator_state = [
+        state["state"] >> 64,
+        state["state"] & mask,
+        state["inc"] >> 64,
+        state["inc"] & mask,
+        0,
+        0,
+    ]
+    message.header.stamp = genpy.Time(0, stamp)
+    return message
+
+
+def service_responses():
+    batch = services.StepBatchResponse(
+        success=True,
+        observations=[0.5] * 12,
+        rewards=[1.0] * 3,
+        terminated=[False, True, False],
+        truncated=[False] * 3,
+        episodes=[1, 2, 1],
+        steps=[3, 0, 3],
+        info=[0.0] * 3,
+        final_environments=[1],
+        final_observations=[0.5] * 4,
+        final_info=[0.0],
+    )
+    picture = services.RenderResponse(success=True)
+    picture.image.height, picture.image.width = 1, 2
+    picture.image.encoding, picture.image.step, picture.image.data = "rgb8", 6, bytes(range(6))
+    depth = services.RenderResponse(success=True)
+    depth.image.height, depth.image.width = 1, 2
+    depth.image.encoding, depth.image.step, depth.image.data = "32FC1", 8, bytes(8)
+    return {
+        "get_spec": services.GetSpecResponse(spec=specification()),
+        "step": services.StepResponse(success=True, transition=transition()),
+        "step_many": services.StepManyResponse(
+            success=True, transition=transition(3), steps=3, total_reward=3.0
+        ),
+        "step_batch": batch,
+        "reset_batch": services.ResetBatchResponse(
+            success=True, observations=[0.5] * 8, info=[0.0] * 2
+        ),
+        "snapshot": services.SnapshotResponse(success=True, record=record()),
+        "render": picture,
+        "depth": depth,
+    }
+
+
+def record():
+    message = messages.EpisodeRecord(spec=specification("BipedalWalker-v3", 24, 4, 1))
+    message.spec.engine, message.spec.engine_version = "Box2D", "2.3.0"
+    message.spec.parameter_names = ["reuse_world", "max_episode_steps"]
+    message.spec.parameter_values = ["false", "1600"]
+    message.episode = episode(length=2)
+    message.actions = [0.5] * 8
+    return message
+
+
+def make_client():
+    responses = service_responses()
+    for kind, response in enumerate(responses.values()):
+        write("answers", list(responses)[kind], bytes([kind]) + serialized(response))
+    refused = services.StepResponse(success=False, status_message="there is no episode")
+    write("answers", "refused", b"\x01" + serialized(refused))
+    write("tcpros", "request", header(callerid="/me", service="/walker_sim/step", md5sum="*")[4:])
+    write("tcpros", "error", header(error="it is not there")[4:])
+
+    def call(name, kind):
+        return piece(header(callerid="/walker_sim", md5sum="*", type=kind)) + piece(
+            answer(responses[name])
+        )
+
+    spec = specification("Toy-v0", 4, 4, 3)
+    start = piece(header(callerid="/walker_sim")) + piece(
+        answer(services.GetSpecResponse(spec=spec))
+    )
+    responses["step"].transition = transition(1, actions=4)
+    responses["step_many"].transition = transition(2, actions=4)
+    responses["step_many"].steps = 2
+    responses["reset_batch"].observations, responses["reset_batch"].info = [0.5] * 12, [0.0] * 3
+    reset = services.ResetResponse(success=True, transition=transition(0, actions=4))
+    plain = piece(header(callerid="/walker_sim"))
+    calls = plain + piece(answer(reset)) + plain + piece(answer(responses["step"]))
+    calls += piece(answer(responses["step"]))
+    for name in ("step_many", "snapshot", "reset_batch", "step_batch", "render"):
+        calls += plain + piece(answer(responses[name]))
+    write("client", "every_call", start + calls)
+    write("client", "error", piece(header(error="it is not there")))
+    write("client", "no_spec", start[: len(start) // 2])
+
+
+def make_master():
+    value = (
+        "<value><array><data><value><int>{}</int></value><value><string>{}</string></value>"
+        "<value>{}</value></data></array></value>"
+    )
+    response = "<?xml version='1.0'?>\n<methodResponse>{}</methodResponse>\n"
+    params = "<params><param>{}</param></params>"
+    uri = "rosrpc://localhost:4000"
+    found = response.format(params.format(value.format(1, "rosrpc URI: [" + uri + "]", uri)))
+    lost = response.format(params.format(value.format(-1, "no provider", "")))
+    fault = response.format(
+        "<fault><value><struct><member><name>faultCode</name><value><int>1</int></value></member>"
+        "<member><name>faultString</name><value><string>a &lt;b&gt;</string></value></member>"
+        "</struct></value></fault>"
+    )
+    kinds = response.format(
+        params.format(
+            "<value><array><data><value><boolean>1</boolean></value><value><double>0.5</double>"
+            "</value><value><i4>-4</i4></value><value><string/></value>"
+            "<value><array><data/></array></value></data></array></value>"
+        )
+    )
+    for name, text in (("found", found), ("lost", lost), ("fault", fault), ("kinds", kinds)):
+        write("xml_rpc", name, text.encode())
+    head = "HTTP/1.1 200 OK\r\nContent-Type: text/xml\r\n"
+    write("http", "length", f"{head}Content-Length: {len(found)}\r\n\r\n{found}".encode())
+    write("http", "closed", f"{head}\r\n{found}".encode())
+    chunks = f"{20:x}\r\n{found[:20]}\r\n{len(found) - 20:x}\r\n{found[20:]}\r\n0\r\n\r\n"
+    write("http", "chunks", f"{head}Transfer-Encoding: chunked\r\n\r\n{chunks}".encode())
+    write("http", "status", b"HTTP/1.0 404 Not Found\r\n\r\n")
+
+
+def make_core():
+    write("parameter_text", "bipedal_walker", b"\x00max_episode_steps=1600\nreuse_world=true")
+    write(
+        "parameter_text",
+        "walker2d",
+        b"\x06frame_skip=4\nhealthy_z_range=[0.8, 2.0]\nreset_noise_scale=5e-3\nxml_file=a.xml",
+    )
+    write("parameter_text", "camera", b"\x07width=480\nheight=-1\ndistance=.inf")
+    ids = ("BipedalWalker-v3", "Walker2d-v5", "BipedalWalkerHardcore-v3", "Hopper-v4")
+    for which, environment_id in enumerate(ids):
+        environment = gymnasium.make("walker_sim/" + environment_id).unwrapped
+        environment.reset(seed=3)
+        for _ in range(20):
+            environment.step(np.zeros(environment.action_space.shape, np.float32))
+        state = environment.get_state()
+        write("saved_state", environment_id, bytes([which]) + bytes(state))
+        environment.close()
+        if environment_id == "Walker2d-v5":
+            write("saved_state", "as_it_is", bytes([0x80 | which]) + bytes(state))
+    for name in ("walker2d_v5", "hopper_v5"):
+        write("model", name, (REPOSITORY / "assets" / f"{name}.xml").read_bytes())
+
+
+def make_policy():
+    tensors = {
+        "observation.mean": ("F64", [2], [1, -1]),
+        "observation.deviation": ("F64", [2], [2, 0.5]),
+        "action.low": ("F32", [1], [-1]),
+        "action.high": ("F32", [1], [1]),
+        "layers.0.weight": ("F32", [2, 2], [1, 2, 3, 4]),
+        "layers.0.bias": ("F32", [2], [0.1, -0.2]),
+        "layers.1.weight": ("F32", [1, 2], [0.5, -0.25]),
+        "layers.1.bias": ("F32", [1], [0.05]),
+    }
+    for activation, output in (("tanh", "clip"), ("relu", "tanh")):
+        entries, values = [], b""
+        for name, (kind, shape, numbers) in tensors.items():
+            data = struct.pack(f"<{len(numbers)}{'d' if kind == 'F64' else 'f'}", *numbers)
+            entries.append(
+                f'"{name}":{{"dtype":"{kind}","shape":{str(shape).replace(" ", "")},'
+                f'"data_offsets":[{len(values)},{len(values) + len(data)}]}}'
+            )
+            values += data
+        notes = (
+            '{"__metadata__":{"format":"walker_sim policy 1","id":"Toy-v0","activation":"'
+            f'{activation}","output":"{output}","layers":"2","steps":"12"}},'
+        )
+        text = (notes + ",".join(entries) + "}").encode()
+        write("policy", activation, struct.pack("<Q", len(text)) + text + values)
+
+
+def make_server():
+    requests = [
+        services.StepRequest(action=[0.5] * 4),
+        services.StepBatchRequest(actions=[0.5] * 8),
+        services.StepManyRequest(action=[0.5] * 4, steps=3),
+        services.ResetRequest(has_seed=True, seed=5),
+        services.ResetBatchRequest(environments=[0, 1], has_seed=[True, False], seeds=[5, 0]),
+        services.RestoreRequest(record=record()),
+        services.RenderRequest(environment=0, encoding="rgb8"),
+        services.SetRealTimeFactorRequest(),
+        Float64MultiArray(data=[0.5] * 4),
+    ]
+    for kind, request in enumerate(requests):
+        write("requests", type(request).__name__, bytes([kind]) + serialized(request))
+    step = serialized(requests[0])
+    call = struct.pack("<I", len(step)) + step
+    hello = header(callerid="/me", service="/walker_sim/step", md5sum="0123", persistent="1")
+    write("service_session", "calls", piece(hello) + 2 * piece(call))
+    write("service_session", "at_once", piece(hello + 3 * call))
+    write("service_session", "in_parts", piece(hello[:30]) + piece(hello[30:]) + piece(call[:9]))
+    write(
+        "service_session",
+        "once",
+        piece(header(callerid="/me", service="/walker_sim/render", md5sum="*")) + piece(call),
+    )
+    write("service_session", "unknown", piece(header(callerid="/me", service="/x", md5sum="*")))
+    write("episode_record", "bipedal_walker", serialized(record()))
+
+    def messages_of(*all_messages):
+        kinds = {"Transition": 0, "EnvironmentSpec": 1, "Episode": 2, "EpisodeRecord": 3}
+        return b"".join(
+            bytes([kinds[type(message).__name__]]) + piece(serialized(message))
+            for message in all_messages
+        )
+
+    run = [episode(), transition(0, 1, 0), transition(1, 1, 20), transition(2, 1, 40)]
+    run.append(episode(1, 2, 40, "terminated: it fell"))
+    second = [episode(2, 0, 60), transition(0, 2, 60), transition(3, 2, 120)]
+    write("bag_index", "episodes", messages_of(specification(), *run, *second))
+    write("bag_index", "two_servers", messages_of(specification(), *run, specification(), *run))
+    restored = record()
+    restored.episode.header.stamp = genpy.Time(0, 0)
+    write("bag_index", "restored", messages_of(specification(), restored, *run))
+
+
+if __name__ == "__main__":
+    for make in (make_client, make_master, make_core, make_policy, make_server):
+        make()

@@ -1,0 +1,26 @@
+// A policy's file.
+#include "walker_sim/policy.h"
+
+#include <vector>
+
+#include "fuzz/memory_file.h"
+#include "fuzz/target.h"
+
+namespace walker::fuzz {
+namespace {
+
+void run(const std::uint8_t* data, std::size_t size) {
+  const MemoryFile file(data, size);
+  try {
+    Policy policy(file.path());
+    const std::vector<double> observation(policy.observation_size(), 0.5);
+    std::vector<double> action(policy.action_size());
+    policy.act(observation.data(), action.data());
+  } catch (const PolicyError&) {
+  }
+}
+
+const Registered kTarget("policy", run);
+
+}  // namespace
+}  // namespace walker::fuzz

@@ -1,0 +1,90 @@
+// A client of the services: what it sends comes in pieces, over a socket.
+#include "server/transport/service_session.h"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <stdexcept>
+
+#include <ros/console.h>
+
+#include "fuzz/input.h"
+#include "fuzz/target.h"
+#include "ros/checked_stream.h"
+#include "walker_sim/Step.h"
+
+namespace walker::fuzz {
+namespace {
+
+std::shared_ptr<PendingAnswer> step(const std::uint8_t* request, std::size_t size,
+                                    tcpros::Bytes& response) {
+  walker_sim::StepRequest asked;
+  read_exactly(request, size, "the request", asked);
+  walker_sim::StepResponse answer;
+  answer.transition.action = asked.action;
+  append_response(answer, response);
+  return nullptr;
+}
+
+/// Answered at once, but by way of somebody else.
+std::shared_ptr<PendingAnswer> render(const std::uint8_t* /*request*/, std::size_t /*size*/,
+                                      tcpros::Bytes& /*response*/) {
+  static const auto kEvent = std::make_shared<EventDescriptor>();
+  auto pending = std::make_shared<PendingAnswer>(kEvent);
+  pending->give({1, 0, 0, 0, 0});
+  kEvent->clear();
+  return pending;
+}
+
+void silence() {
+  ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
+  ros::console::notifyLoggerLevelsChanged();
+}
+
+const OfferedServices& services() {
+  static const OfferedServices kServices = [] {
+    silence();
+    const OfferedService service{"walker_sim/Step", "0123", "walker_sim/StepRequest",
+                                 "walker_sim/StepResponse", step};
+    OfferedService slow = service;
+    slow.call = render;
+    return OfferedServices{{"/walker_sim/step", service}, {"/walker_sim/render", slow}};
+  }();
+  return kServices;
+}
+
+/// The client reads all that comes.
+void drain(int descriptor) {
+  std::array<std::uint8_t, 4096> bytes{};
+  while (recv(descriptor, bytes.data(), bytes.size(), MSG_DONTWAIT) > 0) {
+  }
+}
+
+void run(const std::uint8_t* data, std::size_t size) {
+  std::array<int, 2> ends{};
+  require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) == 0,
+          "there is a pair of sockets");
+  {
+    ServiceSession session(ends[0], services());
+    Input input(data, size);
+    bool is_over = false;
+    while (!is_over && input.size() > 0) {
+      const std::vector<std::uint8_t> piece = input.piece();
+      if (send(ends[1], piece.data(), piece.size(), MSG_NOSIGNAL) < 0) break;
+      constexpr int kMostTurns = 100;
+      for (int turn = 0; !is_over && (turn == 0 || session.has_work()) && turn < kMostTurns;
+           ++turn) {
+        is_over = session.advance(true) == ServiceSession::Outcome::over;
+        drain(ends[1]);
+      }
+    }
+  }
+  close(ends[1]);
+}
+
+const Registered kTarget("service_session", run);
+
+}  // namespace
+}  // namespace walker::fuzz

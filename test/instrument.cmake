@@ -1,0 +1,31 @@
+# Everything of ours, Box2D included, compiled so that it tells of its faults while it runs. What the
+# libraries of ROS and MuJoCo do is seen at their borders alone.
+#   thread    ThreadSanitizer
+#   address   AddressSanitizer and UndefinedBehaviorSanitizer, each of which ends the program
+#   fuzzer    the same by clang, with libFuzzer's eyes
+#   coverage  gcov: which lines have run
+set(WALKER_SIM_PYTHON OFF)
+set(CMAKE_CXX_FLAGS_RELEASE "-O1 -DNDEBUG")
+if(WALKER_SIM_INSTRUMENT STREQUAL "thread")
+  set(instrument_options -fsanitize=thread)
+elseif(WALKER_SIM_INSTRUMENT STREQUAL "address")
+  set(instrument_options -fsanitize=address,undefined -fno-sanitize-recover=all)
+elseif(WALKER_SIM_INSTRUMENT STREQUAL "fuzzer")
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "WALKER_SIM_INSTRUMENT = fuzzer: needs clang; CMAKE_CXX_COMPILER is "
+      "${CMAKE_CXX_COMPILER_ID}")
+  endif()
+  set(instrument_options -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all)
+elseif(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
+  set(CMAKE_CXX_FLAGS_RELEASE "-O0 -DNDEBUG")
+  set(instrument_options --coverage -fprofile-update=atomic)
+else()
+  message(FATAL_ERROR "WALKER_SIM_INSTRUMENT = ${WALKER_SIM_INSTRUMENT}: must be address, coverage, fuzzer, "
+    "thread or empty")
+endif()
+add_link_options(${instrument_options})
+if(NOT WALKER_SIM_INSTRUMENT STREQUAL "coverage")
+  # A call stack has a line for each of our functions; a container that is left is told at once.
+  list(APPEND instrument_options -g1 -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS)
+endif()
+add_compile_options(${instrument_options})
