@@ -1,4 +1,4 @@
-"""Where programs and libraries look for libraries."""
+"""Where programs and libraries look for libraries, and what of them may be written to or run."""
 
 import re
 import subprocess
@@ -23,3 +23,16 @@ def strange_paths(files):
         for element in search_paths(file) or []
         if not re.fullmatch(r"\$ORIGIN(/.+)?", element)
     ]
+
+
+def missing_protection(file):
+    """What an ELF file lacks of read-only tables, a stack that is no code, an unknown address."""
+    command = ["readelf", "--file-header", "--segments", "--dynamic", "--wide", file]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    wanted = {
+        "position independent": r"Type: +DYN ",
+        "read-only tables": r"^ +GNU_RELRO ",
+        "all bound at the start": r"\((?:FLAGS\).*BIND_NOW|FLAGS_1\).*NOW)",
+        "no code on the stack": r"^ +GNU_STACK( +0x\w+){5} RW +0x",
+    }
+    return [name for name, pattern in wanted.items() if not re.search(pattern, told, re.MULTILINE)]

@@ -6,7 +6,7 @@ import re
 import subprocess
 
 import pytest
-from elf import search_paths, strange_paths
+from elf import missing_protection, search_paths, strange_paths
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
@@ -71,3 +71,13 @@ def test_nothing_loads_libraries_from_the_current_directory():
     files = [path for path in DEVEL.rglob("*") if path.is_file()]
     assert search_paths(PROGRAMS / "server") == ["$ORIGIN/.."]
     assert not strange_paths(files)
+
+
+@pytest.mark.parametrize("name", [*NODES, "libwalker_sim_core.so", "_core"])
+def test_what_is_built_is_hardened(name):
+    file = PROGRAMS / name
+    if name == "libwalker_sim_core.so":
+        file = DEVEL / "lib" / name
+    elif name == "_core":
+        (file,) = DEVEL.glob("lib/python3*/*-packages/walker_sim/_core*.so")
+    assert missing_protection(file) == []
