@@ -3,7 +3,6 @@
 #   thread    ThreadSanitizer
 #   address   AddressSanitizer and UndefinedBehaviorSanitizer, each of which ends the program
 #   fuzzer    the same by clang, with libFuzzer's eyes
-#   coverage  gcov: which lines have run
 set(WALKER_SIM_PYTHON OFF)
 set(CMAKE_CXX_FLAGS_RELEASE "-O1 -DNDEBUG")
 if(WALKER_SIM_INSTRUMENT STREQUAL "thread")
@@ -16,16 +15,10 @@ elseif(WALKER_SIM_INSTRUMENT STREQUAL "fuzzer")
       "${CMAKE_CXX_COMPILER_ID}")
   endif()
   set(instrument_options -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all)
-elseif(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
-  set(CMAKE_CXX_FLAGS_RELEASE "-O0 -DNDEBUG")
-  set(instrument_options --coverage -fprofile-update=atomic)
 else()
-  message(FATAL_ERROR "WALKER_SIM_INSTRUMENT = ${WALKER_SIM_INSTRUMENT}: must be address, coverage, fuzzer, "
-    "thread or empty")
+  message(FATAL_ERROR "WALKER_SIM_INSTRUMENT = ${WALKER_SIM_INSTRUMENT}: must be address, fuzzer, thread or "
+    "empty")
 endif()
 add_link_options(${instrument_options})
-if(NOT WALKER_SIM_INSTRUMENT STREQUAL "coverage")
-  # A call stack has a line for each of our functions; a container that is left is told at once.
-  list(APPEND instrument_options -g1 -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS)
-endif()
-add_compile_options(${instrument_options})
+# A call stack has a line for each of our functions; a container that is left is told at once.
+add_compile_options(${instrument_options} -g1 -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS)

@@ -62,7 +62,7 @@ function(walker_sim_add_rostest path)
       target_sources(ros_tests PRIVATE test/${path}.cpp)
     endif()
   endif()
-  walker_sim_label(${test} "${label};rostest" walker_sim_nodes ${program})
+  walker_sim_label(${test} ${label} walker_sim_nodes ${program})
   add_test(NAME install_${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh installed rostest
     ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test
     ${test_results}/install/${name}/walker_sim/rostest-${name}.xml)

@@ -13,11 +13,10 @@ import struct
 import genpy
 import gymnasium
 import numpy as np
+import walker_sim  # noqa: F401  (registers the environments)
 import walker_sim.msg as messages
 import walker_sim.srv as services
 from std_msgs.msg import Float64MultiArray
-
-import walker_sim  # noqa: F401  (registers the environments)
 
 ROOT = pathlib.Path(__file__).resolve().parent
 REPOSITORY = ROOT.parent.parent
