@@ -2,6 +2,7 @@
 #include "server/transport/service_session.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -43,16 +44,20 @@ void silence() {
   ros::console::notifyLoggerLevelsChanged();
 }
 
-const OfferedServices& services() {
-  static const OfferedServices kServices = [] {
+SharedBySessions& shared() {
+  static SharedBySessions made_once = [] {
     silence();
-    const OfferedService service{"walker_sim/Step", "0123", "walker_sim/StepRequest",
-                                 "walker_sim/StepResponse", step};
+    constexpr std::size_t kMostRequestBytes = 4096;
+    const OfferedService service{"walker_sim/Step",        "0123",
+                                 "walker_sim/StepRequest", "walker_sim/StepResponse",
+                                 kMostRequestBytes,        step};
     OfferedService slow = service;
     slow.call = render;
-    return OfferedServices{{"/walker_sim/step", service}, {"/walker_sim/render", slow}};
+    SharedBySessions made;
+    made.services = {{"/walker_sim/step", service}, {"/walker_sim/render", slow}};
+    return made;
   }();
-  return kServices;
+  return made_once;
 }
 
 /// The client reads all that comes.
@@ -67,7 +72,7 @@ void run(const std::uint8_t* data, std::size_t size) {
   require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) == 0,
           "there is a pair of sockets");
   {
-    ServiceSession session(ends[0], services());
+    ServiceSession session(ends[0], shared());
     Input input(data, size);
     bool is_over = false;
     while (!is_over && input.size() > 0) {
@@ -76,7 +81,7 @@ void run(const std::uint8_t* data, std::size_t size) {
       constexpr int kMostTurns = 100;
       for (int turn = 0; !is_over && (turn == 0 || session.has_work()) && turn < kMostTurns;
            ++turn) {
-        is_over = session.advance(true) == ServiceSession::Outcome::over;
+        is_over = session.advance(POLLIN | POLLOUT) == ServiceSession::Outcome::over;
         drain(ends[1]);
       }
     }
