@@ -170,8 +170,9 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   target_sources(bipedal_walker_tests PRIVATE test/bipedal_walker/kernel/world_words.cpp)
   set_source_files_properties(test/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
-  if(NOT WALKER_SIM_INSTRUMENT) # nine programs, whose code is that of the other tests
+  if(NOT WALKER_SIM_INSTRUMENT) # programs whose code is that of the other tests
     include(test/bipedal_walker/shortcuts.cmake)
+    include(test/core/race_test.cmake)
   endif()
 endif()
 
