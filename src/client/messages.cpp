@@ -47,6 +47,14 @@ void check_environments(const char* field, const std::vector<std::uint32_t>& env
   }
 }
 
+}  // namespace
+
+void refuse(std::string_view reason) {
+  throw RequestRefused(reason.empty() ? "the server gives no reason" : to_utf8(reason));
+}
+
+namespace {
+
 /// The beginning of an answer: whether the server did what it was asked to.
 /// @returns the server's words; they lie in the answer
 /// @throws RequestRefused with them
@@ -54,7 +62,7 @@ std::string_view read_outcome(Reader& reader) {
   bool success = false;
   reader.read(success);
   const std::string_view words = reader.text();
-  if (!success) throw RequestRefused(to_utf8(words));
+  if (!success) refuse(words);
   return words;
 }
 

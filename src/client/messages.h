@@ -164,4 +164,7 @@ void read_record(Reader& reader, std::vector<std::uint8_t>& record);
 /// @param camera   that was asked for; may have a width and a height
 void read(Reader& reader, const std::string& encoding, const Parameters& camera, Image& image);
 
+/// Of an answer by which the server refuses. @throws RequestRefused with its words, made UTF-8
+[[noreturn]] void refuse(std::string_view reason);
+
 }  // namespace walker

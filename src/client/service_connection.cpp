@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "client/messages.h"
 #include "core/printable_text.h"
 
 namespace walker {
@@ -56,7 +57,7 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t most_an
   receive_at_least(kHeadBytes + size, deadline);
   if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");
   const std::uint8_t* const body = input_.data() + kHeadBytes;
-  if (input_[0] == 0) throw RequestRefused(to_utf8({reinterpret_cast<const char*>(body), size}));
+  if (input_[0] == 0) refuse({reinterpret_cast<const char*>(body), size});
   return {body, size};
 }
 

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "core/printable.h"
+
 namespace walker {
 namespace {
 
@@ -78,7 +80,7 @@ Parameters parse_assignments(const std::vector<ParameterDescription>& descriptio
   for (const std::string& assignment : assignments) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw std::invalid_argument(assignment + ": must be NAME=VALUE");
+      throw std::invalid_argument(printable(assignment) + ": must be NAME=VALUE");
     }
     const std::string name = assignment.substr(0, equals);
     const std::string text = assignment.substr(equals + 1);

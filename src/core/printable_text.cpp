@@ -59,7 +59,8 @@ std::string escaped(std::string_view text, bool escapes_controls) {
   while (!text.empty()) {
     const std::size_t size = character_size(text);
     const std::string_view next = text.substr(0, std::max<std::size_t>(size, 1));
-    if (size == 0 || (escapes_controls && is_control(next))) {
+    const bool ends_texts = next[0] == '\0';  // those of exceptions
+    if (size == 0 || ends_texts || (escapes_controls && is_control(next))) {
       append_escaped(next, fit);
     } else {
       fit += next;

@@ -19,7 +19,8 @@ WALKER_SIM_EXPORT std::string printable(std::string_view text,
 
 WALKER_SIM_EXPORT bool is_utf8(std::string_view text);
 
-/// The same text, but for bytes that are no UTF-8, which become \xff.
+/// The same text, but for bytes that are no UTF-8, which become \xff, and zero bytes, at which the
+/// text of an exception would end.
 WALKER_SIM_EXPORT std::string to_utf8(std::string_view text);
 
 }  // namespace walker

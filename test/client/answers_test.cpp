@@ -277,6 +277,16 @@ TEST(Answers, TextsThatAreNoUtf8AreEscaped) {
   EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "\\x80!");
 }
 
+TEST(Answers, ARefusalWithoutAReasonHasWords) {
+  const Transition failed = test::example_transition();
+  ScriptedWalker walker({test::answering(kStep, {test::answer(test::to_bytes(failed, false, "")),
+                                                 test::answer("", '\0')})},
+                        30);
+  const std::string words = "the server gives no reason";
+  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), words);
+  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), words);
+}
+
 TEST(Answers, OfAMasterOrAHeaderAreEscaped) {
   ScriptedServer server({[](Peer& peer) {
     test::take_header(peer);

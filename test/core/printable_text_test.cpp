@@ -23,6 +23,7 @@ TEST(PrintableText, EscapesWhatATerminalOrALogObeys) {
             "\\xc2\\x9b31m");  // U+009B: as ESC [
   EXPECT_EQ(printable(std::string("a\0b", 3)), "a\\x00b");
   EXPECT_EQ(to_utf8("a\nb\x1b"), "a\nb\x1b");
+  EXPECT_EQ(to_utf8(std::string("a\0b", 3)), "a\\x00b");
 }
 
 TEST(PrintableText, EscapesBytesThatAreNoUtf8) {

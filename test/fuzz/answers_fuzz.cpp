@@ -109,7 +109,8 @@ void run(const std::uint8_t* data, std::size_t size) {
       default:
         return read_picture(reader, "32FC1");
     }
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& refusal) {
+    accept(refusal);
   }
 }
 

@@ -28,8 +28,10 @@ void try_call(Input& input, const Call& call) {
   script() = {address_of_service(), input.piece(), input.piece()};
   try {
     call();
-  } catch (const ConnectionError&) {
-  } catch (const RequestRefused&) {
+  } catch (const ConnectionError& refusal) {
+    accept(refusal);
+  } catch (const RequestRefused& refusal) {
+    accept(refusal);
   }
 }
 
@@ -52,8 +54,10 @@ void run(const std::uint8_t* data, std::size_t size) {
   script() = {input.piece()};
   try {
     client->step(action.data(), action.size(), transition);
-  } catch (const ConnectionError&) {
-  } catch (const RequestRefused&) {
+  } catch (const ConnectionError& refusal) {
+    accept(refusal);
+  } catch (const RequestRefused& refusal) {
+    accept(refusal);
   }
   try_call(input, [&] { client->step_many(action.data(), action.size(), 2, repeated); });
   try_call(input, [&] { client->snapshot(record); });

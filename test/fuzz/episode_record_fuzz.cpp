@@ -23,8 +23,10 @@ void run(const std::uint8_t* data, std::size_t size) {
     require(record.actions.size() == record.num_steps * specification.action_size(),
             "a record that can be repeated has an action for each step");
     kEnvironment->set_generator_state(record.generator_state);
-  } catch (const std::runtime_error&) {
-  } catch (const std::invalid_argument&) {
+  } catch (const std::runtime_error& refusal) {
+    accept(refusal);
+  } catch (const std::invalid_argument& refusal) {
+    accept(refusal);
   }
 }
 

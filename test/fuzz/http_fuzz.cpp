@@ -15,7 +15,8 @@ void run(const std::uint8_t* data, std::size_t size) {
     const Endpoint endpoint =
         look_up_service("http://localhost:11311", "/walker_sim/step", Deadline(TimePoint::max()));
     require(endpoint.port != 0 && !endpoint.host.empty(), "an address has a host and a port");
-  } catch (const ConnectionError&) {
+  } catch (const ConnectionError& refusal) {
+    accept(refusal);
   }
 }
 

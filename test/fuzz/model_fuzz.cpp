@@ -22,9 +22,12 @@ void run(const std::uint8_t* data, std::size_t size) {
     result.info = info.data();
     environment->reset(1, result);
     environment->step(action.data(), action.size(), result);
-  } catch (const std::invalid_argument&) {  // no model, or none that fits
-  } catch (const std::runtime_error&) {     // the engine failed at the reset
-  } catch (const ResetNeeded&) {
+  } catch (const std::invalid_argument& refusal) {  // no model, or none that fits
+    accept(refusal);
+  } catch (const std::runtime_error& refusal) {  // the engine failed at the reset
+    accept(refusal);
+  } catch (const ResetNeeded& refusal) {
+    accept(refusal);
   }
 }
 

@@ -39,7 +39,8 @@ void run(const std::uint8_t* data, std::size_t size) {
     for (const auto& [name, value] : complete) written.push_back(name + "=" + to_string(value));
     require(complete_parameters(descriptions, parse_assignments(descriptions, written)) == complete,
             "parameters read back as they are written");
-  } catch (const std::invalid_argument&) {
+  } catch (const std::invalid_argument& refusal) {
+    accept(refusal);
   }
 }
 

@@ -16,7 +16,8 @@ void run(const std::uint8_t* data, std::size_t size) {
     const std::vector<double> observation(policy.observation_size(), 0.5);
     std::vector<double> action(policy.action_size());
     policy.act(observation.data(), action.data());
-  } catch (const PolicyError&) {
+  } catch (const PolicyError& refusal) {
+    accept(refusal);
   }
 }
 

@@ -50,7 +50,8 @@ void run(const std::uint8_t* data, std::size_t size) {
       default:
         return read_one<std_msgs::Float64MultiArray>(input);
     }
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& refusal) {
+    accept(refusal);
   }
 }
 

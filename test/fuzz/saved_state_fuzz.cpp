@@ -41,7 +41,8 @@ void go_on(Walker& walker) {
     for (int i = 0; i < kSteps; ++i) {
       walker.environment->step(walker.action.data(), walker.action.size(), walker.result);
     }
-  } catch (const ResetNeeded&) {
+  } catch (const ResetNeeded& refusal) {
+    accept(refusal);
   }
   std::vector<std::byte> state;
   walker.environment->save_state(walker.result, state);

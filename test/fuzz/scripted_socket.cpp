@@ -3,11 +3,14 @@
 #include <algorithm>
 
 #include "client/socket.h"
+#include "fuzz/target.h"
+#include "walker_sim/client.h"
 
 namespace walker {
 namespace {
 
 std::vector<std::uint8_t> unread;
+int connections = 0;
 
 void take_piece() {
   unread.clear();
@@ -24,13 +27,17 @@ fuzz::Pieces& fuzz::script() {
 }
 
 TimePoint::duration Deadline::check() const { return std::chrono::seconds(1); }
-void Deadline::take_signal() const {}
+void Deadline::take_signal() const {
+  if (is_interrupted_ && is_interrupted_()) throw Interrupted();
+}
 
 Socket::Socket(const std::string& /*host*/, std::uint16_t /*port*/, const Deadline& /*deadline*/)
-    : descriptor_(-1) {}
-Socket::~Socket() = default;
+    : descriptor_(++connections) {}
+Socket::~Socket() { unread.clear(); }
 
-void Socket::send_all(const void* /*data*/, std::size_t /*size*/, const Deadline& /*deadline*/) {
+void Socket::send_all(const void* /*data*/, std::size_t /*size*/, const Deadline& deadline) {
+  fuzz::require(descriptor_ == connections, "the client speaks on its last connection");
+  deadline.take_signal();
   take_piece();
 }
 

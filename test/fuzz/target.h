@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <vector>
 
 namespace walker::fuzz {
@@ -34,6 +35,11 @@ inline void require(bool is_so, const char* what) {
   if (is_so) return;
   std::fprintf(stderr, "fuzz target: not so: %s\n", what);
   std::abort();
+}
+
+/// What was read is refused: that is an answer, where it says why.
+inline void accept(const std::exception& refusal) {
+  require(*refusal.what() != 0, "a refusal says why");
 }
 
 }  // namespace walker::fuzz

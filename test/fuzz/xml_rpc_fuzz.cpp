@@ -22,7 +22,8 @@ void run(const std::uint8_t* data, std::size_t size) {
   try {
     const xml_rpc::Value value = xml_rpc::parse_answer(std::string(data, data + size));
     require(depth_of(value) <= 17, "the depth of values is bounded");
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& refusal) {
+    accept(refusal);
   }
 }
 
