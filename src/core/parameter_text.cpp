@@ -10,7 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "core/printable.h"
+#include "core/printable_text.h"
 
 namespace walker {
 namespace {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "core/parameter_text.h"
-#include "core/printable.h"
+#include "core/printable_text.h"
 #include "core/shortest_text.h"
 
 namespace walker {

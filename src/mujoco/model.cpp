@@ -11,7 +11,7 @@
 #include <system_error>
 #include <vector>
 
-#include "core/printable.h"
+#include "core/printable_text.h"
 #include "core/state_header.h"
 #include "core/user_path.h"
 #include "mujoco/builtin_models.h"
@@ -159,7 +159,9 @@ std::string identity(const std::string& xml_file) {
 void refuse_model(const std::string& xml_file, std::string reason) {
   while (!reason.empty() && reason.back() == '\n') reason.pop_back();
   std::replace(reason.begin(), reason.end(), '\n', ' ');
-  throw std::invalid_argument("parameter xml_file = " + printable(xml_file) + ": " + reason);
+  constexpr std::size_t kMostOfPath = 300;  // the reason may have it again
+  throw std::invalid_argument("parameter xml_file = " + printable(xml_file, kMostOfPath) + ": " +
+                              reason);
 }
 
 ModelPointer load_model(const std::string& xml_file) {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/printable.h"
+#include "core/printable_text.h"
 #include "core/shortest_text.h"
 #include "policy/network.h"
 #include "policy/safetensors.h"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/episode_record.h"
-#include "core/printable.h"
+#include "core/printable_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {

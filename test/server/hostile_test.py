@@ -233,7 +233,10 @@ class HostileTest(ServerTest):
             self.flip_bits(name, request_of(name, self.good_requests()[name]))
 
     def test_a_record_with_flipped_bits(self):
-        """What is taken has given the record's last step again."""
+        """What is taken has given what a record is checked by: its length and return, to the bit.
+
+        Another action that comes to the same is another record, and a good one.
+        """
         self.serve_two()
         self.begin_again()
         for _ in range(5):
@@ -242,8 +245,8 @@ class HostileTest(ServerTest):
 
         def check(what, response):
             told = response.transition
-            self.assertEqual(bits(told.observation), bits(last.observation), what)
-            self.assertEqual(bits([told.reward]), bits([last.reward]), what)
+            self.assertEqual(told.step, last.step, what)
+            self.assertEqual(bits([told.episode_return]), bits([last.episode_return]), what)
 
         self.flip_bits("restore", request_of("restore", {"record": record}), check)
 
