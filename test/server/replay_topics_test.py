@@ -215,7 +215,8 @@ class ReplayTopicsTest(ServerTest):
 
         def has_walked():
             self.assertTrue(launched.is_running(), launched.output())
-            return any(message.episode == 4 for message in heard.messages())
+            # More than is asked for below: the recorder may hear of them later than this test.
+            return any(message.episode >= 8 for message in heard.messages())
 
         wait_for(has_walked, "more episodes")
         heard.close()
