@@ -126,7 +126,7 @@ struct ServerSpecification {
 /// nobody knows whether the server has made it. What is kept between calls is memory only, so that
 /// a step allocates nothing, and the sizes that the server has last told with its specification: an
 /// answer of other sizes, or with an index beyond them, is a ConnectionError. Texts are UTF-8:
-/// other bytes become \xff.
+/// other bytes are escaped, in hexadecimal as C does it.
 ///
 /// It belongs to the process that made it: in the child of a fork every call is a ConnectionError
 /// that says so, and the parent's goes on.

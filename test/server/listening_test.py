@@ -14,6 +14,7 @@ from bare_ros import CALLER, wait_for
 from server_harness import Process, ServerTest
 
 LISTEN = "0A"  # the state in /proc/net/tcp
+LAST = "set_physics_properties"  # of the services, in the order of their registration
 
 
 def ports(pid):
@@ -61,7 +62,9 @@ class ListeningTest(ServerTest):
 
     def serves(self, node):
         master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-        wait_for(lambda: master.lookupService(CALLER, f"{node.name}/step")[0] == 1, "its services")
+        wait_for(
+            lambda: master.lookupService(CALLER, f"{node.name}/{LAST}")[0] == 1, "its services"
+        )
 
     def test_every_node_keeps_to_this_machine(self):
         server = self.start("server", ROS_HOSTNAME="localhost")
