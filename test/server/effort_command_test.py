@@ -10,24 +10,13 @@ import time
 import rospy
 import rostest
 from bare_ros import wait_for
-from server_harness import DT, ServerTest, bits, memory, nanoseconds
+from server_harness import DT, Bytes, ServerTest, bits, memory, nanoseconds
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 
 ZERO = [0.0] * 4
 STAND = [80.0, 80.0, -80.0, 80.0]  # [N m] the walker stands astride as long as it is held
 MEGABYTE = 1 << 20
-
-
-class Bytes(Float64MultiArray):
-    """An effort command of any bytes: the topic's type, but for what is sent."""
-
-    def __init__(self, data=b""):
-        super().__init__()
-        self.bytes = data
-
-    def serialize(self, buffer):
-        buffer.write(self.bytes)
 
 
 class EffortCommandTest(ServerTest):

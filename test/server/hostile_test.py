@@ -16,7 +16,7 @@ import rospy
 import rostest
 from bare_ros import receive_exactly, wait_for
 from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
-from server_harness import SERVICES, ServerProcess, ServerTest, bits, same_experience
+from server_harness import SERVICES, Bytes, ServerProcess, ServerTest, bits, same_experience
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Empty, Trigger
 
@@ -523,17 +523,6 @@ class HostileTest(ServerTest):
             publisher.publish(Bytes(command(efforts)))
             self.assert_untouched(str(efforts))
         self.assertEqual(self.counter("refused"), len(bad))
-
-
-class Bytes(Float64MultiArray):
-    """An effort command of any bytes: the topic's type, but for what is sent."""
-
-    def __init__(self, data=b""):
-        super().__init__()
-        self.bytes = data
-
-    def serialize(self, buffer):
-        buffer.write(self.bytes)
 
 
 def command(efforts):

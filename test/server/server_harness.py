@@ -25,6 +25,7 @@ from launched import LoggedProcess
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
+from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from walker_sim.msg import Contacts, Transition
@@ -186,6 +187,17 @@ class ServerProcess(Process):
 
     def client(self, service, service_class):
         return BareClient(self.service_address(service), f"{self.name}/{service}", service_class)
+
+
+class Bytes(Float64MultiArray):
+    """An effort command of any bytes: the topic's type, but for what is sent."""
+
+    def __init__(self, data=b""):
+        super().__init__()
+        self.bytes = data
+
+    def serialize(self, buffer):
+        buffer.write(self.bytes)
 
 
 class Recorder:
