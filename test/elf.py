@@ -26,13 +26,14 @@ def strange_paths(files):
 
 
 def missing_protection(file):
-    """What an ELF file lacks of read-only tables, a stack that is no code, an unknown address."""
-    command = ["readelf", "--file-header", "--segments", "--dynamic", "--wide", file]
+    """What an ELF file lacks of read-only tables, a guarded stack, an unknown address."""
+    command = ["readelf", "--file-header", "--segments", "--dynamic", "--dyn-syms", "--wide", file]
     told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     wanted = {
         "position independent": r"Type: +DYN ",
         "read-only tables": r"^ +GNU_RELRO ",
         "all bound at the start": r"\((?:FLAGS\).*BIND_NOW|FLAGS_1\).*NOW)",
         "no code on the stack": r"^ +GNU_STACK( +0x\w+){5} RW +0x",
+        "stack protector": r" UND __stack_chk_fail\b",
     }
     return [name for name, pattern in wanted.items() if not re.search(pattern, told, re.MULTILINE)]

@@ -18,6 +18,9 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TEST = ROOT / "test"
+sys.path.append(str(TEST))
+from elf import missing_protection  # noqa: E402
+
 TOOLS = ROOT / "build/.wheel_tools/bin"
 PYTHON = "/usr/bin/python3"
 VERSION = re.search("<version>(.*)</version>", (ROOT / "package.xml").read_text()).group(1)
@@ -143,6 +146,7 @@ def test_libraries_and_licences(built, tmp_path):
     promised = re.search(r"manylinux_(\d+)_(\d+)_\w+\.whl", built.wheel.name).groups()
     for library in libraries:
         assert max(needed_glibc(tmp_path / library)) <= tuple(map(int, promised))
+    assert missing_protection(tmp_path / libraries[0]) == []
 
 
 def test_auditwheel_agrees(built):
