@@ -7,13 +7,14 @@ import walker_sim  # noqa: F401  # registers the ids
 
 NUM_ENVS = 1024
 ENV = "walker_sim/BipedalWalker-v3"
+PATIENCE = 600.0  # of a step, where all others have precedence [s]
 
 
 def run(soak):
     with soak.graph() as graph:
         server = graph.server(num_envs=NUM_ENVS)
         options = {"transport": "ros", "server": server.name, "master_uri": graph.uri}
-        remote = gymnasium.make_vec(ENV, NUM_ENVS, timeout=60.0, **options)
+        remote = gymnasium.make_vec(ENV, NUM_ENVS, timeout=PATIENCE, **options)
         local = gymnasium.make_vec(ENV, NUM_ENVS)
         equal = same(remote.reset(seed=1), local.reset(seed=1))
         random = np.random.default_rng(soak.random.randrange(1 << 32))

@@ -39,6 +39,18 @@ class Tally:
     def failed(self):
         return sum(bool(told) for told in self.failures.values())
 
+    def found(self):
+        """All of it, to be sent to another process and added there."""
+        return dict(self.counts), dict(self.failures), self.figures, self.left_out
+
+    def add(self, found):
+        """What the tally of a part in another process has found."""
+        counts, failures, figures, left_out = found
+        self.counts.update(counts)
+        self.failures.update(failures)
+        self.figures += figures
+        self.left_out += left_out
+
     def summary(self):
         text = f"{len(self.counts) - self.failed} passed, {self.failed} failed"
         return text + (f", {len(self.left_out)} left out" if self.left_out else "")
