@@ -1,6 +1,9 @@
 #include "client/service_connection.h"
 
+#include <unistd.h>
+
 #include <stdexcept>
+#include <string>
 
 #include "client/messages.h"
 #include "core/printable_text.h"
@@ -11,7 +14,8 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
                                      const ServiceType& type, const Deadline& deadline)
     : socket_(endpoint.host, endpoint.port, deadline) {
   tcpros::Bytes header;
-  tcpros::append_header({{"callerid", kCallerId},
+  // The server tells agents from one another by their names.
+  tcpros::append_header({{"callerid", kCallerId + ("_" + std::to_string(getpid()))},
                          {"service", name},
                          {"md5sum", type.md5sum},
                          {"type", type.type},

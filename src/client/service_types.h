@@ -8,7 +8,8 @@
 
 namespace walker {
 
-/// As which node the client introduces itself; it registers nowhere.
+/// As which node the client introduces itself, to servers with its process number; it registers
+/// nowhere.
 constexpr const char* kCallerId = "/walker_sim_client";
 
 struct ServiceType {

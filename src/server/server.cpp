@@ -201,11 +201,13 @@ void Server::offer_steps() {
   advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
     loop_.refuse_while_it_runs("step");
     simulation_.step(request.action);
+    simulation_.note_stepping(port_.caller());
     response.transition = outputs_.take_transition();
   });
   advertise<walker_sim::StepMany>(port_, "step_many", [this](const auto& request, auto& response) {
     loop_.refuse_while_it_runs("step_many");
     simulation_.step_many(request, response);
+    simulation_.note_stepping(port_.caller());
     response.transition = outputs_.take_transition();
   });
   constexpr std::size_t kResetBytes =
@@ -222,6 +224,7 @@ void Server::offer_steps() {
       [this](const auto& request, auto& response) {
         loop_.refuse_while_it_runs("step_batch");
         simulation_.step_batch(request.actions, response);
+        simulation_.note_stepping(port_.caller());
       },
       environments_.size() * environments_.specification().action_size() * sizeof(double));
 }

@@ -33,6 +33,7 @@ void Simulation::reset(std::optional<std::uint64_t> seed) {
   EpisodeRecorder& environment = environments_.only("reset");
   const bool failed_before = environment.state().failed_at_reset();
   environment.reset(seed);
+  stepping_agents_.clear();
   ++counters_.resets;
   if (environment.state().failed_at_reset()) {
     ++counters_.simulation_errors;
@@ -104,6 +105,7 @@ void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
   const EpisodeState& state = shown().state();
   const std::uint32_t episode = state.episode;
   batch_calls_.reset(request, response);
+  stepping_agents_.clear();
   if (state.episode != episode) {
     tell_reset();
   } else {
@@ -137,6 +139,7 @@ void Simulation::restore(EpisodeRecorder& repeated) {
   environments_.only("restore").take_over(repeated);
   ++counters_.resets;
   command_.clear();
+  stepping_agents_.clear();
   advance_time();
   outputs_.publish_restored(snapshot(), clock_.now());
 }
@@ -183,6 +186,16 @@ void Simulation::note_agent(const std::string& agent) {
   ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
                   << agent << " takes the place of that of " << commanding_agent_ << " ("
                   << counters_.contested_commands << " such commands so far)");
+}
+
+void Simulation::note_stepping(const std::string& agent) {
+  if (!stepping_agents_.note(agent)) return;
+  ++counters_.contested_steps;
+  static Throttle throttle;
+  if (!throttle.passes()) return;
+  ROS_WARN_STREAM("Two agents step the walker: "
+                  << agent << " goes on after a step of " << stepping_agents_.other() << " ("
+                  << counters_.contested_steps << " such steps so far)");
 }
 
 void Simulation::refuse_command(const std::string& reason) {

@@ -10,6 +10,7 @@
 #include "server/environments/environments.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
+#include "server/stepping_agents.h"
 #include "server/time/simulation_clock.h"
 #include "server/time/step_timing.h"
 #include "server/topics/effort_command.h"
@@ -53,6 +54,10 @@ class Simulation {
   /// @param agent name of the node that has sent it
   void take_command(const std::vector<double>& efforts, const std::string& agent);
   void refuse_command(const std::string& reason);
+  /// Of a call that has stepped. Where two agents do so within an episode, it is counted as
+  /// contested.
+  /// @param agent name of the node that has called
+  void note_stepping(const std::string& agent);
 
   const EpisodeRecorder& shown() const { return environments_.shown(); }
   Environments& environments() const { return environments_; }
@@ -77,6 +82,7 @@ class Simulation {
   Outputs& outputs_;
   EffortCommand command_;
   std::string commanding_agent_;  // whose command was the last one
+  SteppingAgents stepping_agents_;
   ServerCounters counters_;
   EpisodeStatistics episodes_;
   StepTiming timing_;

@@ -85,7 +85,7 @@ TEST(Client, IntroducesItself) {
     peer.give(good_answer());
   }});
   walker.step();
-  EXPECT_EQ(fields, (tcpros::Fields{{"callerid", "/walker_sim_client"},
+  EXPECT_EQ(fields, (tcpros::Fields{{"callerid", "/walker_sim_client_" + std::to_string(getpid())},
                                     {"md5sum", kServiceTypes[kStep].md5sum},
                                     {"persistent", "1"},
                                     {"service", "/walker_sim/step"},

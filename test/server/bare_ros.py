@@ -61,13 +61,13 @@ def read_header(connection):
 class BareClient:
     """A persistent service client on its own socket: needs no master and no node."""
 
-    def __init__(self, connection, service, service_class):
+    def __init__(self, connection, service, service_class, caller=CALLER):
         self.connection = connection
         self._class = service_class
         connection.sendall(
             header_bytes(
                 {
-                    "callerid": CALLER,
+                    "callerid": caller,
                     "service": service,
                     "md5sum": service_class._md5sum,
                     "type": service_class._type,

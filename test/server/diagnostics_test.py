@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from server_harness import ServerTest, diagnostic_values
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Transition
-from walker_sim.srv import Reset, Step
+from walker_sim.srv import Reset, Step, StepMany
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 KEYS = {
@@ -22,8 +22,8 @@ KEYS = {
         step episode_return steps simulation_errors pictures pictures_skipped""",
     "pace": """real_time_factor real_time_factor_wanted missed_deadlines jitter_p50_us
         jitter_p99_us jitter_p999_us jitter_max_us step_time_mean_us step_time_max_us""",
-    "commands": """effort_command refused_commands contested_commands clamped_commands
-        command_timeouts""",
+    "commands": """effort_command refused_commands contested_commands contested_steps
+        clamped_commands command_timeouts""",
     "episodes": """finished_episodes return_mean return_std return_min return_max length_mean
         terminated truncated failed""",
 }
@@ -237,6 +237,38 @@ class DiagnosticsTest(ServerTest):
         self.report("commands", lambda r: r.level == OK, "the end of the warning")
         self.assertIn("Two agents drive the walker: the effort command of /", self.server.output())
         self.assertIn("diagnostics_test", self.server.output())
+
+    def test_a_second_agent_that_calls_step_is_warned_about(self):
+        self.serve(mode="lockstep")
+        mine = self.lockstep()[1]
+        other, step_many = (
+            self.server.client(name, service_class, caller="/another")
+            for name, service_class in (("step", Step), ("step_many", StepMany))
+        )
+        self.addCleanup(other.close)
+        self.addCleanup(step_many.close)
+        self.call("reset", has_seed=True, seed=1)
+        actions = {"action": [0.0] * 4}
+        mine(**actions)
+        other(**actions)
+        step_many(steps=2, **actions)
+        calm = self.report("commands")
+        self.assertEqual((calm.level, calm.values["contested_steps"]), (OK, "0"))
+        mine(**actions)
+        warning = self.report_so_far("commands", lambda r: r.level == WARN, "a warning")
+        self.assertIn("two agents step the walker: 1 step amid another's", warning.message)
+        self.assertEqual(warning.values["contested_steps"], "1")
+        self.assertRegex(
+            self.server.output(),
+            r"Two agents step the walker: /\S+ goes on after a step of /another \(1 such",
+        )
+        # Whoever resets begins anew.
+        self.call("reset", has_seed=True, seed=1)
+        other(**actions)
+        self.call("reset", has_seed=True, seed=1)
+        mine(**actions)
+        calm = self.report("commands", lambda r: r.level == OK, "the end of the warning")
+        self.assertEqual(calm.values["contested_steps"], "1")
 
     # ------------------------------------------------------------ failures and episodes
 

@@ -185,8 +185,9 @@ class ServerProcess(Process):
         parts = urlparse(uri)
         return socket.create_connection((parts.hostname, parts.port), timeout=PATIENCE)
 
-    def client(self, service, service_class):
-        return BareClient(self.service_address(service), f"{self.name}/{service}", service_class)
+    def client(self, service, service_class, **options):
+        address = self.service_address(service)
+        return BareClient(address, f"{self.name}/{service}", service_class, **options)
 
 
 class Bytes(Float64MultiArray):

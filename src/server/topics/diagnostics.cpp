@@ -172,6 +172,12 @@ void Diagnostics::describe_commands(Status& status) {
                         "two agents drive the walker: " + counted(contested, "effort command") +
                             " in place of another's");
   }
+  const std::uint64_t contested_steps = counters.contested_steps - reported_.contested_steps;
+  if (contested_steps > 0) {
+    status.mergeSummary(
+        DiagnosticStatus::WARN,
+        "two agents step the walker: " + counted(contested_steps, "step") + " amid another's");
+  }
   if (state == EffortCommand::State::timed_out ||
       counters.command_timeouts != reported_.command_timeouts) {
     status.mergeSummary(
@@ -181,6 +187,7 @@ void Diagnostics::describe_commands(Status& status) {
   status.add("effort_command", text);
   status.add("refused_commands", counters.refused_commands);
   status.add("contested_commands", counters.contested_commands);
+  status.add("contested_steps", counters.contested_steps);
   status.add("clamped_commands", counters.clamped_commands);
   status.add("command_timeouts", counters.command_timeouts);
 }

@@ -18,6 +18,7 @@ struct ServerCounters {
   std::uint64_t simulation_errors = 0;
   std::uint64_t refused_commands = 0;    ///< effort commands with an error, or in lock-step
   std::uint64_t contested_commands = 0;  ///< effort commands in place of another agent's
+  std::uint64_t contested_steps = 0;     ///< calls that stepped amid another agent's
   std::uint64_t clamped_commands = 0;    ///< actions and efforts beyond the bounds
   std::uint64_t command_timeouts = 0;
   std::uint64_t missed_deadlines = 0;

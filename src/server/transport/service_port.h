@@ -73,6 +73,9 @@ class ServicePort {
                    });
   }
 
+  /// Name of the node whose call is being made; for handlers.
+  const std::string& caller() const { return *shared_.caller; }
+
   /// Waits until a client wants something, `other` is readable or the time is over; then gives each
   /// client that wants something one turn.
   /// @param other a descriptor

@@ -273,6 +273,7 @@ void ServiceSession::open(const std::uint8_t* header, std::size_t size) {
                                service->second.type + ")");
     }
     service_ = &*service;
+    caller_ = quoted(caller);
     is_persistent_ = is_set(fields, "persistent");
   } catch (const std::exception& error) {
     refuse(printable(error.what()));
@@ -289,6 +290,7 @@ void ServiceSession::open(const std::uint8_t* header, std::size_t size) {
 
 void ServiceSession::answer(const std::uint8_t* request, std::size_t size) {
   is_over_ = !is_persistent_;
+  shared_.caller = &caller_;
   try {
     output_.push_back(tcpros::kResponseFollows);
     pending_ = service_->second.call(request, size, output_);

@@ -35,6 +35,7 @@ using OfferedServices = std::map<std::string, OfferedService>;  ///< by resolved
 /// What the sessions of a port have in common.
 struct SharedBySessions {
   OfferedServices services;
+  const std::string* caller = nullptr;  ///< of the call that is being made
   std::uint64_t moves = 0;  ///< reads and writes so far: the order of what clients last did
   Throttle throttle;        ///< of what is logged of clients, for there may be thousands
 };
@@ -116,6 +117,7 @@ class ServiceSession {
   SharedBySessions& shared_;
   const OfferedServices::value_type* service_ = nullptr;  // null until the header has come
   Clock::time_point due_;                                 // of the header
+  std::string caller_;                                    // printable, and cut where it is long
   bool is_persistent_ = false;
   bool is_over_ = false;       // once everything is sent
   tcpros::Bytes input_;        // keeps its memory, as does the next
