@@ -60,6 +60,11 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
     ${box2d_ours}/broad_phase.cpp ${box2d_ours}/swept_vertices.cpp ${box2d_ours}/world_impacts.cpp
     ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
+  if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # ours, apart from Box2D's
+    foreach(name ${box2d_replacements})
+      set_property(SOURCE ${box2d_ours}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -O0)
+    endforeach()
+  endif()
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
   # live in the same process.
   set(box2d_options -O3 -ffp-contract=off -w)

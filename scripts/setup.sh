@@ -243,12 +243,13 @@ set_up_instrumented() {
   shift
   if [ "$kind" = fuzzer ]; then warnings_are_errors=OFF; fi # clang's are others than GCC's
   set_up_packages && set_up_engines || return
-  use_compiler_cache
+  # gcov's counters go by the paths that the cache shortens.
+  if [ "$kind" != coverage ]; then use_compiler_cache; fi
   say "[2/3] configure: build/.$kind"
   mkdir -p "$dir/devel/lib/python3/dist-packages" "$dir/devel/lib/pkgconfig"
   configure "$dir" "${common_options[@]}" "-DWALKER_SIM_INSTRUMENT=$kind" -DWALKER_SIM_ENGINES=pinned \
     -DWALKER_SIM_WERROR=$warnings_are_errors -DWALKER_SIM_TESTS=ON "-DCATKIN_DEVEL_PREFIX=$dir/devel" \
-    "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}" || return
+    "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}" "${extra_options[@]}" || return
   say "[3/3] build"
   build_in "$dir" "$@"
 }

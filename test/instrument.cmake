@@ -1,9 +1,19 @@
 # Everything of ours, Box2D included, compiled so that it tells of its faults while it runs. What the
 # libraries of ROS and MuJoCo do is seen at their borders alone.
+#   coverage  gcov's counters in what is below include/ and src/, without optimisation, so that lines stay
+#             apart; Box2D's own sources have none
 #   thread    ThreadSanitizer
 #   address   AddressSanitizer and UndefinedBehaviorSanitizer, each of which ends the program
 #   fuzzer    the same by clang, with libFuzzer's eyes
-set(WALKER_SIM_PYTHON OFF)
+if(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
+  set(CMAKE_CXX_FLAGS_RELEASE "-O0 -DNDEBUG")
+  # Threads count on the same counters.
+  string(REGEX REPLACE "([][.+*?^$(){}|])" "\\\\\\1" source_folder "${CMAKE_CURRENT_SOURCE_DIR}")
+  add_compile_options(--coverage -fprofile-update=atomic "-fprofile-filter-files=^${source_folder}/(include|src)/")
+  add_link_options(--coverage)
+  return()
+endif()
+set(WALKER_SIM_PYTHON OFF) # Python itself knows of no sanitizer
 set(CMAKE_CXX_FLAGS_RELEASE "-O1 -DNDEBUG")
 if(WALKER_SIM_INSTRUMENT STREQUAL "thread")
   set(instrument_options -fsanitize=thread)
@@ -16,8 +26,8 @@ elseif(WALKER_SIM_INSTRUMENT STREQUAL "fuzzer")
   endif()
   set(instrument_options -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all)
 else()
-  message(FATAL_ERROR "WALKER_SIM_INSTRUMENT = ${WALKER_SIM_INSTRUMENT}: must be address, fuzzer, thread or "
-    "empty")
+  message(FATAL_ERROR "WALKER_SIM_INSTRUMENT = ${WALKER_SIM_INSTRUMENT}: must be address, coverage, fuzzer, "
+    "thread or empty")
 endif()
 if(NOT WALKER_SIM_INSTRUMENT STREQUAL "thread")
   # The streams of roscpp's headers step on before they look whether they may.

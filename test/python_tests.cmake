@@ -91,7 +91,8 @@ foreach(suite ${suites})
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test OR path IN_LIST other_suites
     OR (NOT WALKER_SIM_ROS AND (path IN_LIST ros_suites OR path MATCHES "_ros_test$"))
     OR (NOT WALKER_SIM_ENGINES STREQUAL "pinned" AND path IN_LIST pinned_suites)
-    OR (NOT WALKER_SIM_PYTHON AND path MATCHES "^python/"))
+    OR (NOT WALKER_SIM_PYTHON AND path MATCHES "^python/")
+    OR (WALKER_SIM_INSTRUMENT AND NOT path MATCHES "^python/")) # the others repeat what it does, or look at files
     continue()
   endif()
   walker_sim_add_suite(${path})
