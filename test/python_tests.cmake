@@ -85,7 +85,7 @@ endfunction()
 
 file(GLOB_RECURSE suites CONFIGURE_DEPENDS
   RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/test test/*_test.py)
-list(FILTER suites EXCLUDE REGEX "^(launch|scripts|examples)/")
+list(FILTER suites EXCLUDE REGEX "^(examples|launch|nodes|scripts)/")
 foreach(suite ${suites})
   string(REGEX REPLACE "\\.py$" "" path ${suite})
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test OR path IN_LIST other_suites

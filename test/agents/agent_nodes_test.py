@@ -39,7 +39,7 @@ class AgentNodesTest(ServerTest):
             rospy.delete_param("/agent")
         rospy.set_param("/agent", {"server": "/walker_sim", **parameters})
         agent = Process(node_type, "/agent")
-        self.addCleanup(agent.kill)
+        self.addCleanup(agent.end)
         return agent
 
     def assert_refused(self, node_type, words, **parameters):

@@ -9,6 +9,7 @@
 #include <ostream>
 #include <random>
 #include <string>
+#include <vector>
 
 #include "error_message.h"
 #include "replay/replay_bags.h"
@@ -145,6 +146,42 @@ TEST_P(BagCheckTest, WhatTheIndexNamesMustBeThere) {
       bytes.replace(end + 4 + 8, 4, bytes_of(place));
     });
     EXPECT_TRUE(is_refused(said)) << said;
+  }
+}
+
+struct Damage {
+  std::string place;  ///< the first of these bytes
+  std::size_t from;   ///< so many bytes after its begin
+  std::string put;
+  std::string said;
+};
+
+/// In the file's own records and, where no compression hides them, in a chunk's.
+TEST_P(BagCheckTest, WhatIsWrongIsNamed) {
+  std::vector<Damage> damages{
+      {"index_pos=", 0, "index_pas=", "a record without index_pos"},
+      {"conn_count=", 11, bytes_of(99), "no index of 99 connections"},
+      {"chunk_count=", 12, bytes_of(99), "no index of 99 chunks"},
+      {std::string("op=") + '\5', 3, "\x7f", "a record of unknown kind 127"},
+      {"compression=", 12, "x", "a chunk with an unknown compression"},
+      {"size=", 5, bytes_of(0x7fffffff), "2147483647"},
+      {"ver=", 4, bytes_of(7), "a record of version 7; must be 1"},
+      {bytes_of(10) + "count=", 10, bytes_of(99), "an index of 99 messages in "},
+      {"chunk_pos=", 10, bytes_of(13), "no chunk at byte 13"},
+      {"chunk_pos=", 28, bytes_of(99), "99 connections of a chunk in "}};
+  if (GetParam().type == rosbag::compression::Uncompressed) {
+    damages.push_back({"topic=", 0, "tonic=", "a connection without a topic"});
+    damages.push_back({"topic=", 5, "?", "a field without a name"});
+    damages.push_back({std::string("op=") + '\2', 3, "\x7f", "a record of kind 127 in a chunk"});
+    damages.push_back({bytes_of(13) + "time=", 4, "tide", "a record without time"});
+  }
+  for (const Damage& damage : damages) {
+    const std::string said = said_of([&](std::string& bytes) {
+      const std::size_t at = bytes.find(damage.place);
+      ASSERT_NE(at, std::string::npos) << damage.said;
+      bytes.replace(at + damage.from, damage.put.size(), damage.put);
+    });
+    EXPECT_NE(said.find(damage.said), std::string::npos) << damage.said << ": " << said;
   }
 }
 

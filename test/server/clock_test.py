@@ -45,7 +45,7 @@ class ClockTest(ServerTest):
         for mode in ("free", "lockstep"):
             first = self.serve("/first/walker_sim", mode=mode)
             second = ServerProcess("/second/walker_sim", {"mode": mode})
-            self.addCleanup(second.kill)
+            self.addCleanup(second.end)
             self.assert_ends_with_the_name(second, "/first/walker_sim")
             reset = first.client("reset", Reset)
             self.assertTrue(reset(has_seed=True, seed=1).success)
@@ -57,7 +57,7 @@ class ClockTest(ServerTest):
         publisher = rospy.Publisher("/clock", Clock, queue_size=1)
         try:
             server = ServerProcess("/walker_sim", {})
-            self.addCleanup(server.kill)
+            self.addCleanup(server.end)
             self.assert_ends_with_the_name(server, rospy.get_name())
         finally:
             publisher.unregister()
@@ -119,7 +119,7 @@ class ClockTest(ServerTest):
         for seed in range(20):
             last = nanoseconds(reset(has_seed=True, seed=seed).transition)
         second = ServerProcess("/second/walker_sim", {"mode": "lockstep"})
-        self.addCleanup(second.kill)
+        self.addCleanup(second.end)
         self.assert_ends_with_the_name(second, first.name)
         first.kill()
         restarted = self.serve(mode="lockstep")
@@ -382,7 +382,7 @@ class ClockTest(ServerTest):
     def test_at_the_end_of_time_a_free_running_server_ends_and_says_why(self):
         self.begin_at_the_end()
         server = ServerProcess("/walker_sim", {})
-        self.addCleanup(server.kill)
+        self.addCleanup(server.end)
         self.assertEqual(server.wait(), 1)
         self.assertIn("the end of ROS time", server.output())
 
@@ -405,7 +405,7 @@ class ClockTest(ServerTest):
         ):
             rospy.set_param(key, value)
             server = ServerProcess("/walker_sim", {"mode": "lockstep"})
-            self.addCleanup(server.kill)
+            self.addCleanup(server.end)
             self.assertEqual(server.wait(), 1, server.output())
             self.assertIn(
                 f"parameter {key} = {shown}: must be [seconds, nanoseconds], whole", server.output()
@@ -416,7 +416,7 @@ class ClockTest(ServerTest):
         master = rosgraph.Master("/clock_test").handle
         master.setParam("/clock_test", key, xmlrpc.client.DateTime(0))
         server = ServerProcess("/walker_sim", {"mode": "lockstep"})
-        self.addCleanup(server.kill)
+        self.addCleanup(server.end)
         self.assertEqual(server.wait(), 1, server.output())
         self.assertIn(f"parameter {key}: the ROS master's answer cannot be read", server.output())
         rospy.delete_param(key)

@@ -104,7 +104,7 @@ class HostileTest(ServerTest):
         quiet = ServerProcess(
             "/quiet/walker_sim", {"mode": "lockstep", "publish_clock": False, **same}
         )
-        self.addCleanup(quiet.kill)
+        self.addCleanup(quiet.end)
         quiet.wait_until_it_serves()
         self.troubled, self.quiet = Caller(self.server), Caller(quiet)
         for caller in (self.troubled, self.quiet):

@@ -57,7 +57,7 @@ class ListeningTest(ServerTest):
         finally:
             os.environ.clear()
             os.environ.update(before)
-        self.addCleanup(node.kill)
+        self.addCleanup(node.end)
         return node
 
     def serves(self, node):

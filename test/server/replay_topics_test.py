@@ -241,7 +241,7 @@ class ReplayTopicsTest(ServerTest):
                         **{"wait_for_recorder": "recorder", "diagnostic_period": 0.05},
                     },
                 )
-                self.addCleanup(self.server.kill)
+                self.addCleanup(self.server.end)
                 transitions = self.record("/transition", Transition)
                 self.assert_it_waits("episode, restored, spec, transition")
                 part = self.start_recorder("transition", "spec")
@@ -265,7 +265,7 @@ class ReplayTopicsTest(ServerTest):
 
     def test_a_recorder_that_never_comes_is_told_of_and_waited_for_until_the_end(self):
         server = ServerProcess("/alone/walker_sim", {"wait_for_recorder": "bag"})
-        self.addCleanup(server.kill)
+        self.addCleanup(server.end)
         words = "/alone/bag does not listen to episode, restored, spec, transition (parameter"
         wait_for(lambda: f"WARN] Nothing moves yet: {words}" in server.output(), "a warning")
         self.assertEqual(server.stop(), 0)

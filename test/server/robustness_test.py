@@ -341,7 +341,7 @@ class RobustnessTest(ServerTest):
         master.hang()
         for end in (signal.SIGINT, signal.SIGTERM):
             server = Process("server", "walker_sim", (), master.uri)
-            self.addCleanup(server.kill)
+            self.addCleanup(server.end)
             wait_for(lambda s=server: catches(s.pid, signal.SIGTERM), "its handlers")
             self.assertEqual(server.stop(end, PROMPT), 0, server.output())
 

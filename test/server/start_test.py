@@ -6,6 +6,7 @@ import re
 import sys
 import tempfile
 import unittest
+from xmlrpc.client import Binary
 
 import rospy
 import rostest
@@ -66,6 +67,9 @@ REFUSED = [
     ({**WALKER2D, "frame_skip": 0}, ["frame_skip", "0", "1"]),
     ({**WALKER2D, "healthy_z_range": [2.0, 0.8]}, ["healthy_z_range", "[2.0, 0.8]"]),
     ({**WALKER2D, "healthy_z_range": [2.0]}, ["healthy_z_range", "[2.0]", "list of 2"]),
+    ({**WALKER2D, "healthy_z_range": [2, 1]}, ["healthy_z_range", "[2.0, 1.0]"]),
+    ({**WALKER2D, "healthy_z_range": [1, "x"]}, ["healthy_z_range", "element 1", "a number"]),
+    ({"hardcore": Binary(b"yes")}, ["hardcore", "true or false, a number, a text or a list"]),
     ({**WALKER2D, "reset_noise_scale": -1.0}, ["reset_noise_scale", "-1.0", "0.0"]),
     ({"env": "Walker2d-v4", "xml_file": "model.xml"}, ["xml_file", "model.xml", "unknown"]),
 ]
@@ -98,7 +102,7 @@ class StartTest(unittest.TestCase):
                 for number, (parameters, _) in enumerate(cases)
             ]
             for server in servers:
-                self.addCleanup(server.kill)
+                self.addCleanup(server.end)
             for server, (parameters, words) in zip(servers, cases):
                 self.assert_refused(server, parameters, words)
 
@@ -122,7 +126,7 @@ class StartTest(unittest.TestCase):
                         file.write(text)
                 parameters = {**LOCKSTEP, **WALKER2D, "xml_file": path}
                 server = ServerProcess(f"/refused_{name}", parameters)
-                self.addCleanup(server.kill)
+                self.addCleanup(server.end)
                 started.append((server, parameters, ["xml_file", path, *words]))
             for case in started:
                 self.assert_refused(*case)
@@ -139,7 +143,7 @@ class StartTest(unittest.TestCase):
         for name in TAKEN_NAMES:
             parameters = self.own_model('body name="foot"', f'body name="{name}"')
             server = ServerProcess("/refused", parameters)
-            self.addCleanup(server.kill)
+            self.addCleanup(server.end)
             self.assert_refused(server, parameters, [f"link {name}", "another frame"])
 
     def test_a_description_of_another_robot_is_warned_of(self):
@@ -147,7 +151,7 @@ class StartTest(unittest.TestCase):
         self.addCleanup(rospy.delete_param, "/robot_description")
         for parameters, missing in ((WALKER2D, "thigh"), ({}, "hull")):
             server = ServerProcess("/described", {**LOCKSTEP, **parameters})
-            self.addCleanup(server.kill)
+            self.addCleanup(server.end)
             wait_for(lambda server=server: "WARN" in server.output(), "the warning")
             self.assertEqual(server.stop(), 0)
             warnings = [line for line in server.output().splitlines() if "WARN" in line]
@@ -156,7 +160,7 @@ class StartTest(unittest.TestCase):
 
     def specification(self, **parameters):
         server = ServerProcess("/taken", {**LOCKSTEP, **parameters})
-        self.addCleanup(server.kill)
+        self.addCleanup(server.end)
         server.wait_until_it_serves()
         spec = server.client("get_spec", GetSpec)().spec
         transition = server.client("reset", Reset)(has_seed=False).transition

@@ -469,7 +469,7 @@ class TenPainsTest(ServerTest):
         rospy.set_param("/agent", {"agent": "random"})
         self.addCleanup(rospy.delete_param, "/agent")
         agent = Process("topic_agent", "/agent")
-        self.addCleanup(agent.kill)
+        self.addCleanup(agent.end)
         for end in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
             server = self.serve(max_episode_steps=0)
             transitions = self.record("/transition", Transition)
