@@ -9,6 +9,8 @@
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include "core/printable_text.h"
+
 namespace walker {
 namespace {
 
@@ -41,7 +43,7 @@ ParameterValue to_value(const std::string& name, XmlRpc::XmlRpcValue& value) {
     case XmlRpc::XmlRpcValue::TypeArray:
       return to_list(name, value);
     default:
-      throw std::invalid_argument("parameter " + name + " = " + value.toXml() +
+      throw std::invalid_argument("parameter " + name + " = " + printable(value.toXml()) +
                                   ": must be true or false, a number, a text or a list of numbers");
   }
 }
