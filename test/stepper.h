@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "walker_sim/registry.h"
@@ -13,7 +14,9 @@ namespace walker {
 
 struct Stepper {
   explicit Stepper(const std::string& id, const Parameters& parameters = {})
-      : environment(make(id, parameters)),
+      : Stepper(make(id, parameters)) {}
+  explicit Stepper(std::unique_ptr<Environment> one)
+      : environment(std::move(one)),
         observation(environment->specification().observation_size()),
         info(environment->specification().info_names.size()) {
     result.observation = observation.data();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -20,6 +21,7 @@
 #include "episode_states.h"
 #include "error_message.h"
 #include "restorable.h"
+#include "stepper.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -342,6 +344,34 @@ TEST(EpisodeRecorder, RefusesARecordThatItCouldNotGiveItself) {
   record.actions.pop_back();
   simulation.restore(record);
   EXPECT_EQ(simulation.record().actions, record.actions);
+}
+
+/// As a pool holds it: a recorder in an environment's place.
+TEST_P(AnyWalker, ARecorderIsAsGoodAsTheEnvironmentInIt) {
+  Stepper plain(GetParam());
+  Stepper recorded(std::make_unique<EpisodeRecorder>(make(GetParam())));
+  for (Stepper* one : {&plain, &recorded}) {
+    one->reset(5);
+    one->step(std::vector<double>(one->environment->specification().action_size(), 0.5));
+  }
+  Environment& recorder = *recorded.environment;
+  EXPECT_EQ(recorder.group_size(), plain.environment->group_size());
+  EXPECT_EQ(recorder.generator_state(), plain.environment->generator_state());
+  ASSERT_EQ(recorder.can_save_state(), plain.environment->can_save_state());
+  if (recorder.can_save_state()) {
+    std::vector<std::byte> state;
+    std::vector<std::byte> same;
+    plain.environment->save_state(plain.result, state);
+    recorder.save_state(recorded.result, same);
+    EXPECT_EQ(same, state);
+  }
+  const GeneratorState generator_state = recorder.generator_state();
+  plain.reset(6);
+  plain.environment->set_generator_state(generator_state);
+  recorder.set_generator_state(generator_state);
+  plain.reset();
+  recorded.reset();
+  EXPECT_EQ(to_bits(recorded.row()), to_bits(plain.row()));
 }
 
 }  // namespace
