@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import operators
 
-# Where it is not said otherwise, a room's sources are the *.cpp below src/ROOM, and a kernel's headers,
-# which are its code.
+# A room's sources are the *.cpp below src/ROOM, and a kernel's headers, which are its code.
 PHYSICS = ("bipedal_walker", "core", "hopper", "mujoco", "walker2d")
 ROS = ("agents", "client", "description", "nodes", "replay", "ros", "server")
 # Not compiled here, or for no test to see: for other engines, for other processors.
@@ -15,7 +14,7 @@ OTHERS = ("box2d_any", "kernel_neon")
 
 
 class Side(NamedTuple):
-    """Breaks of half of the code, in the order in which they are drawn: one of each line, and all."""
+    """Breaks of half of the code, as they are drawn: one of each line, and all."""
 
     name: str
     breaks: list
@@ -29,12 +28,12 @@ def sources_of(root, room):
 
 
 def order(seed, breaks):
-    """By a hash of the seed and the break's words: a changed line moves no other one's place."""
+    """By a hash of the seed and the break's words: a changed line moves no other."""
     return sorted(breaks, key=lambda each: hashlib.sha256(f"{seed} {each.id}".encode()).digest())
 
 
 def draw(root, seed, rooms=()):
-    """The two sides, of `rooms` alone where some are named. No two breaks of a side share a line."""
+    """The two sides, of `rooms` alone where some are named."""
     sides = []
     for name, known in (("physics", PHYSICS), ("ROS", ROS)):
         found = []

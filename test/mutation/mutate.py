@@ -38,7 +38,7 @@ def sources(root):
 
 
 def copy_tree(root, copy):
-    """Makes the copy's files equal to the sources; what is equal keeps its time, and is not built."""
+    """Makes the copy's files equal to the sources; what is equal keeps its time."""
     wanted = set(sources(root))
     for path in wanted:
         target, content = copy / path, (root / path).read_bytes()
@@ -139,11 +139,10 @@ class Trials:
     def is_open(self, phase, a_break):
         """Whether this phase has something to say of it that is not known."""
         known = self.verdicts.get(a_break.id)
-        if known is None:
-            return phase == "units"
-        if known["verdict"] != LIVES:
-            return False
-        return phase != known["phase"] or known["tree"] != self._tree
+        if known is None or (known["verdict"] == LIVES and known["tree"] != self._tree):
+            return phase == suite.PHASES[0]
+        order = suite.PHASES.index
+        return known["verdict"] == LIVES and order(phase) > order(known["phase"])
 
     def attempt(self, phase, a_break):
         """Its verdict after this phase; known ones are not tried again."""
@@ -187,11 +186,12 @@ def run(trials, sides, count):
             if each is None:
                 say(f"{side.name}: only {len(found)} breaks, not {wanted}")
                 break
-            if trials.attempt("units", each) != NO_BREAK:
+            if trials.attempt(suite.PHASES[0], each) != NO_BREAK:
                 found.append(each)
         made += found
-    for each in made:
-        trials.attempt("callers", each)
+    for phase in suite.PHASES[1:]:
+        for each in made:
+            trials.attempt(phase, each)
     return made
 
 

@@ -4,7 +4,7 @@ import hashlib
 import re
 from typing import NamedTuple
 
-# clang-format puts a blank on both sides of a binary operator, and on neither of a template's bracket.
+# clang-format puts blanks around a binary operator, and none beside a template's bracket.
 OPERATORS = {
     " < ": " <= ",
     " <= ": " < ",
@@ -43,7 +43,7 @@ LEFT_OUT = re.compile(
 
 
 class Break(NamedTuple):
-    """A line of a file, and what becomes of it. Its `id` tells it by its words, not by its number."""
+    """A line of a file, and what becomes of it. Its `id` is of its words, not of its number."""
 
     path: str
     number: int
@@ -57,7 +57,7 @@ class Break(NamedTuple):
 
 
 def masked(line):
-    """The line with nothing to be found in its strings and comments, each character at its place."""
+    """The line with nothing to be found in its strings and comments, and all at its place."""
     line = TEXT.sub(lambda match: '"' + "_" * (len(match[0]) - 2) + '"', line)
     code, slashes, comment = line.partition("//")
     return code + "_" * len(slashes + comment)

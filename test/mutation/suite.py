@@ -12,13 +12,17 @@ LEAST = 30  # time that any test is given [s]
 UNKNOWN = 600  # the same before it has passed once [s]
 TIMES = 6  # as long as without a break
 
-# They read sources rather than run them, have the machine for themselves, make packages of the tree, or
-# repeat with more numbers what a shorter one does.
+# They read sources rather than run them, want the machine for themselves, make packages of the tree
+# or repeat with more numbers what a shorter one does.
 LEFT_OUT = re.compile(
     r"^(lint|install|wheel|examples|scripts|bench|soak|rviz|walks|docs|readme|package_xml|launch|fuzz)_?"
     r"|symbols|exports|pace_test|ten_walkers|ten_pains|_long|shortcuts_test|race_test|mutation"
 )
-PYTHON_ALONE = r"^python_(?!.*_ros_)(?!commands_(terminal|policies|interrupted|bench))"
+# What physics does, seen from Python.
+PYTHON_ALONE = (
+    r"^python_(bits_(?!ros)|environment_(test|render)|keywords|renderer|saved_states_test|step_some"
+    r"|time_limit|vector_environment|bad_input|commands_hash|shipped_policies)"
+)
 # First the room's own units; what lives there, all that calls the room.
 UNITS = {
     "bipedal_walker": ("bipedal_walker_tests", r"^bipedal_walker_"),
@@ -35,8 +39,8 @@ UNITS = {
     "server": ("server_tests", r"^(server|client|replay|ros|description)_"),
 }
 CALLERS = {
-    "bipedal_walker": rf"^(bipedal_walker|core|policy)_|{PYTHON_ALONE}|^server_(sensors|episode_bits|camera|render)",
-    "core": rf"^(core|client|bipedal_walker|mujoco)_|{PYTHON_ALONE}|^server_",
+    "bipedal_walker": rf"^(bipedal_walker|core|policy)_|{PYTHON_ALONE}|^server_(sensors|episode)",
+    "core": rf"^(core|client|bipedal_walker|mujoco|server)_|{PYTHON_ALONE}",
     "hopper": rf"^mujoco_|{PYTHON_ALONE}",
     "mujoco": rf"^(mujoco|core)_|{PYTHON_ALONE}|^server_walker2d|^server_sensors",
     "walker2d": rf"^(mujoco|core)_|{PYTHON_ALONE}|^server_walker2d",
@@ -48,6 +52,9 @@ CALLERS = {
     "ros": r"^(server|agents|replay)_|^programs",
     "server": r"^(server|agents|client)_|^python_.*_ros_|^programs",
 }
+
+
+PHASES = ("units", "callers")
 
 
 def targets(phase, room):
@@ -125,7 +132,7 @@ def first_words(text):
         r"\[  FAILED  \] (\S+\.\S+)",
         r"^FAILED \S+?::(\S+)",
         r"\[(?:FAILURE|ERROR)\].*?(\S+)\s*$",
-        r"\[ RUN      \] (\S+)(?!.*\[ RUN)",
+        r"\[ RUN      \] (\S+)(?![\s\S]*\[ RUN)",
     ):
         match = re.search(pattern, text, re.MULTILINE)
         if match:
@@ -146,7 +153,7 @@ class Runner:
         self._logs, self._jobs, self._seconds = logs, jobs, seconds
 
     def first_failure(self, tests):
-        """The first that fails, and again where it has the machine for itself; None if none does."""
+        """The first that fails, and again alone; None if none does."""
         waiting, running = list(tests), []
         try:
             while waiting or running:
