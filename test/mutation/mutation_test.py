@@ -200,7 +200,7 @@ def trials(tree, monkeypatch, tmp_path_factory):
     mutate.copy_tree(tree, copy)
     product = f"grep -q 'a \\* b' {copy}/src/core/area.cpp"
     compiles = f"grep -q 'int area' {copy}/src/core/area.cpp"
-    tests = [a_test("core_product", product), a_test("python_area", compiles, is_unit=False)]
+    tests = [a_test("core_product", product), a_test("server_area", compiles, is_unit=False)]
     monkeypatch.setattr(suite, "tests_of", lambda build: tests)
     monkeypatch.setattr(mutate.Trials, "build", lambda self, targets: True)
     kept = tmp_path_factory.mktemp("kept") / "mutation.json"
