@@ -266,6 +266,25 @@ def test_goes_on_where_it_was(tree, trials):
     assert not changed.is_open("units", killed)
 
 
+def test_each_side_has_its_share():
+    assert mutate.shares(["physics", "ROS"], 51) == [("physics", 26), ("ROS", 25)]
+    assert mutate.shares(["physics", "ROS"], 50) == [("physics", 25), ("ROS", 25)]
+    assert mutate.shares(["chosen"], 3) == [("chosen", 3)]
+
+
+def test_a_run_has_the_wanted_number_of_each_side(tree, trials, capsys):
+    sides = draw.draw(tree, 1, ["core"])
+    assert len(mutate.run(trials(), [sides[0]], 3, set())) == 3
+    assert "physics: only" not in capsys.readouterr().out
+    living = find(tree, "if (a < b && is_flat(a)) return 0;")
+    chosen = draw.Side("chosen", [living], [living])
+    known = trials()
+    mutate.run(known, [chosen], 1, {living.id})
+    assert known.verdicts[living.id]["phase"] == "units"
+    mutate.run(known, [chosen], 1, set())
+    assert known.verdicts[living.id]["phase"] == "callers"
+
+
 def test_an_interrupted_break_is_mended(tree):
     each = find(tree, "return a / b;")
     with pytest.raises(KeyboardInterrupt), mutate.broken_file(tree, each):
