@@ -117,13 +117,13 @@ class Trials:
         key = f"{phase} {room}"
         if self._baselines.get(key) == self._tree:
             return
-        if not self.build(suite.targets(phase, room)):
-            sys.exit(
-                f"without a break, the {phase} of {room} cannot be built: {self._logs}/build.log"
-            )
         tests = self._concerned(phase, room)
         if not tests:
             sys.exit(f"no test is among the {phase} of {room}")
+        if not self.build(suite.targets(phase, tests)):
+            sys.exit(
+                f"without a break, the {phase} of {room} cannot be built: {self._logs}/build.log"
+            )
         failure = self._runner.first_failure(tests)
         if failure:
             sys.exit(f"without a break, {failure.test} fails: {failure.why}; see {self._logs}")
@@ -162,9 +162,9 @@ class Trials:
         return self.verdicts[a_break.id]["verdict"]
 
     def _try(self, phase, room, a_break):
-        if not self.build(suite.targets(phase, room)):
-            return {"verdict": NO_BREAK}
         tests = suite.ranked(self._concerned(phase, room), a_break.path, self._seconds)
+        if not self.build(suite.targets(phase, tests)):
+            return {"verdict": NO_BREAK}
         failure = self._runner.first_failure(tests)
         if failure:
             return {"verdict": CAUGHT, "by": f" by {failure.test} ({failure.why})"}

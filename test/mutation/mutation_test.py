@@ -192,6 +192,15 @@ def test_every_room_has_tests():
     assert set(suite.UNITS) == set(suite.CALLERS) == {*draw.PHYSICS, *draw.ROS}
 
 
+def test_what_is_built_is_what_runs():
+    command = "python3 run_tests.py x.xml --return-code '/x/lib/walker_sim/core_tests --file=a.cpp'"
+    unit = suite.Test("core_a", command.split(), {}, None, True)
+    caller = a_test("python_keywords_test", "true", is_unit=False)
+    tests = [unit, caller, a_test("server_a", "true")]
+    assert suite.targets("units", suite.concerned(tests, "units", "core")) == ["core_tests"]
+    assert suite.concerned(tests, "callers", "core") == tests[1:]
+
+
 @pytest.fixture
 def trials(tree, monkeypatch, tmp_path_factory):
     """Of breaks in a room whose test sees the product alone, and one that sees no zero."""

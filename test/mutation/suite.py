@@ -15,7 +15,7 @@ TIMES = 6  # as long as without a break
 # They read sources rather than run them, want the machine for themselves, make packages of the tree
 # or repeat with more numbers what a shorter one does.
 LEFT_OUT = re.compile(
-    r"^(lint|install|wheel|examples|scripts|bench|soak|rviz|walks|docs|readme|package_xml|launch|fuzz)_?"
+    r"^(lint|install|wheel|examples|scripts|bench|soak|rviz|walks|docs|readme|package_xml|launch)_?"
     r"|symbols|exports|pace_test|ten_walkers|ten_pains|_long|shortcuts_test|race_test|mutation"
 )
 # What physics does, seen from Python.
@@ -25,18 +25,18 @@ PYTHON_ALONE = (
 )
 # First the room's own units; what lives there, all that calls the room.
 UNITS = {
-    "bipedal_walker": ("bipedal_walker_tests", r"^bipedal_walker_"),
-    "core": ("core_tests", r"^(core|simd)_"),
-    "hopper": ("mujoco_tests", r"^(hopper|mujoco)_"),
-    "mujoco": ("mujoco_tests", r"^(mujoco|hopper|walker2d)_"),
-    "walker2d": ("mujoco_tests", r"^(walker2d|mujoco)_"),
-    "client": ("client_tests", r"^client_"),
-    "agents": ("server_tests", r"^(server|description|replay|ros)_"),
-    "description": ("server_tests", r"^description_"),
-    "nodes": ("server_tests", r"^replay_"),
-    "replay": ("server_tests", r"^replay_"),
-    "ros": ("server_tests", r"^(server|replay|ros)_"),
-    "server": ("server_tests", r"^(server|client|replay|ros|description)_"),
+    "bipedal_walker": r"^bipedal_walker_",
+    "core": r"^(core|simd)_",
+    "hopper": r"^(hopper|mujoco)_",
+    "mujoco": r"^(mujoco|hopper|walker2d)_",
+    "walker2d": r"^(walker2d|mujoco)_",
+    "client": r"^client_(?!service_types)",
+    "agents": r"^(server|description|replay|ros)_",
+    "description": r"^description_",
+    "nodes": r"^replay_",
+    "replay": r"^replay_",
+    "ros": r"^(server|replay|ros)_",
+    "server": r"^(server|replay|ros|description)_",
 }
 CALLERS = {
     "bipedal_walker": rf"^(bipedal_walker|core|policy)_|{PYTHON_ALONE}|^server_(sensors|episode)",
@@ -44,24 +44,17 @@ CALLERS = {
     "hopper": rf"^mujoco_|{PYTHON_ALONE}",
     "mujoco": rf"^(mujoco|core)_|{PYTHON_ALONE}|^server_walker2d|^server_sensors",
     "walker2d": rf"^(mujoco|core)_|{PYTHON_ALONE}|^server_walker2d",
-    "client": r"^(client|agents|server)_|^python_.*_ros_|^python_answers",
+    "client": r"^(client|agents|server|fuzz)_|^python_.*_ros_|^python_answers",
     "agents": r"^(agents|client)_|^programs",
     "description": r"^(server|description|agents)_|^programs",
     "nodes": r"^(server|agents|replay)_|^programs|^python_commands_ros",
-    "replay": r"^server_(replay|records|episode)|^programs",
+    "replay": r"^server_(replay|records|episode)|^programs|^fuzz",
     "ros": r"^(server|agents|replay)_|^programs",
-    "server": r"^(server|agents|client)_|^python_.*_ros_|^programs",
+    "server": r"^(server|agents|client|fuzz)_|^python_.*_ros_|^programs",
 }
 
 
 PHASES = ("units", "callers")
-
-
-def targets(phase, room):
-    """What ninja builds for it."""
-    if phase == "units":
-        return [UNITS[room][0]]
-    return ["all", "tests"]
 
 
 class Test(NamedTuple):
@@ -96,18 +89,19 @@ def tests_of(build):
 
 
 def concerned(tests, phase, room):
-    pattern = UNITS[room][1] if phase == "units" else CALLERS[room]
-    # What is a unit of the room has had its turn.
-    return [
-        test
-        for test in tests
-        if re.search(pattern, test.name)
-        and (
-            test.is_unit
-            if phase == "units"
-            else not (test.is_unit and re.search(UNITS[room][1], test.name))
-        )
-    ]
+    """Those of a phase. What is a unit of the room has had its turn before its callers."""
+    units = [test for test in tests if test.is_unit and re.search(UNITS[room], test.name)]
+    if phase == "units":
+        return units
+    return [test for test in tests if re.search(CALLERS[room], test.name) and test not in units]
+
+
+def targets(phase, tests):
+    """What ninja builds for them."""
+    if phase != "units":
+        return ["all", "tests"]
+    programs = re.findall(r"/(\w+_tests) ", " ".join(" ".join(test.command) for test in tests))
+    return sorted(set(programs))
 
 
 def ranked(tests, path, seconds):
