@@ -173,6 +173,7 @@ def test_a_failure_has_to_be_one_alone_too(runner, tmp_path):
         ("[ RUN      ] Area.IsFlat\n[  FAILED  ] Area.IsFlat (0 ms)\n", "Area.IsFlat"),
         ("[ RUN      ] Area.First\n[       OK ] Area.First\n[ RUN      ] Area.Dies\n", "Area.Dies"),
         ("FAILED test/core/area_test.py::test_area - assert 1 == 2\n", "test_area"),
+        ("\x1b[31m[walker_sim.rosunit-area_test/test_area][FAILURE]----\x1b[0m\n", "test_area"),
         ("killed\n", ""),
     ],
 )

@@ -125,7 +125,7 @@ def first_words(text):
     for pattern in (
         r"\[  FAILED  \] (\S+\.\S+)",
         r"^FAILED \S+?::(\S+)",
-        r"\[(?:FAILURE|ERROR)\].*?(\S+)\s*$",
+        r"/(\w+)\]\[(?:FAILURE|ERROR)\]",
         r"\[ RUN      \] (\S+)(?![\s\S]*\[ RUN)",
     ):
         match = re.search(pattern, text, re.MULTILINE)
