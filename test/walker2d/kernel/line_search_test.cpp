@@ -41,6 +41,24 @@ TEST(LineSearch, GivesUpOnABracketThatOnlyNarrows) {
   EXPECT_NEAR(alpha, kMinimum, 1e-6);
 }
 
+/// The slope is the steeper the nearer the minimum is, so no candidate narrows the bracket, and the
+/// first middle is the end.
+TEST(LineSearch, EndsInTheMiddleWhereNothingNarrowsTheBracket) {
+  const auto value_at = [](double alpha) -> Point<double> {
+    return {alpha, 2 * std::abs(alpha) - alpha * alpha / 2,
+            std::copysign(2 - std::abs(alpha), alpha), 0.5};
+  };
+  for (const double side : {-1, 1}) {
+    int evaluations = kBefore;
+    const auto evaluate = [&](Point<double>& point) {
+      ++evaluations;
+      point = value_at(point.alpha);
+    };
+    EXPECT_EQ(search_on(evaluate, value_at(1.5 * side), value_at(side), kTolerance), 0);
+    EXPECT_EQ(evaluations, kBefore + 3);
+  }
+}
+
 /// Two halves of parabolas: each side's Newton step leads to the minimum.
 TEST(LineSearch, FindsTheMinimumBetweenTwoParabolas) {
   const auto evaluate = [](Point<double>& point) {
