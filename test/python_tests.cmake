@@ -7,6 +7,7 @@ set(short_suites
   core/random_numpy_test
   docs_test
   exports_test
+  mutation/mutation_test
   package_xml_test
   programs_test
   python/answers_test

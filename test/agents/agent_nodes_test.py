@@ -18,6 +18,7 @@ from bare_ros import wait_for
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from server_harness import Process, ServerTest, memory
+from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 
 PROMPT = 15  # wall seconds
@@ -34,11 +35,11 @@ def huge(message_class):
 
 
 class AgentNodesTest(ServerTest):
-    def start_agent(self, node_type, **parameters):
+    def start_agent(self, node_type, arguments=(), **parameters):
         if rospy.has_param("/agent"):
             rospy.delete_param("/agent")
         rospy.set_param("/agent", {"server": "/walker_sim", **parameters})
-        agent = Process(node_type, "/agent")
+        agent = Process(node_type, "/agent", arguments)
         self.addCleanup(agent.end)
         return agent
 
@@ -156,6 +157,23 @@ class AgentNodesTest(ServerTest):
         episodes.wait(lambda m: m.episode == 3 and m.length > 0, "the end of the agent's second")
         ended = [message for message in episodes.messages() if message.length > 0]
         self.assertEqual([(m.episode, m.seed) for m in ended if m.episode > 1], [(2, 5), (3, 7)])
+
+    def test_by_topics_it_begins_no_episode_whose_commands_nobody_hears(self):
+        self.serve(auto_reset=False)
+        transitions = self.record("/transition", Transition)
+        agent = self.start_agent("topic_agent", ["effort_command:=/elsewhere"], seeds="5")
+
+        def hears_all():
+            subscribers = rosgraph.Master("agent_nodes_test").getSystemState()[1]
+            heard = {topic for topic, nodes in subscribers if "/agent" in nodes}
+            return {"/joint_states", "/imu", "/odom", "/contacts", "/scan", "/episode"} <= heard
+
+        wait_for(hears_all, "the agent's subscriptions")
+        transitions.clear()
+        self.assertEqual({m.episode for m in transitions.wait_count(100)}, {1})
+        self.record("/elsewhere", Float64MultiArray)
+        transitions.wait(lambda m: m.episode == 2, "the agent's first episode")
+        self.assertTrue(agent.is_running(), agent.output())
 
     def test_an_agent_waits_for_its_server_and_for_the_next(self):
         agent = self.start_agent("service_agent", agent="random")

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "bipedal_walker/player.h"
@@ -77,6 +79,35 @@ void expect_gymnasiums(const Recorded& recorded) {
 TEST(RendererTest, ResetsLookAsGymnasiums) {
   expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 0});
   expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 0});
+}
+
+/// How many pixels have each colour.
+std::map<std::array<int, kColors>, int> palette(const Image& image) {
+  std::map<std::array<int, kColors>, int> counts;
+  for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
+    ++counts[{image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]}];
+  }
+  return counts;
+}
+
+/// Each colour that is more than an edge's blend, exactly: of two that are close to each other,
+/// similarity tells nothing.
+TEST(RendererTest, ColorsAreGymnasiums) {
+  constexpr int kMoreThanABlend = 60;  // [pixel]
+  for (const auto& [id, seed] :
+       {std::pair("BipedalWalker-v3", 6U), std::pair("BipedalWalkerHardcore-v3", 4U)}) {
+    const auto ours = palette(draw(capture_of(id, "heuristic", seed, 0)));
+    std::size_t compared = 0;
+    for (const auto& [color, count] :
+         palette(read_picture(std::string(id) + "_heuristic_" + std::to_string(seed) + "_0"))) {
+      if (count < kMoreThanABlend) continue;
+      ++compared;
+      const auto found = ours.find(color);
+      ASSERT_NE(found, ours.end()) << id << ": " << testing::PrintToString(color);
+      EXPECT_NEAR(found->second, count, 0.05 * count) << testing::PrintToString(color);
+    }
+    EXPECT_GE(compared, 11U);  // sky, clouds, ground, hull, legs, outlines, flag
+  }
 }
 
 #ifdef WALKER_SIM_ENGINES_PINNED

@@ -507,6 +507,15 @@ TEST(ClientOptions, AreChecked) {
   EXPECT_EQ(option_error(options), "master_uri = \"localhost:11311\"; must be http://HOST:PORT");
 }
 
+TEST(ClientOptions, AServersNameMayBeALetter) {
+  ScriptedServer server({test::tell_specification});
+  ScriptedServer master({test::master_of(server.address())});
+  ClientOptions options;
+  options.server = "/a";
+  options.master_uri = "http://" + master.address();
+  EXPECT_NO_THROW(Client{options});
+}
+
 TEST(ClientOptions, TheMasterComesFromTheEnvironment) {
   const char* const set = std::getenv("ROS_MASTER_URI");
   const std::string before = set != nullptr ? set : "";

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -56,6 +58,28 @@ TEST_P(GaitTest, IsForObservationsWithoutTheTrunksX) {
       message_of<std::invalid_argument>(
           [&] { make_agent("heuristic", environment->specification(), 0); }),
       "agent = heuristic: needs " + id + " with exclude_current_positions_from_observation = true");
+}
+
+/// A gait with one weight a little off walks as well. At one of these heights each motor is within
+/// its bounds, so that every weight counts.
+TEST_P(GaitTest, HasTheWeightsThatWereFound) {
+  const std::map<double, std::vector<float>> of_walker2d{
+      {0.25, {-0.210025266F, -0.0464313887F, -1, -1, -0.148415551F, -1}},
+      {1.5, {-1, -1, 0.605275571F, -0.909228504F, -1, -0.0145301549F}}};
+  const std::map<double, std::vector<float>> of_hopper{
+      {0.75, {-0.500911534F, 0.0183059126F, -0.280177712F}}};
+  const std::string id = GetParam();
+  const auto environment = make(id);
+  const auto gait = make_agent("heuristic", environment->specification(), 0);
+  std::vector<double> observation(environment->specification().observation_size());
+  for (std::size_t i = 1; i < observation.size(); ++i) {
+    observation[i] = (i % 2 == 0 ? 0.01 : -0.01) * static_cast<double>(i + 1);
+  }
+  for (const auto& [height, expected] : id[0] == 'H' ? of_hopper : of_walker2d) {
+    observation[0] = height;
+    const std::vector<double> action = gait->act(observation);
+    EXPECT_EQ(std::vector<float>(action.begin(), action.end()), expected) << "height " << height;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Ids, GaitTest,

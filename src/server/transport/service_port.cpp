@@ -21,7 +21,6 @@
 #include <ros/xmlrpc_manager.h>
 
 #include "core/checked.h"
-#include "ros/listening.h"
 
 namespace walker {
 namespace {
@@ -31,6 +30,7 @@ constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
 
+/// On every address, or on this machine's alone: ros/listening.cpp sees to it for all ports.
 /// @param port out: chosen by the system
 /// @return a listening socket
 int listen_anywhere(std::uint16_t& port) {
@@ -40,10 +40,8 @@ int listen_anywhere(std::uint16_t& port) {
               "service port: socket");
   sockaddr_in ipv4{};
   ipv4.sin_family = AF_INET;
-  ipv4.sin_addr.s_addr = htonl(listens_here_alone() ? INADDR_LOOPBACK : INADDR_ANY);
   sockaddr_in6 ipv6{};
   ipv6.sin6_family = AF_INET6;
-  ipv6.sin6_addr = listens_here_alone() ? in6addr_loopback : in6addr_any;
   auto* const address =
       is_ipv6 ? reinterpret_cast<sockaddr*>(&ipv6) : reinterpret_cast<sockaddr*>(&ipv4);
   socklen_t size = is_ipv6 ? sizeof(ipv6) : sizeof(ipv4);

@@ -100,8 +100,7 @@ class LineSearch {
     bool has_moved = false;
     for (int i = 0; i < 3; ++i) {
       const double slope = candidates[i].slope;
-      if ((bracket.slope < 0 && slope < 0 && bracket.slope < slope) ||
-          (bracket.slope > 0 && slope > 0 && bracket.slope > slope)) {
+      if ((slope < 0 && bracket.slope < slope) || (slope > 0 && bracket.slope > slope)) {
         bracket = candidates[i];
         has_moved = true;
       }

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -153,6 +154,43 @@ TEST(SceneMarkers, StandOnTheSurfaceThatTheWalkerWalksOn) {
   }
 }
 
+/// Grass above, earth below it: no gap between them, no place drawn twice, nothing beyond.
+TEST(SceneMarkers, CoverAPieceOfGroundOnce) {
+  Scene scene;
+  scene.ground.push_back({{{0, 2}, {3, 1}, {3, -1}, {0, -1}}, {0.4, 0.8, 0.3, 1}});
+  const MarkerArray array = scene_markers(scene, header());
+  const Marker& ground = *find(array, "ground");
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& point : ground.points) nearest = std::min(nearest, point.y);
+  double area = 0;
+  for (std::size_t i = 0; i < ground.points.size(); i += 3) {
+    const auto& [a, b, c] = std::tie(ground.points[i], ground.points[i + 1], ground.points[i + 2]);
+    if (a.y != nearest || b.y != nearest || c.y != nearest) continue;
+    area += std::abs((b.x - a.x) * (c.z - a.z) - (c.x - a.x) * (b.z - a.z)) / 2;
+    for (const auto* point : {&a, &b, &c}) {
+      EXPECT_TRUE(point->x == 0 || point->x == 3) << point->x;
+      EXPECT_GE(point->z, -1);
+      EXPECT_LE(point->z, 2 - point->x / 3);
+    }
+  }
+  EXPECT_NEAR(area, 7.5, 1e-12);
+}
+
+/// Gymnasium's, for a pole of 50 pixels: 25 pixels long, 10 high.
+TEST(SceneMarkers, PennantsHaveGymnasiumsProportions) {
+  Scene scene;
+  scene.flags.push_back({2, 3, 5, {0.9, 0.2, 0, 1}});
+  const MarkerArray array = scene_markers(scene, header());
+  const std::vector<geometry_msgs::Point>& points = find(array, "flags")->points;
+  ASSERT_EQ(points.size(), 3U);
+  EXPECT_DOUBLE_EQ(points[0].x, 2);
+  EXPECT_DOUBLE_EQ(points[0].z, 8);
+  EXPECT_DOUBLE_EQ(points[1].x, 2);
+  EXPECT_DOUBLE_EQ(points[1].z, 7);
+  EXPECT_DOUBLE_EQ(points[2].x, 4.5);
+  EXPECT_DOUBLE_EQ(points[2].z, 7.5);
+}
+
 TEST(SceneMarkers, LeaveOutWhatIsNotFinite) {
   World world("BipedalWalkerHardcore-v3");
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -221,6 +259,27 @@ TEST(StateMarkers, TellHowTheEpisodeEnded) {
   const std::string& text = find(array, "episode")->text;
   EXPECT_NE(text.find(world.status.end_reason), std::string::npos);
   EXPECT_EQ(text.find(" seed "), std::string::npos);
+}
+
+/// What goes with the walker is as large as its limbs are long.
+TEST(StateMarkers, AreAsLargeAsTheWalkersReach) {
+  Specification specification;
+  specification.links.resize(2);
+  specification.links[0].name = "trunk";
+  specification.links[1].name = "leg";
+  specification.links[1].solids.push_back(
+      {Solid::Kind::capsule, {{0, 0, 0}, {0, 0, 0, 1}}, {0.1, 0.3, 0}});
+  specification.joints.resize(1);
+  specification.joints[0].parent = "trunk";
+  specification.joints[0].child = "leg";
+  specification.joints[0].origin = {0, 0, -0.5};
+  Sensors sensors;
+  sensors.link_poses = {{{1, 0, 2}, {0, 0, 0, 1}}, {{1, 0, 1.5}, {0, 0, 0, 1}}};
+  const MarkerArray array = state_markers(specification, sensors, EpisodeState{}, header());
+  const Marker& text = *find(array, "episode");
+  constexpr double kReach = 0.5 + 0.3 + 0.1;
+  EXPECT_DOUBLE_EQ(text.pose.position.z, 2 + 0.8 * kReach);
+  EXPECT_DOUBLE_EQ(text.scale.z, 0.11 * kReach);
 }
 
 TEST(StateMarkers, KeepTheTextWhereItIsWhateverTheNumbers) {

@@ -1,0 +1,54 @@
+"""Which breaks are made: drawn by a seed from all that the operators find in the rooms' sources."""
+
+import hashlib
+import pathlib
+from typing import NamedTuple
+
+import operators
+
+# A room's sources are the *.cpp below src/ROOM, and a kernel's headers, which are its code.
+PHYSICS = ("bipedal_walker", "core", "hopper", "mujoco", "walker2d")
+ROS = ("agents", "client", "description", "nodes", "replay", "ros", "server")
+# Not compiled here, or for no test to see: for other engines, for other processors.
+OTHERS = ("box2d_any", "kernel_neon")
+
+
+class Side(NamedTuple):
+    """Breaks of half of the code, as they are drawn: one of each line, and all."""
+
+    name: str
+    breaks: list
+    every: list
+
+
+def sources_of(root, room):
+    folder = pathlib.Path(root, "src", room)
+    files = [*folder.rglob("*.cpp"), *folder.glob("kernel/*.h")]
+    return [file for file in sorted(files) if not any(name in str(file) for name in OTHERS)]
+
+
+def order(seed, breaks):
+    """By a hash of the seed and the break's words: a changed line moves no other."""
+    return sorted(breaks, key=lambda each: hashlib.sha256(f"{seed} {each.id}".encode()).digest())
+
+
+def draw(root, seed, rooms=()):
+    """The two sides, of `rooms` alone where some are named."""
+    sides = []
+    for name, known in (("physics", PHYSICS), ("ROS", ROS)):
+        found = []
+        for room in known:
+            if rooms and room not in rooms:
+                continue
+            for file in sources_of(root, room):
+                path = file.relative_to(root).as_posix()
+                found += operators.breaks_of(path, file.read_text(encoding="utf-8"))
+        lines = {}
+        for each in order(seed, found):
+            lines.setdefault((each.path, each.number), each)
+        sides.append(Side(name, [*lines.values()], found))
+    return sides
+
+
+def room_of(a_break):
+    return a_break.path.split("/")[1]
