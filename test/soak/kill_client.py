@@ -49,7 +49,7 @@ def run(soak):
                 time.sleep(0.002)
             time.sleep(soak.random.uniform(0, 0.05))
             victim.kill()
-            # A request of the victim's that has come is still obeyed. Whoever is served after it knows
+            # A request of the victim's that has come is still obeyed. Who is served after it knows
             # that its connection does not wait to be taken.
             graph.client(f"{server.name}/step", Step).close()
             await_true(lambda: usage.now(server.pid)[1] <= before[1], "its connection to go")
