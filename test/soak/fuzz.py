@@ -1,6 +1,9 @@
 """scripts/fuzz for the time of the part, which each target has a share of."""
 
+import contextlib
+import os
 import re
+import signal
 import subprocess
 
 from graph import ROOT
@@ -14,16 +17,22 @@ def run(soak):
         return
     targets = [*(ROOT / "test" / "fuzz").glob("*_fuzz.cpp")]
     seconds = max(1, round(soak.seconds / len(targets)))
-    done = subprocess.run(
+    # A group of its own, so that no fuzzer outlives a soak that is ended.
+    script = subprocess.Popen(
         [str(ROOT / "scripts" / "fuzz"), "--seconds", str(seconds)],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         errors="replace",
-        check=False,
+        start_new_session=True,
     )
-    soak.check("it finds nothing", done.returncode == 0, done.stdout[-4000:])
-    told = re.findall(r"^(\w+) +(\d+) inputs +(\d+) edges", done.stdout, re.MULTILINE)
-    soak.check("every target tells what it did", len(told) == len(targets), done.stdout[-4000:])
+    try:
+        output = script.communicate()[0]
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(script.pid, signal.SIGKILL)
+    soak.check("it finds nothing", script.returncode == 0, output[-4000:])
+    told = re.findall(r"^(\w+) +(\d+) inputs +(\d+) edges", output, re.MULTILINE)
+    soak.check("every target tells what it did", len(told) == len(targets), output[-4000:])
     for name, inputs, edges in told:
         soak.figure(f"{name}, {seconds} s", f"{int(inputs):,} inputs, {edges} edges")

@@ -27,7 +27,7 @@ class Readers:
         self._bytes = {subscriber: b"" for subscriber in self.subscribers}
         for subscriber in self.subscribers:
             self._selector.register(subscriber.connection, selectors.EVENT_READ, subscriber)
-        self._thread = threading.Thread(target=self._read)
+        self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
 
     def _read(self):

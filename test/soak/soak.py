@@ -140,6 +140,11 @@ class Beside:
             tally.check("ends with a report", False, "it has none")
         self._process.join()
 
+    def stop(self):
+        """Ends it before its time."""
+        self._process.terminate()
+        self._process.join()
+
 
 def interrupt(*_):
     raise KeyboardInterrupt
@@ -156,10 +161,16 @@ def main():
     beside = [Beside(name, seconds, options) for name in options.only if name in BESIDE]
     others = [name for name in options.only if name in SHARES]
     shares = sum(SHARES[name] for name in others)
-    for name in others:
-        play(name, seconds * SHARES[name] / shares, options, tally)
-    for part in beside:
-        part.end(tally)
+    try:
+        for name in others:
+            play(name, seconds * SHARES[name] / shares, options, tally)
+        for part in beside:
+            part.end(tally)
+    except KeyboardInterrupt:  # what was found until then is told
+        tally.part = "soak"
+        tally.check("goes on to its end", False, "interrupted")
+        for part in beside:
+            part.stop()
     head = {
         "date": time.strftime("%Y-%m-%d", time.gmtime(begin)),
         "took": f"{(time.time() - begin) / 60:.1f} min (--hours {options.hours:g})",

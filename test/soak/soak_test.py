@@ -5,6 +5,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -14,12 +15,16 @@ sys.path.append(str(HERE))
 import tally as tallies  # noqa: E402
 import usage  # noqa: E402
 
+COMMAND = [
+    *(sys.executable, HERE / "soak.py", "--seed", "1"),
+    *("--programs", os.environ["WALKER_SIM_PROGRAMS"]),
+]
+
 
 def test_every_part_passes(tmp_path):
     report = tmp_path / "soak.md"
-    command = [sys.executable, HERE / "soak.py", "--programs", os.environ["WALKER_SIM_PROGRAMS"]]
     done = subprocess.run(
-        [*command, "--hours", "0.01", "--seed", "1", "--output", report],
+        [*COMMAND, "--hours", "0.01", "--output", report],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -31,6 +36,29 @@ def test_every_part_passes(tmp_path):
     text = report.read_text(encoding="utf-8")
     assert text.rstrip().endswith(done.stdout.splitlines()[-1])
     assert str(HERE.parents[1]) not in text and os.uname().nodename not in text
+
+
+def test_what_was_found_until_an_interruption_is_told(tmp_path):
+    report = tmp_path / "soak.md"
+    soak = subprocess.Popen(
+        [*COMMAND, "--output", report, "--only", "many_subscribers", "many_environments"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert soak.stderr.readline().startswith("seed 1")
+    time.sleep(3)
+    soak.terminate()
+    told = soak.communicate()[0]
+    assert soak.returncode == 1
+    assert re.fullmatch(r"\d+ passed, 1 failed", told.strip())
+    assert "interrupted" in report.read_text(encoding="utf-8")
+    end = time.monotonic() + 30
+    with pytest.raises(ProcessLookupError):  # nobody is left of its group
+        while time.monotonic() < end:
+            os.killpg(soak.pid, 0)
+            time.sleep(0.1)
 
 
 def test_one_failure_among_many_checks_counts():
