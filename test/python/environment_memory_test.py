@@ -61,6 +61,10 @@ def test_nothing_stays_behind(environment_id, repeated):
     # So many that the bound on memory is well above what the heap goes up and down by as it gives a
     # model's textures back when it likes, some 2 MB.
     count = 800
-    blocks, memory = growth(repeated(environment_id), count)
-    assert blocks < count  # less than one for each call
-    assert memory < 4096 * count  # a walker in its world takes far more
+    call = repeated(environment_id)
+    for _ in range(3):  # what stays behind does so each time; the heap goes up and comes down
+        blocks, memory = growth(call, count)
+        assert blocks < count  # less than one for each call
+        if memory < 4096 * count:  # a walker in its world takes far more
+            return
+    pytest.fail(f"{memory} bytes more for {count} calls, and much in the two rounds before")
