@@ -30,8 +30,8 @@ def test_every_part_passes(tmp_path):
         text=True,
         check=False,
     )
-    print(done.stdout)
-    assert done.returncode == 0
+    failures = [line for line in done.stdout.splitlines() if "FAILED" in line]
+    assert done.returncode == 0, "\n".join([*failures, done.stdout])
     assert re.fullmatch(r"\d+ passed, 0 failed(, \d+ left out)?", done.stdout.splitlines()[-1])
     text = report.read_text(encoding="utf-8")
     assert text.rstrip().endswith(done.stdout.splitlines()[-1])
@@ -82,6 +82,14 @@ def test_a_leak_is_told_from_noise(rate, is_flat):
         resident = usage.MIB * (40 + rate * at + noise.uniform(-0.5, 0.5))
         watched._samples.append((at, resident, 10, 3))
     assert (watched.growth() < usage.MOST_GROWTH) == is_flat
+
+
+@pytest.mark.parametrize("seconds", [0, 20, 120])
+def test_a_short_time_says_nothing_of_memory(seconds):
+    watched, tally = usage.Usage(os.getpid()), tallies.Tally(lambda text: None)
+    watched._samples = [(at, at * usage.MIB, 10, 3) for at in range(seconds)]
+    watched.judge(tally, "a server")
+    assert tally.failed == (seconds > usage.LONG)
 
 
 def test_a_latency_that_grows_is_found(monkeypatch):

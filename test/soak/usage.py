@@ -9,9 +9,8 @@ import numpy as np
 PAGE = os.sysconf("SC_PAGE_SIZE")
 MIB = 1 << 20
 MOST_GROWTH = 2 * MIB  # of the fitted line, over the second half of a part
-FEWEST_SAMPLES = 10
 FEWEST = 1000  # calls in a fifth of a part whose percentiles are compared
-LONG = 30.0  # a part that is shorter says nothing of its latency [s]
+LONG = 60.0  # a part that is shorter is still warming up, and says nothing of memory or latency [s]
 
 
 def now(pid):
@@ -19,6 +18,12 @@ def now(pid):
     pages = int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1])
     files = len(os.listdir(f"/proc/{pid}/fd"))
     return pages * PAGE, files, len(os.listdir(f"/proc/{pid}/task"))
+
+
+def processor_time(pid):
+    """Of all its threads until now [s]."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class Usage:
@@ -34,8 +39,8 @@ class Usage:
             self._last = at
 
     def can_tell(self):
-        """Whether there are enough samples for `growth`."""
-        return len(self._samples) >= FEWEST_SAMPLES
+        """Whether the samples are of a time that is long enough for `growth` to mean anything."""
+        return bool(self._samples) and self._samples[-1][0] - self._samples[0][0] >= LONG
 
     def growth(self):
         """Of resident bytes in the second half, by the line that fits best."""
@@ -44,9 +49,9 @@ class Usage:
         slope = np.polyfit(times, half[:, 1], 1)[0]
         return float(slope * times[-1])
 
-    def judge(self, tally, whose, work=""):
-        """Checks memory, if there is enough of it to be seen. Where `work` says what was done
-        meanwhile, it tells figures."""
+    def judge(self, tally, whose, work="", most=MOST_GROWTH):
+        """Checks that memory grows by less than `most` bytes, if it was seen for long enough. Where
+        `work` says what was done meanwhile, it tells figures."""
         if not self.can_tell():
             if work:
                 tally.figure(f"memory of {whose}, {work}", "too short to tell")
@@ -55,7 +60,7 @@ class Usage:
         resident = self._samples[-1][1] / MIB
         tally.check(
             f"memory of {whose} is flat",
-            growth < MOST_GROWTH,
+            growth < most,
             f"+{growth / MIB:.2f} MiB in the second half, at {resident:.1f} MiB",
         )
         if work:
@@ -93,8 +98,9 @@ class Latency:
     def __exit__(self, *_):
         self._times.append(time.perf_counter() - self._from)
 
-    def judge(self, tally, what):
-        """Compares the first fifth with the last, where both are long enough to tell."""
+    def judge(self, tally, what, is_alone=True):
+        """Compares the first fifth with the last, where both are long enough to tell. Where other
+        parts take the processors, it only tells both."""
         fifth = len(self._times) // 5
         if fifth < FEWEST or time.monotonic() - self._begun < LONG:
             return
@@ -103,11 +109,12 @@ class Latency:
             for part in (self._times[:fifth], self._times[-fifth:])
         )
         # What grows makes every call slower; other work on the machine makes some slower.
-        tally.check(
-            f"the 25th percentile of {what} stays below twice the first",
-            last[0] < 2 * first[0],
-            f"{first} us at first, {last} us at last",
-        )
+        if is_alone:
+            tally.check(
+                f"the 25th percentile of {what} stays below twice the first",
+                last[0] < 2 * first[0],
+                f"{first} us at first, {last} us at last",
+            )
         tally.figure(
             f"{what}: 25th, 50th, 99th percentile at first; at last [us]",
             "; ".join(", ".join(f"{value:.0f}" for value in part) for part in (first, last)),
