@@ -13,7 +13,8 @@ lint_packages=(catkin-lint cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
 cache_packages=(ccache)
-# Of ./scripts/fuzz: the clang of Debian 12, in other releases the one that is the default there.
+# Of ./scripts/fuzz: the clang of Debian 12, in other releases the one that is the default there. From
+# Debian 12 on the sanitizers' libraries are a package apart.
 fuzz_packages=(clang)
 # All that ./scripts/docs needs, which builds nothing.
 docs_packages=(ca-certificates doxygen python3-pip python3-venv)
@@ -35,7 +36,10 @@ packages_of_debian() {
   done
   test_packages=("${common_test_packages[@]}" librostest-dev python3-rostest libtf2-ros-dev
     python3-tf2-ros liburdf-dev)
-  if [ "$1" -gt 11 ]; then system_engine_packages+=(libmujoco-dev); fi
+  if [ "$1" -gt 11 ]; then
+    system_engine_packages+=(libmujoco-dev)
+    fuzz_packages+=(libclang-rt-dev)
+  fi
   view_packages=(rviz)
   # Without libopenblas0 torch multiplies matrices by a slow reference.
   example_packages=(debootstrap libopenblas0 python3-torch)

@@ -1,5 +1,8 @@
 // Acting takes nothing from the heap. Eigen takes with malloc, so that is what counts here.
 #include <gtest/gtest.h>
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#include <sanitizer/allocator_interface.h>
+#endif
 
 #include <atomic>
 #include <cstddef>
@@ -13,6 +16,14 @@ std::atomic<bool> is_counting{false};  // NOLINT
 std::atomic<int> allocations{0};       // NOLINT
 }  // namespace
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+/// The sanitizer's must stay, and tells of each.
+const int hooks = __sanitizer_install_malloc_and_free_hooks(
+    [](const volatile void*, std::size_t) {
+      if (is_counting) ++allocations;
+    },
+    [](const volatile void*) {});
+#else
 extern "C" void* __libc_malloc(std::size_t size);  // NOLINT: glibc's own
 
 /// In place of the C library's, for the whole program.
@@ -20,6 +31,7 @@ extern "C" void* malloc(std::size_t size) noexcept {  // NOLINT
   if (is_counting) ++allocations;
   return __libc_malloc(size);
 }
+#endif
 
 namespace walker {
 namespace {

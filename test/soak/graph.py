@@ -103,17 +103,17 @@ class Node:
 class Graph(contextlib.ExitStack):
     """A master, and what is started on it."""
 
-    def __init__(self, programs):
+    def __init__(self, programs, host="localhost"):
         super().__init__()
         folder = self.enter_context(tempfile.TemporaryDirectory(prefix="walker_sim_soak_"))
         self.programs = programs
         self.port = free_port()
-        self.uri = f"http://localhost:{self.port}"
+        self.uri = f"http://{host}:{self.port}"
         unwanted = ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE")
         self.environment = {k: v for k, v in os.environ.items() if k not in unwanted}
         self.environment.update(
             ROS_MASTER_URI=self.uri,
-            ROS_HOSTNAME="localhost",
+            ROS_HOSTNAME=host,
             ROS_HOME=folder,
             PYTHONUNBUFFERED="1",
             ROSCONSOLE_FORMAT="[${severity}] ${message}",

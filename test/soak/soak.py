@@ -27,7 +27,8 @@ SHARES = {
     "kill_rviz": 8,
     "stop_server": 5,
     "freeze_master": 6,
-    "network": 6,
+    "network": 5,
+    "lossy_network": 5,
     "full_disk": 3,
     "silent_subscriber": 4,
     "jumping_clock": 4,
@@ -67,9 +68,9 @@ class Soak:
             number += 1
         self.figure("rounds", number)
 
-    def graph(self):
-        """A context with a master of its own."""
-        return graph.Graph(self.programs)
+    def graph(self, host="localhost"):
+        """A context with a master of its own, whose nodes have the host's name."""
+        return graph.Graph(self.programs, host)
 
 
 def say(text):

@@ -1,0 +1,109 @@
+"""Server and client on two networks, whose packets are late, overtake each other and get lost."""
+
+import contextlib
+import json
+import socket
+import sys
+import threading
+from pathlib import Path
+
+import two_networks
+from bare_ros import BareSubscriber
+from far_client import listen
+from graph import await_true
+from walker_sim.msg import Transition
+
+TIMEOUT = 5.0  # of the client's calls [s]
+SLACK = 1.0
+CONDITIONS = [(0.0, 0.05), (0.01, 0.01), (0.03, 0.002)]  # share that is lost, longest delay [s]
+
+
+def run(soak):
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(two_networks.own_network())
+            near = two_networks.open_end(two_networks.NEAR)
+        except OSError as error:
+            soak.leave_out(f"without networks of its own ({error})")
+            return
+        graph = stack.enter_context(soak.graph(two_networks.NEAR))
+        server = graph.server()
+        far, made = Far(graph, server), []
+        near_subscriber = BareSubscriber(graph.node_uri(server.name), "/transition", Transition)
+        threading.Thread(target=listen, args=(near_subscriber, made), daemon=True).start()
+        link = two_networks.Link(near, far.end)
+        stack.callback(link.close)
+        far.ask("begin")
+        for number in soak.rounds():
+            loss, longest = soak.random.choice(CONDITIONS)
+            link.delay, link.loss = (0.0, longest), loss
+            found = far.ask("walk", soak.random.randrange(1 << 32), 20)
+            soak.check(
+                "with delays and losses: the right bits, or an error in time",
+                found["equal"] and (not found["error"] or is_told(found)),
+                f"{loss}, {longest} s: {found}",
+            )
+            if number % 4 == 3:
+                link.loss = 1.0
+                found = far.ask("walk", 0, 1)
+                soak.check(
+                    "a cut cable is told of at the client's timeout", is_in_time(found), found
+                )
+            link.delay, link.loss = (0.0, 0.0), 0.0
+            found = await_true(lambda: served(far), "the server behind the network")
+            soak.check("mended, it serves with the right bits", found["equal"], found)
+            got = await_true(lambda: heard(far, made), "a far subscriber to have the last step")
+            whole = got == [*range(got[0], got[0] + len(got))]
+            soak.check("a far subscriber gets each step once and in order", whole, got[-100:])
+        soak.figure("packets that passed; lost", f"{link.passed:,}; {link.lost:,}")
+        soak.figure("steps that a far subscriber has got", f"{len(got):,}")
+        far.close()
+        near_subscriber.close()
+
+
+def is_told(found):
+    """What a call that failed has sent may come late, after what was called to make up for it."""
+    return "had failed; reset first" in found["error"] or is_in_time(found)
+
+
+def is_in_time(found):
+    return "timed out" in found["error"] and found["took"] < TIMEOUT + SLACK
+
+
+def heard(far, made):
+    """What the far subscriber has got, once it has what the near one has."""
+    latest = made[-1]
+    got = far.ask("got")
+    return got if got and got[-1] >= latest else None
+
+
+def served(far):
+    found = far.ask("walk", 1, 10)
+    return not found["error"] and found
+
+
+class Far:
+    """The client on the other network."""
+
+    def __init__(self, graph, server):
+        ours, theirs = socket.socketpair()
+        script = Path(__file__).with_name("far_client.py")
+        uris = [graph.node_uri(server.name), graph.uri]
+        command = [sys.executable, script, theirs.fileno(), server.name, *uris, TIMEOUT]
+        self._node = graph.start(command, pass_fds=[theirs.fileno()])
+        theirs.close()
+        _, ends, _, _ = socket.recv_fds(ours, 1, 1)
+        self.end = ends[0]
+        self._control, self._answers = ours, ours.makefile()
+
+    def ask(self, *words):
+        self._control.sendall(" ".join(map(str, words)).encode() + b"\n")
+        line = self._answers.readline()
+        if not line:
+            raise RuntimeError(f"the far client ended:\n{self._node.output()}")
+        return json.loads(line)
+
+    def close(self):
+        self._answers.close()
+        self._control.close()
+        self._node.end()
