@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import pathlib
 import re
 import signal
 import subprocess
@@ -26,6 +27,10 @@ def run(soak):
         errors="replace",
         start_new_session=True,
     )
+    with contextlib.suppress(
+        OSError
+    ):  # where the system shares processors out among sessions first
+        pathlib.Path(f"/proc/{script.pid}/autogroup").write_text(str(os.nice(0)), encoding="ascii")
     try:
         output = script.communicate()[0]
     finally:
