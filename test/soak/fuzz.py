@@ -27,9 +27,8 @@ def run(soak):
         errors="replace",
         start_new_session=True,
     )
-    with contextlib.suppress(
-        OSError
-    ):  # where the system shares processors out among sessions first
+    # Where the system shares processors out among sessions first, its own would have as much as all.
+    with contextlib.suppress(OSError):
         pathlib.Path(f"/proc/{script.pid}/autogroup").write_text(str(os.nice(0)), encoding="ascii")
     try:
         output = script.communicate()[0]
