@@ -27,7 +27,7 @@ def run(soak):
         errors="replace",
         start_new_session=True,
     )
-    # Where the system shares processors out among sessions first, its own would have as much as all.
+    # Where the system first shares processors out among sessions, its own has as much as all else.
     with contextlib.suppress(OSError):
         pathlib.Path(f"/proc/{script.pid}/autogroup").write_text(str(os.nice(0)), encoding="ascii")
     try:
