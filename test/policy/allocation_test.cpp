@@ -1,8 +1,5 @@
 // Acting takes nothing from the heap. Eigen takes with malloc, so that is what counts here.
 #include <gtest/gtest.h>
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#include <sanitizer/allocator_interface.h>
-#endif
 
 #include <atomic>
 #include <cstddef>
@@ -17,7 +14,9 @@ std::atomic<int> allocations{0};       // NOLINT
 }  // namespace
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-/// The sanitizer's must stay, and tells of each.
+/// The sanitizer's must stay, and tells of each. GCC brings no header that declares it.
+extern "C" int __sanitizer_install_malloc_and_free_hooks(  // NOLINT
+    void (*on_malloc)(const volatile void*, std::size_t), void (*on_free)(const volatile void*));
 const int hooks = __sanitizer_install_malloc_and_free_hooks(
     [](const volatile void*, std::size_t) {
       if (is_counting) ++allocations;
