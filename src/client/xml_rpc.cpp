@@ -167,10 +167,11 @@ class Parser {
     return number;
   }
 
-  /// Text up to the next tag.
+  /// Text up to the next tag. XML has no zero byte, and an error's text would end there.
   std::string characters() {
     std::string text;
     while (position_ < xml_.size() && xml_[position_] != '<') {
+      if (xml_[position_] == 0) fail("a zero byte");
       text += xml_[position_] == '&' ? entity() : std::string(1, xml_[position_++]);
     }
     return text;
@@ -187,7 +188,7 @@ class Parser {
 
   static std::string fault_text(const Value& fault) {
     for (const Value& element : fault.elements) {
-      if (element.kind == Value::Kind::text) return element.text;
+      if (element.kind == Value::Kind::text && !element.text.empty()) return element.text;
     }
     return "a fault without a text";
   }

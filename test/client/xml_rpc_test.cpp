@@ -75,6 +75,18 @@ TEST(XmlRpc, AFaultIsTheOthersWord) {
   EXPECT_EQ(message_of<Fault>([&] { parse_answer(xml); }), "Too many");
 }
 
+TEST(XmlRpc, AFaultWithoutAWordIsToldAsSuch) {
+  const std::string xml =
+      "<methodResponse><fault><value><struct><member><name>faultString</name><value><string>"
+      "</string></value></member></struct></value></fault></methodResponse>";
+  EXPECT_EQ(message_of<Fault>([&] { parse_answer(xml); }), "a fault without a text");
+}
+
+TEST(XmlRpc, AZeroByteIsNoText) {
+  const std::string value = std::string("<value>1") + '\0' + "2</value>";
+  EXPECT_EQ(refusal(answer(value)).rfind("not an XML-RPC answer: a zero byte at byte ", 0), 0U);
+}
+
 TEST(XmlRpc, NonsenseIsRefused) {
   const std::string good = answer("<value><int>1</int></value>");
   EXPECT_EQ(refusal(good), "nothing thrown");
