@@ -68,6 +68,9 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
   # live in the same process.
   set(box2d_options -O3 -ffp-contract=off -w)
+  if(WALKER_SIM_INSTRUMENT STREQUAL "address")
+    list(APPEND box2d_options -fno-sanitize=vptr) # Box2D asks a joint for its type after its destructor
+  endif()
   foreach(library box2d_plain box2d_pinned)
     target_include_directories(${library}
       SYSTEM PUBLIC ${box2d_source} ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_without_python
