@@ -51,6 +51,13 @@ class AllocationTest : public testing::Test {
 // Not inline, for where one half of a pair is, compilers take the two for a mismatch.
 [[gnu::noinline]] void* operator new(std::size_t size) { return walker::allocate(size); }
 [[gnu::noinline]] void* operator new[](std::size_t size) { return walker::allocate(size); }
+// A sanitizer's own, as others in the process use them, would not go with the deletes below.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*any*/) noexcept {
+  return std::malloc(size == 0 ? 1 : size);
+}
+[[gnu::noinline]] void* operator new[](std::size_t size, const std::nothrow_t& /*any*/) noexcept {
+  return std::malloc(size == 0 ? 1 : size);
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t /*size*/) noexcept {
