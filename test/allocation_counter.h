@@ -14,9 +14,14 @@ namespace walker {
 inline std::atomic<int> allocations{0};
 inline std::atomic<bool> is_counting{false};
 
-inline void* allocate(std::size_t size) {
+/// @return null where there is no memory
+inline void* try_allocate(std::size_t size) noexcept {
   if (is_counting) ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  return std::malloc(size == 0 ? 1 : size);
+}
+
+inline void* allocate(std::size_t size) {
+  if (void* memory = try_allocate(size)) return memory;
   throw std::bad_alloc();
 }
 
@@ -53,10 +58,10 @@ class AllocationTest : public testing::Test {
 [[gnu::noinline]] void* operator new[](std::size_t size) { return walker::allocate(size); }
 // A sanitizer's own, as others in the process use them, would not go with the deletes below.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*any*/) noexcept {
-  return std::malloc(size == 0 ? 1 : size);
+  return walker::try_allocate(size);
 }
 [[gnu::noinline]] void* operator new[](std::size_t size, const std::nothrow_t& /*any*/) noexcept {
-  return std::malloc(size == 0 ? 1 : size);
+  return walker::try_allocate(size);
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
