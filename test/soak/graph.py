@@ -14,6 +14,7 @@ import xmlrpc.client
 from urllib.parse import urlparse
 
 from bare_ros import CALLER, BareClient, free_port
+from usage import stat_fields
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PATIENCE = 90  # until something is up; only what fails waits as long [s]
@@ -31,10 +32,9 @@ def children_of(parent):
     children = {}
     for entry in filter(str.isdigit, os.listdir("/proc")):
         try:
-            text = pathlib.Path("/proc", entry, "stat").read_text(errors="replace")
+            fields = stat_fields(entry)
         except OSError:
             continue  # gone meanwhile
-        fields = text.rpartition(")")[2].split()
         if int(fields[1]) == parent:
             children[int(entry)] = fields[0]
     return children

@@ -20,9 +20,15 @@ def now(pid):
     return pages * PAGE, files, len(os.listdir(f"/proc/{pid}/task"))
 
 
+def stat_fields(pid):
+    """What /proc/PID/stat has after the name: the state, the parent and so on."""
+    text = pathlib.Path(f"/proc/{pid}/stat").read_text(errors="replace")
+    return text.rpartition(")")[2].split()
+
+
 def processor_time(pid):
     """Of all its threads until now [s]."""
-    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    fields = stat_fields(pid)
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
