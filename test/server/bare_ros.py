@@ -63,6 +63,8 @@ class BareClient:
 
     def __init__(self, connection, service, service_class, caller=CALLER):
         self.connection = connection
+        # Else a second request waits until the server's system has acknowledged the first.
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._class = service_class
         connection.sendall(
             header_bytes(
@@ -85,8 +87,12 @@ class BareClient:
         return struct.pack("<I", len(buffer.getvalue())) + buffer.getvalue()
 
     def __call__(self, **fields):
-        self.connection.sendall(self.request_bytes(**fields))
+        self.send(**fields)
         return self.receive()
+
+    def send(self, **fields):
+        """A request, whose response `receive` awaits. More than one may be under way."""
+        self.connection.sendall(self.request_bytes(**fields))
 
     def receive(self):
         """The response to a request that has been sent."""

@@ -1,15 +1,18 @@
 #!/usr/bin/python3
 """~snapshot and ~restore: an episode goes on elsewhere, or again, to the bit."""
 
+import contextlib
 import copy
+import os
 import random
-import select
 import signal
 import sys
 import time
+from pathlib import Path
 
 import rospy
 import rostest
+from bare_ros import wait_for
 from server_harness import ServerTest, bits, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode, EpisodeRecord, Transition
@@ -201,28 +204,51 @@ class RecordsTest(ServerTest):
             last = step(action=[draws.uniform(-1, 1) for _ in range(6)]).transition
         return self.ask("snapshot").record, last
 
-    def begin_restore(self, record):
-        """A client whose reply has yet to come."""
-        client = self.server.client("restore", Restore)
+    def connect(self, name, kind):
+        client = self.server.client(name, kind)
         self.addCleanup(client.close)
-        client.connection.sendall(client.request_bytes(record=record))
         return client
 
+    def send_all_but_the_end(self, restoring, get_spec, record):
+        """Of a request, which the server has read. The rest, which lets it begin."""
+        request = restoring.request_bytes(record=record)
+        restoring.connection.sendall(request[:-1])
+        self.pass_turns(get_spec)
+        return request[-1:]
+
     @staticmethod
-    def is_answered(client):
-        return bool(select.select([client.connection], [], [], 0)[0])
+    def pass_turns(get_spec):
+        """Of the server's: fifty or more, for it answers up to eight calls in one."""
+        for _ in range(400):
+            get_spec()
+
+    @contextlib.contextmanager
+    def server_halted(self):
+        """What is sent within has come when the server looks again: a restore is as short as the
+        machine is fast, and nobody has to be faster."""
+        pid = self.server.pid
+        os.kill(pid, signal.SIGSTOP)
+        try:
+            wait_for(lambda: " T " in Path(f"/proc/{pid}/stat").read_text(), "the server to halt")
+            yield
+        finally:
+            os.kill(pid, signal.SIGCONT)
 
     def test_others_are_answered_while_a_restore_is_under_way(self):
         record, present = self.serve_long_record(mode="lockstep")
-        get_spec = self.server.client("get_spec", GetSpec)
-        reset, step = self.server.client("reset", Reset), self.server.client("step", Step)
-        begun = reset(has_seed=True, seed=2).transition
-        restoring = self.begin_restore(record)
+        begun = self.ask("reset", has_seed=True, seed=2).transition
+        restoring = self.connect("restore", Restore)  # whoever connects first is read first
+        get_spec, step = self.connect("get_spec", GetSpec), self.connect("step", Step)
+        rest = self.send_all_but_the_end(restoring, get_spec, record)
+        with self.server_halted():
+            restoring.connection.sendall(rest)
+            for _ in range(20):
+                get_spec.send()
+                step.send(action=[0.0] * 6)
         for count in range(1, 21):
-            self.assertEqual(get_spec().spec.id, "Walker2d-v5")
-            other = step(action=[0.0] * 6).transition
+            self.assertEqual(get_spec.receive().spec.id, "Walker2d-v5")
+            other = step.receive().transition
             self.assertEqual((other.episode, other.step), (begun.episode, count), "not disturbed")
-        self.assertFalse(self.is_answered(restoring), "it was done before")
         restored = restoring.receive().transition
         self.assertTrue(same_experience(restored, present))
         self.assertEqual(restored.episode, begun.episode + 1)
@@ -232,11 +258,13 @@ class RecordsTest(ServerTest):
         record, present = self.serve_long_record(mode="lockstep")
         future = self.play(actions(6, 100, 2))
         following = self.ask("reset").transition
-        reset = self.server.client("reset", Reset)  # connected before, for the restore is short
-        reset()
-        restoring = self.begin_restore(record)
-        stamps = [reset(has_seed=True, seed=3).transition for _ in range(5)]
-        self.assertFalse(self.is_answered(restoring))
+        restoring, reset = self.connect("restore", Restore), self.connect("reset", Reset)
+        rest = self.send_all_but_the_end(restoring, self.connect("get_spec", GetSpec), record)
+        with self.server_halted():
+            restoring.connection.sendall(rest)
+            for _ in range(20):
+                reset.send(has_seed=True, seed=3)
+        stamps = [reset.receive().transition for _ in range(20)]
         restored = restoring.receive().transition
         self.assertTrue(same_experience(restored, present))
         self.assertEqual(restored.episode, stamps[-1].episode + 1)
@@ -250,7 +278,9 @@ class RecordsTest(ServerTest):
         short = self.ask("snapshot").record
         bad = copy.deepcopy(record)
         bad.episode.episode_return += 1
-        clients = [self.begin_restore(each) for each in (record, bad, short)]
+        clients = [self.connect("restore", Restore) for _ in range(3)]
+        for client, each in zip(clients, (record, bad, short)):
+            client.send(record=each)
         replies = [client.receive() for client in clients]
         self.assertEqual([reply.success for reply in replies], [True, False, True])
         self.assertTrue(same_experience(replies[0].transition, present))
@@ -261,25 +291,38 @@ class RecordsTest(ServerTest):
     def test_a_restore_that_nobody_waits_for_is_given_up(self):
         record, _ = self.serve_long_record(mode="lockstep")
         begun = self.ask("reset", has_seed=True, seed=2).transition
-        self.begin_restore(record).close()
-        self.begin_restore(record).close()
-        for _ in range(100):
-            self.ask("step", action=[0.0] * 6)
-        self.assertEqual(self.ask("step", action=[0.0] * 6).transition.episode, begun.episode)
-        get_spec = self.server.client("get_spec", GetSpec)
-        get_spec()
-        restoring = self.begin_restore(record)
-        self.assertEqual(get_spec().spec.id, "Walker2d-v5")
-        self.assertFalse(self.is_answered(restoring))
+        short = self.ask("snapshot").record
+        gone = [self.connect("restore", Restore) for _ in range(2)]
+        get_spec = self.connect("get_spec", GetSpec)
+        with self.server_halted():
+            for client in gone:
+                client.send(record=record)
+                client.close()
+        self.pass_turns(get_spec)  # in which their requests are read
+        restored = self.ask("restore", record=short).transition
+        self.assertTrue(same_experience(restored, begun))
+        self.assertEqual(restored.episode, begun.episode + 1, "the only one that was restored")
+
+    def test_a_server_that_is_told_to_end_restores_no_more(self):
+        record, _ = self.serve_long_record(mode="lockstep")
+        get_spec = self.connect("get_spec", GetSpec)
+        restoring = [self.connect("restore", Restore) for _ in range(20)]  # seconds of them
+        for client in restoring:
+            client.send(record=record)
+        self.pass_turns(get_spec)
         self.assertEqual(self.server.stop(signal.SIGINT), 0, self.server.output())
+        with self.assertRaises(ConnectionError):
+            restoring[-1].receive()
 
     def test_a_free_running_server_runs_on_while_it_restores(self):
         self.dt = 8_000_000
-        record, present = self.serve_long_record()
+        record, present = self.serve_long_record(real_time_factor=10.0)
         transitions = self.record("/transition", Transition)
         begun = self.ask("reset", has_seed=True, seed=2).transition
         self.ask("unpause")
-        reply = self.begin_restore(record).receive().transition
+        restoring = self.connect("restore", Restore)
+        restoring.send(record=record)
+        reply = restoring.receive().transition
         self.assertTrue(same_experience(reply, present))
         transitions.wait(lambda m: m.episode == reply.episode and m.step > reply.step + 10)
         states = transitions.messages()

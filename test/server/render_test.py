@@ -194,9 +194,7 @@ class RenderTest(ServerTest):
             b"".join(client.request_bytes(**self.given("width", size)) for size in sizes)
         )
         for size in sizes:
-            # A request without bytes of its own: only the answer is taken.
-            client.request_bytes = lambda: b""
-            self.assertEqual(client().image.width, int(size))
+            self.assertEqual(client.receive().image.width, int(size))
         client.close()
 
     def test_a_connection_for_one_picture(self):
@@ -215,7 +213,7 @@ class RenderTest(ServerTest):
                 if reset:  # a packet that says so, as from a process that was killed
                     linger = struct.pack("ii", 1, 0)
                     client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
-                client.connection.sendall(client.request_bytes())
+                client.send()
                 client.close()
             self.assert_serves()
         self.assertTrue(self.picture().data)
@@ -225,7 +223,7 @@ class RenderTest(ServerTest):
         self.begin()
         clients = [self.server.client("render", Render) for _ in range(3)]
         for client in clients:
-            client.connection.sendall(client.request_bytes(**BIG))
+            client.send(**BIG)
         self.assert_serves(50)
         self.assertTrue(self.picture().data)
         for client in clients:
@@ -238,17 +236,16 @@ class RenderTest(ServerTest):
             self.begin()
             clients = [self.server.client("render", Render) for _ in range(4)]
             for client in clients:
-                client.connection.sendall(client.request_bytes(**BIG))
+                client.send(**BIG)
             self.assert_serves()  # so the requests have been read
             if end == signal.SIGKILL:
                 self.server.kill()
             else:
                 self.assertEqual(self.server.stop(end, PROMPT), 0, self.server.output())
             for client in clients:
-                client.request_bytes = lambda: b""
                 with self.assertRaises(OSError):
                     while True:
-                        client()
+                        client.receive()
                 client.close()
 
     def test_a_trajectory_is_the_same_with_pictures_and_without(self):

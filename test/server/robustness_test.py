@@ -117,7 +117,7 @@ class RobustnessTest(ServerTest):
         server = self.serve_lockstep()
         for _ in range(50):
             client = server.client("step", Step)
-            client.connection.sendall(client.request_bytes(action=STAND))
+            client.send(action=STAND)
             linger = struct.pack("ii", 1, 0)
             client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
             client.close()
