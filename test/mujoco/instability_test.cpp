@@ -1,11 +1,14 @@
 // What happens when MuJoCo gives up in the middle of a step.
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <exception>
 #include <filesystem>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -285,33 +288,55 @@ TEST_F(InstabilityTest, InAPoolEachFailsAtItsOwnResets) {
   EXPECT_GT(failed_resets, 3);
 }
 
+std::string refusal_of(const std::string& model) {
+  return message_of<std::exception>([&] { walker::make("Walker2d-v5", {{"xml_file", model}}); });
+}
+
+#ifdef __SANITIZE_ADDRESS__
+// Before GCC 14 a thread may fork while another is within AddressSanitizer's allocator, and the
+// child, in which models are compiled, waits for that one for ever.
+std::mutex allocating;  // NOLINT
+const int is_kept_apart = pthread_atfork([] { allocating.lock(); }, [] { allocating.unlock(); },
+                                         [] { allocating.unlock(); });
+std::unique_lock<std::mutex> keep_apart() { return std::unique_lock(allocating); }
+#else
+struct [[maybe_unused]] Nothing {};
+Nothing keep_apart() { return {}; }
+#endif
+
 /// Models are compiled in one thread while others step, and each fails for itself.
 TEST_F(InstabilityTest, ThreadsFailApart) {
   const std::string broken = folder_.write("broken.xml", "<mujoco><body/></mujoco>");
   const std::string cramped = folder_.write("cramped.xml", cramped_walker());
-  std::atomic<int> failures{0};
+  Stepper falling("Walker2d-v5", {{"xml_file", cramped}, {"terminate_when_unhealthy", false}});
+  Stepper scattered("Walker2d-v4", {{"reset_noise_scale", 1e6}});
+  std::atomic<bool> is_compiled{false};
   const auto compile = [&] {
     for (int i = 0; i < 100; ++i) {
-      EXPECT_THROW(walker::make("Walker2d-v5", {{"xml_file", broken}}), std::invalid_argument);
-      walker::make("Walker2d-v5", {{"xml_file", cramped}});
+      EXPECT_NE(refusal_of(broken).find("XML Error"), std::string::npos) << refusal_of(broken);
+      EXPECT_EQ(refusal_of(cramped), "nothing thrown");
     }
+    is_compiled = true;
   };
   const auto overflow = [&] {
-    Stepper walker("Walker2d-v5", {{"xml_file", cramped}, {"terminate_when_unhealthy", false}});
-    for (int i = 0; i < 20; ++i) {
-      walker.reset(1);
-      while (!walker.has_ended()) walker.step(kRest);
-      EXPECT_STREQ(walker.result.error, "MuJoCo: Stack overflow");
-      ++failures;
+    for (int i = 0; i < 20 || !is_compiled; ++i) {
+      {
+        const auto apart = keep_apart();
+        falling.reset(1);
+      }
+      while (!falling.has_ended()) {
+        const auto apart = keep_apart();
+        falling.step(kRest);
+      }
+      EXPECT_STREQ(falling.result.error, "MuJoCo: Stack overflow");
     }
   };
   const auto run_away = [&] {
-    Stepper walker("Walker2d-v4", {{"reset_noise_scale", 1e6}});
-    for (std::uint64_t seed = 0; seed < 300; ++seed) {
-      walker.reset(seed);
-      walker.step(kRest);
-      EXPECT_TRUE(walker.result.terminated);
-      ++failures;
+    for (std::uint64_t seed = 0; seed < 300 || !is_compiled; ++seed) {
+      const auto apart = keep_apart();
+      scattered.reset(seed);
+      scattered.step(kRest);
+      EXPECT_TRUE(scattered.result.terminated);
     }
   };
   std::vector<std::thread> threads;
@@ -319,7 +344,6 @@ TEST_F(InstabilityTest, ThreadsFailApart) {
   threads.emplace_back(overflow);
   threads.emplace_back(run_away);
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(failures, 320);
 }
 
 }  // namespace
