@@ -10,6 +10,13 @@ import subprocess
 from graph import ROOT
 
 LEAST = 60  # its build takes longer [s]
+SCRIPT = str(ROOT / "scripts" / "fuzz")
+
+
+def prepare(seconds):
+    """Builds the targets, before the other parts take the processors. `run` tells of a failure."""
+    if seconds >= LEAST:
+        subprocess.run([SCRIPT, "--build"], stdout=subprocess.DEVNULL)
 
 
 def run(soak):
@@ -20,7 +27,7 @@ def run(soak):
     seconds = max(1, round(soak.seconds / len(targets)))
     # A group of its own, so that no fuzzer outlives a soak that is ended.
     script = subprocess.Popen(
-        [str(ROOT / "scripts" / "fuzz"), "--seconds", str(seconds)],
+        [SCRIPT, "--seconds", str(seconds)],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -158,7 +158,12 @@ def main():
     graph.adopt_orphans()
     tally = tallies.Tally(say)
     say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")
-    seconds, begin = options.hours * 3600, time.time()
+    seconds = options.hours * 3600
+    for name in options.only:
+        prepare = getattr(importlib.import_module(name), "prepare", None)
+        if prepare is not None:
+            prepare(seconds)
+    begin = time.time()
     beside = [Beside(name, seconds, options) for name in options.only if name in BESIDE]
     others = [name for name in options.only if name in SHARES]
     shares = sum(SHARES[name] for name in others)
