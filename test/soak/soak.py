@@ -147,6 +147,14 @@ class Beside:
         self._process.join()
 
 
+def prepare(names, seconds):
+    """What takes the processors for minutes is done before any part begins."""
+    for name in names:
+        part = importlib.import_module(name)
+        if hasattr(part, "prepare"):
+            part.prepare(seconds)
+
+
 def interrupt(*_):
     raise KeyboardInterrupt
 
@@ -158,16 +166,13 @@ def main():
     graph.adopt_orphans()
     tally = tallies.Tally(say)
     say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")
-    seconds = options.hours * 3600
-    for name in options.only:
-        prepare = getattr(importlib.import_module(name), "prepare", None)
-        if prepare is not None:
-            prepare(seconds)
-    begin = time.time()
-    beside = [Beside(name, seconds, options) for name in options.only if name in BESIDE]
+    seconds, begin = options.hours * 3600, time.time()
     others = [name for name in options.only if name in SHARES]
     shares = sum(SHARES[name] for name in others)
+    beside = []
     try:
+        prepare(options.only, seconds)
+        beside += [Beside(name, seconds, options) for name in options.only if name in BESIDE]
         for name in others:
             play(name, seconds * SHARES[name] / shares, options, tally)
         for part in beside:
