@@ -6,7 +6,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <filesystem>
 #include <mutex>
 #include <optional>
@@ -289,7 +288,9 @@ TEST_F(InstabilityTest, InAPoolEachFailsAtItsOwnResets) {
 }
 
 std::string refusal_of(const std::string& model) {
-  return message_of<std::exception>([&] { walker::make("Walker2d-v5", {{"xml_file", model}}); });
+  return message_of<std::invalid_argument>([&] {
+    walker::make("Walker2d-v5", {{"xml_file", model}});
+  });
 }
 
 #ifdef __SANITIZE_ADDRESS__

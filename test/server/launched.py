@@ -1,11 +1,18 @@
 """A launch file as a process that a test ends as Ctrl-C does."""
 
+import contextlib
 import os
 import signal
 import subprocess
 import tempfile
 
-from bare_ros import PATIENCE
+from bare_ros import PATIENCE, wait_for
+
+
+def stat_fields(pid):
+    """What the system tells of a process, from its state on."""
+    with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as stat:
+        return stat.read().rpartition(")")[2].split()
 
 
 def children_of(parent):
@@ -13,8 +20,7 @@ def children_of(parent):
     children = []
     for entry in filter(str.isdigit, os.listdir("/proc")):
         try:
-            with open(f"/proc/{entry}/stat", encoding="utf-8", errors="replace") as stat:
-                fields = stat.read().rpartition(")")[2].split()
+            fields = stat_fields(entry)
         except OSError:
             continue  # gone meanwhile
         if int(fields[1]) == parent:
@@ -47,6 +53,21 @@ class LoggedProcess:
 
     def is_running(self):
         return self._process.poll() is None
+
+    def processor_time(self):
+        """User and system time that it has taken [s]."""
+        fields = stat_fields(self.pid)
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    @contextlib.contextmanager
+    def halted(self):
+        """It does nothing meanwhile, and has no say in it."""
+        self._process.send_signal(signal.SIGSTOP)
+        try:
+            wait_for(lambda: stat_fields(self.pid)[0] == "T", "a process to halt")
+            yield
+        finally:
+            self._process.send_signal(signal.SIGCONT)
 
 
 class Launched(LoggedProcess):

@@ -167,15 +167,12 @@ class TenWalkersTest(ServerTest):
         self.launch()
         pids = {walker: pid_of(node(walker)) for walker in WALKERS}
         # Stopped, roslaunch does not start it again before it has been looked at.
-        os.kill(self.launched.pid, signal.SIGSTOP)
-        try:
+        with self.launched.halted():
             os.kill(pids[OWNER], signal.SIGKILL)
             time.sleep(1)  # for what is under way
             rest = {walker: self.stamps(walker)[-1] for walker in FOLLOWERS}
             time.sleep(1)  # in which who went on without a clock would go on
             self.assertEqual({walker: self.stamps(walker)[-1] for walker in FOLLOWERS}, rest)
-        finally:
-            os.kill(self.launched.pid, signal.SIGCONT)
         wait_for(lambda: pid_of(node(OWNER)) not in (None, pids[OWNER]), "the owner's restart")
         self.assert_they_go_on()
         for walker in FOLLOWERS:

@@ -333,9 +333,9 @@ class Walker2dTest(ServerTest):
         self.server.stop()
         self.serve(**cramped, seed=str(seed), real_time_factor=0.0)
         self.transitions.wait(lambda m: m.episode == 2, "the second attempt")
-        begin, used = time.monotonic(), self.cpu_time()
+        begin, used = time.monotonic(), self.server.processor_time()
         self.transitions.wait(lambda m: m.episode == 5, "the fifth attempt")
-        self.assertLess(self.cpu_time() - used, (time.monotonic() - begin) / 2)
+        self.assertLess(self.server.processor_time() - used, (time.monotonic() - begin) / 2)
         self.assertTrue(all(m.error == WORDS for m in self.transitions.messages()))
         self.assertEqual(self.server.output().count("the simulation failed"), 1)
         self.assertIn(f"simulation failed at its reset: {WORDS}", self.simulation_reports())
@@ -350,20 +350,13 @@ class Walker2dTest(ServerTest):
                 return seed
         raise AssertionError("no seed with so many failures")
 
-    def cpu_time(self):
-        """Of the server [s]."""
-        with open(f"/proc/{self.server.pid}/stat", encoding="utf-8") as file:
-            fields = file.read().rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
     def test_without_auto_reset_it_waits_for_a_reset_that_succeeds(self):
         good = self.serve_after_a_failed_start(auto_reset=False)
         wait_for(lambda: "~reset begins the next" in self.server.output(), "what to do")
         self.transitions.clear()
         time.sleep(QUIET)
-        self.assertTrue(
-            all(m.episode == 1 for m in self.transitions.messages()), "no other attempt"
-        )
+        told = [m.episode for m in self.transitions.messages()]
+        self.assertIn(told, ([], [1]), "the failed start may come after its log, and no other")
         seed, first = next(iter(good.items()))
         self.assertTrue(self.call("reset", has_seed=True, seed=seed).success)
         self.transitions.wait(lambda m: m.step > 0, "the episode")

@@ -172,7 +172,7 @@ def main():
     beside = []
     try:
         prepare(options.only, seconds)
-        beside += [Beside(name, seconds, options) for name in options.only if name in BESIDE]
+        beside = [Beside(name, seconds, options) for name in options.only if name in BESIDE]
         for name in others:
             play(name, seconds * SHARES[name] / shares, options, tally)
         for part in beside:
