@@ -38,11 +38,16 @@ struct WALKER_SIM_EXPORT Interrupted : std::exception {
 struct ClientOptions {
   std::string server = "/walker_sim";  ///< the server's resolved node name
   std::string master_uri;              ///< empty: ROS_MASTER_URI, or http://localhost:11311
-  double timeout = 10;  ///< of each call, and of each connection before it: wall time, above 0 [s]
+  /// Of each call, and of each connection before it: wall time, above 0 [s]. The system's look-up
+  /// of a host's name is not in it: that has the resolver's own timeouts.
+  double timeout = 10;
   /// Whether a signal has come that ends the call with Interrupted. Asked in the calling thread
   /// when a signal has interrupted its wait and, as a signal may come beside a wait, ten times a
   /// second in a call that lasts. Must not throw. Without it a call goes on after a signal.
   std::function<bool()> is_interrupted;
+  /// By which the server tells clients from one another, e.g. in its log: a node's full name.
+  /// Empty: /walker_sim_client_ with the process's number.
+  std::string caller;
 };
 
 /// Transition.msg; its comments give the units.

@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "walker_sim/Reset.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/specification.h"
@@ -27,8 +27,8 @@ struct AgentOptions {
   double real_time_factor;  ///< ~real_time_factor: of a lock-step agent; 0: as fast as it goes
   double stamp_tolerance;   ///< ~stamp_tolerance: of sensors' stamps of one instant [s]
 
-  /// The request that begins the episode after `finished` ones.
-  walker_sim::Reset::Request reset_after(std::size_t finished) const;
+  /// Of the episode after `finished` ones; none: the server's generator goes on.
+  std::optional<std::uint64_t> seed_after(std::size_t finished) const;
 };
 
 /// What the agent nodes take.

@@ -37,12 +37,9 @@ std::vector<ParameterDescription> agent_parameters() {
   };
 }
 
-walker_sim::Reset::Request AgentOptions::reset_after(std::size_t finished) const {
-  walker_sim::Reset::Request request;
-  if (seeds.empty()) return request;
-  request.has_seed = 1;
-  request.seed = seeds[finished % seeds.size()];
-  return request;
+std::optional<std::uint64_t> AgentOptions::seed_after(std::size_t finished) const {
+  if (seeds.empty()) return std::nullopt;
+  return seeds[finished % seeds.size()];
 }
 
 AgentOptions read_agent_options() {

@@ -9,16 +9,15 @@
 #include <ros/init.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <ros/service.h>
 #include <ros/subscriber.h>
 #include <std_msgs/Float64MultiArray.h>
 
 #include "agents/agents.h"
-#include "agents/remote_specification.h"
+#include "agents/remote_server.h"
 #include "agents/sensor_topics.h"
+#include "core/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "walker_sim/Episode.h"
-#include "walker_sim/Reset.h"
 #include "walker_sim/observation_builder.h"
 #include "walker_sim/registry.h"
 
@@ -28,8 +27,10 @@ namespace {
 /// Hears of sensors and episodes in the thread that calls `run`.
 class TopicAgent {
  public:
-  TopicAgent(const AgentOptions& options, ros::NodeHandle& node, const Specification& specification)
+  TopicAgent(const AgentOptions& options, ros::NodeHandle& node, RemoteServer& server,
+             const Specification& specification)
       : options_(options),
+        server_(server),
         specification_(specification),
         agent_(make_agent(options, specification)),
         builder_(make_observation_builder(
@@ -99,7 +100,7 @@ class TopicAgent {
     has_ended_ = true;
     ++finished_;
     ROS_INFO_STREAM("episode " << episode.episode << ": " << episode.length << " steps, return "
-                               << episode.episode_return << ", " << episode.end_reason);
+                               << episode.episode_return << ", " << printable(episode.end_reason));
     const bool more = options_.episodes == 0 || finished_ < options_.episodes;
     if (more && !options_.seeds.empty()) reset();
   }
@@ -119,18 +120,21 @@ class TopicAgent {
   }
 
   void reset() {
-    walker_sim::Reset call;
-    call.request = options_.reset_after(finished_);
-    const bool answered = ros::service::call(options_.server + "/reset", call);
-    if (!answered || call.response.success == 0) {
-      ROS_ERROR_STREAM(options_.server << "/reset: "
-                                       << (answered ? call.response.status_message : "no answer"));
-      return;
+    Transition transition;
+    const auto request = [&](Client& client) {
+      client.reset(options_.seed_after(finished_), transition);
+    };
+    try {
+      while (ros::ok() && !server_.call(request)) {
+      }
+      begun_at_.fromNSec(transition.stamp);
+    } catch (const RequestRefused& error) {
+      ROS_ERROR_STREAM(server_.name() << "/reset: " << printable(error.what()));
     }
-    begun_at_ = call.response.transition.header.stamp;
   }
 
   const AgentOptions& options_;
+  RemoteServer& server_;
   const Specification& specification_;
   std::unique_ptr<Agent> agent_;
   std::unique_ptr<ObservationBuilder> builder_;
@@ -151,10 +155,10 @@ class TopicAgent {
 
 void drive_by_topics(const AgentOptions& options) {
   ros::NodeHandle node;
-  const std::optional<Specification> specification = options.env.empty()
-                                                         ? ask_specification(node, options.server)
-                                                         : make(options.env)->specification();
-  if (specification) TopicAgent(options, node, *specification).run();  // else told to stop
+  RemoteServer server(node, options.server);
+  const std::optional<Specification> specification =
+      options.env.empty() ? server.specification() : make(options.env)->specification();
+  if (specification) TopicAgent(options, node, server, *specification).run();  // else told to stop
 }
 
 }  // namespace walker

@@ -1,5 +1,7 @@
 #include "walker_sim/client.h"
 
+#include <unistd.h>
+
 #include <array>
 #include <chrono>
 #include <cstdlib>
@@ -35,6 +37,7 @@ ClientOptions completed(ClientOptions options) {
   }
   const char* const origin = options.master_uri.empty() ? "ROS_MASTER_URI = " : "master_uri = ";
   if (options.master_uri.empty()) options.master_uri = default_master_uri();
+  if (options.caller.empty()) options.caller = kCallerId + ("_" + std::to_string(getpid()));
   try {
     parse_uri(options.master_uri, "http");
   } catch (const std::invalid_argument& error) {
@@ -125,7 +128,8 @@ class Client::Implementation {
     const Deadline until = deadline();
     endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
     try {
-      return connection.emplace(endpoints_[index], name(index), kServiceTypes[index], until);
+      return connection.emplace(endpoints_[index], name(index), kServiceTypes[index],
+                                options_.caller, until);
     } catch (const SocketError& error) {
       throw ConnectionError(describe(index) + ", as the ROS master has it: " + error.what() +
                             "; has the server died, or can its host not be reached under this "

@@ -1,7 +1,5 @@
 #include "client/service_connection.h"
 
-#include <unistd.h>
-
 #include <stdexcept>
 #include <string>
 
@@ -11,11 +9,11 @@
 namespace walker {
 
 ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
-                                     const ServiceType& type, const Deadline& deadline)
+                                     const ServiceType& type, const std::string& caller,
+                                     const Deadline& deadline)
     : socket_(endpoint.host, endpoint.port, deadline) {
   tcpros::Bytes header;
-  // The server tells agents from one another by their names.
-  tcpros::append_header({{"callerid", kCallerId + ("_" + std::to_string(getpid()))},
+  tcpros::append_header({{"callerid", caller},
                          {"service", name},
                          {"md5sum", type.md5sum},
                          {"type", type.type},

@@ -15,10 +15,11 @@ namespace walker {
 class ServiceConnection {
  public:
   /// Introduces itself to the server.
-  /// @param name of the service, resolved
+  /// @param name   of the service, resolved
+  /// @param caller that the server shall know this client by
   /// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
   ServiceConnection(const Endpoint& endpoint, const std::string& name, const ServiceType& type,
-                    const Deadline& deadline);
+                    const std::string& caller, const Deadline& deadline);
 
   /// Sends a request with its length and waits for the answer.
   /// @param most_answer_bytes of which a longer one is not taken

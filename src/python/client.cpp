@@ -81,7 +81,7 @@ class RemoteWalkers {
                 std::string master_uri, double timeout)
       : specification_(make(id, to_parameters(parameters))->specification()) {
     const ClientOptions options{std::move(server), std::move(master_uri), timeout,
-                                &raises_after_signal};
+                                &raises_after_signal, /*caller=*/{}};
     call([&] {
       client_.emplace(options);
       server_ = client_->specification();

@@ -11,24 +11,28 @@
 namespace walker {
 namespace {
 
-void check_sizes(const walker_sim::EnvironmentSpec& message) {
-  if (message.parameter_names.size() == message.parameter_values.size()) return;
-  throw std::invalid_argument(
-      "parameter_values has " + std::to_string(message.parameter_values.size()) +
-      " values; must have " + std::to_string(message.parameter_names.size()) +
-      ", one per parameter name");
+using Texts = std::vector<std::string>;
+
+void check_sizes(const Texts& names, const Texts& values) {
+  if (names.size() == values.size()) return;
+  throw std::invalid_argument("parameter_values has " + std::to_string(values.size()) +
+                              " values; must have " + std::to_string(names.size()) +
+                              ", one per parameter name");
 }
 
 }  // namespace
 
-Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
-  check_sizes(message);
+Parameters parameters_of(const std::string& id, const std::vector<std::string>& names,
+                         const std::vector<std::string>& values) {
+  check_sizes(names, values);
   std::vector<std::string> assignments;
-  assignments.reserve(message.parameter_names.size());
-  for (std::size_t i = 0; i < message.parameter_names.size(); ++i) {
-    assignments.push_back(message.parameter_names[i] + "=" + message.parameter_values[i]);
-  }
-  return parse_assignments(parameter_descriptions(message.id), assignments);
+  assignments.reserve(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) assignments.push_back(names[i] + "=" + values[i]);
+  return parse_assignments(parameter_descriptions(id), assignments);
+}
+
+Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
+  return parameters_of(message.id, message.parameter_names, message.parameter_values);
 }
 
 std::optional<std::uint64_t> seed_of(const walker_sim::Episode& message) {
@@ -43,7 +47,7 @@ GeneratorState generator_state_of(const walker_sim::Episode& message) {
 }
 
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
-  check_sizes(message.spec);
+  check_sizes(message.spec.parameter_names, message.spec.parameter_values);
   EpisodeRecord record;
   record.id = message.spec.id;
   for (std::size_t i = 0; i < message.spec.parameter_names.size(); ++i) {

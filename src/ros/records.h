@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/episode_record.h"
 #include "walker_sim/EnvironmentSpec.h"
@@ -13,6 +15,8 @@ namespace walker {
 
 /// The environment's parameters, typed, as `make` takes them.
 /// @throws std::invalid_argument for an unknown id, or names and values of different number
+Parameters parameters_of(const std::string& id, const std::vector<std::string>& names,
+                         const std::vector<std::string>& values);
 Parameters parameters_of(const walker_sim::EnvironmentSpec& message);
 
 /// The seed with which an episode began; none: the generator continued.

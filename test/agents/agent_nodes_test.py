@@ -20,6 +20,7 @@ from sensor_msgs.msg import JointState, LaserScan
 from server_harness import Process, ServerTest, memory
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
+from walker_sim.srv import GetSpec, GetSpecResponse, Reset, ResetResponse
 
 PROMPT = 15  # wall seconds
 
@@ -186,6 +187,42 @@ class AgentNodesTest(ServerTest):
             getattr(self.server, end)()
             transitions.close()
         self.assertTrue(agent.is_running(), agent.output())
+
+    def test_a_server_that_stands_still_is_waited_for(self):
+        self.serve(mode="lockstep")
+        transitions = self.record("/transition", Transition)
+        agent = self.start_agent("service_agent", agent="random")
+        transitions.wait(lambda m: m.step > 3, "steps of the agent")
+        with self.server.halted():
+            said = "No answer from /walker_sim; waiting for the server: service /walker_sim/step"
+            wait_for(lambda: said in agent.output(), "the agent to say so")
+            other = Process("topic_agent", "/other", ["_server:=/walker_sim"])
+            self.addCleanup(other.end)
+            time.sleep(1)  # in which it comes to ask
+            self.assertEqual(other.stop(signal.SIGINT, PROMPT), 0, other.output())
+        transitions.clear()
+        transitions.wait(lambda m: m.step > 3, "steps of the agent")
+        self.assertEqual(agent.stop(signal.SIGINT, PROMPT), 0, agent.output())
+
+    def test_a_server_that_tells_of_other_sizes_than_it_has(self):
+        self.serve(mode="lockstep")
+        spec = self.call("get_spec").spec
+        short = Transition(observation=[0.0] * 3, action=[0.0] * 4)
+        answers = {
+            "get_spec": (GetSpec, lambda _: GetSpecResponse(spec=spec)),
+            "reset": (Reset, lambda _: ResetResponse(success=True, transition=short)),
+        }
+        for name, (kind, answer) in answers.items():
+            service = rospy.Service(f"/liar/{name}", kind, answer)
+            self.addCleanup(service.shutdown)
+        agent = self.start_agent("service_agent", server="/liar")
+        wait_for(lambda: agent.output().count("No answer from /liar") > 1, "the agent to say so")
+        self.assertIn("observation", agent.output())
+        self.assertTrue(agent.is_running(), agent.output())
+        self.assertEqual(agent.stop(signal.SIGINT, PROMPT), 0, agent.output())
+        spec.observation_size = 3
+        spec.observation_low, spec.observation_high = [-1.0] * 3, [1.0] * 3
+        self.assert_refused("service_agent", ["3 observations", "here it has 24"], server="/liar")
 
     def test_it_ends_promptly(self):
         for node_type, mode in (("service_agent", "lockstep"), ("topic_agent", "free")):
