@@ -29,8 +29,11 @@ void append_values(const char* bytes, std::size_t count, std::vector<double>& va
   }
 }
 
+/// @param left bytes that no other tensor has taken: each may be taken once, or a small file of
+/// many
+///             tensors at one place would fill the memory
 Tensor read_tensor(const std::string& name, const json::Object& entry, const char* begin,
-                   std::size_t size) {
+                   std::size_t size, std::size_t& left) {
   const auto field = [&](const char* key) -> const json::Value& {
     const auto found = entry.find(key);
     if (found == entry.end()) throw std::invalid_argument(name + " has no " + key);
@@ -63,6 +66,12 @@ Tensor read_tensor(const std::string& name, const json::Object& entry, const cha
     throw std::invalid_argument(name + " has " + std::to_string(to - from) + " bytes; its shape " +
                                 "needs " + std::to_string(count * width));
   }
+  if (to - from > left) {
+    throw std::invalid_argument(name + " has " + std::to_string(to - from) + " bytes; of all " +
+                                std::to_string(size) + " the other tensors leave " +
+                                std::to_string(left));
+  }
+  left -= to - from;
   tensor.values.reserve(count);
   if (type == "F32") {
     append_values<float>(begin + from, count, tensor.values);
@@ -93,13 +102,14 @@ Tensors read_safetensors(const std::vector<char>& data) {
   const char* const header = data.data() + sizeof(header_size);
   const char* const values = header + header_size;
   const json::Value root = json::parse(std::string_view(header, header_size));
+  std::size_t left = rest - header_size;
   Tensors tensors;
   for (const auto& [name, value] : root.object("its header")) {
     const json::Object& entry = value.object(name);
     if (name == "__metadata__") {
       for (const auto& [key, text] : entry) tensors.metadata[key] = text.text(key);
     } else {
-      tensors.by_name[name] = read_tensor(name, entry, values, rest - header_size);
+      tensors.by_name[name] = read_tensor(name, entry, values, rest - header_size, left);
     }
   }
   return tensors;

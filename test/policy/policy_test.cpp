@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <random>
@@ -163,6 +166,22 @@ TEST_F(PolicyTest, RefusesWhatItsHeaderMayNotSay) {
   EXPECT_EQ(refusal([](P& p) { p.metadata["layers"] = "0"; }),
             "layers = 0: must be a number from 1 to 16");
   EXPECT_EQ(refusal([](P& p) { p.metadata["layers"] = "3"; }), "it has no tensor layers.2.weight");
+}
+
+/// A megabyte of header could have seventeen thousand tensors of 8 MiB at one place of a small
+/// file.
+TEST_F(PolicyTest, RefusesTensorsThatShareTheirBytes) {
+  std::string bytes = small_policy().bytes();
+  std::uint64_t size = 0;
+  std::memcpy(&size, bytes.data(), sizeof(size));
+  const std::string again = R"(,"again":{"dtype":"F32","shape":[1],"data_offsets":[0,4]})";
+  bytes.insert(sizeof(size) + size - 1, again);
+  size += again.size();
+  std::memcpy(bytes.data(), &size, sizeof(size));
+  const std::string path = folder_.path("shared.safetensors");
+  std::ofstream(path, std::ios::binary) << bytes;
+  const std::string message = message_of<PolicyError>([&path] { Policy policy(path); });
+  EXPECT_NE(message.find("the other tensors leave 12"), std::string::npos) << message;
 }
 
 TEST_F(PolicyTest, RefusesTensorsThatDoNotFit) {
