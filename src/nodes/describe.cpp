@@ -12,6 +12,7 @@
 #include <ros/package.h>
 
 #include "core/parameter_text.h"
+#include "core/printable_text.h"
 #include "description/urdf.h"
 #include "walker_sim/registry.h"
 
@@ -111,7 +112,7 @@ int main(int argc, char** argv) {
       describe(options);
     }
   } catch (const std::exception& error) {
-    std::cerr << "describe: " << error.what() << "\n";
+    std::cerr << "describe: " << walker::printable(error.what()) << "\n";
     return EXIT_FAILURE;
   }
   return EXIT_SUCCESS;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/printable_text.h"
 #include "replay/replay_report.h"
 
 namespace {
@@ -42,7 +43,7 @@ int main(int argc, char** argv) {
   try {
     return walker::replay(arguments, std::cout) ? 0 : kDifferent;
   } catch (const std::exception& error) {
-    std::cerr << "replay: " << error.what() << "\n";
+    std::cerr << "replay: " << walker::printable(error.what()) << "\n";
     return kUnreadable;
   }
 }

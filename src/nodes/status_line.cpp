@@ -9,6 +9,7 @@
 #include <ros/subscriber.h>
 #include <ros/wall_timer.h>
 
+#include "core/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "ros/node_main.h"
 #include "walker_sim/EnvironmentSpec.h"
@@ -39,7 +40,8 @@ class StatusLine {
   static void print_end(const walker_sim::Episode& episode) {
     if (episode.end_reason.empty()) return;  // begins
     std::printf("episode %u ended after %u steps, return %+.1f, %s\n", episode.episode,
-                episode.length, episode.episode_return, episode.end_reason.c_str());
+                episode.length, episode.episode_return,
+                walker::printable(episode.end_reason).c_str());
     std::fflush(stdout);
   }
 
@@ -53,8 +55,9 @@ class StatusLine {
             : (stamp.toSec() - printed_stamp_.toSec()) / (now - printed_at_).toSec();
     std::printf(
         "%s  time %8.2f s  x%-5.2f episode %u  step %4u  at %6.2f m  %+5.2f m/s  return %+7.1f\n",
-        id_.c_str(), stamp.toSec(), factor, transition_.episode, transition_.step,
-        odometry_.pose.pose.position.x, odometry_.twist.twist.linear.x, transition_.episode_return);
+        walker::printable(id_).c_str(), stamp.toSec(), factor, transition_.episode,
+        transition_.step, odometry_.pose.pose.position.x, odometry_.twist.twist.linear.x,
+        transition_.episode_return);
     std::fflush(stdout);
     printed_at_ = now;
     printed_stamp_ = stamp;

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/engine_release.h"
+#include "core/printable_text.h"
 #include "replay/bag_episodes.h"
 #include "replay/replay.h"
 
@@ -43,7 +44,7 @@ std::string return_text(double value) {
 }
 
 std::string end_text(const BagEpisode& episode) {
-  if (episode.end) return episode.end->end_reason;
+  if (episode.end) return printable(episode.end->end_reason);
   if (episode.terminated) return "terminated";
   if (episode.truncated) return "truncated";
   switch (episode.successor) {
@@ -114,24 +115,27 @@ class WalkerReport {
   void introduce(const BagEpisode& episode) {
     replay_.reset();
     obstacle_.clear();
-    out_ << walker_.topic;
-    if (!walker_.node.empty()) out_ << " of " << walker_.node;
+    std::string heading = walker_.topic;
+    if (!walker_.node.empty()) heading += " of " + walker_.node;
     if (!episode.spec) {
       obstacle_ = "no specification in the bag (topic spec)";
     } else {
-      out_ << ": " << episode.spec->id << " on " << episode.spec->engine << " "
-           << engine_release(episode.spec->engine_version);
+      heading += ": " + episode.spec->id + " on " + episode.spec->engine + " " +
+                 engine_release(episode.spec->engine_version);
       try {
         replay_ = std::make_unique<Replay>(*episode.spec);
       } catch (const std::exception& error) {
         obstacle_ = error.what();
       }
     }
-    out_ << "\n";
-    if (!obstacle_.empty()) out_ << "not compared: " << obstacle_ << "\n";
-    if (replay_ && !replay_->other_versions().empty()) out_ << replay_->other_versions() << "\n";
+    write_line(heading);
+    if (!obstacle_.empty()) write_line("not compared: " + obstacle_);
+    if (replay_ && !replay_->other_versions().empty()) write_line(replay_->other_versions());
     write(kHeader, "");
   }
+
+  /// With texts of a bag's in it, which may be anybody's.
+  void write_line(const std::string& text) { out_ << printable(text) << "\n"; }
 
   void write_missing_episodes(const BagEpisode& episode) {
     counts_.with_gap += episode.missing_before;

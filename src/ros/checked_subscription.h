@@ -16,6 +16,7 @@
 #include <ros/transport_hints.h>
 #include <boost/shared_ptr.hpp>
 
+#include "core/printable_text.h"
 #include "ros/checked_stream.h"
 #include "ros/throttle.h"
 
@@ -31,8 +32,10 @@ struct CheckedMessage {
 
 /// None of the topics that a walker's nodes listen to comes near it.
 constexpr std::size_t kMostMessageBytes = 1 << 20;
+constexpr std::size_t kMostNameBytes = 200;  ///< of a publisher's, which it chooses itself
 
-/// @param take   called with each message and the name of the node that has published it
+/// @param take   called with each message and the name of the node that has published it, fit for
+///               a log
 /// @param refuse called with the reason where what has come is none
 template <typename Message>
 ros::Subscriber subscribe_checked(
@@ -46,7 +49,8 @@ ros::Subscriber subscribe_checked(
   const boost::function<void(Event)> callback = [take, refuse](Event event) {
     const boost::shared_ptr<const Checked>& checked = event.getConstMessage();
     if (checked->error.empty()) {
-      take(boost::shared_ptr<const Message>(checked, &checked->message), event.getPublisherName());
+      take(boost::shared_ptr<const Message>(checked, &checked->message),
+           printable(event.getPublisherName(), kMostNameBytes));
     } else {
       refuse(checked->error);
     }

@@ -19,6 +19,7 @@
 #include <ros/this_node.h>
 
 #include "client/master.h"
+#include "core/printable_text.h"
 #include "ros/listening.h"
 
 namespace walker {
@@ -27,6 +28,8 @@ namespace {
 // An end without hindrance takes less. After it the master is asked.
 constexpr std::chrono::milliseconds kPatience{500};
 constexpr std::chrono::seconds kMasterTimeout{2};
+// An error may list all that is allowed; and it may have a stranger's words.
+constexpr std::size_t kMostErrorBytes = 8000;
 
 sem_t is_told;  // what a handler may do to wake a thread
 
@@ -109,7 +112,7 @@ int run_node(int argc, char** argv, const char* name, const std::function<void()
     ROS_DEBUG_STREAM(listening_addresses());
     run();
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
+    ROS_FATAL_STREAM(printable(error.what(), kMostErrorBytes));
     return EXIT_FAILURE;
   }
   return EXIT_SUCCESS;

@@ -218,9 +218,8 @@ class DiagnosticsTest(ServerTest):
             command.unregister()
             self.server.stop()
 
-    def test_a_second_agent_is_warned_about(self):
-        self.serve(command_timeout=30.0)
-        command = self.commander()
+    def other_agent(self):
+        """Sends effort commands, as a node of its own."""
         words = "{data: [0.5, 0.5, 0.5, 0.5]}"
         other = subprocess.Popen(
             ["rostopic", "pub", "-r", "20", "/effort_command", "std_msgs/Float64MultiArray", words],
@@ -228,6 +227,11 @@ class DiagnosticsTest(ServerTest):
         )
         self.addCleanup(other.wait)
         self.addCleanup(other.kill)
+
+    def test_a_second_agent_is_warned_about(self):
+        self.serve(command_timeout=30.0)
+        command = self.commander()
+        self.other_agent()
         held = self.report("commands", lambda r: r.values["effort_command"] == "held")
         self.assertEqual((held.level, held.values["contested_commands"]), (OK, "0"))
         command.publish(data=[0.0] * 4)
@@ -237,6 +241,28 @@ class DiagnosticsTest(ServerTest):
         self.report("commands", lambda r: r.level == OK, "the end of the warning")
         self.assertIn("Two agents drive the walker: the effort command of /", self.server.output())
         self.assertIn("diagnostics_test", self.server.output())
+
+    def test_the_name_of_an_agent_writes_no_lines_of_its_own(self):
+        """It is what the publisher says of itself when the server connects."""
+        self.serve(command_timeout=30.0)
+        evil = "/x\n[ERROR] all is lost\x1b[2J" + "y" * 10_000
+        command = rospy.Publisher(
+            "/effort_command", Float64MultiArray, queue_size=1, headers={"callerid": evil}
+        )
+        self.addCleanup(command.unregister)
+        wait_for(lambda: command.get_num_connections() >= 1, "the server to listen")
+        self.other_agent()
+
+        def is_told():
+            command.publish(data=[0.0] * 4)
+            return (
+                "the effort command of /x\\n[ERROR] all is lost\\x1b[2Jyyy" in self.server.output()
+            )
+
+        wait_for(is_told, "the warning")
+        self.assertNotIn("\n[ERROR] all is lost", self.server.output())
+        self.assertNotIn("y" * 1000, self.server.output())
+        self.assertIn("bytes left out", self.server.output())
 
     def test_a_second_agent_that_calls_step_is_warned_about(self):
         self.serve(mode="lockstep")

@@ -59,11 +59,15 @@ std::string other_clock_publisher() {
   // [publishers, subscribers, services], each [[name, [nodes]], ...]
   const std::optional<Value> state = ask_master("getSystemState");
   if (!state) return "";
-  for (const Value& publisher : state->elements.at(0).elements) {
-    if (publisher.elements.at(0).text != "/clock") continue;
-    for (const Value& node : publisher.elements.at(1).elements) {
-      if (node.text != ros::this_node::getName() && is_alive(node.text)) return node.text;
+  try {
+    for (const Value& publisher : state->elements.at(0).elements) {
+      if (publisher.elements.at(0).text != "/clock") continue;
+      for (const Value& node : publisher.elements.at(1).elements) {
+        if (node.text != ros::this_node::getName() && is_alive(node.text)) return node.text;
+      }
     }
+  } catch (const std::out_of_range&) {
+    return "";  // an answer of another form tells nothing
   }
   return "";
 }

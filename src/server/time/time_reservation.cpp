@@ -8,6 +8,8 @@
 
 #include <ros/console.h>
 
+#include "core/printable_text.h"
+
 namespace walker {
 namespace {
 
@@ -122,7 +124,7 @@ std::string TimeReservation::attempt(std::uint64_t until) const {
   try {
     write_(until);
   } catch (const std::exception& error) {
-    return error.what();
+    return printable(error.what());
   }
   return "";
 }
