@@ -48,5 +48,5 @@ walker_sim_add_fuzz_targets(client LIBRARIES walker_sim_box2d walker_sim_mujoco 
   $<FILTER:$<TARGET_OBJECTS:walker_sim_core_objects>,EXCLUDE,/client/socket>)
 if(WALKER_SIM_ROS)
   walker_sim_add_fuzz_targets(server LIBRARIES walker_sim_replay walker_sim_server
-    TARGETS bag_index episode_record requests service_session)
+    TARGETS bag bag_index episode_record requests service_session)
 endif()

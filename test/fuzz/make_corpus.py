@@ -9,13 +9,17 @@ Overwrites test/fuzz/corpus/NAME/seed_*; what fuzzing has found lies beside them
 import io
 import pathlib
 import struct
+import tempfile
 
 import genpy
 import gymnasium
 import numpy as np
+import rosbag
 import walker_sim  # noqa: F401  (registers the environments)
 import walker_sim.msg as messages
 import walker_sim.srv as services
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_msgs.msg import Float64MultiArray
 
 ROOT = pathlib.Path(__file__).resolve().parent
@@ -36,6 +40,16 @@ def serialized(message):
 
 def piece(data):
     return struct.pack("<H", len(data)) + data
+
+
+def bag_of(compression, *all_messages):
+    topics = {"Transition": "transition", "EnvironmentSpec": "spec", "Episode": "episode"}
+    with tempfile.NamedTemporaryFile(suffix=".bag") as file:
+        with rosbag.Bag(file.name, "w", compression=compression) as bag:
+            for stamp, message in enumerate(all_messages):
+                topic = "/" + topics[type(message).__name__]
+                bag.write(topic, message, genpy.Time(1, stamp))
+        return pathlib.Path(file.name).read_bytes()
 
 
 def answer(message):
@@ -284,9 +298,17 @@ def make_server():
         services.RenderRequest(environment=0, encoding="rgb8"),
         services.SetRealTimeFactorRequest(),
         Float64MultiArray(data=[0.5] * 4),
+        JointState(name=["a", "b"], position=[0.5] * 2, velocity=[0.25] * 2, effort=[80.0] * 2),
+        LaserScan(angle_max=1.5, angle_increment=0.17, range_max=9.0, ranges=[1.0] * 10),
+        Imu(),
+        Odometry(child_frame_id="base_link"),
+        messages.Contacts(),
     ]
     for kind, request in enumerate(requests):
+        kind += kind > 8  # where set_physics_properties' is
         write("requests", type(request).__name__, bytes([kind]) + serialized(request))
+    physics = struct.pack("<5dB2I2d4dI", *[0.5] * 5, 0, 0, 50, *[0.5] * 2, *[0.5] * 4, 20)
+    write("requests", "SetPhysicsPropertiesRequest", b"\x09" + physics)
     step = serialized(requests[0])
     call = struct.pack("<I", len(step)) + step
     hello = header(callerid="/me", service="/walker_sim/step", md5sum="0123", persistent="1")
@@ -312,6 +334,8 @@ def make_server():
     run.append(episode(1, 2, 40, "terminated: it fell"))
     second = [episode(2, 0, 60), transition(0, 2, 60), transition(3, 2, 120)]
     write("bag_index", "episodes", messages_of(specification(), *run, *second))
+    for compression in ("none", "bz2"):
+        write("bag", compression, bag_of(compression, specification(), *run))
     write("bag_index", "two_servers", messages_of(specification(), *run, specification(), *run))
     restored = record()
     restored.episode.header.stamp = genpy.Time(0, 0)

@@ -1,11 +1,18 @@
-// Requests as the server reads them: the first byte chooses the service.
+// Requests as the server reads them, and messages as the nodes that listen to topics do: the first
+// byte chooses which.
 #include <stdexcept>
 
+#include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/LaserScan.h>
 #include <std_msgs/Float64MultiArray.h>
 
 #include "fuzz/input.h"
 #include "fuzz/target.h"
 #include "ros/checked_stream.h"
+#include "server/gazebo/physics_messages.h"
+#include "walker_sim/Contacts.h"
 #include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/ResetBatch.h"
@@ -30,7 +37,7 @@ void run(const std::uint8_t* data, std::size_t size) {
   Input input(data, size);
   const auto which = input.number<std::uint8_t>();
   try {
-    switch (which % 9) {
+    switch (which % 15) {
       case 0:
         return read_one<walker_sim::StepRequest>(input);
       case 1:
@@ -47,8 +54,20 @@ void run(const std::uint8_t* data, std::size_t size) {
         return read_one<walker_sim::RenderRequest>(input);
       case 7:
         return read_one<walker_sim::SetRealTimeFactorRequest>(input);
-      default:
+      case 8:
         return read_one<std_msgs::Float64MultiArray>(input);
+      case 9:
+        return read_one<gazebo::SetPhysicsProperties::Request>(input);
+      case 10:
+        return read_one<sensor_msgs::JointState>(input);
+      case 11:
+        return read_one<sensor_msgs::LaserScan>(input);
+      case 12:
+        return read_one<sensor_msgs::Imu>(input);
+      case 13:
+        return read_one<nav_msgs::Odometry>(input);
+      default:
+        return read_one<walker_sim::Contacts>(input);
     }
   } catch (const std::runtime_error& refusal) {
     accept(refusal);
