@@ -360,8 +360,13 @@ def test_time_limit():
     assert lengths_until(1100, limited) == 5
     with pytest.raises(walker_sim.ResetNeeded, match="ended after 5 steps"):
         limited.step(np.zeros(6))
-    with pytest.raises(ValueError, match="max_episode_steps = -1"):
-        WalkerEnv("Walker2d-v5", max_episode_steps=-1)
+    for never in (-1, 0):
+        assert (
+            lengths_until(1100, WalkerEnv("Walker2d-v5", max_episode_steps=never, **endless))
+            is None
+        )
+    with pytest.raises(ValueError, match="max_episode_steps = -2"):
+        WalkerEnv("Walker2d-v5", max_episode_steps=-2)
 
 
 def test_a_failure_of_the_engine_ends_the_episode(tmp_path):

@@ -162,12 +162,20 @@ def test_what_cannot_be_stepped_together_is_refused():
          lambda: VecEnv([walker, of("walker_sim/Hopper-v5")])),
         (ValueError, "1 of 2 walkers have a Monitor; must be all",
          lambda: VecEnv([walker, lambda: Monitor(walker())])),
-        (ValueError, "env_id = []: must be an id, or functions, one for each walker",
+        (ValueError, "environment []: must be an id, or functions, one for each walker",
          lambda: VecEnv([])),
         (ValueError, "hardcore = True: the functions that make the walkers say this",
          lambda: VecEnv([walker], hardcore=True)),
         (ValueError, "num_envs = 3: the functions that make the walkers say this",
          lambda: VecEnv([walker], 3)),
+        (ValueError, "server = '/other': the functions that make the walkers say this",
+         lambda: VecEnv([walker], server="/other")),
+        (ValueError, "timeout = 1: the functions that make the walkers say this",
+         lambda: VecEnv([walker], timeout=1)),
+        (TypeError, "environment 7: must be an id, or functions", lambda: VecEnv(7)),
+        (TypeError, "environment None: must be an id, or functions", lambda: VecEnv(None)),
+        (TypeError, "environment ['Hopper-v5']: must be an id, or functions",
+         lambda: VecEnv(["Hopper-v5"])),
     ]  # fmt: skip
     for error, words, call in cases:
         with pytest.raises(error, match=re.escape(words)):
@@ -179,6 +187,9 @@ def test_what_cannot_be_stepped_together_is_refused():
     [
         ({"num_envs": 0}, ValueError, "num_envs = 0: must be at least 1"),
         ({"num_envs": 1.5}, TypeError, "num_envs = 1.5: must be an integer"),
+        ({"num_threads": "a"}, TypeError, "num_threads = 'a': must be an integer"),
+        ({"num_threads": -1}, ValueError, "num_threads = -1: must be at least 0"),
+        ({"num_threads": 5000}, ValueError, "num_threads = 5000: must be in [0, 1024]"),
         ({"max_episode_steps": -5}, ValueError, "max_episode_steps = -5"),
         ({"num_thread": 1}, ValueError, "num_thread = 1: unknown; did you mean num_threads?"),
         ({"batch_size": 1}, ValueError, "parameter batch_size = 1: unknown"),
@@ -189,3 +200,24 @@ def test_it_takes_what_its_documentation_says(given, error, words):
         VecEnv("BipedalWalker-v3", **given)
     environments = VecEnv("walker_sim/BipedalWalker-v3", np.int64(2), max_episode_steps=-1)
     assert environments.reset().shape == (2, 24)
+
+
+@pytest.mark.parametrize(
+    ("indices", "error", "words"),
+    [
+        (-1, ValueError, "environment -1: must be in [0, 1]"),
+        ([0, 2], ValueError, "environment 2: must be in [0, 1]"),
+        ("a", TypeError, "indices = 'a': must be a sequence of integers"),
+        ([0.5], TypeError, "indices = [0.5]: must be a sequence of integers"),
+    ],
+)
+def test_walkers_whose_states_are_asked_for(indices, error, words):
+    environments = VecEnv("BipedalWalker-v3", 2)
+    environments.reset()
+    for call in (
+        lambda: environments.get_state(indices),
+        lambda: environments.set_state(environments.get_state(0), indices),
+    ):
+        with pytest.raises(error, match=re.escape(words)):
+            call()
+    assert len(environments.get_state(1)) == 1

@@ -242,7 +242,7 @@ def test_bad_actions_move_nothing(envs, actions, words):
     assert_same(envs.step(zeros(envs)), twin.step(zeros(envs)))
 
 
-@pytest.mark.parametrize("given", ["a", None, 1j, [[0], [0, 0]], [{}]], ids=str)
+@pytest.mark.parametrize("given", ["a", None, 1j, [[0], [0, 0]], [{}], np.zeros(5)], ids=str)
 def test_bad_actions_are_refused_in_the_words_of_a_single_walker(envs, given):
     single = walker_sim.WalkerEnv("BipedalWalker-v3")
     single.reset()
@@ -250,7 +250,8 @@ def test_bad_actions_are_refused_in_the_words_of_a_single_walker(envs, given):
     for environment in (single, envs):
         with pytest.raises(walker_sim.InvalidAction) as caught:
             environment.step(given)
-        words.append(str(caught.value).replace("actions = ", "action = ").replace("(3, 4)", "(4,)"))
+        text = str(caught.value).replace("(3, 4)", "(4,)")
+        words.append(text.replace("actions = ", "action = ").replace("actions have", "action has"))
     assert words[0] == words[1]
 
 

@@ -26,7 +26,7 @@ def to_actions(given: Any, count: int, size: int) -> NDArray[Any]:
     shape = (count, size)
     actions = to_numbers("actions", given, shape)
     if actions.shape != shape:
-        raise InvalidAction(f"actions have shape {actions.shape}; must have {shape}")
+        raise InvalidAction(f"actions have shape {actions.shape}; must have {shape}, one per joint")
     return actions
 
 

@@ -41,7 +41,8 @@ def make_walker(
     if place.transport == "inprocess":
         from walker_sim.in_process import InProcessWalker
 
-        return InProcessWalker(env_id, {**parameters, "max_episode_steps": max_episode_steps or 0})
+        limit = 0 if max_episode_steps in (None, -1) else max_episode_steps
+        return InProcessWalker(env_id, {**parameters, "max_episode_steps": limit})
     if place.transport == "ros":
         from walker_sim.over_ros import RemoteWalker
 
@@ -78,7 +79,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     timeout
         Over ROS: of each call [s of wall time].
     max_episode_steps
-        On which step an episode is truncated. In process None and 0 leave that to Gymnasium's
+        On which step an episode is truncated. In process None, -1 and 0 leave that to Gymnasium's
         ``TimeLimit``; over ROS the server's limit must be the same (-1 and 0: none; None: that of
         `gymnasium.make`, or the id's own).
     render_mode

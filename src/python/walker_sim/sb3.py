@@ -19,6 +19,7 @@ from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.saved_states import get_states, set_states
 from walker_sim.sb3_env_fns import EnvFns, Plan, plan_of
 from walker_sim.transport import Batch, Place, by_name, make_walkers, spaces_of
+from walker_sim.vector_arguments import to_indices
 
 Infos = List[Dict[str, Any]]
 
@@ -27,7 +28,8 @@ class VecEnv(vec_env.VecEnv):
     """Walkers stepped together by threads, in Stable-Baselines3's terms.
 
     An episode that ends is followed by the next in the same step. `VecMonitor`, `VecNormalize` and
-    the other wrappers go around it. Copies and pickles carry the whole states of all walkers.
+    the other wrappers go around it. Copies and pickles carry the whole states of all walkers, in
+    process and where the engine has them (a system's Box2D has none, and says so).
 
     Parameters
     ----------
@@ -87,6 +89,7 @@ class VecEnv(vec_env.VecEnv):
         if not isinstance(env_id, str):
             others = {**parameters, "render_mode": render_mode, "transport": transport}
             others.update(max_episode_steps=max_episode_steps)
+            others.update(server=server, master_uri=master_uri, timeout=timeout)
             plan = plan_of(env_id, {**others, "num_envs": num_envs})
             env_id, num_envs, parameters = plan.env_id, plan.num_envs, dict(plan.parameters)
             max_episode_steps, render_mode = plan.max_episode_steps, plan.render_mode
@@ -94,6 +97,7 @@ class VecEnv(vec_env.VecEnv):
         parameters, camera = split_keywords(env_id, parameters)
         refuse_unknown(VecEnv.__init__, env_id, parameters)
         num_envs = to_count("num_envs", num_envs, 1)
+        num_threads = to_count("num_threads", num_threads, 0)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
         place = Place(transport, server, master_uri, timeout)
@@ -213,12 +217,15 @@ class VecEnv(vec_env.VecEnv):
     def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
         """In process: the whole states of walkers, as `WalkerVectorEnv.get_state`."""
         self._check_open()
-        return get_states(self._walkers, list(self._get_indices(indices)))
+        return get_states(self._walkers, self._to_indices(indices))
 
     def set_state(self, states: Sequence[bytes], indices: VecEnvIndices = None) -> None:
         """In process: walkers go on from states, as `WalkerVectorEnv.set_state`."""
         self._check_open()
-        set_states(self._walkers, list(self._get_indices(indices)), states)
+        set_states(self._walkers, self._to_indices(indices), states)
+
+    def _to_indices(self, indices: VecEnvIndices) -> list[int]:
+        return to_indices("indices", self._get_indices(indices), self.num_envs)
 
     def __copy__(self) -> VecEnv:
         """As `copy.deepcopy`: two environments must not drive the same walkers."""

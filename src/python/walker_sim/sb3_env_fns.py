@@ -4,13 +4,14 @@ walker each, with a `Monitor` around it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Callable, Mapping, Sequence
+from typing import Any, Callable, Iterable, Mapping, Sequence
 
 import gymnasium
 from gymnasium.wrappers import OrderEnforcing, PassiveEnvChecker, TimeLimit
 from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
 
+from walker_sim import _core
 from walker_sim.environment import WalkerEnv
 
 EnvFns = Sequence[Callable[[], gymnasium.Env]]
@@ -88,10 +89,20 @@ def plan_of(env_fns: EnvFns, others: Mapping[str, Any]) -> Plan:
     ValueError
         For walkers that are not alike, or are on a server; for a keyword that the functions say.
     """
+    makers = [*env_fns] if isinstance(env_fns, Iterable) else [None]
+    if not all(callable(make) for make in makers):
+        shown = _core.shown(env_fns)
+        raise TypeError(f"environment {shown}: must be an id, or functions, one for each walker")
+    if not makers:
+        raise ValueError("environment []: must be an id, or functions, one for each walker")
     made = [_look_at(make()) for make in env_fns]
-    if not made:
-        raise ValueError("env_id = []: must be an id, or functions, one for each walker")
-    defaults = {"num_envs": (1, len(made)), "transport": ("inprocess",)}
+    defaults = {
+        "num_envs": (1, len(made)),
+        "transport": ("inprocess",),
+        "server": ("/walker_sim",),
+        "master_uri": ("",),
+        "timeout": (10.0,),
+    }
     for name, value in others.items():
         if value not in defaults.get(name, (None,)):
             raise ValueError(f"{name} = {value!r}: the functions that make the walkers say this")
