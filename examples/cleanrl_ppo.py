@@ -49,6 +49,10 @@ def parse_arguments():
     parser.add_argument("--seed", type=int, default=1, help="of walkers and learner (%(default)s)")
     parser.add_argument("--save", default="walker.pt", help="the agent's file (%(default)s)")
     arguments = parser.parse_args()
+    for name in ("num_envs", "rollout"):
+        value = getattr(arguments, name)
+        if value < 1:
+            parser.error(f"--{name.replace('_', '-')} {value}: must be at least 1")
     least = arguments.num_envs * arguments.rollout
     if arguments.steps < least:
         parser.error(

@@ -40,6 +40,10 @@ def parse_arguments():
     parser.add_argument("--load", help="a policy's file: evaluate it instead of learning")
     parser.add_argument("--episodes", type=int, default=20, help="to evaluate on (%(default)s)")
     arguments = parser.parse_args()
+    for name, fewest in (("num_envs", 1), ("rollout", 2)):  # PPO compares advantages
+        value = getattr(arguments, name)
+        if value < fewest:
+            parser.error(f"--{name.replace('_', '-')} {value}: must be at least {fewest}")
     least = arguments.num_envs * arguments.rollout
     if arguments.steps < least and not arguments.load:
         parser.error(
@@ -54,7 +58,7 @@ def learn(arguments, walkers):
         "MlpPolicy",
         walkers,
         n_steps=arguments.rollout,
-        batch_size=arguments.num_envs * arguments.rollout // 32,
+        batch_size=max(2, arguments.num_envs * arguments.rollout // 32),
         gamma=0.999,
         seed=arguments.seed,
         verbose=1,

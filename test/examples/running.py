@@ -36,15 +36,19 @@ def run_example(name, *arguments, folder, status=0, **environment):
 
 
 def assert_helps(name, folder):
-    """Its --help says how it is called and what its options are."""
+    """Its --help says how it is called, what its options are, and what to expect after how long."""
     text = run_example(name, "--help", folder=folder)
     assert f"python3 {name}.py" in text
     assert "--seed SEED" in text
+    assert "What to expect of BipedalWalker-v3: " in text
 
 
 def assert_refuses_too_few_steps(name, folder, *sizes, least, **environment):
     """One step less than an update takes is refused, in words that name both numbers, before
-    anything is made."""
+    anything is made; so are updates of no steps."""
+    for size in ("--num-envs", "--rollout"):
+        text = run_example(name, size, 0, folder=folder, status=2, **environment)
+        assert f"{size} 0: must be at least " in text
     text = run_example(name, *sizes, "--steps", least - 1, folder=folder, status=2, **environment)
     assert f"--steps {least - 1}: trains nothing; must be at least {least}," in text
     assert not list(folder.iterdir())
