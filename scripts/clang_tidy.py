@@ -57,12 +57,15 @@ def read_commands(root, path):
 def changed(root, commands):
     """The files that have changed, and for each changed header the first file that includes it."""
 
-    def git(*arguments):
+    def git(*arguments, may_fail=False):
         command = ["git", "-C", root, *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
+        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+        if done.returncode != 0 and not may_fail:
+            sys.exit(f"git {arguments[0]} failed, so what has changed is not known; all: --all")
+        return done.stdout.split()
 
-    branches = ("origin/HEAD", "origin/main", "main")
-    bases = [base for name in branches for base in git("merge-base", "HEAD", name)]
+    branches = ("origin/HEAD", "origin/main", "main")  # not everybody has all of them
+    bases = [base for name in branches for base in git("merge-base", "HEAD", name, may_fail=True)]
     names = git("diff", "--name-only", bases[0] if bases else "HEAD")
     names += git("ls-files", "--others", "--exclude-standard")
     chosen = {os.path.join(root, name) for name in names}

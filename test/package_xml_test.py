@@ -25,6 +25,8 @@ KEYS = {
     "EGL": "opengl",
     "OSMESA": "libosmesa6-dev",
 }
+# What Python calls a module, where rosdep calls its package something else.
+MODULES = {module: f"python3-{module}" for module in ("numpy", "rospkg", "yaml")}
 # Of the distribution, and asked for by WALKER_SIM_ENGINES=system alone; rosdep has no key.
 SYSTEM_ENGINES = {"box2d", "mujoco"}
 # Roscpp's own folders and what its package exports.
@@ -90,6 +92,30 @@ def test_what_is_included_is_a_build_dependency():
     assert names <= built_with()
     tests = included("test") - {"rosbag"} - OF_ROSCPP
     assert tests <= built_with() | named("test_depend")
+
+
+def imported(*folders):
+    """The modules that Python's files import, by the name of the package that brings each."""
+    names = set()
+    for folder in folders:
+        for path in (ROOT / folder).rglob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            names |= set(re.findall(r"^ *(?:from|import) ([a-z]\w*)", text, re.MULTILINE))
+    return {MODULES.get(name, name) for name in names} - {"walker_sim"}
+
+
+def test_what_is_imported_is_named():
+    packages = pathlib.Path("/usr/share"), pathlib.Path("/opt/ros/noetic/share")
+
+    def is_package(name):
+        return any((share / name / "package.xml").exists() for share in packages)
+
+    ours = {n for n in imported("src", "scripts") if is_package(n) or n.startswith("python3-")}
+    assert {"python3-numpy", "python3-yaml"} <= ours
+    assert ours <= named("exec_depend") | named("depend")
+    tests = {name for name in imported("test") if is_package(name)}
+    assert {"diagnostic_msgs", "rospy"} <= tests
+    assert tests <= named("exec_depend") | named("test_depend") | built_with()
 
 
 def test_no_ros_package_is_named_that_nothing_is_built_with():
