@@ -312,7 +312,12 @@ class HostileTest(ServerTest):
             ]
         table.append(("reset_batch", {"environments": [0, 0]}, r"environments\[1\] = 0; is listed"))
         table.append(("reset_batch", {"environments": [0] * MILLION}, "a request of"))
-        for flags, seeds in ((count, 0), (0, count), (count + 1, count + 1), (count, count + 1)):
+        for flags, seeds in (
+            *((count, 0), (0, count), (count, count - 1), (count, count + 1)),
+            *((count + 1, count + 1), (count - 1, count - 1)),
+        ):
+            if flags == seeds == 0:
+                continue  # which is asked for where there is one walker: both are empty
             fields = {"has_seed": [1] * flags, "seeds": [1] * seeds}
             told = rf"has_seed has {flags} values and seeds {seeds}; both must be empty or"
             table.append(("reset_batch", fields, told))
@@ -418,6 +423,19 @@ class HostileTest(ServerTest):
         self.assertTrue(same_experience(reply.transition, other.transition))
         self.assert_untouched()
 
+    def test_actions_of_many_that_are_taken(self):
+        self.serve_two(num_envs=3)
+        self.begin_again()
+        for action, same in (
+            ([5e-324, -5e-324, 2.2e-308, -0.0], None),
+            ([1e300, -1e300, sys.float_info.max, -7.0], [1.0, -1.0, 1.0, -1.0]),
+        ):
+            one = self.troubled.ask("step_batch", actions=action * 3)
+            other = self.quiet.ask("step_batch", actions=(same or action) * 3)
+            self.assertEqual(bits(one.observations), bits(other.observations))
+            self.assertEqual(bits(one.rewards), bits(other.rewards))
+        self.assert_untouched()
+
     def test_seeds_of_many_that_are_taken(self):
         self.serve_two(num_envs=3)
         self.begin_again()
@@ -453,7 +471,10 @@ class HostileTest(ServerTest):
             ),
             (lambda r: setattr(r.episode, "length", 0), "actions has 4 values; must have 0"),
             (lambda r: setattr(r, "actions", []), "actions has 0 values; must have 4"),
+            (lambda r: setattr(r, "actions", [0.5] * 3), "actions has 3 values; must have 4"),
+            (lambda r: setattr(r, "actions", [0.5] * 5), "actions has 5 values; must have 4"),
             (lambda r: setattr(r, "actions", [NAN] * 4), "step 1 of the record: action.* = nan"),
+            (lambda r: setattr(r, "actions", [INF] * 4), "step 1 of the record: action.* = inf"),
             (lambda r: setattr(r.episode, "episode_return", NAN), "episode_return = "),
             (lambda r: setattr(r.episode, "has_seed", False), None),
             (lambda r: setattr(r.episode, "seed", 9), "generator_state is not that of seed = 9"),
