@@ -31,8 +31,7 @@ Specification to_specification(const ServerSpecification& told) {
     throw std::invalid_argument("the server's environment cannot be made here: " +
                                 printable(error.what()));
   }
-  // The client has its answers of the sizes that the server tells; the agent needs those of its
-  // own.
+  // The client measures answers by what the server tells; the agent reads as many as it has here.
   if (told.observation_size != made.observation_size() || told.action_size != made.action_size()) {
     throw std::invalid_argument(
         "the server's " + told.id + " has " + std::to_string(told.observation_size) +
