@@ -18,6 +18,17 @@ namespace {
                        ": must be a bool, an int, a float, a str or a sequence of numbers");
 }
 
+/// Not so `isinstance<py::str>`, to which pybind11 counted bytes before 2.7.
+bool is_text(const py::handle& value) { return PyUnicode_Check(value.ptr()) != 0; }
+
+/// Python writes an integer in a time quadratic in its digits, and from 3.9.14 on refuses to where
+/// there are more than 4300.
+bool is_too_long(const py::handle& value) {
+  constexpr int kMostBits = 14284;  // of 4300 digits
+  return PyLong_Check(value.ptr()) != 0 &&
+         value.attr("bit_length")().cast<py::ssize_t>() > kMostBits;
+}
+
 std::string to_text(const std::string& name, const py::handle& value) {
   py::ssize_t size = 0;
   const char* const text = PyUnicode_AsUTF8AndSize(value.ptr(), &size);
@@ -58,7 +69,7 @@ ParameterValue to_integer(const std::string& name, const py::handle& value) {
 }
 
 ParameterValue to_value(const std::string& name, const py::handle& value) {
-  if (py::isinstance<py::str>(value)) return to_text(name, value);
+  if (is_text(value)) return to_text(name, value);
   // NumPy's numbers and booleans; an array gives a list.
   if (py::hasattr(value, "tolist")) {
     const py::object plain = value.attr("tolist")();
@@ -69,7 +80,7 @@ ParameterValue to_value(const std::string& name, const py::handle& value) {
   if (py::isinstance<py::float_>(value)) return to_number(name, value, value);
   if (py::hasattr(value, "__fspath__")) {
     const py::object path = value.attr("__fspath__")();
-    if (!py::isinstance<py::str>(path)) refuse(name, value);
+    if (!is_text(path)) refuse(name, value);
     return to_text(name, path);
   }
   const bool is_bytes = PyBytes_Check(value.ptr()) != 0 || PyByteArray_Check(value.ptr()) != 0;
@@ -106,7 +117,7 @@ py::dict to_common_dict(const Any& specification) {
 }  // namespace
 
 std::string shown(const py::handle& value) {
-  PyObject* const text = PyObject_Repr(value.ptr());
+  PyObject* const text = is_too_long(value) ? nullptr : PyObject_Repr(value.ptr());
   PyObject* const bytes =
       text == nullptr ? nullptr : PyUnicode_AsEncodedString(text, "utf-8", "backslashreplace");
   Py_XDECREF(text);

@@ -36,16 +36,24 @@ def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
     """One for each walker, or none at all."""
     if seed is None:
         return []
+    seeds: list[int | None]
     try:
         if isinstance(seed, (int, np.integer)):
-            return [int(seed) + i for i in range(num_envs)]
-        seeds = [None if one is None else operator.index(one) for one in seed]
+            seeds = [int(seed) + i for i in range(num_envs)]
+        else:
+            seeds = [None if one is None else operator.index(one) for one in seed]
     except TypeError:
         raise TypeError(
             f"seed = {_core.shown(seed)}: must be None, an integer, or a sequence of these"
         ) from None
     if len(seeds) != num_envs:
         raise ValueError(f"{len(seeds)} seeds; must be {num_envs}, one for each walker")
+    for one in seeds:
+        if one is not None and one < 0:  # as Gymnasium has it, however many digits there are
+            shown = _core.shown(one)
+            raise gymnasium.error.Error(
+                f"Seed must be greater or equal to zero, actual value: {shown}"
+            )
     return seeds
 
 
