@@ -168,6 +168,9 @@ class Child {
     return true;
   }
 
+  /// Whether it does nothing any more, as `read_all` has found.
+  bool is_idle() const { return is_idle_; }
+
   /// How a child ended that did not say all. `read_all` has returned false.
   std::string end_text() {
     if (is_idle_) {
@@ -228,18 +231,28 @@ class Child {
 }  // namespace
 
 std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits) {
-  Child child(path, limits);
-  Heading heading{};
-  std::vector<std::byte> content;
-  if (child.read_all(&heading, sizeof(heading))) {
-    content.resize(heading.size);
-    if (child.read_all(content.data(), content.size())) {
-      if (heading.kind == Heading::Kind::model) return content;
-      throw std::runtime_error(
-          std::string(reinterpret_cast<const char*>(content.data()), content.size()));
+  // A fork takes over the locks that other threads hold, and in the child nobody gives them back:
+  // where one throws at that moment, a child that throws as well may wait for ever (seen once, with
+  // glibc 2.31, where frames are looked up under a lock; from 2.35 on they are not).
+  // The next fork comes upon another moment.
+  constexpr int kAttempts = 2;
+  std::string reason;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    Child child(path, limits);
+    Heading heading{};
+    std::vector<std::byte> content;
+    if (child.read_all(&heading, sizeof(heading))) {
+      content.resize(heading.size);
+      if (child.read_all(content.data(), content.size())) {
+        if (heading.kind == Heading::Kind::model) return content;
+        throw std::runtime_error(
+            std::string(reinterpret_cast<const char*>(content.data()), content.size()));
+      }
     }
+    reason = child.end_text();
+    if (!child.is_idle()) break;
   }
-  throw std::runtime_error(child.end_text());
+  throw std::runtime_error(reason);
 }
 
 }  // namespace walker::mujoco

@@ -11,7 +11,7 @@ namespace walker::mujoco {
 struct CompileLimits {
   std::size_t memory = std::size_t{2} << 30U;  ///< [bytes] of model and data, sources included
   unsigned int processor_seconds = 60;
-  unsigned int idle_seconds = 10;  ///< of waiting for what does not come
+  unsigned int idle_seconds = 10;  ///< of waiting for what does not come, twice
 };
 
 /// MuJoCo's compiler believes what a model says of sizes, and reads what it names: there are models

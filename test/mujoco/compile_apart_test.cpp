@@ -2,10 +2,13 @@
 #include "mujoco/compile_apart.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstddef>
@@ -183,6 +186,25 @@ TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
   for (std::thread& thread : threads) thread.join();
   for (const std::size_t size : sizes) EXPECT_EQ(size, sizes[0]);
   EXPECT_GT(sizes[0], 0U);
+}
+
+/// How many of the next children wait for ever, as for a lock that a thread of the host's had.
+std::atomic<int> waiting_children{0};  // NOLINT
+
+TEST_F(CompileApartTest, AChildThatWaitsForALockHasASuccessor) {
+  const auto in_parent = [] { waiting_children = std::max(0, waiting_children - 1); };
+  const auto in_child = [] {
+    while (waiting_children > 0) pause();
+  };
+  ASSERT_EQ(pthread_atfork(nullptr, in_parent, in_child), 0);
+  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
+  waiting_children = 1;
+  EXPECT_GT(compile_apart(file, small_limits()).size(), 0U);
+  waiting_children = 2;
+  const std::string message =
+      message_of<std::runtime_error>([&] { compile_apart(file, small_limits()); });
+  EXPECT_TRUE(has(message, "it waited for 2 s")) << message;
+  EXPECT_EQ(waiting_children, 0);
 }
 
 TEST_F(CompileApartTest, AHostThatWantsNoChildrenMayCompile) {
