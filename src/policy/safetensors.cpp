@@ -29,9 +29,8 @@ void append_values(const char* bytes, std::size_t count, std::vector<double>& va
   }
 }
 
-/// @param left bytes that no other tensor has taken: each may be taken once, or a small file of
-/// many
-///             tensors at one place would fill the memory
+/// @param left bytes that the other tensors have left. Each is taken once: many tensors at one
+///             place of a small file would fill the memory
 Tensor read_tensor(const std::string& name, const json::Object& entry, const char* begin,
                    std::size_t size, std::size_t& left) {
   const auto field = [&](const char* key) -> const json::Value& {
