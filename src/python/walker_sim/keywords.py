@@ -1,4 +1,4 @@
-"""The keywords with which environments are made."""
+"""The keywords with which environments are made, and the numbers that name walkers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import difflib
 import inspect
 import operator
 from typing import Any, Callable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from walker_sim import _core
 from walker_sim.rendering import camera_keywords_of
@@ -54,3 +57,19 @@ def to_count(name: str, given: int, lowest: int) -> int:
     if count >= 1 << 63:
         raise ValueError(f"{name} = {_core.shown(count)}: must be below 2^63")
     return count
+
+
+def to_indices(name: str, env_ids: ArrayLike | None, num_envs: int) -> list[int]:
+    """Numbers of walkers, which are not negative; None: all."""
+    if env_ids is None:
+        return list(range(num_envs))
+    try:
+        indices = np.asarray(env_ids)
+    except ValueError:  # of lists of several lengths
+        indices = np.empty((0, 0))
+    if indices.ndim != 1 or (indices.size > 0 and indices.dtype.kind not in "iu"):
+        raise TypeError(f"{name} = {_core.shown(env_ids)}: must be a sequence of integers")
+    for index in indices.tolist():
+        if not 0 <= index < num_envs:
+            raise ValueError(f"environment {index}: must be in [0, {num_envs - 1}]")
+    return indices.tolist()  # type: ignore[no-any-return]

@@ -13,13 +13,12 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.actions import to_actions
-from walker_sim.keywords import refuse_unknown, to_count
+from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.saved_states import get_states, set_states
 from walker_sim.sb3_env_fns import EnvFns, Plan, plan_of
 from walker_sim.transport import Batch, Place, by_name, make_walkers, spaces_of
-from walker_sim.vector_arguments import to_indices
 
 Infos = List[Dict[str, Any]]
 

@@ -7,7 +7,7 @@ from typing import Any, Optional, Sequence, Union
 
 import gymnasium
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from walker_sim import _core
 
@@ -67,19 +67,3 @@ def checked_mask(mask: Any, num_envs: int) -> NDArray[np.bool_]:
     if not mask.any():
         raise ValueError("options['reset_mask'] is False everywhere; must be True somewhere")
     return mask
-
-
-def to_indices(name: str, env_ids: ArrayLike | None, num_envs: int) -> list[int]:
-    """Numbers of walkers, which are not negative; None: all."""
-    if env_ids is None:
-        return list(range(num_envs))
-    try:
-        indices = np.asarray(env_ids)
-    except ValueError:  # of lists of several lengths
-        indices = np.empty((0, 0))
-    if indices.ndim != 1 or (indices.size > 0 and indices.dtype.kind not in "iu"):
-        raise TypeError(f"{name} = {_core.shown(env_ids)}: must be a sequence of integers")
-    for index in indices.tolist():
-        if not 0 <= index < num_envs:
-            raise ValueError(f"environment {index}: must be in [0, {num_envs - 1}]")
-    return indices.tolist()  # type: ignore[no-any-return]

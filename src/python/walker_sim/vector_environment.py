@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from walker_sim import _core
 from walker_sim.actions import to_actions
 from walker_sim.in_process import InProcessWalkers
-from walker_sim.keywords import refuse_unknown, to_count
+from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import (
     Draw,
@@ -30,7 +30,6 @@ from walker_sim.vector_arguments import (
     AutoresetMode,
     Seeds,
     checked_mask,
-    to_indices,
     to_mode,
     to_seeds,
 )
