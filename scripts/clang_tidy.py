@@ -59,7 +59,10 @@ def changed(root, commands):
 
     def git(*arguments, may_fail=False):
         command = ["git", "-C", root, *arguments]
-        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+        errors = subprocess.DEVNULL if may_fail else None
+        done = subprocess.run(
+            command, stdout=subprocess.PIPE, stderr=errors, text=True, check=False
+        )
         if done.returncode != 0 and not may_fail:
             sys.exit(f"git {arguments[0]} failed, so what has changed is not known; all: --all")
         return done.stdout.split()

@@ -132,6 +132,7 @@ def test_functions_without_a_monitor():
     def make_one():
         return gymnasium.make("walker_sim/Walker2d-v5", max_episode_steps=7)
 
+    assert VecEnv(make_one for _ in range(2)).num_envs == 2
     ours, theirs = VecEnv([make_one] * 3), DummyVecEnv([make_one] * 3)
     for environments in (ours, theirs):
         environments.seed(1)

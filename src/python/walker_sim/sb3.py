@@ -223,9 +223,6 @@ class VecEnv(vec_env.VecEnv):
         self._check_open()
         set_states(self._walkers, self._to_indices(indices), states)
 
-    def _to_indices(self, indices: VecEnvIndices) -> list[int]:
-        return to_indices("indices", self._get_indices(indices), self.num_envs)
-
     def __copy__(self) -> VecEnv:
         """As `copy.deepcopy`: two environments must not drive the same walkers."""
         return copy.deepcopy(self)
@@ -307,6 +304,9 @@ class VecEnv(vec_env.VecEnv):
     def _show_first(self, show: Callable[[Draw], None]) -> None:
         if self.render_mode == "human" and not self._walkers.reset_error(0):
             show(self._walkers.drawer(0))
+
+    def _to_indices(self, indices: VecEnvIndices) -> list[int]:
+        return to_indices("indices", self._get_indices(indices), self.num_envs)
 
     def _check_open(self) -> None:
         if self._is_closed:

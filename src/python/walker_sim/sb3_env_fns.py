@@ -89,13 +89,13 @@ def plan_of(env_fns: EnvFns, others: Mapping[str, Any]) -> Plan:
     ValueError
         For walkers that are not alike, or are on a server; for a keyword that the functions say.
     """
-    makers = [*env_fns] if isinstance(env_fns, Iterable) else [None]
+    makers: list[Any] = [*env_fns] if isinstance(env_fns, Iterable) else [None]
     if not all(callable(make) for make in makers):
         shown = _core.shown(env_fns)
         raise TypeError(f"environment {shown}: must be an id, or functions, one for each walker")
     if not makers:
         raise ValueError("environment []: must be an id, or functions, one for each walker")
-    made = [_look_at(make()) for make in env_fns]
+    made = [_look_at(make()) for make in makers]
     defaults = {
         "num_envs": (1, len(made)),
         "transport": ("inprocess",),
