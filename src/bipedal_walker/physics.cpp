@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "bipedal_walker/body_list.h"
 #include "bipedal_walker/broad_phase.h"
@@ -34,13 +35,13 @@ b2BodyDef dynamic_body(double x, double y, double angle) {
 
 /// Makes a world with a contact: the first of each fills tables of the whole process.
 void fill_tables() {
-  b2World world(b2Vec2(0, 0));
+  const auto world = std::make_unique<b2World>(b2Vec2(0, 0));  // 100 KiB are too many for a stack
   b2CircleShape circle;
   circle.m_radius = 1;
   const b2BodyDef body = dynamic_body(0, 0, 0);
-  world.CreateBody(&body)->CreateFixture(&circle, 1);
-  world.CreateBody(&body)->CreateFixture(&circle, 1);
-  world.Step(1, 1, 1);
+  world->CreateBody(&body)->CreateFixture(&circle, 1);
+  world->CreateBody(&body)->CreateFixture(&circle, 1);
+  world->Step(1, 1, 1);
 }
 
 /// Asked for before any world is made, which is the last moment to fill Box2D's tables while no

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <new>
 #include <utility>
+
+#include "simd/workspace.h"
 
 namespace walker {
 namespace {
@@ -24,6 +27,7 @@ ThreadPool::ThreadPool(std::size_t num_items, std::size_t num_threads, std::size
       thread_of_(num_items),
       done_(num_items) {
   make_slices(num_threads);
+  simd::workspace();  // now, so that no step has to allocate it
   try {
     for (std::size_t i = 1; i < num_threads; ++i) threads_.emplace_back([this, i] { run(i); });
   } catch (...) {
@@ -63,6 +67,10 @@ void ThreadPool::start(std::size_t num_wanted) {
 }
 
 void ThreadPool::run(std::size_t thread) {
+  try {
+    simd::workspace();
+  } catch (const std::bad_alloc&) {  // a step that needs it will fail
+  }
   while (true) {
     const std::uint32_t num_starts = num_starts_.load();
     if (is_stopping_.load(std::memory_order_relaxed)) return;

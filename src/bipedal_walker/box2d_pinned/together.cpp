@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
+#include <new>
+#include <type_traits>
 
 #include "bipedal_walker/box2d_pinned/world_impacts.h"
 #include "bipedal_walker/box2d_pinned/world_step.h"
 #include "bipedal_walker/physics.h"
+#include "simd/workspace.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -107,8 +111,15 @@ class Group {
 
 void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept {
   if (count == 0) return;
-  Group group(kernel, calls, count);
-  group.step();
+  static_assert(sizeof(Group) <= simd::Workspace::kGroupSize);
+  static_assert(std::is_trivially_destructible_v<Group>);
+  try {
+    auto* const group = new (simd::workspace().group) Group(kernel, calls, count);
+    group->step();
+  } catch (...) {  // there is no memory
+    std::for_each(calls, calls + count,
+                  [](WorldCall& call) { call.failure = std::current_exception(); });
+  }
 }
 
 }  // namespace walker::bipedal_walker

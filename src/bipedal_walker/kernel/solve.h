@@ -2,11 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <new>
 #include <type_traits>
 
 #include "bipedal_walker/kernel/impact.h"
 #include "bipedal_walker/kernel/island.h"
 #include "bipedal_walker/kernel/rotation.h"
+#include "simd/workspace.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
@@ -30,13 +32,23 @@ void in_groups(std::size_t first, std::size_t count, const Solve& solve) {
   }
 }
 
+/// Constructs the lanes of some problems in the workspace's memory.
+template <typename Lanes, typename Problem>
+Lanes& new_lanes(void* memory, Problem* const* problems, int count, const Model& model) {
+  static_assert(sizeof(Lanes) <= simd::Workspace::kLanesSize);
+  static_assert(alignof(Lanes) <= simd::Workspace::kAlignment);
+  static_assert(std::is_trivially_destructible_v<Lanes>);
+  return *new (memory) Lanes(problems, count, model);
+}
+
 template <int W>
 void solve_islands(Island* const* islands, std::size_t count, const Model& model) {
   std::array<Island*, kMostIslands> far_off;
   std::size_t num_far_off = 0;
+  void* const memory = simd::workspace().lanes;
   const int few = std::min(kFewIterations, model.position_iterations);
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
-    IslandLanes<width> lanes(islands + first, num_lanes, model);
+    auto& lanes = new_lanes<IslandLanes<width>>(memory, islands + first, num_lanes, model);
     lanes.solve();
     lanes.correct(few);
     for (std::size_t i = first; i < first + static_cast<std::size_t>(num_lanes); ++i) {
@@ -44,15 +56,16 @@ void solve_islands(Island* const* islands, std::size_t count, const Model& model
     }
   });
   in_groups<W>(0, num_far_off, [&](std::size_t first, int num_lanes, auto width) {
-    IslandLanes<width>(far_off.data() + first, num_lanes, model)
+    new_lanes<IslandLanes<width>>(memory, far_off.data() + first, num_lanes, model)
         .correct(model.position_iterations - few);
   });
 }
 
 template <int W>
 void solve_impacts(Impact* const* impacts, std::size_t count, const Model& model) {
+  void* const memory = simd::workspace().lanes;
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
-    ImpactLanes<width>(impacts + first, num_lanes, model).solve();
+    new_lanes<ImpactLanes<width>>(memory, impacts + first, num_lanes, model).solve();
   });
 }
 

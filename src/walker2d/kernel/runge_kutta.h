@@ -2,6 +2,10 @@
 // see smooth.h), for worlds in groups of as many as a vector has lanes.
 #pragma once
 
+#include <new>
+#include <type_traits>
+
+#include "simd/workspace.h"
 #include "walker2d/kernel/kernel.h"
 #include "walker2d/kernel/solver.h"
 
@@ -64,6 +68,25 @@ class Forward {
   Smooth<Vector<W>> smooth_[kGroups];
   Rows<W> rows_[kGroups];
 };
+
+/// What a call works on.
+template <int W, int Groups>
+struct Work {
+  explicit Work(const Ground& ground) : forward(ground) {}
+
+  Group<W> groups[Groups];
+  Forward<W> forward;
+};
+
+/// In this thread's workspace.
+template <int W, int Groups>
+Work<W, Groups>& new_work(const Ground& ground) {
+  using Made = Work<W, Groups>;
+  static_assert(sizeof(Made) <= simd::Workspace::kLanesSize);
+  static_assert(alignof(Made) <= simd::Workspace::kAlignment);
+  static_assert(std::is_trivially_destructible_v<Made>);
+  return *new (simd::workspace().lanes) Made(ground);
+}
 
 /// a + b * c.
 template <int W>
@@ -167,8 +190,7 @@ void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds
 template <int W>
 void step_worlds(World* const* worlds, std::size_t count, int steps, const Ground& ground) {
   constexpr std::size_t kMost = std::size_t{W} * kGroups;
-  Group<W> groups[kGroups];
-  Forward<W> forward(ground);
+  auto& [groups, forward] = new_work<W, kGroups>(ground);
   while (count > 0) {
     const int num_worlds = static_cast<int>(count < kMost ? count : kMost);
     const int num_groups = (num_worlds + W - 1) / W;
@@ -187,8 +209,8 @@ void step_worlds(World* const* worlds, std::size_t count, int steps, const Groun
 /// mj_forward without torques.
 inline void start_world(World& world, const Ground& ground) {
   World* const worlds[] = {&world};
-  Group<1> group;
-  Forward<1> forward(ground);
+  auto& [groups, forward] = new_work<1, 1>(ground);
+  Group<1>& group = groups[0];
   world.warm_start = {};
   world.torque = {};
   load(worlds, 1, group);
