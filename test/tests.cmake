@@ -16,8 +16,9 @@ add_custom_target(benchmarks)
 # walker_sim_label(NAME LABEL TARGET...): the test's label, and what has to be built for it.
 function(walker_sim_label name label)
   set_tests_properties(${name} PROPERTIES LABELS "${label}")
-  if("long" IN_LIST label)
-    set_tests_properties(${name} PROPERTIES TIMEOUT 1500) # it ends what hangs, on busy machines too
+  # It ends what hangs, on busy machines too. Instrumented units have the longer one of scripts/test.
+  if("long" IN_LIST label OR ("unit" IN_LIST label AND NOT WALKER_SIM_INSTRUMENT))
+    set_tests_properties(${name} PROPERTIES TIMEOUT 1500)
   endif()
   if(ARGN)
     add_dependencies(tests ${ARGN})
