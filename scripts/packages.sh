@@ -11,6 +11,8 @@ screen_packages=(x11-utils xvfb)
 common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev pkg-config python3-pytest)
 lint_packages=(catkin-lint cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
+# Processors that the machine is not.
+emulator_packages=(qemu-user)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
 cache_packages=(ccache)
 # Of ./scripts/fuzz: the clang of Debian 12, in other releases the one that is the default there. From

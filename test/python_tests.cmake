@@ -28,6 +28,7 @@ set(pinned_suites
   bipedal_walker/episodes_gymnasium_test
   bipedal_walker/renderer_gymnasium_test
   core/pool_gymnasium_test
+  mujoco/no_avx_test
   python/bits_bipedal_walker_test
   python/commands_evaluate_test
   python/commands_hash_test

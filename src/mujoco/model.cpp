@@ -16,6 +16,7 @@
 #include "core/user_path.h"
 #include "mujoco/builtin_models.h"
 #include "mujoco/compile_apart.h"
+#include "mujoco/processor.h"
 
 namespace walker::mujoco {
 namespace {
@@ -165,6 +166,7 @@ void refuse_model(const std::string& xml_file, std::string reason) {
 }
 
 ModelPointer load_model(const std::string& xml_file) {
+  check_processor();
   static std::mutex mutex;  // MuJoCo's compiler has global state
   static std::map<std::string, std::weak_ptr<const mjModel>> models;
   const std::lock_guard<std::mutex> lock(mutex);

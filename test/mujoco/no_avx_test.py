@@ -1,0 +1,49 @@
+"""On a processor without AVX, which QEMU emulates, Walker2d and Hopper are refused in words, and
+BipedalWalker runs."""
+
+import os
+import platform
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.skipif(platform.machine() != "x86_64", reason="AVX is x86-64's")
+
+REFUSAL = "MuJoCo's library needs a processor with AVX"
+PLAY = """
+import sys, gymnasium, walker_sim
+env = gymnasium.make(sys.argv[1])
+env.reset(seed=1)
+for _ in range(20):
+    env.step(env.action_space.sample())
+envs = walker_sim.WalkerVectorEnv(env.spec.name + "-v3", 20)
+envs.reset(seed=1)
+for _ in range(20):
+    envs.step(envs.action_space.sample())
+print("played")
+"""
+
+
+def emulated(*command, **options):
+    """The command on a processor of 2008."""
+    emulator = ["qemu-x86_64", "-cpu", "Nehalem"]
+    return subprocess.run([*emulator, *command], capture_output=True, text=True, **options)
+
+
+def test_box2d_runs():
+    done = emulated(sys.executable, "-c", PLAY, "walker_sim/BipedalWalker-v3")
+    assert (done.returncode, done.stdout) == (0, "played\n"), done.stderr
+
+
+@pytest.mark.parametrize("environment_id", ["Walker2d-v5", "Hopper-v4"])
+def test_mujoco_is_refused_in_python(environment_id):
+    done = emulated(sys.executable, "-c", PLAY, f"walker_sim/{environment_id}")
+    assert done.returncode == 1, done.stderr
+    assert f"RuntimeError: {REFUSAL}" in done.stderr
+
+
+def test_mujoco_is_refused_in_cpp():
+    done = emulated(os.environ["WALKER_SIM_ROLLOUT"], input="make Walker2d-v5\n")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"error {REFUSAL}")
