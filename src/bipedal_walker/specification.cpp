@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <tuple>
 
@@ -87,10 +88,10 @@ void read_walker(const Physics& physics, Specification& specification) {
 const Specification& the_walker() {
   static const Specification kWalker = [] {
     Generator generator(0);
-    Physics physics;
-    physics.build(generate_terrain(generator, false), 0);
+    const auto physics = std::make_unique<Physics>();  // 100 KiB are too many for a stack
+    physics->build(generate_terrain(generator, false), 0);
     Specification specification;
-    read_walker(physics, specification);
+    read_walker(*physics, specification);
     return specification;
   }();
   return kWalker;

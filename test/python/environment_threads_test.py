@@ -6,6 +6,7 @@ runs then only where the core lets go of the lock.
 """
 
 import pickle
+import subprocess
 import sys
 import threading
 import time
@@ -149,3 +150,36 @@ def test_threads_that_store_what_another_moves():
     moved, *stored = in_threads(move_or_store, 3)
     moved.append(environment.step(action)[0].tobytes())
     assert set(chain(*stored)) <= set(moved)
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_a_thread_with_a_stack_of_128_kib_suffices(environment_id):
+    """In a process of its own, which an overflow would end."""
+    code = """
+import sys, threading
+import gymnasium, numpy, walker_sim
+
+def play():
+    with gymnasium.make(f"walker_sim/{environment_id}") as env:
+        for seed in range(2):
+            env.reset(seed=seed)
+            for _ in range(40):
+                terminated = env.step(env.action_space.sample())[2]
+                if terminated:
+                    env.reset()
+        env.unwrapped.set_state(env.unwrapped.get_state())
+    envs = walker_sim.WalkerVectorEnv(environment_id, 70, num_threads=2)
+    envs.reset(seed=1)
+    for _ in range(40):
+        envs.step(envs.action_space.sample())
+    envs.close()
+    done.append(True)
+
+environment_id, done = sys.argv[1], []
+threading.stack_size(128 * 1024)
+thread = threading.Thread(target=play)
+thread.start()
+thread.join()
+assert done
+"""
+    subprocess.run([sys.executable, "-c", code, environment_id], check=True)
