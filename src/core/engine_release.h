@@ -1,16 +1,35 @@
-// What of an engine's version decides about bits.
+// The parts of an engine's version text.
+//
+//   RELEASE (ORIGIN), libm: VARIANT, stepped by STEPPER
 #pragma once
 
 #include <string>
 
 namespace walker {
 
-/// Stands in `Specification::engine_version` between the release and what makes its steps.
+/// Precedes the variant of the C library's sin, cos and pow, where the engine's bits depend on it.
+inline constexpr const char* kLibm = ", libm: ";
+/// Precedes what makes the steps, which no bit depends on.
 inline constexpr const char* kSteppedBy = ", stepped by ";
 
-/// Without what makes the steps, which no bit depends on.
+/// The release and the origin.
 inline std::string engine_release(const std::string& engine_version) {
-  return engine_version.substr(0, engine_version.find(kSteppedBy));
+  const std::string text = engine_version.substr(0, engine_version.find(kSteppedBy));
+  return text.substr(0, text.find(kLibm));
+}
+
+/// The variant of the C library; empty if the text names none.
+inline std::string libm_of(const std::string& engine_version) {
+  const std::string text = engine_version.substr(0, engine_version.find(kSteppedBy));
+  const std::size_t at = text.find(kLibm);
+  return at == std::string::npos ? "" : text.substr(at + std::string(kLibm).size());
+}
+
+/// Whether both texts name a variant, and not the same one.
+inline bool has_other_libm(const std::string& engine_version, const std::string& other) {
+  const std::string one = libm_of(engine_version);
+  const std::string two = libm_of(other);
+  return !one.empty() && !two.empty() && one != two;
 }
 
 }  // namespace walker

@@ -57,6 +57,10 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
   compare("engine", record.engine, own.engine);
   compare("engine_version", engine_release(record.engine_version),
           engine_release(own.engine_version));
+  // Repeated here, the episode would be another one, if only in the last bits.
+  if (has_other_libm(record.engine_version, own.engine_version)) {
+    compare("libm", libm_of(record.engine_version), libm_of(own.engine_version));
+  }
   if (!specification.episodes_are_independent) {
     throw std::invalid_argument(
         "an episode of this environment depends on those before it (parameter reuse_world), which "

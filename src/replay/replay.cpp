@@ -76,7 +76,14 @@ std::string compare_versions(const walker_sim::EnvironmentSpec& recorded,
                            " and walker_sim " + recorded.version;
   const std::string now = own.engine + " " + engine_release(own.engine_version) +
                           " and walker_sim " + walker::version();
-  return then == now ? "" : "recorded with " + then + "; repeated with " + now;
+  std::string differences = then == now ? "" : "recorded with " + then + "; repeated with " + now;
+  if (has_other_libm(recorded.engine_version, own.engine_version)) {
+    if (!differences.empty()) differences += "; ";
+    differences += "recorded with libm: " + libm_of(recorded.engine_version) +
+                   "; repeated with libm: " + libm_of(own.engine_version) +
+                   ": its sin, cos and pow differ in the last bit, so episodes may differ";
+  }
+  return differences;
 }
 
 }  // namespace

@@ -67,6 +67,15 @@ TEST_F(EpisodeRecordTest, WhatMadeTheStepsDoesNotCount) {
   EXPECT_NO_THROW(check_repeatable(record_, specification_));
 }
 
+TEST_F(EpisodeRecordTest, AnotherLibmIsRefusedByName) {
+  const std::string release = engine_release(specification_.engine_version);
+  record_.engine_version = release + ", libm: another, stepped by hand";
+  EXPECT_EQ(refusal(), "libm = another in the record; here it is " +
+                           libm_of(specification_.engine_version));
+  record_.engine_version = release;  // of a release that did not name it
+  EXPECT_NO_THROW(check_repeatable(record_, specification_));
+}
+
 TEST_F(EpisodeRecordTest, WhatIsSaidOfALongTextIsShort) {
   record_.id.assign(10000000, 'a');
   EXPECT_LT(refusal().size(), 300U);

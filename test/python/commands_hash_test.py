@@ -2,12 +2,13 @@
 
 import functools
 import os
+import platform
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-from reference_hashes import HASHES, STEPS
+from reference_hashes import HASHES, HASHES_WITHOUT_FMA, STEPS
 from walker_sim import WalkerEnv, WalkerVectorEnv
 from walker_sim.commands import main
 from walker_sim.commands.reference_run import (
@@ -63,6 +64,28 @@ def test_no_vector_width_changes_it(kernel):
         check=True,
     )
     assert [line.split()[0] for line in done.stdout.splitlines()[1:]] == [*HASHES[STEPS].values()]
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one variant on others")
+def test_the_other_variant_of_the_c_library_has_the_other_documented_hashes():
+    """glibc is told that the processor has no FMA."""
+    done = subprocess.run(
+        [sys.executable, "-m", "walker_sim", "hash", "--steps", str(STEPS)],
+        env={
+            **os.environ,
+            "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable",
+        },
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = {}
+    for line in done.stdout.splitlines()[1:]:
+        digest, environment_id, engine = line.split(maxsplit=2)
+        found[environment_id.rstrip(",")] = digest
+        assert engine.endswith(", libm: no fma") == engine.startswith("MuJoCo")
+    assert found == {**HASHES[STEPS], **HASHES_WITHOUT_FMA[STEPS]}
+    assert len(HASHES_WITHOUT_FMA[STEPS]) == 4
 
 
 @pytest.mark.parametrize("environment_id", IDS)

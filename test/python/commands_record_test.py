@@ -110,6 +110,23 @@ def test_check_notices_a_single_bit(record, capsys, name):
     assert lines[-1].startswith("2 of 3 episodes equal (")
 
 
+def test_check_says_that_the_c_library_was_another_one(record, capsys):
+    recorded, file = record("Walker2d-v5", "--episodes", "1", "max_episode_steps=5")
+    release, _, own = str(recorded["engine_version"]).partition(", libm: ")
+    own = own.partition(",")[0]
+    assert own
+    for version, said in (
+        (f"{release}, libm: another, stepped by hand", True),
+        (release, False),  # of a release that did not name it
+    ):
+        np.savez(file, **{**recorded, "engine_version": version})
+        status, out = check(capsys, file)
+        assert status == 0
+        words = f"recorded with libm: another; repeated with libm: {own}: its sin, cos and pow "
+        assert (words in out) == said
+        assert ("libm" in out) == said
+
+
 def test_check_of_what_is_no_recording(record, tmp_path, capsys):
     recorded, file = record("BipedalWalker-v3", "--episodes", "1", "max_episode_steps=5")
     for change, message in (

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/engine_release.h"
 #include "replay/replay_bags.h"
 
 namespace walker::test {
@@ -261,6 +262,21 @@ TEST_F(ReplayBagsTest, OtherVersionsAreSaidAndComparedAllTheSame) {
     EXPECT_TRUE(outcome.says("2 episodes equal to the bit (30 steps), 1 differing")) << outcome;
   }
   EXPECT_FALSE(replay_of(three_episodes(kId)).says("recorded with"));
+}
+
+TEST_F(ReplayBagsTest, AnotherLibmIsSaidAndComparedAllTheSame) {
+  Session session = three_episodes("Walker2d-v5");
+  std::string& version = session.all<EnvironmentSpec>()[0]->engine_version;
+  const std::string own = libm_of(version);
+  const std::string release = engine_release(version);
+  version = release + ", libm: another, stepped by hand";
+  const Outcome outcome = replay_of(session);
+  EXPECT_TRUE(outcome.says("\nrecorded with libm: another; repeated with libm: " + own +
+                           ": its sin, cos and pow differ in the last bit"))
+      << outcome;
+  EXPECT_TRUE(outcome.says("3 episodes equal to the bit")) << outcome;
+  version = release;  // of a release that did not name it
+  EXPECT_FALSE(replay_of(session).says("libm"));
 }
 
 // ---------------------------------------------------------------- what cannot be read

@@ -96,7 +96,10 @@ class Connection:
         self._options: tuple[str, dict[str, Any], str, str, float]
         self._options = (env_id, dict(parameters), *place[1:3], timeout)
         self._client: _core.Client | None = None
-        self.specification: Specification = self.open().specification
+        client = self.open()
+        server = client.server_specification
+        computed = {key: shown(server[key]) for key in ("engine", "engine_version")}
+        self.specification: Specification = {**client.specification, **computed}
 
     def open(self) -> _core.Client:
         """The client for a reset: another one where there is none, or the connection was lost.

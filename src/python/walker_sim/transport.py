@@ -33,6 +33,16 @@ Depths = Optional[NDArray[np.float32]]
 """To be filled, shape (height, width) [m], where they are wanted."""
 
 
+def release_of(engine_version: str) -> str:
+    """An engine's release and origin."""
+    return engine_version.partition(", stepped by ")[0].partition(", libm: ")[0]
+
+
+def libm_of(engine_version: str) -> str:
+    """The variant of the C library that the engine's bits depend on; empty if none is named."""
+    return engine_version.partition(", stepped by ")[0].partition(", libm: ")[2]
+
+
 def spaces_of(specification: Specification) -> tuple[Box, Box]:
     """Of observations, shape (observation size,), float32 or float64, and of actions, shape
     (action size,), float32."""

@@ -14,6 +14,7 @@ from walker_sim.commands.reference_run import (
     reference_hash,
 )
 from walker_sim.registration import without_namespace
+from walker_sim.transport import libm_of
 
 STEPS = 10_000
 
@@ -21,7 +22,8 @@ DESCRIPTION = f"""\
 Plays a run that is fixed to the bit and prints the SHA-256 of all observations, rewards, flags and
 infos: {NUM_WALKERS} walkers of each environment with the seeds 0 to {NUM_WALKERS - 1}. The even
 ones walk by the heuristic, the odd ones at random. Threads, environments at once, the processor,
-the compiler and the transport change no digit; docs/reliability.md has what it must be.
+the compiler and the transport change no digit; docs/reliability.md has what it must be. Walker2d's
+and Hopper's depend on the C library's sin, cos and pow, whose variant is printed as "libm".
 """
 
 EPILOG = f"""\
@@ -65,8 +67,10 @@ def run(arguments: Sequence[str]) -> int:
             raise common.InputError(f"{env_id}: {error}") from error
         finally:
             walkers.close()
-        version = walkers.specification["engine_version"].partition(" (")[0]
-        print(f"{found}  {env_id}, {walkers.specification['engine']} {version}", flush=True)
+        version = walkers.specification["engine_version"]
+        engine = f"{walkers.specification['engine']} {version.partition(' (')[0]}"
+        libm = libm_of(version)
+        print(f"{found}  {env_id}, {engine}{libm and f', libm: {libm}'}", flush=True)
     return 0
 
 

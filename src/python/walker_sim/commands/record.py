@@ -14,7 +14,7 @@ from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, play
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
 from walker_sim.commands.progress import shown
-from walker_sim.transport import Specification, Walkers
+from walker_sim.transport import Specification, Walkers, libm_of, release_of
 
 FORMAT = 1
 EPISODES = 10
@@ -36,7 +36,8 @@ The file, for numpy.load(FILE), without pickle. T steps, E episodes, in the orde
   info_names                      of the columns of infos, where NaN is an absent value
   id, parameter_names, parameter_values, policy, transport
                                   what played, and where
-  engine, engine_version, walker_sim_version, numpy_version
+  engine, engine_version          of what played, with the variant of the C library ("libm")
+  walker_sim_version, numpy_version
                                   of this machine, also where a server played
   format                          1
 """
@@ -236,9 +237,15 @@ def _check(options: argparse.Namespace) -> int:
             f"{size}, as {env_id} has them"
         )
     versions = walkers.specification["engine_version"], str(recorded["engine_version"])
-    here, there = (version.partition(", stepped by ")[0] for version in versions)
+    here, there = map(release_of, versions)
     if here != there:
         print(f"recorded on {recorded['engine']} {there}, repeated on {here}")
+    here, there = map(libm_of, versions)
+    if here and there and here != there:
+        print(
+            f"recorded with libm: {there}; repeated with libm: {here}: its sin, cos and pow differ "
+            "in the last bit, so episodes may differ"
+        )
     print(f"{'seed':>20}  steps     return", flush=True)
     equal = 0
     starts = recorded["episode_starts"]
