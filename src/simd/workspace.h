@@ -1,5 +1,5 @@
-// Memory of a thread for what a kernel is in the midst of: hundreds of KiB, and a thread's stack may
-// have 128.
+// Memory of a thread for what a kernel is in the midst of: hundreds of KiB, and a thread's stack
+// may have 128.
 #pragma once
 
 #include <cstddef>

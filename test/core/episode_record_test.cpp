@@ -70,8 +70,8 @@ TEST_F(EpisodeRecordTest, WhatMadeTheStepsDoesNotCount) {
 TEST_F(EpisodeRecordTest, AnotherLibmIsRefusedByName) {
   const std::string release = engine_release(specification_.engine_version);
   record_.engine_version = release + ", libm: another, stepped by hand";
-  EXPECT_EQ(refusal(), "libm = another in the record; here it is " +
-                           libm_of(specification_.engine_version));
+  EXPECT_EQ(refusal(),
+            "libm = another in the record; here it is " + libm_of(specification_.engine_version));
   record_.engine_version = release;  // of a release that did not name it
   EXPECT_NO_THROW(check_repeatable(record_, specification_));
 }

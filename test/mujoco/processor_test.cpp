@@ -18,8 +18,9 @@ namespace {
 
 // test/mujoco/processor_test.py asks on an emulated one.
 TEST(Processor, WithoutAvxIsRefusedInWords) {
-  EXPECT_EQ(message_of<std::runtime_error>([] { check_processor(false); })
-                .rfind("MuJoCo's library needs a processor with AVX", 0),
+  EXPECT_EQ(message_of<std::runtime_error>([] {
+              check_processor(false);
+            }).rfind("MuJoCo's library needs a processor with AVX", 0),
             0U);
   EXPECT_NO_THROW(check_processor(true));
   EXPECT_NO_THROW(check_processor());
