@@ -69,7 +69,7 @@ void ThreadPool::start(std::size_t num_wanted) {
 void ThreadPool::run(std::size_t thread) {
   try {
     simd::workspace();
-  } catch (const std::bad_alloc&) {  // a step that needs it will fail
+  } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch)  // a step that needs it fails
   }
   while (true) {
     const std::uint32_t num_starts = num_starts_.load();
