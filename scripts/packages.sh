@@ -45,6 +45,9 @@ packages_of_debian() {
   view_packages=(rviz)
   # Without libopenblas0 torch multiplies matrices by a slow reference.
   example_packages=(debootstrap libopenblas0 python3-torch)
+  # A Node.js of another source brings its own npm, which Debian's conflicts with.
+  client_packages=()
+  if [ ! -x /usr/bin/npm ]; then client_packages=(nodejs npm); fi
 }
 
 # Untested: nobody has run this on Ubuntu 20.04 yet.
@@ -59,4 +62,5 @@ packages_of_ubuntu_20_04() {
   test_packages=("${common_test_packages[@]}" ros-noetic-rostest ros-noetic-tf2-ros ros-noetic-urdf)
   view_packages=(ros-noetic-rviz)
   example_packages=() # it has no PyTorch
+  client_packages=()
 }

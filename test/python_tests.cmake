@@ -42,8 +42,8 @@ set(slow_suites bench/bench_test mujoco/episodes_gymnasium_test mujoco/renderer_
 # They start masters and servers, or look at what was built for ROS.
 set(ros_suites bench/bench_test exports_test programs_test readme_test rviz/rviz_test soak/soak_test)
 # stages.cmake runs them, in virtual environments of their own.
-set(other_suites python/normalization_test python/readme_wheel_test python/sb3_make_vec_env_test
-  python/sb3_test python/torch_test python/train_test python/wheel_test)
+set(other_suites python/normalization_test python/readme_wheel_test python/rosnodejs_test
+  python/sb3_make_vec_env_test python/sb3_test python/torch_test python/train_test python/wheel_test)
 
 add_library(walker_sim_c_interface MODULE EXCLUDE_FROM_ALL test/c_interface.cpp)
 target_include_directories(walker_sim_c_interface PRIVATE test)

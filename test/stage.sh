@@ -8,6 +8,9 @@
 #   wheel_readme PYTHON XML               README's first example in one that the extra for it has filled
 #   example_venv LEARNER                  the virtual environment of an example
 #   example LEARNER FILE XML              a suite in it
+#   sb3_suite XML                         tests of Stable-Baselines3's own, with an environment of ours
+#   rosnodejs_modules                     what npm installs for the client in test/python/rosnodejs
+#   rosnodejs FILE XML                    a suite beside it
 #   torchrl_root PYTHON                   Debian 13 for the example with TorchRL, and its Python beside it
 #   torchrl FILE XML                      a suite there
 # What they make is in hidden folders of build/, for roslaunch walks through a package's visible ones.
@@ -137,6 +140,49 @@ run_example() {
     "$(example_venv "$learner")/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
 }
 
+# The source package of the release that is installed, by the hashes of the same lock file.
+fetch_sb3_sources() {
+  local folder=$1 requirement
+  requirement=$(sed -n '/^stable-baselines3==/,/[^\\]$/p' "$root/test/examples/requirements_sb3.lock")
+  if [ "$(cat "$folder/ready" 2>/dev/null)" != "$requirement" ]; then
+    rm -rf "$folder" && mkdir -p "$folder" && echo "$requirement" >"$folder/requirements.txt"
+    within /dev/null env -u PIP_REQUIRE_VIRTUALENV /usr/bin/python3 -m pip download --disable-pip-version-check \
+      --require-hashes --no-deps --no-binary=:all: --no-build-isolation --dest "$folder" \
+      --requirement "$folder/requirements.txt"
+    tar -x --strip-components=1 -C "$folder" -f "$folder"/stable?baselines3-*.tar.gz
+    mv "$folder/requirements.txt" "$folder/ready"
+  fi
+}
+
+run_sb3_suite() {
+  local results=$1 sources=$build/.examples/sb3_sources
+  fetch_sb3_sources "$sources"
+  mkdir -p "${results%/*}"
+  within "$devel/setup.bash" env PYTHONDONTWRITEBYTECODE=1 "$(example_venv sb3)/bin/python" \
+    "$root/test/python/suites.py" sb3 "$sources" --junit-xml="$results"
+}
+
+rosnodejs=$build/.rosnodejs
+
+# By the hashes of package-lock.json, unless that is done already. No package's script is run.
+set_up_rosnodejs() {
+  local sources=$root/test/python/rosnodejs
+  mkdir -p "$rosnodejs" && cp "$sources/"* "$rosnodejs"
+  if ! cmp -s "$sources/package-lock.json" "$rosnodejs/ready"; then
+    rm -f "$rosnodejs/ready"
+    within /dev/null npm ci --prefix "$rosnodejs" --cache "$rosnodejs/cache" --ignore-scripts --no-audit --no-fund
+    cp "$sources/package-lock.json" "$rosnodejs/ready"
+  fi
+}
+
+run_rosnodejs() {
+  local suite=$1 results=$2
+  mkdir -p "${results%/*}"
+  within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
+    ROS_HOME="$rosnodejs/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" WALKER_SIM_ROSNODEJS="$rosnodejs" \
+    "$venv/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
+}
+
 # TorchRL asks for a later PyTorch than Debian 12 has, and pip's brings gigabytes for GPUs. So Debian 13's
 # own is taken, in a folder; beside it what the requirements pin and, each time anew, the wheel for its
 # Python, which is the PYTHON of this system too.
@@ -190,6 +236,9 @@ case $1 in
   wheel_readme) run_wheel_readme "${@:2}" ;;
   example_venv) set_up_example "$2" ;;
   example) run_example "${@:2}" ;;
+  sb3_suite) run_sb3_suite "$2" ;;
+  rosnodejs_modules) set_up_rosnodejs ;;
+  rosnodejs) run_rosnodejs "${@:2}" ;;
   torchrl_root) set_up_torchrl_root "$2" ;;
   torchrl) run_torchrl_example "${@:2}" ;;
   *) die "$1: unknown command" ;;

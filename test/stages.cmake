@@ -111,6 +111,19 @@ if(is_debian_12)
   walker_sim_add_example(rllib_ppo ray examples/rllib_ppo_test.py)
 endif()
 
+# ---------------------------------------------------------------- suites and clients of others
+# docs/compatibility.md has the table.
+if(is_debian_12)
+  add_test(NAME python_suites_sb3 COMMAND ${stage} sb3_suite ${test_results}/python_suites_sb3.xml)
+  set_tests_properties(python_suites_sb3 PROPERTIES
+    LABELS long TIMEOUT 900 FIXTURES_REQUIRED examples_sb3)
+  walker_sim_add_check(python_rosnodejs_set_up long ${stage} rosnodejs_modules)
+  set_tests_properties(python_rosnodejs_set_up PROPERTIES FIXTURES_SETUP rosnodejs)
+  add_test(NAME python_rosnodejs_test COMMAND ${stage} rosnodejs
+    ${CMAKE_CURRENT_SOURCE_DIR}/test/python/rosnodejs_test.py ${test_results}/python_rosnodejs_test.xml)
+  set_tests_properties(python_rosnodejs_test PROPERTIES LABELS long TIMEOUT 900 FIXTURES_REQUIRED rosnodejs)
+endif()
+
 # TorchRL's is run on Debian 13, by the wheel for its Python.
 if(python_3_13 AND is_debian_12)
   walker_sim_add_check(examples_set_up_torchrl long ${stage} torchrl_root ${python_3_13})

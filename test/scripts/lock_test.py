@@ -1,5 +1,6 @@
 """What pip installs by has the requirements' versions, with hashes; ./scripts/lock writes it."""
 
+import json
 import pathlib
 import re
 
@@ -38,3 +39,17 @@ def test_it_has_every_requirement_with_hashes(path):
     entries = locked(path)
     assert {re.sub(r"\[.*\]", "", each).replace("_", "-") for each in wanted} <= set(entries)
     assert all(entries.values())
+
+
+@pytest.mark.parametrize("folder", [ROOT / "test" / "python" / "rosnodejs"])
+def test_npm_has_every_requirement_with_hashes(folder):
+    """Without addresses: each machine asks the registry that its npm is configured for."""
+    wanted = json.loads((folder / "package.json").read_text(encoding="utf-8"))["dependencies"]
+    lock = json.loads((folder / "package-lock.json").read_text(encoding="utf-8"))
+    itself = lock["packages"].pop("")
+    assert itself["dependencies"] == wanted
+    found = {name: package["version"] for name, package in lock["packages"].items()}
+    assert all(found[f"node_modules/{name}"] == version for name, version in wanted.items())
+    for package in lock["packages"].values():
+        assert package["integrity"].startswith("sha512-")
+        assert "resolved" not in package

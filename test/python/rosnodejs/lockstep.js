@@ -1,0 +1,36 @@
+// Drives a server in lock-step by rosnodejs: node lockstep.js SERVER SEED ROWS < ACTIONS
+// ACTIONS is JSON, an array of actions. The file ROWS gets a row per reset and per step, in doubles of
+// this machine: observation, reward, terminated, truncated. A reset without a seed follows each end.
+'use strict';
+const fs = require('fs');
+const rosnodejs = require('rosnodejs');
+
+function record(answer, file) {
+  if (!answer.success) throw new Error(answer.status_message);
+  const state = answer.transition;
+  const flags = [state.terminated, state.truncated].map(Number);
+  const row = Float64Array.of(...state.observation, state.reward, ...flags);
+  fs.writeSync(file, Buffer.from(row.buffer));
+  return state.terminated || state.truncated;
+}
+
+async function main(server, seed, rows, actions) {
+  const file = fs.openSync(rows, 'w');
+  const node = await rosnodejs.initNode('/rosnodejs', {onTheFly: true, logging: {skipRosLogging: true}});
+  const persist = {persist: true};
+  const reset = node.serviceClient(`${server}/reset`, 'walker_sim/Reset', persist);
+  const step = node.serviceClient(`${server}/step`, 'walker_sim/Step', persist);
+  record(await reset.call({has_seed: true, seed}), file);
+  for (const action of actions) {
+    if (record(await step.call({action}), file)) {
+      record(await reset.call({has_seed: false, seed: 0}), file);
+    }
+  }
+}
+
+const [server, seed, rows] = process.argv.slice(2);
+main(server, Number(seed), rows, JSON.parse(fs.readFileSync(0)))
+  .then(() => process.exit(0), (error) => {
+    console.error(error);
+    process.exit(1);
+  });
