@@ -1,6 +1,7 @@
 """The package as such: what an import needs, what it registers, and what happens where its parts
 are of two installations."""
 
+import functools
 import os
 import pathlib
 import shutil
@@ -63,6 +64,17 @@ def test_what_is_registered_is_what_core_and_gymnasium_have(env_id):
     assert ours.max_episode_steps == core["max_episode_steps"]
     # None is NaN there.
     assert repr(float(ours.reward_threshold or "nan")) == repr(core["reward_threshold"])
+
+
+@pytest.mark.parametrize("method", ["spawn", "forkserver"])
+def test_the_prefix_registers_the_ids_in_a_new_process(method):
+    """Such a process has imported nothing of ours before Gymnasium reads the id."""
+    make = functools.partial(gymnasium.make, "walker_sim:walker_sim/BipedalWalker-v3")
+    envs = gymnasium.vector.AsyncVectorEnv([make], context=method)
+    observations, _ = envs.reset(seed=3)
+    envs.close()
+    assert type(make().unwrapped) is walker_sim.WalkerEnv
+    assert observations[0].tobytes() == make().reset(seed=3)[0].tobytes()
 
 
 def test_all_public_names_are_there():

@@ -19,8 +19,15 @@ import walker_sim
 from gymnasium_reference import equal_bits
 from stable_baselines3 import PPO
 from stable_baselines3.common.env_checker import check_env
+from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize, VecVideoRecorder
+from stable_baselines3.common.vec_env import (
+    DummyVecEnv,
+    SubprocVecEnv,
+    VecMonitor,
+    VecNormalize,
+    VecVideoRecorder,
+)
 from walker_sim.sb3 import VecEnv
 
 NUM_ENVS = 5
@@ -253,6 +260,15 @@ def test_id_with_and_without_namespace():
     for environments in ours:
         environments.seed(SEED)
     assert_equal(ours[0].reset(), ours[1].reset())
+
+
+def test_subproc_vec_env_takes_the_prefix():
+    name = "walker_sim:walker_sim/BipedalWalker-v3"
+    apart = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
+    envs = make_vec_env(name, 1, seed=SEED, **apart)
+    observations = envs.reset()
+    envs.close()
+    assert equal_bits(observations, make_vec_env(name, 1, seed=SEED).reset())
 
 
 def test_bad_use():
