@@ -57,7 +57,7 @@ TREE = {
     "Policies that come along": " ".join(
         f"policies/{path.stem}" for path in sorted((ROOT / "docs/policies").glob("*.md"))
     ),
-    "Evidence": "fidelity reliability security benchmark engines",
+    "Evidence": "fidelity compatibility reliability security benchmark engines",
     "Reference": "python_api cpp_api",
     "Work on it": "architecture adding_an_environment testing /CONTRIBUTING releasing /CHANGELOG",
     "Speed, in depth": "box2d_speed walker2d_speed pool transport",
