@@ -8,7 +8,7 @@ common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev 
   python3-venv python3-wheel)
 # A screen without a monitor, and where the windows on it are.
 screen_packages=(x11-utils xvfb)
-common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev pkg-config python3-pytest)
+common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev locales pkg-config python3-pytest)
 lint_packages=(catkin-lint cppcheck shellcheck)
 system_engine_packages=(libbox2d-dev)
 # Processors that the machine is not.

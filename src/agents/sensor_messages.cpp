@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/shortest_text.h"
+
 namespace walker {
 namespace {
 
@@ -32,8 +34,8 @@ Vector3 to_vector3(const geometry_msgs::Vector3& vector) { return {vector.x, vec
 void check_angle(const char* name, double angle, double right) {
   constexpr double kTolerance = 1e-3;  // [rad]
   if (std::abs(angle - right) <= kTolerance) return;
-  throw std::invalid_argument(std::string("scan: ") + name + " = " + std::to_string(angle) +
-                              " rad; must be " + std::to_string(right));
+  throw std::invalid_argument(std::string("scan: ") + name + " = " + fixed_text(angle) +
+                              " rad; must be " + fixed_text(right));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "agents/sensor_topics.h"
 
 #include <algorithm>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include <ros/console.h>
 #include <ros/transport_hints.h>
 
+#include "core/shortest_text.h"
 #include "ros/checked_subscription.h"
 
 namespace walker {
@@ -126,7 +126,7 @@ std::string SensorTopics::what_is_missing() const {
       [](const auto& one, const auto& other) { return one->newest < other->newest; });
   constexpr double kSeconds = 1e-9;
   const std::uint64_t nanoseconds = (*newest)->newest.toNSec() - (*oldest)->newest.toNSec();
-  std::ostringstream apart;
+  ClassicStream apart;
   apart << "the stamps of " << (*oldest)->subscriber.getTopic() << " and "
         << (*newest)->subscriber.getTopic() << " are "
         << static_cast<double>(nanoseconds) * kSeconds

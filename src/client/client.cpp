@@ -13,6 +13,7 @@
 #include "client/messages.h"
 #include "client/service_connection.h"
 #include "client/service_types.h"
+#include "core/shortest_text.h"
 #include "walker_sim/parameters.h"
 
 namespace walker {
@@ -32,7 +33,7 @@ ClientOptions completed(ClientOptions options) {
   }
   constexpr double kMostSeconds = 1e6;
   if (!(options.timeout > 0 && options.timeout <= kMostSeconds)) {
-    throw std::invalid_argument("timeout = " + std::to_string(options.timeout) +
+    throw std::invalid_argument("timeout = " + fixed_text(options.timeout) +
                                 " s; must be above 0 and at most 1000000");
   }
   const char* const origin = options.master_uri.empty() ? "ROS_MASTER_URI = " : "master_uri = ";

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cstddef>
+#include <locale>
 #include <utility>
 
 #include "client/service_types.h"
@@ -62,7 +62,7 @@ class HttpReader {
 
   static std::string lowered(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+                   [](char c) { return std::tolower(c, std::locale::classic()); });
     return text;
   }
 

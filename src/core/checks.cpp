@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/shortest_text.h"
 #include "walker_sim/environment.h"
 
 namespace walker {
@@ -35,7 +36,7 @@ void check_orientation(const Quaternion& q) {
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (std::abs(norm - 1) <= kTolerance) return;
   std::string text;
-  for (const double value : q) text += (text.empty() ? "" : ", ") + std::to_string(value);
+  for (const double value : q) text += (text.empty() ? "" : ", ") + fixed_text(value);
   throw std::invalid_argument("orientation = (" + text + "); must be a unit quaternion");
 }
 
@@ -71,7 +72,7 @@ void check_actions_size(const Specification& specification, std::size_t size,
 
 void check_finite(const std::string& name, double value, const std::string& unit) {
   if (std::isfinite(value)) return;
-  throw std::invalid_argument(name + " = " + std::to_string(value) + unit + "; must be finite");
+  throw std::invalid_argument(name + " = " + fixed_text(value) + unit + "; must be finite");
 }
 
 void check_measurements(const Measurements& measurements, const Specification& specification) {
@@ -90,7 +91,7 @@ void check_measurements(const Measurements& measurements, const Specification& s
   for (std::size_t i = 0; i < measurements.ranges.size(); ++i) {
     const double range = measurements.ranges[i];
     if (range >= 0) continue;
-    throw std::invalid_argument(element("ranges", i) + " = " + std::to_string(range) +
+    throw std::invalid_argument(element("ranges", i) + " = " + fixed_text(range) +
                                 " m; must be at least 0, or +infinity where the ray met nothing");
   }
 }

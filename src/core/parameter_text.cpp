@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "core/printable_text.h"
+#include "core/shortest_text.h"
 
 namespace walker {
 namespace {
@@ -68,7 +69,7 @@ std::optional<double> parse_number(const std::string& text) {
   if (text == "-.inf") return -std::numeric_limits<double>::infinity();
   char* end = nullptr;
   errno = 0;
-  const double value = std::strtod(text.c_str(), &end);
+  const double value = strtod_l(text.c_str(), &end, c_locale());
   const bool is_too_large = errno == ERANGE && std::isinf(value);
   if (!is_whole(text, end) || is_too_large) return std::nullopt;
   return value;

@@ -17,11 +17,10 @@
 #include <ctime>
 #include <exception>
 #include <fstream>
+#include <locale>
 #include <new>
 #include <stdexcept>
 #include <system_error>
-
-#include "mujoco/engine.h"
 
 namespace walker::mujoco {
 namespace {
@@ -45,7 +44,9 @@ void limit(int resource, std::size_t most) {
 /// Of this process [bytes]; 0: not known.
 std::size_t address_space() {
   std::size_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
+  std::ifstream file("/proc/self/statm");
+  file.imbue(std::locale::classic());
+  file >> pages;
   return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
@@ -59,7 +60,8 @@ void become_quiet(const CompileLimits& limits) {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  std::atexit([] { _exit(EXIT_FAILURE); });  // goes before all that was registered earlier
+  std::locale::global(std::locale::classic());  // MuJoCo may read numbers with C++'s streams
+  std::atexit([] { _exit(EXIT_FAILURE); });     // goes before all that was registered earlier
   const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (int standard = 0; standard <= STDERR_FILENO; ++standard) dup2(nowhere, standard);
   limit(RLIMIT_CORE, 0);
@@ -86,10 +88,10 @@ void tell(int file, Heading::Kind kind, const void* bytes, std::size_t size) {
 }
 
 /// @throws std::exception where MuJoCo refuses the model, or has no room for it
-std::vector<std::byte> compile(const std::string& path) {
+std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
   constexpr int kMessageSize = 1000;
   std::array<char, kMessageSize> message{};
-  const mjModel* const model = mj_loadXML(path.c_str(), nullptr, message.data(), kMessageSize);
+  const mjModel* const model = mj_loadXML(path.c_str(), files, message.data(), kMessageSize);
   if (model == nullptr) throw std::runtime_error(message.data());
   // What everybody does first with a model: its sizes have to allow that.
   mjData* const data = mj_makeData(model);
@@ -102,11 +104,12 @@ std::vector<std::byte> compile(const std::string& path) {
   return bytes;
 }
 
-[[noreturn]] void run_child(int file, const std::string& path, const CompileLimits& limits) {
+[[noreturn]] void run_child(int file, const std::string& path, const CompileLimits& limits,
+                            const mjVFS* files) {
   become_quiet(limits);
   try {
     try {
-      const std::vector<std::byte> model = compile(path);
+      const std::vector<std::byte> model = compile(path, files);
       tell(file, Heading::Kind::model, model.data(), model.size());
     } catch (const std::bad_alloc&) {
       throw std::runtime_error("it needs more than " + std::to_string(limits.memory >> 20U) +
@@ -133,11 +136,12 @@ double processor_time(pid_t process) {
 class Child {
  public:
   /// @throws std::system_error
-  Child(const std::string& path, const CompileLimits& limits) : limits_(limits) {
+  Child(const std::string& path, const CompileLimits& limits, const mjVFS* files)
+      : limits_(limits) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("pipe");
     process_ = fork();
-    if (process_ == 0) run_child(ends[1], path, limits);
+    if (process_ == 0) run_child(ends[1], path, limits, files);
     const int error = errno;
     ::close(ends[1]);
     file_ = ends[0];
@@ -230,7 +234,8 @@ class Child {
 
 }  // namespace
 
-std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits) {
+std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits,
+                                     const mjVFS* files) {
   // A fork takes over the locks that other threads hold, and in the child nobody gives them back:
   // where one throws at that moment, a child that throws as well may wait for ever (seen once, with
   // glibc 2.31, where frames are looked up under a lock; from 2.35 on they are not).
@@ -238,7 +243,7 @@ std::vector<std::byte> compile_apart(const std::string& path, const CompileLimit
   constexpr int kAttempts = 2;
   std::string reason;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    Child child(path, limits);
+    Child child(path, limits, files);
     Heading heading{};
     std::vector<std::byte> content;
     if (child.read_all(&heading, sizeof(heading))) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "mujoco/engine.h"
+
 namespace walker::mujoco {
 
 /// What compiling a model may take.
@@ -16,11 +18,14 @@ struct CompileLimits {
 
 /// MuJoCo's compiler believes what a model says of sizes, and reads what it names: there are models
 /// at which it crashes, ends its process, fills the memory or waits for ever. Here that ends a
-/// child process. The calling process is forked, so what it has set is set there too.
+/// child process. The calling process is forked, so what it has set is set there too,
+/// but for the locale.
 ///
 /// @param path of an MJCF file
+/// @param files that MuJoCo finds in memory; null: none
 /// @return the compiled model as mj_saveModel has it, of which data can be made and stepped
 /// @throws std::runtime_error with MuJoCo's words, or with what became of the child
-std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits = {});
+std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits = {},
+                                     const mjVFS* files = nullptr);
 
 }  // namespace walker::mujoco

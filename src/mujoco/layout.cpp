@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
-#include <sstream>
 
+#include "core/shortest_text.h"
 #include "mujoco/model.h"
 #include "mujoco/planar_base.h"
 
@@ -21,7 +21,7 @@ void check_sizes(const mjModel& model, const PlanarModel& source) {
   const bool fits = model.nq == num_joints && model.nv == num_joints && model.njnt == num_joints &&
                     model.nu == source.num_hinges && model.na == 0;
   if (fits) return;
-  std::ostringstream text;
+  ClassicStream text;
   text << "nq = " << model.nq << ", nv = " << model.nv << ", nu = " << model.nu
        << ", na = " << model.na << "; must be nq = nv = " << num_joints
        << ", nu = " << source.num_hinges << ", na = 0, as in " << source.example;
@@ -32,7 +32,7 @@ void check_sizes(const mjModel& model, const PlanarModel& source) {
 void check_timestep(const mjModel& model, const PlanarModel& source) {
   constexpr double kShortest = 1e-6;  // [s]
   if (model.opt.timestep >= kShortest) return;
-  std::ostringstream text;
+  ClassicStream text;
   text << "timestep = " << model.opt.timestep << " s; must be at least " << kShortest << " s";
   refuse_model(source.xml_file, text.str());
 }

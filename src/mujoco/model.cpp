@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
+#include <locale>
 #include <map>
 #include <mutex>
 #include <new>
@@ -66,10 +67,23 @@ std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name,
 
 ModelPointer owned(mjModel* model) { return {model, mj_deleteModel}; }
 
+/// What MuJoCo has compiled.
+ModelPointer load(const std::vector<std::byte>& bytes) {
+  const std::string name = "model.mjb";
+  const auto files = virtual_file(name, bytes.data(), bytes.size());
+  mjModel* const model = mj_loadModel(name.c_str(), files.get());
+  if (model == nullptr) throw std::runtime_error("MuJoCo does not load what it has compiled");
+  return owned(model);
+}
+
 ModelPointer compile(const BuiltinModel& builtin) {
   constexpr int kMessageSize = 1000;
   std::array<char, kMessageSize> message{};
   const auto files = virtual_file(builtin.name, builtin.text.data(), builtin.text.size());
+  // The distribution's MuJoCo reads numbers with streams, which follow the global locale.
+  if (std::locale() != std::locale::classic()) {
+    return load(compile_apart(builtin.name, {}, files.get()));
+  }
   mjModel* const model =
       mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMessageSize);
   if (model == nullptr) throw std::runtime_error(message.data());
@@ -122,12 +136,7 @@ ModelPointer compile(const std::string& path) {
     throw std::runtime_error("has " + std::to_string(size) + " bytes; must have at most " +
                              std::to_string(kLargest));
   }
-  const std::string name = "model.mjb";
-  const std::vector<std::byte> bytes = compile_apart(path);
-  const auto files = virtual_file(name, bytes.data(), bytes.size());
-  mjModel* const model = mj_loadModel(name.c_str(), files.get());
-  if (model == nullptr) throw std::runtime_error("MuJoCo does not load what it has compiled");
-  ModelPointer result = owned(model);
+  ModelPointer result = load(compile_apart(path));
   check_settings(*result);
   return result;
 }

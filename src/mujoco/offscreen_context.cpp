@@ -9,17 +9,17 @@
 
 #include <array>
 #include <cstdlib>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
 #include "core/shared_library.h"
+#include "core/shortest_text.h"
 
 namespace walker::mujoco {
 namespace {
 
 [[noreturn]] void fail(const char* what, EGLint error) {
-  std::ostringstream text;
+  ClassicStream text;
   text << what << " failed with EGL's error 0x" << std::hex << error;
   throw std::runtime_error(text.str());
 }

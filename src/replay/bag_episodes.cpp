@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include <ros/message_traits.h>
 #include <rosbag/view.h>
 
+#include "core/shortest_text.h"
 #include "replay/bag_check.h"
 #include "replay/bag_index.h"
 #include "ros/checked_stream.h"
@@ -84,7 +84,7 @@ bool read(const rosbag::MessageInstance& instance, Message& message) {
   std::vector<std::uint8_t> bytes(instance.size());
   ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   instance.write(stream);
-  std::ostringstream what;
+  ClassicStream what;
   what << "a message on " << instance.getTopic() << ", received at " << instance.getTime() << " s,";
   read_exactly(bytes.data(), bytes.size(), what.str(), message);
   return true;

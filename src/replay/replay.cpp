@@ -4,7 +4,6 @@
 #include <exception>
 #include <iomanip>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
 #include "core/bits.h"
@@ -23,7 +22,7 @@ std::string text(std::size_t value) { return std::to_string(value); }
 std::string text(const std::string& value) { return '"' + value + '"'; }
 
 std::string hexadecimal(double value) {
-  std::ostringstream stream;
+  ClassicStream stream;
   stream << " (0x" << std::hex << std::setw(16) << std::setfill('0') << to_bits(value) << ")";
   return stream.str();
 }

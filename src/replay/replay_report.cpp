@@ -7,10 +7,10 @@
 #include <iomanip>
 #include <memory>
 #include <ostream>
-#include <sstream>
 
 #include "core/engine_release.h"
 #include "core/printable_text.h"
+#include "core/shortest_text.h"
 #include "replay/bag_episodes.h"
 #include "replay/replay.h"
 
@@ -37,7 +37,7 @@ std::string steps_text(std::uint32_t first, std::uint32_t last) {
 
 std::string return_text(double value) {
   constexpr double kManyDigits = 1e9;
-  std::ostringstream stream;
+  ClassicStream stream;
   if (std::abs(value) < kManyDigits) stream << std::fixed << std::setprecision(2);
   stream << value;
   return stream.str();
@@ -192,7 +192,7 @@ class WalkerReport {
   }
 
   void write(const Row& row, const std::string& verdict) {
-    std::ostringstream line;
+    ClassicStream line;
     const std::size_t end = row.size() - 1;
     for (std::size_t i = 0; i < end; ++i) line << std::setw(widths_[i]) << row[i] << "  ";
     line << std::left;

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "foreign_locale.h"
+
 namespace walker {
 namespace {
 
@@ -20,6 +22,12 @@ TEST(NumberText, IsWhatOneWouldWrite) {
   }
   EXPECT_EQ(number_text(double{0.1F}, Precision::in_single), "0.1");
   EXPECT_EQ(number_text(0.19999999999999996, Precision::in_double), "0.19999999999999996");
+}
+
+TEST(NumberText, IsTheSameInAnyLocale) {
+  const ForeignLocale locale;
+  EXPECT_EQ(number_text(-10000.5, Precision::in_double), "-10000.5");
+  EXPECT_EQ(number_text(0.1, Precision::in_single), "0.1");
 }
 
 TEST(NumberText, ReadsBackAsTheSameNumber) {

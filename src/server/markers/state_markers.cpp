@@ -4,12 +4,12 @@
 #include <cmath>
 #include <iomanip>
 #include <map>
-#include <sstream>
 #include <string>
 #include <utility>
 
 #include <tf2_eigen/tf2_eigen.h>
 
+#include "core/shortest_text.h"
 #include "description/link_tree.h"
 #include "description/poses.h"
 #include "server/markers/marker_shapes.h"
@@ -159,7 +159,7 @@ Marker contacts_marker(const Specification& specification, const Sensors& sensor
 
 /// The second line stays the shorter one: rviz centres the block, which moves with its width.
 std::string text_of(const std::string& id, const EpisodeState& state) {
-  std::ostringstream text;
+  ClassicStream text;
   text << id << "  episode " << state.episode
        << (state.seed ? "  seed " + std::to_string(*state.seed) : "  unseeded");
   text << "\nstep " << state.step << "  return " << std::fixed << std::setprecision(1)

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <iomanip>
-#include <sstream>
 #include <utility>
+
+#include "core/shortest_text.h"
 
 namespace walker {
 namespace {
@@ -53,7 +54,7 @@ std::string ClockFollower::complaint() const {
   }
   if (behind_ <= dt_) return "";
   constexpr double kSeconds = 1e-9;
-  std::ostringstream text;
+  ClassicStream text;
   text << std::fixed << std::setprecision(2);
   text << "waits for /clock, which is " << static_cast<double>(behind_) * kSeconds << " s behind";
   if (clock_ < newest_) {

@@ -16,6 +16,7 @@
 
 #include "client/master.h"
 #include "client/socket.h"
+#include "core/shortest_text.h"
 #include "server/time/reserved_until.h"
 
 namespace walker {
@@ -108,7 +109,7 @@ void write_reserved(const std::string& uri, const std::string& caller, std::uint
 ros::Duration to_duration(double seconds) {
   constexpr double kEnd = 2147483648;  // 2^31
   if (seconds >= kEnd) {
-    throw std::invalid_argument("dt = " + std::to_string(seconds) +
+    throw std::invalid_argument("dt = " + fixed_text(seconds) +
                                 " s; must be below 2^31 s, where durations in ROS end");
   }
   ros::Duration duration;
@@ -147,7 +148,7 @@ SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationC
 void SimulationClock::require(int steps) const {
   const std::uint64_t left = ros::TIME_MAX.toNSec() - now_.toNSec();
   if (static_cast<std::uint64_t>(steps * dt_.toNSec()) <= left) return;
-  throw std::range_error("simulation time " + std::to_string(now_.toSec()) +
+  throw std::range_error("simulation time " + fixed_text(now_.toSec()) +
                          " s is at the end of ROS time, 2^32 s, so nothing can follow; begin again "
                          "with a new ROS master");
 }

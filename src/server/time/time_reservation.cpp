@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <exception>
 #include <iomanip>
-#include <sstream>
 #include <utility>
 
 #include <ros/console.h>
 
 #include "core/printable_text.h"
+#include "core/shortest_text.h"
 
 namespace walker {
 namespace {
@@ -70,7 +70,7 @@ std::string TimeReservation::complaint() const {
 }
 
 std::string TimeReservation::describe_failure() const {
-  std::ostringstream text;
+  ClassicStream text;
   text << std::fixed << std::setprecision(2) << "the ROS master does not answer (" << failure_
        << "): simulation time is reserved up to " << static_cast<double>(reserved_) / kPerSecond
        << " s only, and a server that is started after this one may begin there";

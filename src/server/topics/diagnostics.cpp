@@ -2,12 +2,12 @@
 
 #include <exception>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 
 #include <ros/console.h>
 
+#include "core/shortest_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -19,7 +19,7 @@ using diagnostic_updater::DiagnosticStatusWrapper;
 /// Of the values' texts, as `status.add` writes numbers.
 template <typename... Values>
 std::string sentence(const Values&... values) {
-  std::ostringstream text;
+  ClassicStream text;
   (text << ... << values);
   return text.str();
 }
