@@ -45,6 +45,7 @@ std::optional<std::uint64_t> AgentOptions::seed_after(std::size_t finished) cons
 AgentOptions read_agent_options() {
   Parameters given = private_parameters();
   take_as_text("seeds", given);
+  take_numbers(agent_parameters(), given);
   const Parameters complete = complete_parameters(agent_parameters(), given);
   AgentOptions options;
   options.agent = std::get<std::string>(complete.at("agent"));

@@ -9,10 +9,25 @@
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include "core/parameter_text.h"
 #include "core/printable_text.h"
 
 namespace walker {
 namespace {
+
+/// Reads a text that is wholly a number. A list holds doubles, which do not hold every integer from
+/// 2^53 on: a seed would become another.
+double element_number(const std::string& name, int index, XmlRpc::XmlRpcValue& element) {
+  constexpr double kLimit = 9007199254740992.0;  // 2^53
+  const bool is_text = element.getType() == XmlRpc::XmlRpcValue::TypeString;
+  const std::string text = is_text ? static_cast<std::string>(element) : element.toXml();
+  const std::optional<double> number = is_text ? parse_number(text) : std::nullopt;
+  const bool is_integer = text.find_first_not_of("+-0123456789") == std::string::npos;
+  if (number && !(is_integer && std::abs(*number) >= kLimit)) return *number;
+  throw std::invalid_argument("parameter " + name + ": element " + std::to_string(index) + " = " +
+                              printable(text) + ": must be a number" +
+                              (number ? ", and an integer below 2^53 in size" : ""));
+}
 
 std::vector<double> to_list(const std::string& name, XmlRpc::XmlRpcValue& value) {
   std::vector<double> list;
@@ -23,8 +38,7 @@ std::vector<double> to_list(const std::string& name, XmlRpc::XmlRpcValue& value)
     } else if (element.getType() == XmlRpc::XmlRpcValue::TypeDouble) {
       list.push_back(static_cast<double>(element));
     } else {
-      throw std::invalid_argument("parameter " + name + ": element " + std::to_string(i) +
-                                  " must be a number");
+      list.push_back(element_number(name, i, element));
     }
   }
   return list;
@@ -86,6 +100,20 @@ void take_as_text(const std::string& name, Parameters& parameters) {
       text += list_element_text(element);
     }
     found->second = text;
+  }
+}
+
+void take_numbers(const std::vector<ParameterDescription>& descriptions, Parameters& parameters) {
+  for (const ParameterDescription& description : descriptions) {
+    const auto found = parameters.find(description.name);
+    if (found == parameters.end()) continue;
+    const ParameterValue& model = description.default_value;
+    const auto* const text = std::get_if<std::string>(&found->second);
+    if (text == nullptr ||
+        !(std::holds_alternative<std::int64_t>(model) || std::holds_alternative<double>(model))) {
+      continue;
+    }
+    if (const std::optional<double> number = parse_number(*text)) found->second = *number;
   }
 }
 

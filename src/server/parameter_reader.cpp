@@ -153,6 +153,7 @@ ServerOptions read_server_options() {
   std::vector<ParameterDescription> all = server_parameters();
   all.insert(all.end(), environment.begin(), environment.end());
   all.insert(all.end(), camera.begin(), camera.end());
+  take_numbers(all, given);
   const Parameters complete = complete_parameters(all, given);
   for (const ParameterDescription& description : environment) {
     options.environment[description.name] = complete.at(description.name);

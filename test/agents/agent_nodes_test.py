@@ -66,6 +66,9 @@ class AgentNodesTest(ServerTest):
                 node_type, ["episodes = 1.0e+300", "[0, 4294967295]"], episodes=1e300
             )
             self.assert_refused(node_type, ["stamp_tolerance", "-0.1"], stamp_tolerance=-0.1)
+            self.assert_refused(
+                node_type, ["real_time_factor = 1001.0", "1000.0]"], real_time_factor="1.001e3"
+            )
 
     def test_a_policy_that_cannot_walk_here_is_named_with_the_reason(self):
         self.serve(mode="lockstep")

@@ -45,6 +45,31 @@ TEST(PrivateParameters, NumbersThatAreNoIntegersStayWhatTheyAre) {
   EXPECT_EQ(as_text(5.0), ParameterValue(std::string("5.0")));
 }
 
+TEST(PrivateParameters, ATextThatIsWhollyANumberIsThatNumber) {
+  const std::vector<ParameterDescription> descriptions{{"factor", 1.0, "", "", 0, 1e9},
+                                                       {"count", std::int64_t{1}, "", "", 0, 1e9},
+                                                       {"flag", false, "", "", 0, 0},
+                                                       {"name", std::string(), "", "", 0, 0},
+                                                       {"range", List{0, 1}, "", "", 0, 1}};
+  const auto taken = [&](const std::string& name, const std::string& text) {
+    Parameters parameters{{name, text}};
+    take_numbers(descriptions, parameters);
+    return parameters.at(name);
+  };
+  EXPECT_EQ(taken("factor", "1.0e3"), ParameterValue(1000.0));
+  EXPECT_EQ(taken("factor", "1e-3"), ParameterValue(0.001));
+  EXPECT_EQ(taken("factor", "-.inf"), ParameterValue(-kInfinity));
+  EXPECT_EQ(taken("count", "1.0e3"), ParameterValue(1000.0));
+  EXPECT_EQ(taken("count", "7"), ParameterValue(7.0));
+  for (const char* text : {"fast", "", " 1", "1 ", "1,5", "1e999", "1.0e3x", "[1]"}) {
+    EXPECT_EQ(taken("factor", text), ParameterValue(std::string(text)));
+    EXPECT_EQ(taken("count", text), ParameterValue(std::string(text)));
+  }
+  for (const char* name : {"flag", "name", "range", "unknown"}) {
+    EXPECT_EQ(taken(name, "1"), ParameterValue(std::string("1")));
+  }
+}
+
 TEST(PrivateParameters, ASeedThatIsNoneIsRefused) {
   EXPECT_EQ(parse_seed("seed", ""), std::nullopt);
   EXPECT_EQ(parse_seed("seed", "18446744073709551615"), std::numeric_limits<std::uint64_t>::max());

@@ -49,6 +49,9 @@ REFUSED = [
     ({"real_time_factor": float("nan")}, ["real_time_factor", "nan"]),
     ({"real_time_factor": float("inf")}, ["real_time_factor", "inf"]),
     ({"real_time_factor": "fast"}, ["real_time_factor", "fast"]),
+    ({"real_time_factor": "1.0e3x"}, ["real_time_factor", "1.0e3x", "must be a number"]),
+    ({"real_time_factor": "1.0e4"}, ["real_time_factor = 10000.0", "[0.0, 1000.0]"]),
+    ({"num_envs": "1.5e0"}, ["num_envs = 1.5", "an integer in [1, 100000]"]),
     ({"command_timeout": -0.1}, ["command_timeout", "-0.1", "0"]),
     ({"camera_rate": -1.0}, ["camera_rate", "-1", "[0.0, 1000.0]"]),
     ({"camera_width": 0}, ["camera_width", "0", "[1, 4096]"]),
@@ -69,6 +72,8 @@ REFUSED = [
     ({**WALKER2D, "healthy_z_range": [2.0]}, ["healthy_z_range", "[2.0]", "list of 2"]),
     ({**WALKER2D, "healthy_z_range": [2, 1]}, ["healthy_z_range", "[2.0, 1.0]"]),
     ({**WALKER2D, "healthy_z_range": [1, "x"]}, ["healthy_z_range", "element 1", "a number"]),
+    ({**WALKER2D, "healthy_z_range": [1, [2]]}, ["healthy_z_range", "element 1", "a number"]),
+    ({"seed": [str(2**53 + 1)]}, ["seed", str(2**53 + 1), "an integer below 2^53"]),
     ({"hardcore": Binary(b"yes")}, ["hardcore", "true or false, a number, a text or a list"]),
     ({**WALKER2D, "reset_noise_scale": -1.0}, ["reset_noise_scale", "-1.0", "0.0"]),
     ({"env": "Walker2d-v4", "xml_file": "model.xml"}, ["xml_file", "model.xml", "unknown"]),
@@ -188,6 +193,26 @@ class StartTest(unittest.TestCase):
         _, one = self.specification(real_time_factor=2, command_timeout=1, seed=12)
         _, other = self.specification(seed="12", max_episode_steps=100.0)
         self.assertEqual(one.observation, other.observation)
+
+    def test_texts_that_are_wholly_numbers_are_these_numbers(self):
+        # YAML 1.1 reads 1.0e3 and 1e-3 as texts.
+        given = {
+            "frame_skip": "4.0e0",
+            "reset_noise_scale": "1e-3",
+            "healthy_z_range": ["8e-1", "2.0e0"],
+            "max_episode_steps": "1.0e2",
+        }
+        spec, _ = self.specification(
+            **WALKER2D, **given, real_time_factor="1.0e3", num_envs="1e0", camera_width="1e2"
+        )
+        told = dict(zip(spec.parameter_names, spec.parameter_values))
+        expected = {
+            "frame_skip": "4",
+            "reset_noise_scale": "0.001",
+            "healthy_z_range": "[0.8, 2.0]",
+            "max_episode_steps": "100",
+        }
+        self.assertEqual({name: told[name] for name in given}, expected)
 
     def test_the_parameters_of_other_nodes_do_not_matter(self):
         rospy.set_param("/taken_too/unknown", 1)

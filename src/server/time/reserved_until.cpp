@@ -20,7 +20,10 @@ constexpr double kLastNanosecond = 999999999.0;
 std::optional<std::uint64_t> to_whole(const Value& value, double last) {
   std::optional<double> number;
   if (value.kind == Value::Kind::integer) number = static_cast<double>(value.integer);
-  if (value.kind == Value::Kind::floating) number = parse_number(value.text);
+  // YAML 1.1 reads 1.0e3 as a text.
+  if (value.kind == Value::Kind::floating || value.kind == Value::Kind::text) {
+    number = parse_number(value.text);
+  }
   if (!number || !(*number >= 0 && *number <= last) || std::floor(*number) != *number) {
     return std::nullopt;
   }

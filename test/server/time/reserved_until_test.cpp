@@ -40,6 +40,7 @@ TEST(ReservedUntil, IsReadAsItWasWritten) {
 TEST(ReservedUntil, IsReadAsAPersonWritesIt) {
   EXPECT_EQ(read_reserved_until(parsed(pair("<int>3</int>", "<int>4</int>"))), 3 * kSecond + 4);
   EXPECT_EQ(read_reserved_until(parsed(pair("<double>3.0</double>", "<i4>0</i4>"))), 3 * kSecond);
+  EXPECT_EQ(read_reserved_until(parsed(pair("<string>3.0e0</string>", "4e0"))), 3 * kSecond + 4);
 }
 
 TEST(ReservedUntil, WhatIsNoTimeIsRefusedWithItsNameValueAndWhatIsAllowed) {
@@ -74,7 +75,8 @@ TEST(ReservedUntil, WhatIsNoTimeIsRefusedWithItsNameValueAndWhatIsAllowed) {
       {"<double>2.5</double>", "<i4>0</i4>", "[2.5, 0]"},
       {"<double>soon</double>", "<i4>0</i4>", "[soon, 0]"},
       {"<boolean>1</boolean>", "<i4>0</i4>", "[1, 0]"},
-      {"<string>5</string>", "<i4>0</i4>", "[\"5\", 0]"},
+      {"<string>5 s</string>", "<i4>0</i4>", "[\"5 s\", 0]"},
+      {"<string>2.5e0</string>", "<i4>0</i4>", "[\"2.5e0\", 0]"},
   };
   for (const auto& one : cases) {
     std::string expected = begin;
