@@ -100,12 +100,55 @@ def test_settings_that_come_along_are_read_and_known_by_their_hash(tmp_path):
         ({"least_reward": 1}, "least_reward = 1: must be a number from -inf to 0"),
         ({"changes": {10: {"seed": 1}}}, "changes: 'seed': must be one of gamma, least_reward"),
         ({"parameters": 3}, "parameters = 3: must be a mapping"),
+        ({"parameters": {"hardcore": None}}, "parameters: hardcore = None: must be true or false,"),
     ],
 )
 def test_a_wrong_setting_is_named_with_what_is_allowed(given, words):
     with pytest.raises(SettingsError) as caught:
         settings_from(given)
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"[" * 1000, "nested too deep"),
+        (b"parameters: " + b"{a: " * 1000 + b"1" + b"}" * 1000, "nested too deep"),
+        (b"steps: 2026-13-01", "month must be in 1..12"),
+        (b"algorithm: \xff", "'utf-8' codec can't decode"),
+        (b"steps: ]", "expected the node content"),
+        (b"parameters: {hardcore: " + b"[" * 50 + b"]" * 50 + b"}", "or a list of numbers"),
+    ],
+)
+def test_a_file_that_is_no_settings_is_named_with_the_reason(tmp_path, capsys, content, words):
+    file = tmp_path / "mine.yaml"
+    file.write_bytes(content)
+    out = tmp_path / "run"
+    assert main(["train", ID, "--settings", str(file), "--out", str(out)]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("walker_sim train: ")
+    assert words in told
+    assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("[" * 200000, "nested too deep"),
+        ("", "state.json: no JSON: Expecting value"),
+        ("[]", "state.json: must be an object with the environment's id"),
+        ("{}", "state.json: must be an object with the environment's id"),
+    ],
+)
+def test_a_checkpoint_that_is_none_is_named_with_the_reason(tmp_path, capsys, content, words):
+    (tmp_path / "checkpoint").mkdir()
+    (tmp_path / "checkpoint" / "state.json").write_text(content)
+    write_settings(small(), tmp_path / "settings.yaml")
+    assert main(["train", "--resume", str(tmp_path)]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"walker_sim train: --resume {tmp_path}: ")
+    assert words in told
+    assert told.count("\n") == 1
 
 
 def test_settings_change_where_they_say():

@@ -122,9 +122,31 @@ def _resumed(folder: Path) -> tuple[str, Settings, Path]:
     if not state.exists():
         raise InputError(f"--resume {folder}: has no checkpoint")
     try:
-        return json.loads(state.read_text())["id"], read_settings(folder / "settings.yaml"), folder
-    except (SettingsError, ValueError, KeyError) as error:
+        return _environment_of(state), read_settings(folder / "settings.yaml"), folder
+    except (SettingsError, ValueError) as error:
         raise InputError(f"--resume {folder}: {error}") from error
+
+
+def _environment_of(state: Path) -> str:
+    """The id in a checkpoint's file.
+
+    Raises
+    ------
+    ValueError
+        Naming the file and what is wrong with it.
+    OSError
+        Where it cannot be read.
+    """
+    try:
+        content = json.loads(state.read_text(encoding="utf-8"))
+    except RecursionError as error:
+        raise ValueError(f"{state}: no JSON: nested too deep") from error
+    except ValueError as error:
+        raise ValueError(f"{state}: no JSON: {error}") from error
+    env_id = content.get("id") if isinstance(content, dict) else None
+    if not isinstance(env_id, str):
+        raise ValueError(f"{state}: must be an object with the environment's id")
+    return env_id
 
 
 def settings_file(env_id: str) -> Path:

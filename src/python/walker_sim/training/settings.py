@@ -92,10 +92,14 @@ def read_settings(path: Path) -> Settings:
     """
     import yaml
 
-    text = path.read_text(encoding="utf-8")
     try:
-        given = yaml.safe_load(text)
-    except yaml.YAMLError as error:
+        given = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except RecursionError as error:
+        raise SettingsError(f"{path}: no YAML: nested too deep") from error
+    except (
+        yaml.YAMLError,
+        ValueError,
+    ) as error:  # ValueError: not UTF-8, or a date such as 2026-13-01
         raise SettingsError(f"{path}: no YAML: {error}") from error
     if not isinstance(given, dict):
         raise SettingsError(f"{path}: must be a mapping of settings")
@@ -178,7 +182,19 @@ def _checked(name: str, value: Any) -> Any:
         return tuple(_whole(name, size, 1, 4096) for size in value)
     if not isinstance(value, dict):
         raise SettingsError(f"{name} = {value!r}: must be a mapping")
-    return _changes(value) if name == "changes" else dict(value)
+    return _changes(value) if name == "changes" else _parameters(value)
+
+
+def _parameters(value: Mapping[Any, Any]) -> dict[str, Any]:
+    for name, given in value.items():
+        elements = given if isinstance(given, (list, tuple)) else ()
+        is_known = isinstance(given, (bool, int, float, str, list, tuple))
+        if not (is_known and all(isinstance(element, (int, float)) for element in elements)):
+            raise SettingsError(
+                f"parameters: {name} = {given!r}: must be true or false, a number, a text or a "
+                "list of numbers"
+            )
+    return {str(name): given for name, given in value.items()}
 
 
 def _changes(value: Mapping[Any, Any]) -> dict[int, dict[str, Any]]:
