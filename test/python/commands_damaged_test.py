@@ -6,11 +6,13 @@ cut off.
 
 import os
 import struct
+import zipfile
 
 import numpy as np
 import pytest
 from walker_sim.commands import main
 from walker_sim.files import package_file
+from walker_sim.training.policy_file import PolicyFileError, read_policy
 
 TRIALS = 150
 
@@ -167,6 +169,21 @@ def test_damaged_policies(tmp_path, capsys):
         if status:
             assert str(file) in captured.err
     assert statuses.count(2) > TRIALS / 3
+
+
+def test_json_that_is_nested_too_deep_is_named(tmp_path, capsys):
+    nested = b'{"__metadata__":' + b"[" * 100_000
+    policy, model = tmp_path / "policy.safetensors", tmp_path / "model.zip"
+    policy.write_bytes(struct.pack("<Q", len(nested)) + nested)
+    with zipfile.ZipFile(model, "w") as archive:
+        archive.writestr("data", nested)
+    for file, words in ((policy, "nested too deep"), (model, "recursion depth")):
+        status, captured = run(capsys, "evaluate", "Hopper-v5", "--policy", file, "--seeds", "1")
+        assert status == 2
+        assert str(file) in captured.err
+        assert words in captured.err
+    with pytest.raises(PolicyFileError, match="no policy: maximum recursion depth"):
+        read_policy(policy)
 
 
 def test_a_policy_whose_weights_overflow_fails_in_one_line(tmp_path, capsys):
