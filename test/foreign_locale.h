@@ -18,7 +18,7 @@ class ForeignLocale {
   ForeignLocale() {
     const std::string name = "de_DE.UTF-8";
     const std::string command = "localedef -i de_DE -f UTF-8 " + folder_.path(name);
-    if (std::system(command.c_str()) != 0) {  // NOLINT(cert-env33-c,concurrency-mt-unsafe)
+    if (std::system(command.c_str()) != 0) {  // NOLINT: of constants and our own folder
       throw std::runtime_error(command + ": fails; is the package locales installed?");
     }
     setenv("LOCPATH", folder_.path().c_str(), 1);      // NOLINT(concurrency-mt-unsafe)
