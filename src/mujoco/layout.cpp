@@ -92,6 +92,12 @@ std::string spelled(int number) {
   return index < kWords.size() ? kWords[index] : std::to_string(number);
 }
 
+/// For a hinge, MuJoCo computes the same from `jointinparent` as from `joint`.
+bool drives_joint(const mjModel& model, int actuator) {
+  const int transmission = model.actuator_trntype[actuator];
+  return transmission == mjTRN_JOINT || transmission == mjTRN_JOINTINPARENT;
+}
+
 /// An effort must follow from an action, and the action's bounds from the model.
 void check_actuator(const mjModel& model, const PlanarModel& source, int actuator) {
   const int joint = joint_of(model, actuator);
@@ -99,7 +105,7 @@ void check_actuator(const mjModel& model, const PlanarModel& source, int actuato
     refuse_model(source.xml_file,
                  "actuator " + name_of(model, mjOBJ_ACTUATOR, actuator) + ": " + reason);
   };
-  if (model.actuator_trntype[actuator] != mjTRN_JOINT || joint < kBaseJoints) {
+  if (!drives_joint(model, actuator) || joint < kBaseJoints) {
     refuse("must drive one of the " + spelled(model.nu) + " hinges");
   }
   for (int other = 0; other < actuator; ++other) {

@@ -274,6 +274,24 @@ TEST_F(XmlFileTest, TheBuiltInModelsAreTakenFromFilesAsWell) {
   }
 }
 
+/// MuJoCo computes the same for a hinge, also where its axis is turned.
+TEST_F(XmlFileTest, AMotorMayDriveItsHingeInTheParentsFrame) {
+  const std::string text = stock_text("walker2d_v5.xml");
+  Stepper stock("Walker2d-v5", {{"xml_file", folder_.write("m.xml", text)}});
+  Stepper turned("Walker2d-v5",
+                 {{"xml_file", folder_.write("n.xml", replaced(text, "<motor joint",
+                                                               "<motor jointinparent"))}});
+  EXPECT_EQ(turned.environment->specification().effort_per_action,
+            stock.environment->specification().effort_per_action);
+  stock.reset(1);
+  turned.reset(1);
+  while (!stock.has_ended()) {
+    stock.step({1, 0.5, 0, -0.5, -1, 0.25});
+    turned.step({1, 0.5, 0, -0.5, -1, 0.25});
+    EXPECT_EQ(stock.row(), turned.row());
+  }
+}
+
 TEST_F(XmlFileTest, PathsAreTakenAsTheyCome) {
   const std::string text = builtin_text("walker2d_v4.xml");
   fs::create_directory(folder_.path("pfad mit \xc3\xa4\xc3\xb6\xc3\xbc"));
