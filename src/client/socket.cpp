@@ -14,6 +14,7 @@
 #include <memory>
 #include <system_error>
 
+#include "core/descriptors.h"
 #include "walker_sim/client.h"
 
 namespace walker {
@@ -50,7 +51,8 @@ void wait_in_receive(int descriptor) {
 /// @return the connected socket
 /// @throws SocketError, Interrupted
 int connect_to(const addrinfo& address, const Deadline& deadline) {
-  const int descriptor = socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  const int descriptor =
+      above_standard(socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (descriptor < 0) fail(errno);
   try {
     if (connect(descriptor, address.ai_addr, address.ai_addrlen) != 0) {

@@ -2,8 +2,13 @@
 // take.
 #include "client/socket.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -54,6 +59,35 @@ void receive_one(Socket& socket, const Deadline& deadline) {
 }
 
 void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
+
+/// Else what the process prints would go to the server.
+TEST(Socket, TakesNoStandardDescriptorThatIsClosed) {
+  const ScriptedServer server({babble});
+  std::array<int, 3> saved{};
+  for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+    saved[standard] = fcntl(standard, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    close(standard);
+  }
+  std::array<bool, 3> is_taken{};
+  char byte = 0;
+  {
+    const Deadline deadline(std::chrono::steady_clock::now() + kHang);
+    Socket socket("127.0.0.1", server.port(), deadline);
+    socket.receive(&byte, 1, deadline);
+    for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+      sockaddr_in peer{};  // the server accepts in this process too
+      socklen_t size = sizeof(peer);
+      is_taken[standard] = getpeername(standard, reinterpret_cast<sockaddr*>(&peer), &size) == 0 &&
+                           ntohs(peer.sin_port) == server.port();
+    }
+  }
+  for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+    dup2(saved[standard], standard);
+    close(saved[standard]);
+  }
+  EXPECT_EQ(byte, 'x');
+  EXPECT_EQ(is_taken, (std::array<bool, 3>{}));
+}
 
 TEST(Socket, GivesUpAtTheDeadlineWhileSomethingComes) {
   EXPECT_EQ(end_of_use(babble, receive_one, std::chrono::milliseconds(50)), "timed out");
