@@ -27,6 +27,8 @@ Specification to_specification(const ServerSpecification& told) {
   try {
     made = make(told.id, parameters_of(told.id, told.parameter_names, told.parameter_values))
                ->specification();
+  } catch (const Interrupted&) {
+    throw;
   } catch (const std::exception& error) {
     throw std::invalid_argument("the server's environment cannot be made here: " +
                                 printable(error.what()));

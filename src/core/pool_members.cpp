@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/failure.h"
+#include "core/interruption.h"
 
 namespace walker {
 namespace {
@@ -39,6 +40,7 @@ PoolMembers::PoolMembers(const std::function<std::unique_ptr<Environment>()>& ma
                          std::size_t count, AutoresetMode mode)
     : mode_(mode), members_(count), phases_(count, Phase::no_episode) {
   for (std::size_t i = 0; i < count; ++i) {
+    check_interruption();
     members_[i].environment = make();
     if (!are_alike(environment(i), environment(0))) {
       throw std::invalid_argument(name_of(i) + environment(i).specification().id +

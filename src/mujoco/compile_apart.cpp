@@ -1,7 +1,6 @@
 #include "mujoco/compile_apart.h"
 
 #include <fcntl.h>
-#include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -10,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
@@ -21,6 +21,10 @@
 #include <new>
 #include <stdexcept>
 #include <system_error>
+
+#include "core/descriptors.h"
+#include "core/interruption.h"
+#include "mujoco/mjcf_size.h"
 
 namespace walker::mujoco {
 namespace {
@@ -87,6 +91,21 @@ void tell(int file, Heading::Kind kind, const void* bytes, std::size_t size) {
   write_all(file, bytes, size);
 }
 
+/// MuJoCo's time grows with the square of their number.
+/// @throws std::runtime_error naming the size and what is allowed
+void check_size(const std::string& path, const CompileLimits& limits) {
+  const MjcfSize size = measure_mjcf(path, limits.bytes);
+  if (size.elements > limits.elements) {
+    throw std::runtime_error("has " + std::to_string(size.elements) +
+                             " elements, included files counted; must have at most " +
+                             std::to_string(limits.elements));
+  }
+  if (size.bytes > limits.bytes) {
+    throw std::runtime_error("has, included files counted, more than " +
+                             std::to_string(limits.bytes) + " bytes");
+  }
+}
+
 /// @throws std::exception where MuJoCo refuses the model, or has no room for it
 std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
   constexpr int kMessageSize = 1000;
@@ -109,6 +128,7 @@ std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
   become_quiet(limits);
   try {
     try {
+      if (files == nullptr) check_size(path, limits);
       const std::vector<std::byte> model = compile(path, files);
       tell(file, Heading::Kind::model, model.data(), model.size());
     } catch (const std::bad_alloc&) {
@@ -140,6 +160,13 @@ class Child {
       : limits_(limits) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("pipe");
+    for (int& end : ends) end = above_standard(end);  // the child overwrites the standard ones
+    if (ends[0] < 0 || ends[1] < 0) {
+      const int error = errno;
+      for (const int end : ends) ::close(end);
+      errno = error;
+      fail("pipe");
+    }
     process_ = fork();
     if (process_ == 0) run_child(ends[1], path, limits, files);
     const int error = errno;
@@ -200,12 +227,17 @@ class Child {
 
   /// For more to read, or the end.
   /// @return false where the child does nothing any more
+  /// @throws Interrupted
   bool wait() {
+    using Clock = std::chrono::steady_clock;
     double last = processor_time(process_);
     for (unsigned int idle = 0; idle < limits_.idle_seconds;) {
-      constexpr int kSecond = 1000;  // [ms]
-      pollfd file{file_, POLLIN, 0};
-      if (poll(&file, 1, kSecond) > 0) return true;
+      const auto end = Clock::now() + std::chrono::seconds(1);
+      while (Clock::now() < end) {      // signals may shorten each wait
+        constexpr int kInterval = 100;  // a signal may come beside a wait [ms]
+        pollfd file{file_, POLLIN, 0};
+        if (poll_interruptibly(file, kInterval) > 0) return true;
+      }
       const double now = processor_time(process_);
       // A sanitizer's own thread, say, wakes now and then.
       constexpr double kNothing = 0.005;  // of that second [s]

@@ -12,8 +12,10 @@ namespace walker::mujoco {
 /// What compiling a model may take.
 struct CompileLimits {
   std::size_t memory = std::size_t{2} << 30U;  ///< [bytes] of model and data, sources included
-  unsigned int processor_seconds = 60;
-  unsigned int idle_seconds = 10;  ///< of waiting for what does not come, twice
+  unsigned int processor_seconds = 30;
+  unsigned int idle_seconds = 10;              ///< of waiting for what does not come, twice
+  std::size_t elements = 20000;                ///< of XML, in the file and those that it includes
+  std::size_t bytes = std::size_t{64} << 20U;  ///< of their text
 };
 
 /// MuJoCo's compiler believes what a model says of sizes, and reads what it names: there are models
@@ -24,7 +26,8 @@ struct CompileLimits {
 /// @param path of an MJCF file
 /// @param files that MuJoCo finds in memory; null: none
 /// @return the compiled model as mj_saveModel has it, of which data can be made and stepped
-/// @throws std::runtime_error with MuJoCo's words, or with what became of the child
+/// @throws std::runtime_error with MuJoCo's words, with the limit that the model exceeds, or with
+///         what became of the child; Interrupted
 std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits = {},
                                      const mjVFS* files = nullptr);
 

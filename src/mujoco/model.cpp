@@ -10,6 +10,7 @@
 #include <new>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/printable_text.h"
@@ -84,6 +85,8 @@ ModelPointer compile(const BuiltinModel& builtin) {
   if (std::locale() != std::locale::classic()) {
     return load(compile_apart(builtin.name, {}, files.get()));
   }
+  static std::mutex mutex;  // MuJoCo's compiler has global state
+  const std::lock_guard<std::mutex> lock(mutex);
   mjModel* const model =
       mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMessageSize);
   if (model == nullptr) throw std::runtime_error(message.data());
@@ -131,12 +134,12 @@ ModelPointer compile(const std::string& path) {
     throw std::runtime_error("must be an XML file, and a regular one");
   }
   const std::uintmax_t size = std::filesystem::file_size(path, error);
-  constexpr std::uintmax_t kLargest = std::uintmax_t{64} << 20U;
-  if (!error && size > kLargest) {
+  const CompileLimits limits;
+  if (!error && size > limits.bytes) {
     throw std::runtime_error("has " + std::to_string(size) + " bytes; must have at most " +
-                             std::to_string(kLargest));
+                             std::to_string(limits.bytes));
   }
-  ModelPointer result = load(compile_apart(path));
+  ModelPointer result = load(compile_apart(path, limits));
   check_settings(*result);
   return result;
 }
@@ -176,16 +179,18 @@ void refuse_model(const std::string& xml_file, std::string reason) {
 
 ModelPointer load_model(const std::string& xml_file) {
   check_processor();
-  static std::mutex mutex;  // MuJoCo's compiler has global state
+  static std::mutex mutex;
   static std::map<std::string, std::weak_ptr<const mjModel>> models;
-  const std::lock_guard<std::mutex> lock(mutex);
+  const std::string key = identity(xml_file);
+  std::unique_lock<std::mutex> lock(mutex);
   install_handlers();
-  std::weak_ptr<const mjModel>& known = models[identity(xml_file)];
-  ModelPointer model = known.lock();
-  if (!model) {
-    model = compile_any(xml_file);
-    known = model;
-  }
+  if (ModelPointer known = models[key].lock()) return known;
+  // A compilation may take long, and a host's other threads may load models, or fork, meanwhile.
+  lock.unlock();
+  ModelPointer compiled = compile_any(xml_file);
+  lock.lock();
+  ModelPointer model = models[key].lock();  // another thread may have compiled it as well
+  if (!model) models[key] = model = std::move(compiled);
   return model;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/interruption.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/client.h"
@@ -36,9 +37,25 @@ void translate(std::exception_ptr thrown) {
     raise("ConnectionError", error);
   } catch (const RequestRefused& error) {
     raise("RequestRefused", error);
+  } catch (const Interrupted&) {                  // what the signal's handler has raised is set
   } catch (const std::invalid_argument& error) {  // may name a file whose name is not UTF-8
     PyErr_SetObject(PyExc_ValueError, to_str(error.what()).ptr());
   }
+}
+
+/// Polls without the interpreter's lock, so that other threads of Python's run. Python handles
+/// signals in its main thread only.
+/// @throws Interrupted if a signal's handler has raised, as that of Ctrl-C does
+int poll_as_python(pollfd* files, nfds_t num_files, int timeout) {
+  int result = 0;
+  if (timeout == 0) {
+    result = ::poll(files, num_files, timeout);
+  } else {
+    const py::gil_scoped_release release;
+    result = ::poll(files, num_files, timeout);
+  }
+  if (PyErr_CheckSignals() != 0) throw Interrupted();
+  return result;
 }
 
 std::vector<std::string> ids() {
@@ -76,6 +93,7 @@ py::dict registration_of(const std::string& id) {
 // cppcheck-suppress syntaxError  // which knows no macro of pybind11
 PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(&translate);
+  set_poll(&poll_as_python);
   module.attr("__version__") = version();
   module.def("shown", &shown, py::arg("value"));
   module.def("ids", &ids);

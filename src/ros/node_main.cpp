@@ -2,6 +2,7 @@
 
 #include <semaphore.h>
 
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -19,6 +20,7 @@
 #include <ros/this_node.h>
 
 #include "client/master.h"
+#include "core/interruption.h"
 #include "core/printable_text.h"
 #include "ros/listening.h"
 
@@ -32,9 +34,18 @@ constexpr std::chrono::seconds kMasterTimeout{2};
 constexpr std::size_t kMostErrorBytes = 8000;
 
 sem_t is_told;  // what a handler may do to wake a thread
+std::atomic<bool> is_ended{false};
+
+/// @throws Interrupted once a signal has told the node to end
+int poll_until_end(pollfd* files, nfds_t num_files, int timeout) {
+  const int result = ::poll(files, num_files, timeout);
+  if (is_ended) throw Interrupted();
+  return result;
+}
 
 void on_signal(int /*signal*/) {
   const int error = errno;
+  is_ended = true;
   ros::requestShutdown();  // sets a flag
   sem_post(&is_told);
   errno = error;
@@ -67,6 +78,7 @@ class EndOnSignals {
   EndOnSignals() {
     sem_init(&is_told, 0, 0);
     thread_ = std::thread([this] { watch(); });
+    set_poll(&poll_until_end);
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
   }
@@ -111,6 +123,8 @@ int run_node(int argc, char** argv, const char* name, const std::function<void()
     ros::start();
     ROS_DEBUG_STREAM(listening_addresses());
     run();
+  } catch (const Interrupted&) {
+    return EXIT_SUCCESS;
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(printable(error.what(), kMostErrorBytes));
     return EXIT_FAILURE;

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/fake_walker.h"
+#include "core/interruption.h"
 #include "core/pool_arrays.h"
 #include "error_message.h"
 
@@ -88,6 +89,22 @@ TEST_F(PoolTest, OptionsAreCompletedOrRefusedByName) {
   EXPECT_EQ(refused_options(options), "num_threads = 1025: must be in [0, 1024]");
   options.num_envs = 0;
   EXPECT_EQ(refused_options(options), "num_envs = 0: must be in [1, 1048576]");
+}
+
+/// A signal ends the making of many environments after any of them.
+TEST(PoolInterruption, EndsTheMakingOfEnvironments) {
+  constexpr std::size_t kMade = 3;
+  static Fakes<> fakes;
+  fakes = {};
+  set_poll([](pollfd* files, nfds_t num_files, int timeout) {
+    if (fakes.all->size() == kMade) throw Interrupted();
+    return ::poll(files, num_files, timeout);
+  });
+  PoolOptions options;
+  options.num_envs = 100;
+  EXPECT_THROW(Pool(fakes, options), Interrupted);
+  set_poll(&::poll);
+  EXPECT_EQ(fakes.all->size(), kMade);
 }
 
 TEST_F(PoolTest, ModesHaveGymnasiumsNames) {

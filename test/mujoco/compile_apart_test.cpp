@@ -1,13 +1,17 @@
 // Models that crash MuJoCo's compiler, end its process, fill the memory or wait for ever.
 #include "mujoco/compile_apart.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <pthread.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -21,6 +25,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/interruption.h"
 #include "error_message.h"
 #include "mujoco/engine.h"
 #include "mujoco/model.h"
@@ -35,6 +40,7 @@ CompileLimits small_limits() {
   CompileLimits limits;
   limits.memory = std::size_t{512} << 20U;
   limits.idle_seconds = 2;
+  limits.elements = 1000000;
   return limits;
 }
 
@@ -159,6 +165,37 @@ TEST_F(CompileApartTest, AFileIsNotTooLarge) {
                   ": has 67108865 bytes; must have at most 67108864"));
 }
 
+/// MuJoCo's time grows with the square of their number: 100,000 take it a minute.
+TEST_F(CompileApartTest, AModelHasNotTooManyElements) {
+  const auto geoms = [](std::size_t count) {
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i) text += "<geom size='1'/>";
+    return text;
+  };
+  const std::size_t max = CompileLimits{}.elements;
+  const std::string begin = "<mujoco><worldbody>";
+  const std::string end = "</worldbody></mujoco>";
+  const std::string too_many = "has " + std::to_string(max + 1) +
+                               " elements, included files counted; must have at most " +
+                               std::to_string(max);
+  EXPECT_EQ(refusal(begin + geoms(max - 1) + end, {}), too_many);
+  EXPECT_EQ(refusal(begin + geoms(max - 2) + "<!-- " + geoms(9) + "-->" + end, {}),
+            "nothing thrown");
+  // <worldbody>, <mujoco>, <include> and <mujocoinclude> count as well
+  write_file("geoms.xml", "<mujocoinclude>" + geoms(max - 4) + "</mujocoinclude>");
+  EXPECT_EQ(refusal(begin + "<include file='geoms.xml'/>" + end, {}), "nothing thrown");
+  EXPECT_EQ(refusal(begin + "<geom size='1'/><include\n file = \"geoms.xml\" />" + end, {}),
+            too_many);
+}
+
+TEST_F(CompileApartTest, IncludedFilesAreNotTooLarge) {
+  CompileLimits limits = small_limits();
+  limits.bytes = 1000;
+  write_file("large.xml", "<mujocoinclude/>" + std::string(1000, ' '));
+  EXPECT_EQ(refusal("<mujoco><include file='large.xml'/></mujoco>", limits),
+            "has, included files counted, more than 1000 bytes");
+}
+
 TEST_F(CompileApartTest, APathEndsAtNoZeroByte) {
   const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   const std::string message =
@@ -186,6 +223,73 @@ TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
   for (std::thread& thread : threads) thread.join();
   for (const std::size_t size : sizes) EXPECT_EQ(size, sizes[0]);
   EXPECT_GT(sizes[0], 0U);
+}
+
+/// A daemon may have closed them; the pipe to the child then gets their numbers.
+TEST_F(CompileApartTest, StandardDescriptorsMayBeClosed) {
+  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
+  constexpr unsigned kCombinations = 8;
+  for (unsigned closed = 1; closed < kCombinations; ++closed) {
+    std::array<int, 3> saved{};
+    for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+      if ((closed >> static_cast<unsigned>(standard) & 1U) == 0) continue;
+      saved[standard] = fcntl(standard, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+      ::close(standard);
+    }
+    const std::string message = message_of<std::runtime_error>([&] { compile_apart(file); });
+    for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+      if (saved[standard] == 0) continue;
+      dup2(saved[standard], standard);
+      ::close(saved[standard]);
+    }
+    EXPECT_EQ(message, "nothing thrown") << "closed: " << closed;
+  }
+}
+
+/// The host's wait ends the compilation; TearDown sees that the child is gone.
+TEST_F(CompileApartTest, ACompilationIsInterrupted) {
+  const std::string pipe = folder_.path("pipe.xml");
+  ASSERT_EQ(mkfifo(pipe.c_str(), S_IRUSR | S_IWUSR), 0);
+  const std::string file =
+      folder_.write("model.xml", "<mujoco><include file='pipe.xml'/></mujoco>");
+  static std::atomic<bool> is_interrupted{false};  // NOLINT
+  is_interrupted = false;
+  set_poll([](pollfd* files, nfds_t num_files, int timeout) {
+    if (is_interrupted) throw Interrupted();
+    return ::poll(files, num_files, timeout);
+  });
+  int writer = -1;
+  std::thread interruption([&] {
+    writer = ::open(pipe.c_str(), O_WRONLY | O_CLOEXEC);  // returns once the child reads
+    is_interrupted = true;
+  });
+  EXPECT_THROW(load_model(file), Interrupted);
+  interruption.join();
+  set_poll(&::poll);
+  ::close(writer);
+}
+
+/// Whether the next children begin late.
+std::atomic<bool> children_are_late{false};  // NOLINT
+
+/// A host's timer may interrupt each wait.
+TEST_F(CompileApartTest, SignalsDoNotUseUpTheIdleTime) {
+  const auto in_child = [] {
+    constexpr useconds_t kLate = 500000;  // [us]
+    if (children_are_late) usleep(kLate);
+  };
+  ASSERT_EQ(pthread_atfork(nullptr, nullptr, in_child), 0);
+  const auto before = std::signal(SIGALRM, [](int) {});
+  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
+  const itimerval often{{0, 1000}, {0, 1000}};
+  const itimerval never{};
+  children_are_late = true;
+  setitimer(ITIMER_REAL, &often, nullptr);
+  const std::string message = message_of<std::runtime_error>([&] { compile_apart(file); });
+  setitimer(ITIMER_REAL, &never, nullptr);
+  children_are_late = false;
+  std::signal(SIGALRM, before);
+  EXPECT_EQ(message, "nothing thrown");
 }
 
 /// How many of the next children wait for ever, as for a lock that a thread of the host's had.

@@ -3,6 +3,8 @@
 
 import os
 import re
+import signal
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -11,7 +13,7 @@ from xmlrpc.client import Binary
 import rospy
 import rostest
 from bare_ros import wait_for
-from server_harness import ServerProcess, builtin_model
+from server_harness import Process, ServerProcess, builtin_model, node_path
 from walker_sim.srv import GetSpec, Reset
 
 WALKER2D = {"env": "Walker2d-v5"}
@@ -135,6 +137,72 @@ class StartTest(unittest.TestCase):
                 started.append((server, parameters, ["xml_file", path, *words]))
             for case in started:
                 self.assert_refused(*case)
+
+    def endless_model(self, path):
+        """Writes a model whose compilation does not end. Returns a function that waits until a
+        process compiles it, and returns one that says whether that process is still there."""
+        pipe = os.path.join(os.path.dirname(path), "pipe.xml")
+        os.mkfifo(pipe)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("<mujoco><include file='pipe.xml'/></mujoco>")
+
+        def open_it():
+            try:
+                return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)  # has a reader
+            except OSError:
+                return None
+
+        def begun():
+            writer = wait_for(open_it, "the compilation")
+            self.addCleanup(os.close, writer)
+
+            def goes_on():
+                try:
+                    return os.write(writer, b" ") > 0
+                except BrokenPipeError:
+                    return False
+
+            return goes_on
+
+        return begun
+
+    def test_signals_end_a_server_whose_model_is_being_compiled(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with tempfile.TemporaryDirectory() as folder:
+                path = os.path.join(folder, "endless.xml")
+                begun = self.endless_model(path)
+                server = ServerProcess("/endless", {**LOCKSTEP, **WALKER2D, "xml_file": path})
+                self.addCleanup(server.end)
+                goes_on = begun()
+                self.assertEqual(server.stop(number), 0, server.output())
+                wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
+                self.assertNotIn("FATAL", server.output())
+
+    def test_signals_end_an_agent_whose_model_is_being_compiled(self):
+        parameters = self.own_model("", "")
+        server = ServerProcess("/compiled", parameters)
+        self.addCleanup(server.end)
+        server.wait_until_it_serves()
+        begun = self.endless_model(parameters["xml_file"])
+        agent = Process("service_agent", "/agent", ["_server:=/compiled"])
+        self.addCleanup(agent.end)
+        goes_on = begun()
+        self.assertEqual(agent.stop(), 0, agent.output())
+        wait_for(lambda: not goes_on(), "the end of the compilation")
+        self.assertNotIn("FATAL", agent.output())
+
+    def test_signals_end_describe_while_it_compiles_a_model(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with tempfile.TemporaryDirectory() as folder:
+                path = os.path.join(folder, "endless.xml")
+                begun = self.endless_model(path)
+                command = [node_path("describe"), "Walker2d-v5", f"xml_file={path}"]
+                with subprocess.Popen(command) as describe:
+                    self.addCleanup(describe.kill)
+                    goes_on = begun()
+                    describe.send_signal(number)
+                self.assertEqual(describe.returncode, -number)
+                wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
 
     def own_model(self, *replacement):
         folder = tempfile.TemporaryDirectory()
