@@ -60,6 +60,7 @@ class Client::Implementation {
   template <typename Write, typename Read>
   void call(ServiceIndex index, const Write& write, const Read& read) {
     refuse_in_fork();
+    const Deadline until = deadline();
     request_.assign(tcpros::kLengthBytes, 0);
     Writer writer(request_);
     write(writer);
@@ -69,9 +70,9 @@ class Client::Implementation {
                                   " can be sent");
     }
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
-    ServiceConnection& connection = connected(index);
+    ServiceConnection& connection = connected(index, until);
     try {
-      Reader answer = connection.call(request_, most_answer_bytes(index, server), deadline());
+      Reader answer = connection.call(request_, most_answer_bytes(index, server), until);
       read(answer);
     } catch (const RequestRefused&) {
       throw;
@@ -123,10 +124,9 @@ class Client::Implementation {
   }
 
   /// The connection to a service, made when it is first needed.
-  ServiceConnection& connected(ServiceIndex index) {
+  ServiceConnection& connected(ServiceIndex index, const Deadline& until) {
     std::optional<ServiceConnection>& connection = connections_[index];
     if (connection) return *connection;
-    const Deadline until = deadline();
     endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
     try {
       return connection.emplace(endpoints_[index], name(index), kServiceTypes[index],

@@ -384,6 +384,29 @@ TEST(Client, GivesUpAtTheTimeout) {
             "reached under this name (its ROS_HOSTNAME or ROS_IP)?");
 }
 
+/// Neither the master nor the server alone takes longer than the timeout.
+TEST(Client, LooksUpAndCallsWithinOneTimeout) {
+  const auto linger = [] { std::this_thread::sleep_for(std::chrono::milliseconds(600)); };
+  ScriptedServer server({test::tell_specification, [&](Peer& peer) {
+                           test::open(peer, kStep);
+                           peer.take_frame();
+                           linger();
+                           peer.give(good_answer());
+                         }});
+  ScriptedServer master({test::master_of(server.address()), [&](Peer& peer) {
+                           linger();
+                           test::master_of(server.address())(peer);
+                         }});
+  ClientOptions options;
+  options.master_uri = "http://" + master.address();
+  options.timeout = 1;
+  Client client(options);
+  Transition transition;
+  const std::string error =
+      message_of<ConnectionError>([&] { client.step(nullptr, 0, transition); });
+  EXPECT_NE(error.find("timed out"), std::string::npos) << error;
+}
+
 TEST(Client, RefusesAnswersThatAreNone) {
   const std::string body = test::to_bytes(test::example_transition());
   const auto outcome = [](const std::string& answer) { return broken_step(answering({answer})); };
