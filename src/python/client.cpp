@@ -35,7 +35,7 @@ namespace {
 /// Whether Python has a signal to handle whose handler raises, as that of Ctrl-C does; the
 /// exception is then set. Python handles signals in its main thread only.
 bool raises_after_signal() {
-  const py::gil_scoped_acquire acquire;
+  const Acquired acquired;
   return PyErr_CheckSignals() != 0;
 }
 
