@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/forks.h"
 #include "core/shared_library.h"
 #include "core/shortest_text.h"
 
@@ -225,8 +226,23 @@ Make choose() {
 }  // namespace
 
 std::unique_ptr<OffscreenContext> make_offscreen_context() {
+  refuse_pictures_in_fork();
   static const Make kMake = choose();  // once, as MuJoCo looks for OpenGL's functions
   return kMake();
+}
+
+bool has_drawn_before_fork() {
+  static const unsigned kNumForks = num_forks();
+  return num_forks() != kNumForks;
+}
+
+void refuse_pictures_in_fork() {
+  if (!has_drawn_before_fork()) return;
+  throw std::runtime_error(
+      "the parent process had drawn a picture before it forked this one, and OpenGL does not "
+      "outlive "
+      "a fork: draw the first picture after the fork, or start this process by spawn or "
+      "forkserver");
 }
 
 }  // namespace walker::mujoco

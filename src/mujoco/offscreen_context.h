@@ -25,7 +25,15 @@ class OffscreenContext {
 /// environment variable MUJOCO_GL, which MuJoCo's and Gymnasium's renderers read too, asks for
 /// `egl` or `osmesa` alone; any other value leaves the choice here. The first picture's choice
 /// stays the process's.
-/// @throws std::runtime_error saying what was tried and what to install
+/// @throws std::runtime_error saying what was tried and what to install; as
+/// `refuse_pictures_in_fork`
 std::unique_ptr<OffscreenContext> make_offscreen_context();
+
+/// Whether this is the child of a fork whose parent had made a context: OpenGL's threads and locks
+/// are the parent's, and a call would block for ever.
+bool has_drawn_before_fork();
+
+/// @throws std::runtime_error if `has_drawn_before_fork`
+void refuse_pictures_in_fork();
 
 }  // namespace walker::mujoco

@@ -18,8 +18,10 @@ namespace {
 constexpr int kColors = 3;
 
 /// Calls in a thread of its own in which the context is current.
+/// @throws std::runtime_error as `refuse_pictures_in_fork`
 template <typename Function>
 void call_with(OffscreenContext& context, const Function& function) {
+  refuse_pictures_in_fork();
   std::async(std::launch::async, [&] {
     context.make_current();
     try {
@@ -61,6 +63,7 @@ class Studio {
       // NOLINTNEXTLINE(bugprone-empty-catch): then the context's end frees it
     } catch (const std::exception&) {
     }
+    if (has_drawn_before_fork()) static_cast<void>(context_.release());  // it is the parent's
     mjv_freeScene(&scene_);
   }
 
