@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from walker_sim.errors import RequestRefused as RequestRefused
     from walker_sim.errors import ResetNeeded as ResetNeeded
     from walker_sim.errors import ServerMismatch as ServerMismatch
+    from walker_sim.errors import UnknownKeyword as UnknownKeyword
     from walker_sim.registration import ids as ids
     from walker_sim.vector_environment import WalkerVectorEnv as WalkerVectorEnv
 
@@ -40,6 +41,7 @@ _HOMES = {
     "RequestRefused": "errors",
     "ResetNeeded": "errors",
     "ServerMismatch": "errors",
+    "UnknownKeyword": "errors",
     "WalkerEnv": "environment",
     "WalkerVectorEnv": "vector_environment",
     "ids": "registration",

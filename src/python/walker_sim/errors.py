@@ -26,5 +26,13 @@ class RequestRefused(RuntimeError):
     """The server refused, in its own words. Nothing has moved."""
 
 
+class UnknownKeyword(TypeError, ValueError):
+    """A keyword that the environment does not have; the message names the nearest one and all.
+
+    A `TypeError` as Python's own, by which TorchRL and others probe, and a `ValueError` as for all
+    other parameters.
+    """
+
+
 class ServerMismatch(ValueError):
     """The server runs something else than what was asked for; the message lists the differences."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from walker_sim import _core
+from walker_sim.errors import UnknownKeyword
 from walker_sim.rendering import camera_keywords_of
 
 
@@ -21,7 +22,7 @@ def refuse_unknown(
 
     Raises
     ------
-    ValueError
+    walker_sim.UnknownKeyword
         Naming the keyword, the nearest one and all that there are.
     """
     if not parameters:
@@ -40,9 +41,11 @@ def refuse_unknown(
     nearest = difflib.get_close_matches(name, known, 1)
     shown_name = _core.shown(name).strip("'")
     hint = f"; did you mean {nearest[0]}?" if nearest else "."
-    raise ValueError(
+    raise UnknownKeyword(
         f"parameter {shown_name} = {_core.shown(parameters[name])}: unknown{hint} "
-        f"Known: {' '.join(known)}"
+        f"Known: {' '.join(known)}; "
+        # Python's own words, which TorchRL looks for.
+        f"{constructor.__qualname__}() got an unexpected keyword argument '{shown_name}'"
     )
 
 
