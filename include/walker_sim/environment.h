@@ -124,6 +124,18 @@ class WALKER_SIM_EXPORT Environment {
   /// @throws std::invalid_argument naming what the state is of instead, or what of it is damaged,
   ///         std::logic_error where `can_save_state` is false; then nothing has changed
   virtual Progress load_state(const std::byte* state, std::size_t size, Result* last);
+
+  /// Sets the generalized positions and velocities, as Gymnasium's `set_state` does, and goes on
+  /// from there, also where the episode has ended. Solver, generator and time stay as they are.
+  /// @param position, velocity as the engine has them [m, rad, m/s, rad/s]
+  /// @param result   receives the observation, and the info as after a reset
+  /// @throws std::logic_error if the environment has no such coordinates, std::invalid_argument
+  ///         naming a size or a value, ResetNeeded; then nothing has changed
+  virtual void set_coordinates(const std::vector<double>& position,
+                               const std::vector<double>& velocity, Result& result);
+
+  /// Whether the robot is healthy now; none: the environment does not tell. Needs a reset before.
+  virtual std::optional<bool> is_healthy() const { return std::nullopt; }
 };
 
 }  // namespace walker

@@ -31,4 +31,10 @@ Progress Environment::load_state(const std::byte* /*state*/, std::size_t /*size*
   refuse_to_save(specification());
 }
 
+void Environment::set_coordinates(const std::vector<double>& /*position*/,
+                                  const std::vector<double>& /*velocity*/, Result& /*result*/) {
+  throw std::logic_error(specification().id +
+                         " has no positions and velocities that can be set; load a saved state");
+}
+
 }  // namespace walker

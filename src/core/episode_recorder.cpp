@@ -243,6 +243,20 @@ Progress EpisodeRecorder::load_state(const std::byte* state, std::size_t size, R
   return progress;
 }
 
+void EpisodeRecorder::set_coordinates(const std::vector<double>& position,
+                                      const std::vector<double>& velocity) {
+  Result result = own_result();
+  set_coordinates(position, velocity, result);
+}
+
+void EpisodeRecorder::set_coordinates(const std::vector<double>& position,
+                                      const std::vector<double>& velocity, Result& result) {
+  wrapped_->set_coordinates(position, velocity, result);
+  actions_.clear();
+  was_loaded_ = true;
+  take(result);
+}
+
 void EpisodeRecorder::take_over(EpisodeRecorder& other) {
   other.state_.episode = other.has_episode() ? state_.episode + 1 : 0;
   std::swap(wrapped_, other.wrapped_);

@@ -103,6 +103,8 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   /// Goes on from it, as `Environment::load_state`. Of an episode that was begun elsewhere there is
   /// no record: neither its beginning nor its first actions are known.
   void load_state(const std::byte* state, std::size_t size);
+  /// As `Environment::set_coordinates`. There is no record of the episode any more.
+  void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity);
   /// The other's episode takes the place of this one, which the other gets: the next in the count,
   /// where it has begun.
   void take_over(EpisodeRecorder& other);
@@ -125,6 +127,9 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
     wrapped_->save_state(last, state);
   }
   Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
+  void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,
+                       Result& result) override;
+  std::optional<bool> is_healthy() const override { return wrapped_->is_healthy(); }
 
  private:
   Result own_result();
@@ -138,7 +143,7 @@ class WALKER_SIM_EXPORT EpisodeRecorder final : public Environment {
   RecorderOptions options_;
   EpisodeState state_;
   std::vector<double> actions_;
-  bool was_loaded_ = false;  // the episode, so that its first actions are not known
+  bool was_loaded_ = false;  // or set to coordinates, so that the actions alone do not lead there
   StepCall wrapped_call_;    // kept, for it would be cleared anew on each step
   Sensors sensors_;
   Scene scene_;

@@ -94,6 +94,19 @@ void EpisodeRules::scene(Scene& scene) const {
   wrapped_->scene(scene);
 }
 
+void EpisodeRules::set_coordinates(const std::vector<double>& position,
+                                   const std::vector<double>& velocity, Result& result) {
+  need_state_for("set_state");
+  wrapped_->set_coordinates(position, velocity, result);
+  phase_ = Phase::running;
+}
+
+std::optional<bool> EpisodeRules::is_healthy() const {
+  const std::optional<bool> is_healthy = wrapped_->is_healthy();
+  if (is_healthy) need_state_for("is_healthy");
+  return is_healthy;
+}
+
 struct EpisodeRules::Saved {
   Phase phase = Phase::before_reset;
   Progress progress;

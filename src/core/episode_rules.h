@@ -40,6 +40,9 @@ class EpisodeRules : public Environment {
   bool can_save_state() const override { return wrapped_->can_save_state(); }
   void save_state(const Result& last, std::vector<std::byte>& state) const override;
   Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
+  void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,
+                       Result& result) override;
+  std::optional<bool> is_healthy() const override;
 
  private:
   enum class Phase : std::uint8_t { before_reset, running, ended, failed };

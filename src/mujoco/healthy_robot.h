@@ -89,6 +89,8 @@ class HealthyRobot : public PlanarRobot {
   HealthyRobot(const PlanarOptions& options, const RewardOptions& reward,
                std::vector<HealthyRange> healthy_ranges, bool is_v5);
 
+  std::optional<bool> is_healthy() const override { return why_unhealthy()[0] == '\0'; }
+
  private:
   void write_reset_info(double* info) const override;
   void conclude_step(const double* action, double x_velocity, Result& result) const override;

@@ -5,6 +5,30 @@
 #include <utility>
 
 namespace walker::mujoco {
+namespace {
+
+void save_data(const mjModel& m, const mjData& data, double* values) {
+  values = std::copy_n(data.qpos, m.nq, values);
+  values = std::copy_n(data.qvel, m.nv, values);
+  values = std::copy_n(data.qacc_warmstart, m.nv, values);
+  values = std::copy_n(data.ctrl, m.nu, values);
+  std::copy_n(data.qfrc_actuator, m.nv, values);
+}
+
+void load_data(const mjModel& m, mjData& data, const double* values) {
+  mj_resetData(&m, &data);  // of warnings, too
+  const auto take = [&values](double* to, int count) {
+    std::copy_n(values, count, to);
+    values += count;
+  };
+  take(data.qpos, m.nq);
+  take(data.qvel, m.nv);
+  take(data.qacc_warmstart, m.nv);
+  take(data.ctrl, m.nu);
+  take(data.qfrc_actuator, m.nv);
+}
+
+}  // namespace
 
 LibraryPhysics::LibraryPhysics(ModelPointer model, std::string why_not_faster)
     : model_(std::move(model)),
@@ -29,29 +53,9 @@ void LibraryPhysics::measure(const std::function<void(const mjData&)>& look) con
   look(*data_);
 }
 
-void LibraryPhysics::save(double* values) const {
-  const mjModel& m = *model_;
-  values = std::copy_n(data_->qpos, m.nq, values);
-  values = std::copy_n(data_->qvel, m.nv, values);
-  values = std::copy_n(data_->qacc_warmstart, m.nv, values);
-  values = std::copy_n(data_->ctrl, m.nu, values);
-  std::copy_n(data_->qfrc_actuator, m.nv, values);
-}
+void LibraryPhysics::save(double* values) const { save_data(*model_, *data_, values); }
 
-void LibraryPhysics::load(const double* values) {
-  const mjModel& m = *model_;
-  mj_resetData(&m, data_.get());  // of warnings, too
-  const double* next = values;
-  const auto take = [&next](double* to, int count) {
-    std::copy_n(next, count, to);
-    next += count;
-  };
-  take(data_->qpos, m.nq);
-  take(data_->qvel, m.nv);
-  take(data_->qacc_warmstart, m.nv);
-  take(data_->ctrl, m.nu);
-  take(data_->qfrc_actuator, m.nv);
-}
+void LibraryPhysics::load(const double* values) { load_data(*model_, *data_, values); }
 
 std::string LibraryPhysics::stepper() const {
   return "the library" + (why_not_faster_.empty() ? "" : ": " + why_not_faster_);
@@ -61,6 +65,13 @@ DataPointer make_data(const mjModel& model) {
   DataPointer data(mj_makeData(&model));
   if (!data) throw std::runtime_error("MuJoCo could not allocate the simulation's state");
   return data;
+}
+
+void forward(const mjModel& model, double* state) {
+  const DataPointer data = make_data(model);
+  load_data(model, *data, state);
+  mj_forward(&model, data.get());
+  save_data(model, *data, state);
 }
 
 void advance(const mjModel& model, mjData& data, const double* control, int count) {

@@ -32,6 +32,10 @@ class LibraryPhysics : public Physics {
 /// @throws std::runtime_error where there is no memory
 DataPointer make_data(const mjModel& model);
 
+/// mj_forward from a state as `Physics::save` has it: its accelerations, from which a later step
+/// starts the solver, become those of its positions and velocities.
+void forward(const mjModel& model, double* state);
+
 /// Makes engine steps, and looks at their result as the next one would.
 /// @param control nu values
 void advance(const mjModel& model, mjData& data, const double* control, int count);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/checks.h"
 #include "core/engine_release.h"
 #include "core/generator_bytes.h"
 #include "core/state_bytes.h"
@@ -14,6 +15,17 @@
 
 namespace walker::mujoco {
 namespace {
+
+/// @param name as Gymnasium's `set_state` has it
+void check_coordinates(const char* name, const std::vector<double>& values, int size) {
+  if (values.size() != static_cast<std::size_t>(size)) {
+    throw std::invalid_argument(name + (" has " + std::to_string(values.size())) +
+                                " values; must have " + std::to_string(size));
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    check_finite(name + ("[" + std::to_string(i) + "]"), values[i], "");
+  }
+}
 
 std::unique_ptr<Physics> make_physics(const PlanarOptions& options) {
   ModelPointer model = load_planar_model(options.model);
@@ -54,6 +66,10 @@ void PlanarRobot::reset(std::optional<std::uint64_t> seed, Result& result) {
   std::transform(first_position_.begin(), first_position_.end(), model().qpos0,
                  first_position_.begin(), std::plus<>());
   physics_->reset(first_position_.data(), velocity_before_step_.data());
+  write_first_result(result);
+}
+
+void PlanarRobot::write_first_result(Result& result) const {
   result = {result.observation, result.info};
   write_observation(model(), options_, position(), velocity(), result.observation);
   std::fill_n(result.info, specification_.info_names.size(),
@@ -156,6 +172,20 @@ Progress PlanarRobot::load_state(const std::byte* state, std::size_t size, Resul
   velocity_before_step_.swap(velocity_before_step);
   physics_->load(values.data());
   return {};
+}
+
+void PlanarRobot::set_coordinates(const std::vector<double>& position,
+                                  const std::vector<double>& velocity, Result& result) {
+  check_coordinates("qpos", position, model().nq);
+  check_coordinates("qvel", velocity, model().nv);
+  std::vector<double> state(physics_->state_size());
+  physics_->save(state.data());
+  std::copy(velocity.begin(), velocity.end(),
+            std::copy(position.begin(), position.end(), state.begin()));
+  forward(model(), state.data());
+  physics_->load(state.data());
+  velocity_before_step_ = velocity;
+  write_first_result(result);
 }
 
 }  // namespace walker::mujoco

@@ -59,6 +59,8 @@ class PlanarRobot : public Environment {
   bool can_save_state() const override { return true; }
   void save_state(const Result& last, std::vector<std::byte>& state) const override;
   Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
+  void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,
+                       Result& result) override;
 
  protected:
   const mjModel& model() const { return physics_->model(); }
@@ -77,6 +79,7 @@ class PlanarRobot : public Environment {
 
   std::uint64_t model_fingerprint() const;
   void draw_noise(std::vector<double>& noise);
+  void write_first_result(Result& result) const;
   void remember_state();
   void finish_step(const double* action, Result& result) const;
 

@@ -129,6 +129,21 @@ class RecordedEnvironment {
     return recorder_.generator_state();
   }
 
+  /// As Environment::set_coordinates.
+  void set_coordinates(py::handle position, py::handle velocity) {
+    const Input positions(position, "qpos");
+    const Input velocities(velocity, "qvel");
+    const Unlocked unlocked(mutex_);
+    recorder_.set_coordinates({positions.data(), positions.data() + positions.size()},
+                              {velocities.data(), velocities.data() + velocities.size()});
+  }
+
+  /// None: the environment does not tell. @throws ResetNeeded
+  std::optional<bool> is_healthy() {
+    const Unlocked unlocked(mutex_);
+    return recorder_.is_healthy();
+  }
+
   /// For pickle and copy.
   py::tuple stored() {
     return py::make_tuple(version(), engine_of(recorder_.specification()), id_, parameters_,
@@ -190,7 +205,7 @@ class RecordedEnvironment {
       throw py::value_error("this is no state");
     }
     if (has_begun) {
-      const py::gil_scoped_release release;
+      const Released released;
       repeated.begin(first_state, std::nullopt);
       if (repeated.state().failed_at_reset()) throw std::runtime_error(repeated.state().error);
       repeated.repeat(actions);
@@ -228,6 +243,8 @@ void bind_environment(py::module& module) {
       .def("capture", &RecordedEnvironment::capture)
       .def("get_state", &RecordedEnvironment::get_state)
       .def("set_state", &RecordedEnvironment::set_state)
+      .def("set_coordinates", &RecordedEnvironment::set_coordinates)
+      .def_property_readonly("is_healthy", &RecordedEnvironment::is_healthy)
       .def(py::pickle([](RecordedEnvironment& environment) { return environment.stored(); },
                       &RecordedEnvironment::from_stored));
 }

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from walker_sim import _core
 from walker_sim.actions import to_action
+from walker_sim.attributes import attribute_of, control_cost_of, to_coordinates
 from walker_sim.keywords import refuse_unknown
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import (
@@ -136,6 +137,34 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     def dt(self) -> float:
         """Simulation time of one step [s]."""
         return float(self._walker.specification["dt"])
+
+    @property
+    def hardcore(self) -> bool:
+        """BipedalWalker: whether the terrain has stumps, stairs and pits."""
+        return bool(attribute_of(self._walker.specification, "hardcore"))
+
+    @property
+    def observation_structure(self) -> dict[str, int]:
+        """Walker2d-v5, Hopper-v5: the numbers of observed positions and velocities."""
+        structure: dict[str, int] = attribute_of(
+            self._walker.specification, "observation_structure"
+        )
+        return structure
+
+    @property
+    def is_healthy(self) -> bool:
+        """Walker2d, Hopper, in process: whether height and angles are in their healthy ranges.
+
+        Raises
+        ------
+        walker_sim.ResetNeeded
+            Before the first reset.
+        """
+        return self._walker.is_healthy
+
+    def control_cost(self, action: ArrayLike) -> Any:
+        """Walker2d, Hopper: what an action subtracts from the reward."""
+        return control_cost_of(self._walker.specification, action)
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -278,21 +307,35 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             raise ClosedEnvironmentError("get_state: the environment has been closed; reset first")
         return self._walker.get_state(self._np_random)
 
-    def set_state(self, state: SavedState) -> None:
+    def set_state(self, state: SavedState | ArrayLike, qvel: ArrayLike | None = None) -> None:
         """Goes on from a state, to the bit, whatever went before.
 
         Parameters
         ----------
         state
             What `get_state` gave, of any walker of the same id, parameters and engine; also what
-            `WalkerVectorEnv.get_state` gave of one of many.
+            `WalkerVectorEnv.get_state` gave of one of many. With `qvel`, of Walker2d and Hopper in
+            process: MuJoCo's positions ``qpos`` [m, rad], as Gymnasium's ``set_state`` takes them.
+        qvel
+            MuJoCo's velocities [m/s, rad/s]. The present episode goes on from there.
 
         Raises
         ------
         ValueError, TypeError
             Naming what the state is of instead, or what of it is damaged. Nothing has changed.
+        walker_sim.ResetNeeded, RuntimeError
+            For `qvel` before the first reset, and of BipedalWalker.
         """
-        random = self._walker.set_state(state)
+        if qvel is not None:
+            if self._is_closed:
+                raise ClosedEnvironmentError(
+                    "set_state: the environment has been closed; reset first"
+                )
+            self._walker.set_coordinates(
+                to_coordinates("qpos", cast(ArrayLike, state)), to_coordinates("qvel", qvel)
+            )
+            return
+        random = self._walker.set_state(cast(SavedState, state))
         if self._transport != "ros":
             self._np_random = random
             self._np_random_seed = None if random is None else -1  # as of one that was set

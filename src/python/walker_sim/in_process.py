@@ -86,6 +86,16 @@ class InProcessWalker:
     def set_state(self, state: SavedState) -> np.random.Generator | None:
         return generator_in(self._environment.set_state(state))
 
+    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
+        self._environment.set_coordinates(qpos, qvel)
+
+    @property
+    def is_healthy(self) -> bool:
+        is_healthy = self._environment.is_healthy
+        if is_healthy is None:
+            raise AttributeError(f"is_healthy: {self.specification['id']} has no such attribute")
+        return is_healthy
+
     def close(self) -> None:
         """There is nothing to let go of before the object goes."""
 

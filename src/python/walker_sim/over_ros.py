@@ -177,6 +177,19 @@ class RemoteWalker:
         self._connection.open().restore(state)
         return None
 
+    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
+        raise AttributeError(
+            'set_state(qpos, qvel): not over ROS; only with transport="inprocess". Over ROS '
+            "set_state takes what get_state gave"
+        )
+
+    @property
+    def is_healthy(self) -> bool:
+        raise AttributeError(
+            'is_healthy: not over ROS; only with transport="inprocess". Over ROS '
+            "a step's terminated tells it"
+        )
+
     def close(self) -> None:
         self._connection.close()
 

@@ -13,6 +13,7 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.actions import to_actions
+from walker_sim.attributes import attributes_of
 from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
@@ -120,6 +121,7 @@ class VecEnv(vec_env.VecEnv):
             "metadata": metadata_of(specification),
             "spec": self.spec,
             "dt": specification["dt"],
+            **attributes_of(specification),
         }
         self._attributes: Infos = [dict(shared) for _ in range(num_envs)]
         self._watches = plan.watches if plan else []
@@ -254,8 +256,13 @@ class VecEnv(vec_env.VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Calls what `set_attr` gave; walkers that are stepped together have no methods of their
-        own."""
+        """Calls what `set_attr` gave, or in process each walker's ``get_state`` or ``set_state``,
+        of which the latter takes one state for all of these."""
+        if method_name not in self._attributes[0]:
+            if method_name == "get_state":
+                return self.get_state(indices, *method_args, **method_kwargs)
+            if method_name == "set_state":
+                return self._set_one_state(indices, *method_args, **method_kwargs)
         methods = self.get_attr(method_name, indices)
         return [method(*method_args, **method_kwargs) for method in methods]
 
@@ -304,6 +311,11 @@ class VecEnv(vec_env.VecEnv):
     def _show_first(self, show: Callable[[Draw], None]) -> None:
         if self.render_mode == "human" and not self._walkers.reset_error(0):
             show(self._walkers.drawer(0))
+
+    def _set_one_state(self, indices: VecEnvIndices, state: bytes) -> list[None]:
+        chosen = self._to_indices(indices)
+        self.set_state([state] * len(chosen), chosen)
+        return [None] * len(chosen)
 
     def _to_indices(self, indices: VecEnvIndices) -> list[int]:
         return to_indices("indices", self._get_indices(indices), self.num_envs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
 
@@ -87,6 +88,14 @@ class Walker(Protocol):
     def set_state(self, state: SavedState) -> np.random.Generator | None:
         """Goes on from there. Returns the generator; None: none yet, or the server has it."""
 
+    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
+        """Goes on from these; shape (n,) each [m, rad, m/s, rad/s]."""
+
+    @property
+    def is_healthy(self) -> bool:
+        """Whether it is within its healthy ranges."""
+        ...
+
     def close(self) -> None:
         """Lets go of what it holds."""
 
@@ -166,7 +175,7 @@ class Walkers(ABC):
 
 def by_name(names: Sequence[str], info: Sequence[float]) -> dict[str, Any]:
     """A row of info, without what is absent, which is NaN."""
-    return {name: value for name, value in zip(names, info) if value == value}
+    return {name: value for name, value in zip(names, info) if not math.isnan(value)}
 
 
 def make_walkers(

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from walker_sim import _core
 from walker_sim.actions import to_actions
+from walker_sim.attributes import attributes_of
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import without_namespace
@@ -349,7 +350,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         """What each walker has as a single environment: ``np_random``, ``np_random_seed``, its
-        spaces, ``render_mode``, ``dt``."""
+        spaces, ``render_mode``, ``dt``, and of `walker_sim.WalkerEnv` what never changes."""
         if name in ("np_random", "np_random_seed"):
             return tuple(getattr(self, name))
         shared = {
@@ -357,6 +358,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             "dt": self.dt,
             "observation_space": self.single_observation_space,
             "render_mode": self.render_mode,
+            **attributes_of(self._walkers.specification),
         }
         if name not in shared:
             raise AttributeError(

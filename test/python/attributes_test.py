@@ -1,0 +1,167 @@
+"""Attributes and methods of Gymnasium's own walkers: those that ours have too, and a table of the
+others."""
+
+import pathlib
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from walker_sim import WalkerEnv
+from walkers import IDS, make_ours, make_reference, make_theirs, random_actions
+
+ROBOTS = [env_id for env_id in IDS if env_id.startswith(("Walker2d", "Hopper"))]
+WALKERS = [env_id for env_id in IDS if env_id not in ROBOTS]
+DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs" / "python.md"
+
+
+def attributes(environment):
+    """Those that Gymnasium's base class does not have."""
+    return {
+        name
+        for name in dir(environment)
+        if not name.startswith("_") and not hasattr(gymnasium.Env, name)
+    }
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_the_table_names_all_that_are_missing(env_id):
+    theirs = attributes(make_theirs(env_id).unwrapped)
+    ours = make_ours(env_id).unwrapped
+    ours.reset(seed=1)
+    missing = {name for name in theirs if not hasattr(ours, name)} - {"control_cost"}
+    rows = re.findall(r"^\| (`.*) \|.*\|.*\|$", DOCS.read_text(), re.MULTILINE)
+    assert missing - {*re.findall(r"`(\w+)`", " ".join(rows))} == set()
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_those_that_never_change(env_id):
+    theirs, ours = make_theirs(env_id).unwrapped, make_ours(env_id).unwrapped
+    many = gymnasium.make_vec(f"walker_sim/{env_id}", 2)
+    for name in ("hardcore", "observation_structure"):
+        assert hasattr(ours, name) == hasattr(theirs, name), name
+        if hasattr(theirs, name):
+            assert getattr(ours, name) == getattr(theirs, name)
+            assert many.get_attr(name) == (getattr(theirs, name),) * 2
+            with pytest.raises(AttributeError):
+                setattr(ours, name, 1)
+        else:
+            with pytest.raises(AttributeError, match=f"{name}: {env_id} has no such attribute"):
+                getattr(ours, name)
+
+
+def test_hardcore_is_what_the_walker_was_made_with():
+    assert make_ours("BipedalWalker-v3", hardcore=True).unwrapped.hardcore is True
+    assert make_ours("BipedalWalker-v3").unwrapped.hardcore is False
+
+
+@pytest.mark.parametrize("env_id", ["Walker2d-v5", "Hopper-v5"])
+def test_observation_structure_with_the_position(env_id):
+    keywords = {"exclude_current_positions_from_observation": False}
+    theirs = make_theirs(env_id, **keywords).unwrapped.observation_structure
+    assert make_ours(env_id, **keywords).unwrapped.observation_structure == theirs
+
+
+@pytest.mark.parametrize("env_id", ROBOTS)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_control_cost(env_id, dtype):
+    keywords = {"ctrl_cost_weight": 0.37}
+    theirs = make_theirs(env_id, **keywords).unwrapped
+    ours = make_ours(env_id, **keywords).unwrapped
+    for action in random_actions(env_id, 20).astype(dtype):
+        expected = theirs.control_cost(action)
+        assert ours.control_cost(action) == expected
+        assert type(ours.control_cost(action)) is type(expected)
+
+
+def test_control_cost_is_the_rewards():
+    make_reference("Walker2d-v5")  # skips where the cost has another precision
+    ours = make_ours("Walker2d-v5").unwrapped
+    ours.reset(seed=1)
+    for action in random_actions("Walker2d-v5", 20):
+        assert ours.step(action)[4]["reward_ctrl"] == -ours.control_cost(action)
+        ours.set_state([0, 1.25, *[0] * 7], [0] * 9)
+
+
+@pytest.mark.parametrize("env_id", ROBOTS)
+def test_is_healthy(env_id):
+    """In states on both sides of each bound, velocities beyond the observed ones among them."""
+    theirs, ours = make_theirs(env_id).unwrapped, make_ours(env_id).unwrapped
+    with pytest.raises(walker_sim.ResetNeeded, match="is_healthy: there is no episode yet"):
+        _ = ours.is_healthy
+    theirs.reset(seed=1)
+    ours.reset(seed=1)
+    size = theirs.model.nq
+    seen = set()
+    for index in range(2 * size):
+        for value in (-150, -99, -1.01, -0.99, -0.19, 0.69, 0.71, 0.79, 0.81, 1.99, 2.01, 99, 150):
+            state = np.zeros(2 * size)
+            state[1] = 1.25
+            state[index] = value
+            for environment in (theirs, ours):
+                environment.set_state(state[:size], state[size:])
+            assert ours.is_healthy == theirs.is_healthy, (index, value)
+            seen.add(ours.is_healthy)
+    assert seen == {True, False}
+
+
+@pytest.mark.parametrize("env_id", ROBOTS)
+def test_set_state(env_id):
+    """What follows is Gymnasium's, as near as another version of MuJoCo comes in a few steps; to
+    the bit it is in test/mujoco/coordinates_test.cpp."""
+    keywords = {"terminate_when_unhealthy": False}
+    theirs = make_theirs(env_id, **keywords).unwrapped
+    ours = make_ours(env_id, **keywords).unwrapped
+    size = theirs.model.nq
+    for environment in (theirs, ours):
+        environment.reset(seed=2)
+    random = np.random.default_rng(3)
+    for _ in range(10):
+        qpos, qvel = random.uniform(-0.1, 0.1, (2, size))
+        qpos[1] += 2.5  # above the ground, on which versions differ
+        seen = []
+        for environment in (theirs, ours):
+            environment.set_state(qpos, qvel)
+            seen.append([environment.step(action)[:3] for action in random_actions(env_id, 3)])
+        for their, our in zip(*seen):
+            assert our[0] == pytest.approx(their[0], abs=1e-9)
+            assert our[1] == pytest.approx(their[1], abs=1e-6)
+            assert our[2] == their[2]
+
+
+def test_what_cannot_be_set_is_refused():
+    robot, walker = WalkerEnv("Hopper-v5"), WalkerEnv("BipedalWalker-v3")
+    zeros = np.zeros(6)
+    with pytest.raises(walker_sim.ResetNeeded, match="set_state: there is no episode yet"):
+        robot.set_state(zeros, zeros)
+    robot.reset(seed=1)
+    walker.reset(seed=1)
+    before = robot.get_state()
+    for qpos, qvel, words in [
+        (np.zeros(5), zeros, r"qpos has 5 values; must have 6"),
+        (zeros, np.zeros((6, 1)), r"qvel has the shape \(6, 1\); must be one-dimensional"),
+        (zeros, [0, 0, 0, 0, 0, np.nan], r"qvel\[5\] = nan; must be finite"),
+        (zeros, ["a"] * 6, "could not convert"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            robot.set_state(qpos, qvel)
+    assert robot.get_state() == before
+    with pytest.raises(RuntimeError, match="BipedalWalker-v3 has no positions and velocities"):
+        walker.set_state(zeros, zeros)
+    with pytest.raises(TypeError, match="must be bytes, as get_state gives them"):
+        robot.set_state(zeros)
+    robot.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="set_state: "):
+        robot.set_state(zeros, zeros)
+
+
+@pytest.mark.parametrize("env_id", WALKERS)
+def test_bipedal_walker_has_none_of_the_robots(env_id):
+    ours = make_ours(env_id).unwrapped
+    for when in ("before a reset", "after it"):
+        with pytest.raises(AttributeError, match=f"is_healthy: {env_id} has no such attribute"):
+            _ = ours.is_healthy
+        with pytest.raises(AttributeError, match=f"control_cost: {env_id} has no such method"):
+            ours.control_cost(np.zeros(4))
+        assert ours.reset(seed=1), when
