@@ -4,6 +4,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <tuple>
 #include <utility>
@@ -32,7 +33,7 @@ ClientOptions completed(ClientOptions options) {
                                 "\"; must be a node's full name, e.g. /walker_sim");
   }
   constexpr double kMostSeconds = 1e6;
-  if (!(options.timeout > 0 && options.timeout <= kMostSeconds)) {
+  if (std::isnan(options.timeout) || options.timeout <= 0 || options.timeout > kMostSeconds) {
     throw std::invalid_argument("timeout = " + fixed_text(options.timeout) +
                                 " s; must be above 0 and at most 1000000");
   }

@@ -80,8 +80,8 @@ ParameterValue convert(const ParameterDescription& description, const ParameterV
 
 void check_number(const ParameterDescription& description, const ParameterValue& value,
                   double number) {
-  // Written so that NaN fails.
-  if (!(number >= description.minimum && number <= description.maximum)) {
+  // Before the comparison, which would raise a floating-point exception.
+  if (std::isnan(number) || number < description.minimum || number > description.maximum) {
     refuse(description, value, std::string(type_name(value)) + " in " + range_text(description));
   }
 }
