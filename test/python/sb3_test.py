@@ -311,6 +311,16 @@ def test_over_ros_as_in_process(tmp_path):
         remote.close()
 
 
+def test_states_by_env_method():
+    environments = VecEnv("Walker2d-v5", 3)
+    environments.reset()
+    states = environments.env_method("get_state")
+    assert states == environments.get_state()
+    assert environments.env_method("get_state", indices=[2]) == states[2:]
+    assert environments.env_method("set_state", states[0]) == [None] * 3
+    assert environments.get_state() == states[:1] * 3
+
+
 def test_states_and_copies_go_on_alike():
     original, other = (VecEnv("Hopper-v5", 3, max_episode_steps=25) for _ in range(2))
     original.seed(1)
