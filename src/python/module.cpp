@@ -47,11 +47,12 @@ void translate(std::exception_ptr thrown) {
 /// signals in its main thread only.
 /// @throws Interrupted if a signal's handler has raised, as that of Ctrl-C does
 int poll_as_python(pollfd* files, nfds_t num_files, int timeout) {
+  if (PyGILState_Check() == 0) return ::poll(files, num_files, timeout);  // no signals without it
   int result = 0;
   if (timeout == 0) {
     result = ::poll(files, num_files, timeout);
   } else {
-    const py::gil_scoped_release release;
+    const Released released;
     result = ::poll(files, num_files, timeout);
   }
   if (PyErr_CheckSignals() != 0) throw Interrupted();
