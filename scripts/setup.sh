@@ -1,7 +1,8 @@
 # shellcheck shell=bash
 # The set-up that the commands share: system, packages, engines, virtual environment, build.
 # Source it, then call set_up. Every step looks first whether it is done; an interrupted one is done
-# again by the next command. What the tools say goes to build/log/, what this says to stderr.
+# again by the next command. What the tools say goes to build/log/, what this says to stderr: a line
+# for each step that has something to do.
 #
 # The build is in build/.ros, hidden from roslaunch, which walks through a package's visible folders; its
 # devel space is in devel/, for rosrun does not look into a package's build/.
@@ -123,10 +124,7 @@ install_packages() {
 set_up_packages() {
   local wanted=("${base_packages[@]}" "${extra_packages[@]}") missing
   mapfile -t missing < <(missing_packages "${wanted[@]}")
-  if [ ${#missing[@]} -eq 0 ]; then
-    say "packages: all ${#wanted[@]} are installed"
-    return
-  fi
+  if [ ${#missing[@]} -eq 0 ]; then return; fi
   if [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null; then
     die "not root and no sudo, so these packages cannot be installed: ${missing[*]}"
   fi
@@ -150,10 +148,7 @@ set_up_venv() {
   if [ $# -gt 3 ]; then python=("$4"); fi
   wanted=$({ echo "$dir" "${python[@]:1}" && "${python[0]}" --version && cat "$requirements"; } |
     sha256sum)
-  if [ "$(cat "$dir/ready" 2>/dev/null)" = "$wanted" ]; then
-    say "$what: ready"
-    return
-  fi
+  if [ "$(cat "$dir/ready" 2>/dev/null)" = "$wanted" ]; then return; fi
   say "$what: installing ${requirements#"$root/"} to ${dir#"$root/"}"
   quiet "${dir##*/}" make_venv "$dir" "$requirements" "${python[@]}" || return
   echo "$wanted" >"$dir/ready.new" && mv "$dir/ready.new" "$dir/ready"
@@ -169,22 +164,12 @@ set_up_example() {
     "$root/test/examples/requirements_$1.txt"
 }
 
-# set_up_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand.
-set_up_engine() {
-  if [ -n "${!2:-}" ]; then
-    say "[1/3] engines: $1 from $2 = ${!2}"
-  else
-    say "[1/3] engines: the pinned $1"
-    "$root/scripts/fetch_engines" "$1" >/dev/null
-  fi
-}
+# fetch_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand. The fetching
+# speaks if it has to fetch.
+fetch_engine() { [ -n "${!2:-}" ] || "$root/scripts/fetch_engines" "$1" >/dev/null; }
 
 set_up_engines() {
-  if [ "$engines" = system ]; then
-    say "[1/3] engines: the distribution's, on request; BipedalWalker's bits are not Gymnasium's"
-  else
-    set_up_engine box2d BOX2D_SOURCE_DIR && set_up_engine mujoco MUJOCO_DIR
-  fi
+  [ "$engines" = system ] || { fetch_engine box2d BOX2D_SOURCE_DIR && fetch_engine mujoco MUJOCO_DIR; }
 }
 
 # configure DIR OPTION...: with Ninja, unless it was done with these options (or more) before. Ninja
@@ -202,6 +187,8 @@ configure() {
     for option in "$@"; do grep -qxF -e "$option" "$stamp" || ready=no; done
   fi
   [ $ready = no ] || return 0
+  say "configure: ${dir#"$root/"}, $(printf '%s\n' "$@" |
+    sed -n 's/^-D\(WALKER_SIM_ENGINES\|BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/\1=\2/p' | paste -sd ' ')"
   rm -f "$stamp"
   # Without these folders catkin would cache an environment in which Python finds no messages, and
   # pkg-config no package.
@@ -214,7 +201,16 @@ configure() {
 build_in() {
   local dir=$1
   shift
-  quiet "build_${dir##*[/.]}" within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@"
+  quiet "build_${dir##*[/.]}" announced "build: ${dir#"$root/"}" \
+    within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@" 3>&2
+}
+
+# announced TEXT NINJA...: says TEXT on descriptor 3 once Ninja has made something. Each time it looks for
+# new files, which is no news.
+announced() {
+  "${@:2}" | TEXT=$1 awk '/^\[[0-9]+\/[0-9]+\] / && !/Re-checking globbed/ && !said++ {
+      print ENVIRON["TEXT"] | "cat >&3"; close("cat >&3") }
+    { print; fflush() }'
 }
 
 # A cache of compilations where there is one. It knows a file by its way from the build directory, so
@@ -230,9 +226,7 @@ use_compiler_cache() {
 
 set_up_build() {
   use_compiler_cache
-  say "[2/3] configure: build/.ros with the $engines engines"
   configure "$ros_build" "${ros_options[@]}" "${extra_options[@]}" || return
-  say "[3/3] build"
   build_in "$ros_build" "${build_targets[@]}"
 }
 
@@ -245,12 +239,10 @@ set_up_instrumented() {
   set_up_packages && set_up_engines || return
   # gcov's counters go by the paths that the cache shortens.
   if [ "$kind" != coverage ]; then use_compiler_cache; fi
-  say "[2/3] configure: build/.$kind"
   mkdir -p "$dir/devel/lib/python3/dist-packages" "$dir/devel/lib/pkgconfig"
   configure "$dir" "${common_options[@]}" "-DWALKER_SIM_INSTRUMENT=$kind" -DWALKER_SIM_ENGINES=pinned \
     -DWALKER_SIM_WERROR=$warnings_are_errors -DWALKER_SIM_TESTS=ON "-DCATKIN_DEVEL_PREFIX=$dir/devel" \
     "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}" "${extra_options[@]}" || return
-  say "[3/3] build"
   build_in "$dir" "$@"
 }
 
