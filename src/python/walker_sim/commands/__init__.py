@@ -63,6 +63,20 @@ def _complain(command: str, error: Exception) -> None:
     print(f"walker_sim {command}: {text}", file=sys.stderr)
 
 
+def _open_standard_streams() -> None:
+    """Opens /dev/null as each of standard input, output and error that is closed.
+
+    Else the next file or socket gets its number, and printing fails on ``sys.stdout = None``.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest closed one
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", closefd=False))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command.
 
@@ -76,6 +90,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit status.
     """
+    if arguments is None:
+        _open_standard_streams()  # not in a process that is somebody else's
     given = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal without bars gets question marks
