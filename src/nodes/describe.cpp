@@ -13,6 +13,7 @@
 
 #include "core/parameter_text.h"
 #include "core/printable_text.h"
+#include "core/standard_descriptors.h"
 #include "description/urdf.h"
 #include "walker_sim/registry.h"
 
@@ -104,6 +105,7 @@ void describe(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  walker::open_standard_descriptors();
   try {
     const Options options = parse(argc, argv);
     if (options.wants_help) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/printable_text.h"
+#include "core/standard_descriptors.h"
 #include "replay/replay_report.h"
 
 namespace {
@@ -25,6 +26,7 @@ constexpr int kUnreadable = 2;
 }  // namespace
 
 int main(int argc, char** argv) {
+  walker::open_standard_descriptors();
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   for (const std::string& argument : arguments) {
     if (argument == "--help" || argument == "-h") {

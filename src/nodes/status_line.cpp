@@ -12,6 +12,7 @@
 #include "core/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "ros/node_main.h"
+#include "ros/private_parameters.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
@@ -74,6 +75,7 @@ class StatusLine {
 };
 
 void print_status() {
+  walker::complete_parameters({}, walker::private_parameters());  // it takes none
   const StatusLine line;
   ros::spin();
 }
@@ -81,5 +83,7 @@ void print_status() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return walker::run_node(argc, argv, "status_line", print_status);
+  const walker::NodeDescription node{
+      "status_line", "status_line", "Prints one line per second on how a walker fares.", {}, {}};
+  return walker::run_node(argc, argv, node, print_status);
 }

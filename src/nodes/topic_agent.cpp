@@ -3,6 +3,11 @@
 #include "ros/node_main.h"
 
 int main(int argc, char** argv) {
-  return walker::run_node(argc, argv, "topic_agent",
+  const walker::NodeDescription node{"topic_agent",
+                                     "topic_agent",
+                                     "Drives a walker by topics, as on a robot.",
+                                     walker::agent_parameters(),
+                                     {}};
+  return walker::run_node(argc, argv, node,
                           [] { walker::drive_by_topics(walker::read_agent_options()); });
 }

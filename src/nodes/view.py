@@ -28,6 +28,19 @@ def put_prefix(configuration, prefix):
     return configuration
 
 
+def open_standard_descriptors():
+    """Give rviz /dev/null in place of standard descriptors that were closed."""
+    null = os.open(os.devnull, os.O_RDWR)
+    for descriptor in range(3):
+        try:
+            is_given = os.get_inheritable(descriptor)  # what Python opens is not
+        except OSError:
+            is_given = False
+        if not is_given:
+            os.dup2(null, descriptor)
+            os.set_inheritable(descriptor, True)
+
+
 def main():
     """Become rviz."""
     # What roslaunch appended, the node's name and its log, is meant for rviz.
@@ -39,6 +52,7 @@ def main():
     path = os.path.join(rospkg.get_ros_home(), "walker_sim_" + prefix.replace("/", "_") + ".rviz")
     with open(path, "w", encoding="utf-8") as file:
         yaml.safe_dump(configuration, file)
+    open_standard_descriptors()
     os.execvp("rviz", ["rviz", "-d", path, *remappings])
 
 

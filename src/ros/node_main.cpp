@@ -2,26 +2,33 @@
 
 #include <semaphore.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <future>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
+#include <ros/network.h>
 #include <ros/this_node.h>
 
 #include "client/master.h"
 #include "core/interruption.h"
 #include "core/printable_text.h"
+#include "core/standard_descriptors.h"
+#include "ros/library_fixes.h"
 #include "ros/listening.h"
 
 namespace walker {
@@ -34,18 +41,19 @@ constexpr std::chrono::seconds kMasterTimeout{2};
 constexpr std::size_t kMostErrorBytes = 8000;
 
 sem_t is_told;  // what a handler may do to wake a thread
-std::atomic<bool> is_ended{false};
+std::atomic<bool> is_signalled{false};
+std::atomic<bool> is_started{false};  // ros::start may have registered the node
 
 /// @throws Interrupted once a signal has told the node to end
 int poll_until_end(pollfd* files, nfds_t num_files, int timeout) {
   const int result = ::poll(files, num_files, timeout);
-  if (is_ended) throw Interrupted();
+  if (is_signalled) throw Interrupted();
   return result;
 }
 
 void on_signal(int /*signal*/) {
   const int error = errno;
-  is_ended = true;
+  is_signalled = true;
   ros::requestShutdown();  // sets a flag
   sem_post(&is_told);
   errno = error;
@@ -88,7 +96,7 @@ class EndOnSignals {
   ~EndOnSignals() {
     // Left to the end of the process, it would come when objects are gone that roscpp's threads
     // use.
-    ros::shutdown();
+    if (is_started) ros::shutdown();
     end_.set_value();
     sem_post(&is_told);
     thread_.join();
@@ -99,7 +107,12 @@ class EndOnSignals {
     while (sem_wait(&is_told) != 0) {  // interrupted by another signal
     }
     const std::future<void> end = end_.get_future();
+    // ros::init, which sets parameters, waits for a master without end. None knows the node yet.
+    if (!is_started && end.wait_for(kPatience) != std::future_status::ready && !is_started) {
+      std::_Exit(EXIT_SUCCESS);
+    }
     while (end.wait_for(kPatience) != std::future_status::ready) {
+      ros::requestShutdown();  // again: ros::start forgets one that came before it
       if (!master_hangs()) continue;
       is_done_within(kPatience, [] {  // whoever reads the output may hang too
         std::fputs("The ROS master does not answer: the node ends without taking itself off it\n",
@@ -114,18 +127,52 @@ class EndOnSignals {
   std::thread thread_;
 };
 
+/// roscpp aborts on a master's address that it cannot read.
+/// @throws std::invalid_argument
+void check_master(const std::vector<std::string>& arguments) {
+  const std::string setting = "__master:=";
+  const char* const variable = std::getenv("ROS_MASTER_URI");
+  std::string name = "ROS_MASTER_URI = ";
+  std::string uri = variable == nullptr ? "" : variable;
+  for (const std::string& argument : arguments) {
+    if (argument.rfind(setting, 0) != 0 || argument == setting) continue;
+    name = setting;
+    uri = argument.substr(setting.size());
+  }
+  std::string host;
+  std::uint32_t port = 0;
+  constexpr std::uint32_t kMaxPort = 65535;
+  if (uri.empty() || !ros::network::splitURI(uri, host, port) || port == 0 || port > kMaxPort) {
+    throw std::invalid_argument(name + uri + ": must be the ROS master's address, " +
+                                "http://HOST:PORT; http://localhost:11311 is roscore's");
+  }
+}
+
 }  // namespace
 
-int run_node(int argc, char** argv, const char* name, const std::function<void()>& run) {
-  ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
-  const EndOnSignals end_on_signals;  // before anything else of ROS
+int run_node(int argc, char** argv, const NodeDescription& node, const std::function<void()>& run) {
+  open_standard_descriptors();
+  use_library_fixes();
+  const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+  for (const std::string& argument : arguments) {
+    if (argument != "--help" && argument != "-h") continue;
+    std::fputs(help_text(node).c_str(), stdout);
+    return EXIT_SUCCESS;
+  }
+  const EndOnSignals end_on_signals;  // before anything of ROS
   try {
+    check_arguments(arguments, node);
+    check_master(arguments);
+    ros::init(argc, argv, node.name, ros::init_options::NoSigintHandler);
+    is_started = true;
     ros::start();
     ROS_DEBUG_STREAM(listening_addresses());
-    run();
+    if (ros::ok()) run();
   } catch (const Interrupted&) {
     return EXIT_SUCCESS;
   } catch (const std::exception& error) {
+    // Without a master, or while it ends, what it needs is missing.
+    if (is_signalled || (is_started && !ros::ok())) return EXIT_SUCCESS;
     ROS_FATAL_STREAM(printable(error.what(), kMostErrorBytes));
     return EXIT_FAILURE;
   }

@@ -1,5 +1,6 @@
 #include "server/parameter_reader.h"
 
+#include <set>
 #include <stdexcept>
 
 #include <ros/names.h>
@@ -141,6 +142,15 @@ std::vector<ParameterDescription> server_camera_parameters(const std::string& id
     description.name = camera_parameter(description.name);
   }
   return descriptions;
+}
+
+std::vector<std::string> environment_parameter_names() {
+  std::set<std::string> names;
+  for (const Registration& registration : registrations()) {
+    for (const auto& one : parameter_descriptions(registration.id)) names.insert(one.name);
+    for (const auto& one : server_camera_parameters(registration.id)) names.insert(one.name);
+  }
+  return {names.begin(), names.end()};
 }
 
 ServerOptions read_server_options() {

@@ -48,6 +48,9 @@ std::string camera_parameter(const std::string& name);
 /// @throws std::invalid_argument for an unknown id
 std::vector<ParameterDescription> server_camera_parameters(const std::string& id);
 
+/// The names of those that some environment or its camera has beside `server_parameters()`.
+std::vector<std::string> environment_parameter_names();
+
 /// Reads and checks all private parameters of this node.
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed
 ServerOptions read_server_options();

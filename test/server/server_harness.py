@@ -84,6 +84,16 @@ def builtin_model():
         return file.read()
 
 
+def registered_uri(name, pid):
+    """Where the node answers by XML-RPC, once it is this process; "" before."""
+    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+    uri = master.lookupNode(CALLER, name)[2]
+    try:
+        return uri if uri and xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2] == pid else ""
+    except OSError:  # of a node of the name that was killed
+        return ""
+
+
 def nanoseconds(stamped):
     """The stamp of a message, of a header or of a time."""
     while not hasattr(stamped, "to_nsec"):

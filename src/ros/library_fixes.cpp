@@ -1,0 +1,123 @@
+#include "ros/library_fixes.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <exception>
+#include <map>
+#include <string>
+
+#include <ros/console.h>
+#include <ros/console_impl.h>
+#include <xmlrpcpp/XmlRpcException.h>
+#include <xmlrpcpp/XmlRpcServerConnection.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
+namespace walker {
+namespace {
+
+using XmlRpc::XmlRpcException;
+using XmlRpc::XmlRpcValue;
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
+    ++found;
+  }
+  return found;
+}
+
+/// @throws XmlRpcException for lists within lists without end: XmlRpc++ reads them recursively
+void check_depth(const std::string& request) {
+  constexpr std::size_t kMaxLists = 100;  // an upper bound of the depth; roscpp's own need 4
+  const std::size_t lists = count(request, "<array>") + count(request, "<struct>");
+  if (lists > kMaxLists) {
+    throw XmlRpcException(std::to_string(lists) + " lists in a request: must be at most " +
+                          std::to_string(kMaxLists));
+  }
+}
+
+/// @throws XmlRpcException for a multicall in a multicall: XmlRpc++ would repeat the outer one
+void check_multicall(XmlRpcValue& parameters, const std::string& multicall,
+                     const std::string& member) {
+  if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() == 0) return;
+  XmlRpcValue& calls = parameters[0];
+  if (calls.getType() != XmlRpcValue::TypeArray) return;
+  for (int i = 0; i < calls.size(); ++i) {
+    if (calls[i].hasMember(member) && calls[i][member] == XmlRpcValue(multicall)) {
+      throw XmlRpcException(multicall + ": must not be within another");
+    }
+  }
+}
+
+/// Checks a use of UDPROS: roscpp divides by what a datagram holds beside its header.
+/// @throws XmlRpcException
+void check_datagrams(XmlRpcValue& parameters) {
+  constexpr int kMinBytes = 64;
+  constexpr int kMaxBytes = 65507;  // of IPv4
+  constexpr int kSizeField = 4;
+  if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() < 3) return;
+  XmlRpcValue& protocols = parameters[2];
+  if (protocols.getType() != XmlRpcValue::TypeArray) return;
+  for (int i = 0; i < protocols.size(); ++i) {
+    XmlRpcValue& protocol = protocols[i];
+    if (protocol.getType() != XmlRpcValue::TypeArray || protocol.size() <= kSizeField) continue;
+    if (protocol[kSizeField].getType() != XmlRpcValue::TypeInt) continue;
+    const int bytes = protocol[kSizeField];
+    if (bytes < kMinBytes || bytes > kMaxBytes) {
+      throw XmlRpcException("datagrams of " + std::to_string(bytes) + " bytes: must be from " +
+                            std::to_string(kMinBytes) + " to " + std::to_string(kMaxBytes));
+    }
+  }
+}
+
+}  // namespace
+
+void use_library_fixes() {}
+
+}  // namespace walker
+
+namespace ros::console {
+
+// In place of rosconsole's, of which Debian 12's deletes log4cxx's repository of loggers: it makes
+// a shared pointer of a plain one, and every further use of a logger reads freed memory.
+bool get_loggers(std::map<std::string, levels::Level>& loggers) {
+  for (const char* name : {"ros", "ros.roscpp", "ros.roscpp.roscpp_internal",
+                           "ros.roscpp.superdebug", ROSCONSOLE_DEFAULT_NAME}) {
+    void* const logger = impl::getHandle(name);
+    int level = levels::Debug;
+    while (level < levels::Fatal &&
+           !impl::isEnabledFor(logger, static_cast<levels::Level>(level))) {
+      ++level;
+    }
+    loggers[name] = static_cast<levels::Level>(level);
+  }
+  return true;
+}
+
+}  // namespace ros::console
+
+namespace XmlRpc {
+
+// In place of XmlRpc++'s, which lets every exception but its own end the process: paramUpdate with
+// an invalid name throws ros::InvalidNameException.
+void XmlRpcServerConnection::executeRequest() {
+  try {
+    walker::check_depth(_request);
+    XmlRpcValue parameters;
+    XmlRpcValue result;
+    const std::string method = parseRequest(parameters);
+    if (method == SYSTEM_MULTICALL) walker::check_multicall(parameters, method, METHODNAME);
+    if (method == "requestTopic") walker::check_datagrams(parameters);
+    if (executeMethod(method, parameters, result) || executeMulticall(method, parameters, result)) {
+      generateResponse(result.toXml());
+    } else {
+      generateFaultResponse(method + ": unknown method name");
+    }
+  } catch (const XmlRpcException& fault) {
+    generateFaultResponse(fault.getMessage(), fault.getCode());
+  } catch (const std::exception& error) {
+    generateFaultResponse(error.what());
+  }
+}
+
+}  // namespace XmlRpc

@@ -1,0 +1,178 @@
+#!/usr/bin/python3
+"""How nodes are started: arguments, closed standard descriptors, a master that is not there."""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+import xmlrpc.client
+
+import rostest
+from bare_ros import CALLER, PATIENCE, free_port, wait_for
+from catkin.find_in_workspaces import find_in_workspaces
+from server_harness import Process, node_path, registered_uri
+
+NODES = ["server", "service_agent", "topic_agent", "status_line"]
+PROGRAMS = ["describe", "replay"]
+# Arguments that are refused, and what the message says of them.
+REFUSED = {
+    "__name:=walker-1": "argument __name:=walker-1: is not a valid name",
+    "__name:=a/b": "a/b",
+    "__name:=": "argument __name:=: is not a valid name",
+    "__ns:=robot-1": "argument __ns:=robot-1: is not a valid name",
+    "ns:=robot-1": "did you mean __ns:=robot-1?",
+    "scan:=a-b": "argument scan:=a-b: is not a valid name",
+    "Walker2d-v5": "must be _PARAMETER:=VALUE or NAME:=NAME; see --help",
+    "__master:=nowhere": "__master:=nowhere: must be the ROS master's address",
+    "_no_such:=1": "parameter no_such = 1: unknown",
+}
+MEANT = {
+    "_real_time_factor=2": "did you mean _real_time_factor:=2?",
+    "real_time_factor:=2": "did you mean _real_time_factor:=2?",
+    "env:=Walker2d-v5": "did you mean _env:=Walker2d-v5?",
+    "--env=Walker2d-v5": "did you mean _env:=Walker2d-v5?",
+}
+CLOSED = [*itertools.combinations(range(3), 1), *itertools.combinations(range(3), 2), (0, 1, 2)]
+
+
+def run(node, *arguments, **environment):
+    """Exit status, standard output and standard error of a program of this package."""
+    ended = subprocess.run(
+        [node_path(node), *arguments],
+        env={**os.environ, **environment},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    return ended.returncode, ended.stdout, ended.stderr
+
+
+def start_closed(descriptors, command, **options):
+    """A process that is started without some of its standard descriptors."""
+    closing = " ".join(f"{number}{'<' if number == 0 else '>'}&-" for number in descriptors)
+    return subprocess.Popen(
+        ["bash", "-c", f'exec "$@" {closing}', "bash", *command],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        **options,
+    )
+
+
+class CommandLineTest(unittest.TestCase):
+    def assert_refused(self, node, argument, words, **environment):
+        status, out, error = run(node, argument, **environment)
+        case = f"{node} {argument}: {status} {out} {error}"
+        self.assertEqual(status, 1, case)
+        lines = error.splitlines()
+        self.assertEqual(len(lines), 1, case)
+        self.assertIn("FATAL", lines[0], case)
+        self.assertIn(words, lines[0], case)
+
+    def test_what_is_no_argument_is_refused_by_every_node(self):
+        for node in NODES:
+            for argument, words in REFUSED.items():
+                self.assert_refused(node, argument, words)
+
+    def test_what_looks_like_a_parameter_is_refused_with_what_was_meant(self):
+        for argument, words in MEANT.items():
+            self.assert_refused("server", argument, words)
+            self.assert_refused("service_agent", argument, words)
+        self.assert_refused("server", "hardcore=true", "did you mean _hardcore:=true?")
+
+    def test_an_address_of_a_master_that_cannot_be_read(self):
+        for node in NODES:
+            for uri in ("", "localhost", "http://localhost:port", "http://localhost:70000"):
+                words = f"ROS_MASTER_URI = {uri}: must be"
+                self.assert_refused(node, "__name:=lost", words, ROS_MASTER_URI=uri)
+
+    def test_help(self):
+        for node in NODES:
+            for option in ("--help", "-h"):
+                status, out, error = run(node, option, ROS_MASTER_URI="")
+                self.assertEqual((status, error), (0, ""))
+                self.assertIn(f"Usage: rosrun walker_sim {node}", out)
+        out = run("server", "_env:=Walker2d-v5", "--help")[1]
+        for words in ("_env:=BipedalWalker-v3", "_mode:=free", " hardcore ", "docs/"):
+            self.assertIn(words, out)
+
+    def test_nodes_run_with_closed_standard_descriptors(self):
+        master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+        for node in NODES:
+            for closed in CLOSED:
+                name = f"/{node}_without_{''.join(map(str, closed))}"
+                command = [node_path(node), f"__name:={name[1:]}"]
+                if node == "server":
+                    command += ["_env:=Walker2d-v5", "_mode:=lockstep"]
+                process = start_closed(closed, command)
+                self.addCleanup(process.wait)
+                self.addCleanup(process.kill)
+                pid = process.pid
+                wait_for(lambda name=name, pid=pid: registered_uri(name, pid), name)
+                for number in closed:
+                    target = os.readlink(f"/proc/{process.pid}/fd/{number}")
+                    self.assertEqual(target, os.devnull, f"{name}: descriptor {number}")
+                if node == "server":
+                    service = f"{name}/set_physics_properties"  # the last one
+                    wait_for(
+                        lambda service=service: master.lookupService(CALLER, service)[0] == 1,
+                        service,
+                    )
+                process.terminate()
+                self.assertEqual(process.wait(PATIENCE), 0, name)
+
+    def test_programs_run_with_closed_standard_descriptors(self):
+        for program in PROGRAMS:
+            for closed in CLOSED:
+                process = start_closed(closed, [node_path(program), "--help"])
+                self.assertEqual(process.wait(PATIENCE), 0, f"{program} without {closed}")
+
+    def test_rviz_for_a_prefix_has_standard_descriptors(self):
+        # "rviz", which it becomes, looks at what it was given.
+        code = (
+            "#!/usr/bin/python3\nimport os, sys\n"
+            "sys.exit(any(os.readlink(f'/proc/self/fd/{n}') != os.devnull for n in range(3)))\n"
+        )
+        folder = self.enter(tempfile.TemporaryDirectory())
+        rviz = os.path.join(folder, "rviz")
+        with open(rviz, "w", encoding="utf-8") as file:
+            file.write(code)
+        os.chmod(rviz, 0o755)
+        template = find_in_workspaces(["share"], "walker_sim", "config/walker2d.rviz")[0]
+        environment = {**os.environ, "ROS_HOME": folder}
+        environment["PATH"] = folder + os.pathsep + environment["PATH"]
+        for closed in CLOSED:
+            process = start_closed(
+                closed, [node_path("view.py"), template, "robot"], env=environment
+            )
+            self.assertEqual(process.wait(PATIENCE), 0, closed)
+
+    def enter(self, context):
+        value = context.__enter__()
+        self.addCleanup(context.__exit__, None, None, None)
+        return value
+
+    def test_a_node_that_never_found_a_master_ends_in_order(self):
+        for node in NODES:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                # A parameter is set before the node is registered: ROS waits in another place.
+                for arguments in ([], ["_env:=Walker2d-v5"]):
+                    uri = f"http://localhost:{free_port()}"
+                    process = Process(node, f"/{node}_lost", arguments, uri)
+                    self.addCleanup(process.end)
+                    wait_for(lambda process=process: uri_is_missed(process), "the complaint")
+                    self.assertEqual(process.stop(number, timeout=15), 0, process.output())
+                    self.assertNotIn("FATAL", process.output())
+
+
+def uri_is_missed(process):
+    return "Failed to contact master" in process.output()
+
+
+if __name__ == "__main__":
+    rostest.rosrun("walker_sim", "command_line_test", CommandLineTest, sys.argv)
