@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <exception>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include <ros/console.h>
@@ -15,7 +16,6 @@
 namespace walker {
 namespace {
 
-using XmlRpc::XmlRpcException;
 using XmlRpc::XmlRpcValue;
 
 std::size_t count(const std::string& text, const std::string& part) {
@@ -26,17 +26,19 @@ std::size_t count(const std::string& text, const std::string& part) {
   return found;
 }
 
-/// @throws XmlRpcException for lists within lists without end: XmlRpc++ reads them recursively
+/// @throws std::invalid_argument for lists within lists without end: XmlRpc++ reads them
+/// recursively
 void check_depth(const std::string& request) {
   constexpr std::size_t kMaxLists = 100;  // an upper bound of the depth; roscpp's own need 4
   const std::size_t lists = count(request, "<array>") + count(request, "<struct>");
   if (lists > kMaxLists) {
-    throw XmlRpcException(std::to_string(lists) + " lists in a request: must be at most " +
-                          std::to_string(kMaxLists));
+    throw std::invalid_argument(std::to_string(lists) + " lists in a request: must be at most " +
+                                std::to_string(kMaxLists));
   }
 }
 
-/// @throws XmlRpcException for a multicall in a multicall: XmlRpc++ would repeat the outer one
+/// @throws std::invalid_argument for a multicall in a multicall: XmlRpc++ would repeat the outer
+/// one
 void check_multicall(XmlRpcValue& parameters, const std::string& multicall,
                      const std::string& member) {
   if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() == 0) return;
@@ -44,13 +46,13 @@ void check_multicall(XmlRpcValue& parameters, const std::string& multicall,
   if (calls.getType() != XmlRpcValue::TypeArray) return;
   for (int i = 0; i < calls.size(); ++i) {
     if (calls[i].hasMember(member) && calls[i][member] == XmlRpcValue(multicall)) {
-      throw XmlRpcException(multicall + ": must not be within another");
+      throw std::invalid_argument(multicall + ": must not be within another");
     }
   }
 }
 
 /// Checks a use of UDPROS: roscpp divides by what a datagram holds beside its header.
-/// @throws XmlRpcException
+/// @throws std::invalid_argument
 void check_datagrams(XmlRpcValue& parameters) {
   constexpr int kMinBytes = 64;
   constexpr int kMaxBytes = 65507;  // of IPv4
@@ -64,8 +66,9 @@ void check_datagrams(XmlRpcValue& parameters) {
     if (protocol[kSizeField].getType() != XmlRpcValue::TypeInt) continue;
     const int bytes = protocol[kSizeField];
     if (bytes < kMinBytes || bytes > kMaxBytes) {
-      throw XmlRpcException("datagrams of " + std::to_string(bytes) + " bytes: must be from " +
-                            std::to_string(kMinBytes) + " to " + std::to_string(kMaxBytes));
+      throw std::invalid_argument("datagrams of " + std::to_string(bytes) +
+                                  " bytes: must be from " + std::to_string(kMinBytes) + " to " +
+                                  std::to_string(kMaxBytes));
     }
   }
 }

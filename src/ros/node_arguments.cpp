@@ -79,7 +79,7 @@ std::string help_text(const NodeDescription& node) {
   if (!node.more_parameters.empty()) {
     text += "\nParameters of the environment and of its camera, not all of every environment:\n ";
     for (const std::string& name : node.more_parameters) text += " " + name;
-    text += "\n";
+    text += '\n';
   }
   return text +
          "\nNAME:=NAME remaps a topic or a service. Documentation: docs/ros_interface.md and "
@@ -101,8 +101,9 @@ void check_arguments(const std::vector<std::string>& arguments, const NodeDescri
     const std::string beginning = probable_beginning(bare_name(name), node);
     std::string error;
     if (!beginning.empty() && !(is_by_roslaunch && ros::names::validate(value, error))) {
-      refuse(argument, "remaps a topic or a service, and none of this node is called " + name +
-                           "; did you mean " + beginning + value + "?");
+      std::string text = "remaps a topic or a service, and none of this node is called ";
+      text.append(name).append("; did you mean ").append(beginning).append(value).append("?");
+      refuse(argument, text);
     }
     check_name(argument, name);
     check_name(argument, value);
