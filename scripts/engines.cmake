@@ -102,7 +102,7 @@ else()
   message(FATAL_ERROR "WALKER_SIM_ENGINES = ${WALKER_SIM_ENGINES}: must be pinned or system")
 endif()
 
-list(TRANSFORM box2d_room_files REPLACE "(.+)" "src/bipedal_walker/${box2d_room}/\\1.cpp"
+list(TRANSFORM box2d_room_files REPLACE "(.+)" "src/robots/bipedal_walker/${box2d_room}/\\1.cpp"
   OUTPUT_VARIABLE box2d_room_sources)
 
 # ---------------------------------------------------------------- MuJoCo

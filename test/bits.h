@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-#include "core/bits.h"
+#include "base/bits.h"
 
 namespace walker {
 

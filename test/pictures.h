@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/shared_library.h"
+#include "base/shared_library.h"
 #include "walker_sim/renderer.h"
 
 namespace walker {

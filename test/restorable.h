@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/episode_recorder.h"
+#include "episode/episode_recorder.h"
 
 namespace walker {
 

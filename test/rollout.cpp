@@ -30,11 +30,11 @@
 #include <string>
 #include <vector>
 
-#include "bipedal_walker/bipedal_walker.h"
-#include "bipedal_walker/heuristic.h"
-#include "bipedal_walker/terrain_numbers.h"
-#include "core/parameter_text.h"
-#include "core/random.h"
+#include "robots/bipedal_walker/bipedal_walker.h"
+#include "robots/bipedal_walker/heuristic.h"
+#include "robots/bipedal_walker/terrain_numbers.h"
+#include "base/parameter_text.h"
+#include "base/random.h"
 #include "pipe.h"
 #include "stepper.h"
 

@@ -11,7 +11,7 @@ class Refused(Exception):
 
 
 def parameter_text(value):
-    """A parameter's value as src/core/parameter_text.h reads it."""
+    """A parameter's value as src/base/parameter_text.h reads it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (tuple, list)):

@@ -50,9 +50,9 @@ endif()
 
 # To those alone that ask for it; the others are compiled once for all engines, where there is a cache.
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
-  set_source_files_properties(test/bipedal_walker/episodes_test.cpp
-    test/bipedal_walker/renderer_test.cpp test/bipedal_walker/specification_test.cpp
-    test/bipedal_walker/statistics_test.cpp test/mujoco/specification_test.cpp
+  set_source_files_properties(test/robots/bipedal_walker/episodes_test.cpp
+    test/robots/bipedal_walker/renderer_test.cpp test/robots/bipedal_walker/specification_test.cpp
+    test/robots/bipedal_walker/statistics_test.cpp test/robots/mujoco/specification_test.cpp
     PROPERTIES COMPILE_DEFINITIONS WALKER_SIM_ENGINES_PINNED)
 endif()
 
@@ -156,11 +156,11 @@ if(walker2d_kernels)
   walker_sim_register_variant(walker2d_kernel_kernel_test_long mujoco kernel_test long
     WALKER_SIM_TEST_STEPS=30000)
   foreach(name altered_add altered_pow)
-    set_source_files_properties(test/walker2d/kernel/${name}.cpp PROPERTIES
+    set_source_files_properties(test/robots/walker2d/kernel/${name}.cpp PROPERTIES
       SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${walker2d_kernel_options}")
-    target_sources(mujoco_tests PRIVATE test/walker2d/kernel/${name}.cpp)
+    target_sources(mujoco_tests PRIVATE test/robots/walker2d/kernel/${name}.cpp)
   endforeach()
-  target_sources(mujoco_tests PRIVATE test/walker2d/kernel/run.cpp)
+  target_sources(mujoco_tests PRIVATE test/robots/walker2d/kernel/run.cpp)
 endif()
 if(bipedal_walker_kernels)
   set(shards 7) # not a multiple of 4: every fourth of its cases is the longest
@@ -172,18 +172,18 @@ if(bipedal_walker_kernels)
   endforeach()
   walker_sim_register_variant(bipedal_walker_kernel_rotation_test_long bipedal_walker rotation_test long
     WALKER_SIM_TEST_ALL_ANGLES=1)
-  target_sources(bipedal_walker_tests PRIVATE test/bipedal_walker/kernel/run.cpp)
+  target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/run.cpp)
 endif()
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   # The comparison takes longer than the steps.
-  set_source_files_properties(test/bipedal_walker/kernel/world_words.cpp PROPERTIES
+  set_source_files_properties(test/robots/bipedal_walker/kernel/world_words.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "-O3;-fno-access-control")
-  target_sources(bipedal_walker_tests PRIVATE test/bipedal_walker/kernel/world_words.cpp)
-  set_source_files_properties(test/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
+  target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/world_words.cpp)
+  set_source_files_properties(test/robots/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
   if(NOT WALKER_SIM_INSTRUMENT) # programs whose code is that of the other tests
-    include(test/bipedal_walker/shortcuts.cmake)
-    include(test/core/race_test.cmake)
+    include(test/robots/bipedal_walker/shortcuts.cmake)
+    include(test/episode/race_test.cmake)
   endif()
 endif()
 

@@ -5,7 +5,7 @@
 
 #include <ros/package.h>
 
-#include "core/user_path.h"
+#include "base/user_path.h"
 #include "ros/private_parameters.h"
 #include "walker_sim/policy.h"
 

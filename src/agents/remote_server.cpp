@@ -8,7 +8,7 @@
 #include <ros/master.h>
 #include <ros/this_node.h>
 
-#include "core/printable_text.h"
+#include "base/printable_text.h"
 #include "ros/records.h"
 #include "walker_sim/registry.h"
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 
 namespace walker {
 namespace {

@@ -10,7 +10,7 @@
 #include <ros/console.h>
 #include <ros/transport_hints.h>
 
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 #include "ros/checked_subscription.h"
 
 namespace walker {

@@ -10,7 +10,7 @@
 
 #include "agents/agents.h"
 #include "agents/remote_server.h"
-#include "core/pacer.h"
+#include "server/drive/pacer.h"
 
 namespace walker {
 namespace {

@@ -15,7 +15,7 @@
 #include "agents/agents.h"
 #include "agents/remote_server.h"
 #include "agents/sensor_topics.h"
-#include "core/printable_text.h"
+#include "base/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/observation_builder.h"

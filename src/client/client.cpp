@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "client/forks.h"
-#include "client/master.h"
+#include "wire/master.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
 #include "client/service_types.h"
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 #include "walker_sim/parameters.h"
 
 namespace walker {

@@ -1,7 +1,7 @@
 // What a client says in the child of a fork.
 #pragma once
 
-#include "core/forks.h"
+#include "base/forks.h"
 
 namespace walker {
 

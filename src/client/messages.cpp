@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/limits.h"
-#include "core/printable_text.h"
+#include "base/limits.h"
+#include "base/printable_text.h"
 
 namespace walker {
 namespace {

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "client/service_types.h"
-#include "client/tcpros.h"
-#include "core/limits.h"
-#include "core/printable_text.h"
+#include "wire/tcpros.h"
+#include "base/limits.h"
+#include "base/printable_text.h"
 #include "walker_sim/client.h"
 #include "walker_sim/parameters.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "client/messages.h"
-#include "core/printable_text.h"
+#include "base/printable_text.h"
 
 namespace walker {
 

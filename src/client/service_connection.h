@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <string>
 
-#include "client/master.h"
+#include "wire/master.h"
 #include "client/messages.h"
 #include "client/service_types.h"
-#include "client/socket.h"
-#include "client/tcpros.h"
+#include "wire/socket.h"
+#include "wire/tcpros.h"
 
 namespace walker {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "client/tcpros.h"
+#include "wire/tcpros.h"
 
 namespace walker {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 
 namespace walker {
 

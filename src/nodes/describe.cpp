@@ -11,9 +11,9 @@
 
 #include <ros/package.h>
 
-#include "core/parameter_text.h"
-#include "core/printable_text.h"
-#include "core/standard_descriptors.h"
+#include "base/parameter_text.h"
+#include "base/printable_text.h"
+#include "base/standard_descriptors.h"
 #include "description/urdf.h"
 #include "walker_sim/registry.h"
 

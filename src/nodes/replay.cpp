@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/printable_text.h"
-#include "core/standard_descriptors.h"
+#include "base/printable_text.h"
+#include "base/standard_descriptors.h"
 #include "replay/replay_report.h"
 
 namespace {

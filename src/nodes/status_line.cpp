@@ -9,7 +9,7 @@
 #include <ros/subscriber.h>
 #include <ros/wall_timer.h>
 
-#include "core/printable_text.h"
+#include "base/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "ros/node_main.h"
 #include "ros/private_parameters.h"

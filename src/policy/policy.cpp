@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/printable_text.h"
-#include "core/shortest_text.h"
+#include "base/printable_text.h"
+#include "base/shortest_text.h"
 #include "policy/network.h"
 #include "policy/safetensors.h"
 

@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "client/forks.h"
-#include "core/checks.h"
-#include "core/failure.h"
+#include "base/checks.h"
+#include "episode/failure.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <string>
 
-#include "core/episode_record.h"
-#include "core/printable_text.h"
+#include "episode/episode_record.h"
+#include "base/printable_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/engine_release.h"
-#include "core/episode_recorder.h"
+#include "base/engine_release.h"
+#include "episode/episode_recorder.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"

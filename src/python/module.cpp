@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/interruption.h"
+#include "base/interruption.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/client.h"

@@ -9,7 +9,7 @@
 #include <ros/message_traits.h>
 #include <rosbag/view.h>
 
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 #include "replay/bag_check.h"
 #include "replay/bag_index.h"
 #include "ros/checked_stream.h"

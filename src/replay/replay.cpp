@@ -6,10 +6,10 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/bits.h"
-#include "core/engine_release.h"
-#include "core/random.h"
-#include "core/shortest_text.h"
+#include "base/bits.h"
+#include "base/engine_release.h"
+#include "base/random.h"
+#include "base/shortest_text.h"
 #include "ros/records.h"
 #include "walker_sim/registry.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/episode_recorder.h"
+#include "episode/episode_recorder.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"

@@ -8,9 +8,9 @@
 #include <memory>
 #include <ostream>
 
-#include "core/engine_release.h"
-#include "core/printable_text.h"
-#include "core/shortest_text.h"
+#include "base/engine_release.h"
+#include "base/printable_text.h"
+#include "base/shortest_text.h"
 #include "replay/bag_episodes.h"
 #include "replay/replay.h"
 

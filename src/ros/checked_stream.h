@@ -10,7 +10,7 @@
 
 #include <ros/serialization.h>
 
-#include "core/limits.h"
+#include "base/limits.h"
 
 namespace walker {
 

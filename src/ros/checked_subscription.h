@@ -16,7 +16,7 @@
 #include <ros/transport_hints.h>
 #include <boost/shared_ptr.hpp>
 
-#include "core/printable_text.h"
+#include "base/printable_text.h"
 #include "ros/checked_stream.h"
 #include "ros/throttle.h"
 

@@ -24,10 +24,10 @@
 #include <ros/network.h>
 #include <ros/this_node.h>
 
-#include "client/master.h"
-#include "core/interruption.h"
-#include "core/printable_text.h"
-#include "core/standard_descriptors.h"
+#include "wire/master.h"
+#include "base/interruption.h"
+#include "base/printable_text.h"
+#include "base/standard_descriptors.h"
 #include "ros/library_fixes.h"
 #include "ros/listening.h"
 

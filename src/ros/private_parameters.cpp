@@ -9,8 +9,8 @@
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include "core/parameter_text.h"
-#include "core/printable_text.h"
+#include "base/parameter_text.h"
+#include "base/printable_text.h"
 
 namespace walker {
 namespace {

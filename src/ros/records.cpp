@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/parameter_text.h"
+#include "base/parameter_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

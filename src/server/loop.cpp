@@ -9,7 +9,7 @@
 #include <ros/names.h>
 #include <ros/topic_manager.h>
 
-#include "core/failure.h"
+#include "episode/failure.h"
 #include "ros/throttle.h"
 
 namespace walker {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/pacer.h"
+#include "server/drive/pacer.h"
 #include "server/environments/restores.h"
 #include "server/parameter_reader.h"
 #include "server/simulation.h"

@@ -7,7 +7,7 @@
 #include <ros/param.h>
 #include <ros/this_node.h>
 
-#include "core/limits.h"
+#include "base/limits.h"
 #include "ros/private_parameters.h"
 #include "walker_sim/registry.h"
 

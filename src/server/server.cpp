@@ -15,8 +15,8 @@
 #include <std_srvs/Empty.h>
 #include <std_srvs/Trigger.h>
 
-#include "core/limits.h"
-#include "core/printable_text.h"
+#include "base/limits.h"
+#include "base/printable_text.h"
 #include "ros/checked_subscription.h"
 #include "ros/listening.h"
 #include "ros/throttle.h"

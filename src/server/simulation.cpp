@@ -6,7 +6,7 @@
 
 #include <ros/console.h>
 
-#include "core/failure.h"
+#include "episode/failure.h"
 #include "ros/throttle.h"
 
 namespace walker {

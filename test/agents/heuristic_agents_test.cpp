@@ -14,7 +14,7 @@
 #include <ros/ros.h>
 
 #include "agents/shipped_policy.h"
-#include "bipedal_walker/heuristic.h"
+#include "robots/bipedal_walker/heuristic.h"
 #include "server/inbox.h"
 #include "server/twin.h"
 #include "walker_sim/Episode.h"

@@ -18,7 +18,7 @@
 
 #include "bench/arguments.h"
 #include "bench/round_trips.h"
-#include "core/checked.h"
+#include "base/checked.h"
 
 namespace walker::bench {
 namespace {

@@ -10,7 +10,7 @@
 #include <ostream>
 #include <vector>
 
-#include "core/random.h"
+#include "base/random.h"
 
 namespace walker::bench {
 

@@ -14,7 +14,7 @@
 #include "client/messages.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
-#include "core/limits.h"
+#include "base/limits.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
 

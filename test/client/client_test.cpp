@@ -18,7 +18,7 @@
 #include "bits.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
-#include "core/limits.h"
+#include "base/limits.h"
 #include "error_message.h"
 
 namespace walker {

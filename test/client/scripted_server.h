@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "client/tcpros.h"
-#include "core/checked.h"
+#include "wire/tcpros.h"
+#include "base/checked.h"
 
 namespace walker::test {
 

@@ -1,5 +1,5 @@
 // An episode's record, as ~restore and the replay take it.
-#include "core/episode_record.h"
+#include "episode/episode_record.h"
 
 #include <stdexcept>
 

@@ -1,7 +1,7 @@
 // What comes on the connection to a master: HTTP, XML-RPC in it, and a service's address in that.
 #include <string>
 
-#include "client/master.h"
+#include "wire/master.h"
 #include "fuzz/scripted_socket.h"
 #include "fuzz/target.h"
 #include "walker_sim/client.h"

@@ -1,5 +1,5 @@
 // Parameters as text: the first byte chooses the environment, each line is NAME=VALUE.
-#include "core/parameter_text.h"
+#include "base/parameter_text.h"
 
 #include <sstream>
 #include <stdexcept>

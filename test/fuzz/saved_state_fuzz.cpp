@@ -4,7 +4,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "core/state_header.h"
+#include "episode/state_header.h"
 #include "fuzz/input.h"
 #include "fuzz/target.h"
 #include "walker_sim/registry.h"

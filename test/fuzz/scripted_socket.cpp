@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "client/socket.h"
+#include "wire/socket.h"
 #include "fuzz/target.h"
 #include "walker_sim/client.h"
 

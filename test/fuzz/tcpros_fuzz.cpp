@@ -1,5 +1,5 @@
 // A connection's header, as both sides read it.
-#include "client/tcpros.h"
+#include "wire/tcpros.h"
 
 #include <stdexcept>
 

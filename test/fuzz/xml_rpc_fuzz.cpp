@@ -1,5 +1,5 @@
 // A master's answer.
-#include "client/xml_rpc.h"
+#include "wire/xml_rpc.h"
 
 #include <algorithm>
 #include <stdexcept>

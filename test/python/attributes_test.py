@@ -109,7 +109,7 @@ def test_is_healthy(env_id):
 @pytest.mark.parametrize("env_id", ROBOTS)
 def test_set_state(env_id):
     """What follows is Gymnasium's, as near as another version of MuJoCo comes in a few steps; to
-    the bit it is in test/mujoco/coordinates_test.cpp."""
+    the bit it is in test/robots/mujoco/coordinates_test.cpp."""
     keywords = {"terminate_when_unhealthy": False}
     theirs = make_theirs(env_id, **keywords).unwrapped
     ours = make_ours(env_id, **keywords).unwrapped

@@ -1,7 +1,7 @@
 """Robots on MuJoCo through Gymnasium's own interface: whole episodes against the recordings of
 Gymnasium on MuJoCo 2.2.2, to the bit, and against the Gymnasium and MuJoCo that are installed:
 resets to the bit, then the first steps, as near as another version of MuJoCo comes (see
-test/mujoco/episodes_gymnasium_test.py)."""
+test/robots/mujoco/episodes_gymnasium_test.py)."""
 
 import gymnasium
 import numpy as np

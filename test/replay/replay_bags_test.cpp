@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/engine_release.h"
+#include "base/engine_release.h"
 #include "replay/replay_bags.h"
 
 namespace walker::test {

@@ -35,7 +35,7 @@ def row(text, name):
 def test_rooms_are_counted_apart_and_together(tmp_path):
     done, report = run(
         tmp_path,
-        file_of("src/core/pool.cpp", [(1, 5), (2, 0)]),
+        file_of("src/episode/pool.cpp", [(1, 5), (2, 0)]),
         file_of("include/walker_sim/pool.h", [(n, 1) for n in range(38)]),
         file_of(
             "src/server/loop.cpp", [(n, 1) for n in range(94)] + [(94 + n, 0) for n in range(6)]
@@ -50,7 +50,7 @@ def test_rooms_are_counted_apart_and_together(tmp_path):
 
 def test_95_percent_are_enough_and_less_is_not_rounded_up(tmp_path):
     enough = [(n, int(n >= 5)) for n in range(100)]
-    done, _ = run(tmp_path, file_of("src/core/pool.cpp", enough), file_of("src/ros/a.h", enough))
+    done, _ = run(tmp_path, file_of("src/episode/pool.cpp", enough), file_of("src/ros/a.h", enough))
     assert row(done.stdout, "core") == row(done.stdout, "server") == "95 of    100 lines  95.00 %"
     less = [(n, int(n >= 501)) for n in range(10001)]
     done, _ = run(tmp_path, file_of("src/server/loop.cpp", less))
@@ -69,16 +69,16 @@ def test_a_line_is_run_where_an_instance_of_its_template_is(tmp_path):
 
 @pytest.mark.parametrize("mark", ["gcovr/noncode", "gcovr/excluded"])
 def test_what_is_left_out_is_in_neither_number(tmp_path, mark):
-    done, _ = run(tmp_path, file_of("src/core/pool.cpp", [(1, 0)], **{mark: True}))
+    done, _ = run(tmp_path, file_of("src/episode/pool.cpp", [(1, 0)], **{mark: True}))
     assert row(done.stdout, "src/core") == "0 of      0 lines   0.00 %"
 
 
 def test_the_report_names_the_lines(tmp_path):
     counts = [(1, 1), (3, 0), (4, 0), (8, 0), (9, 2), (12, 0)]
     _, report = run(
-        tmp_path, file_of("src/core/pool.cpp", counts), file_of("src/core/pacer.cpp", [(1, 1)])
+        tmp_path, file_of("src/episode/pool.cpp", counts), file_of("src/server/drive/pacer.cpp", [(1, 1)])
     )
-    assert "src/core/pool.cpp: 33.3 %\n    3-8, 12\n" in report
+    assert "src/episode/pool.cpp: 33.3 %\n    3-8, 12\n" in report
     assert "pacer" not in report
 
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bipedal_walker/heuristic.h"
+#include "robots/bipedal_walker/heuristic.h"
 #include "server/player.h"
 
 namespace walker::test {

@@ -10,8 +10,8 @@
 #include <ros/console.h>
 #include <sensor_msgs/image_encodings.h>
 
-#include "core/parameter_text.h"
-#include "core/printable_text.h"
+#include "base/parameter_text.h"
+#include "base/printable_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

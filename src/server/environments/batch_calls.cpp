@@ -6,7 +6,7 @@
 
 #include <ros/console.h>
 
-#include "core/failure.h"
+#include "episode/failure.h"
 #include "server/topics/effort_command.h"
 
 namespace walker {

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "core/checks.h"
-#include "core/random.h"
+#include "base/checks.h"
+#include "base/random.h"
 
 namespace walker {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/episode_recorder.h"
+#include "episode/episode_recorder.h"
 #include "server/parameter_reader.h"
 #include "walker_sim/pool.h"
 

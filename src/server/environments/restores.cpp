@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "core/printable_text.h"
+#include "base/printable_text.h"
 #include "ros/records.h"
 
 namespace walker {

@@ -7,7 +7,7 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
-#include "core/episode_recorder.h"
+#include "episode/episode_recorder.h"
 #include "server/markers/state_markers.h"
 
 namespace walker {

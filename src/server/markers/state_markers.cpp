@@ -9,7 +9,7 @@
 
 #include <tf2_eigen/tf2_eigen.h>
 
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 #include "description/link_tree.h"
 #include "description/poses.h"
 #include "server/markers/marker_shapes.h"

@@ -4,7 +4,7 @@
 #include <iomanip>
 #include <utility>
 
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 
 namespace walker {
 namespace {

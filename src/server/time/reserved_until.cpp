@@ -5,7 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/parameter_text.h"
+#include "base/parameter_text.h"
 
 namespace walker {
 namespace {

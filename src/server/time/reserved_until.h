@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "client/xml_rpc.h"
+#include "wire/xml_rpc.h"
 
 namespace walker {
 

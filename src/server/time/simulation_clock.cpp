@@ -14,9 +14,9 @@
 #include <ros/this_node.h>
 #include <rosgraph_msgs/Clock.h>
 
-#include "client/master.h"
-#include "client/socket.h"
-#include "core/shortest_text.h"
+#include "wire/master.h"
+#include "wire/socket.h"
+#include "base/shortest_text.h"
 #include "server/time/reserved_until.h"
 
 namespace walker {

@@ -7,8 +7,8 @@
 
 #include <ros/console.h>
 
-#include "core/printable_text.h"
-#include "core/shortest_text.h"
+#include "base/printable_text.h"
+#include "base/shortest_text.h"
 
 namespace walker {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <ros/console.h>
 
-#include "core/shortest_text.h"
+#include "base/shortest_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <limits>
 
-#include "core/checks.h"
+#include "base/checks.h"
 
 namespace walker {
 

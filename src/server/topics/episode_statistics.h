@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/episode_recorder.h"
+#include "episode/episode_recorder.h"
 
 namespace walker {
 

@@ -9,7 +9,7 @@
 
 #include <ros/serialization.h>
 
-#include "client/tcpros.h"
+#include "wire/tcpros.h"
 #include "server/transport/waking.h"
 
 namespace walker {

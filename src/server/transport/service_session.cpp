@@ -13,7 +13,7 @@
 #include <ros/console.h>
 #include <ros/this_node.h>
 
-#include "core/printable_text.h"
+#include "base/printable_text.h"
 
 namespace walker {
 namespace {

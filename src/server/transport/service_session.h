@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "client/tcpros.h"
+#include "wire/tcpros.h"
 #include "ros/throttle.h"
 #include "server/transport/pending_answer.h"
 

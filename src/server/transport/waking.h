@@ -8,7 +8,7 @@
 
 #include <ros/callback_queue.h>
 
-#include "core/checked.h"
+#include "base/checked.h"
 
 namespace walker {
 

@@ -17,7 +17,7 @@
 #include "allocation_counter.h"
 #include "bare_environment.h"
 #include "bits.h"
-#include "core/random.h"
+#include "base/random.h"
 #include "cramped_walker.h"
 #include "episode_states.h"
 #include "error_message.h"

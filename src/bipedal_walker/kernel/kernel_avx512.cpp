@@ -1,9 +1,0 @@
-#define WALKER_SIM_INSTRUCTION_SET avx512
-#include "bipedal_walker/kernel/instruction_sets.h"
-#include "bipedal_walker/kernel/solve.h"
-
-namespace walker::bipedal_walker {
-
-const Kernel kernel_avx512 = kernel::make_kernel<16>("avx512");
-
-}  // namespace walker::bipedal_walker

@@ -1,9 +1,0 @@
-#define WALKER_SIM_INSTRUCTION_SET neon
-#include "bipedal_walker/kernel/instruction_sets.h"
-#include "bipedal_walker/kernel/solve.h"
-
-namespace walker::bipedal_walker {
-
-const Kernel kernel_neon = kernel::make_kernel<4>("neon");
-
-}  // namespace walker::bipedal_walker

@@ -1,0 +1,82 @@
+#include "episode/episode_record.h"
+
+#include <cstddef>
+#include <map>
+#include <stdexcept>
+
+#include "base/engine_release.h"
+#include "base/random.h"
+
+namespace walker {
+namespace {
+
+/// Records come from anywhere: what is said of one must not be as long as it likes.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kLongest = 200;
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
+}
+
+void compare(const std::string& field, const std::string& recorded, const std::string& own) {
+  if (recorded == own) return;
+  throw std::invalid_argument(shortened(field) + " = " + shortened(recorded) +
+                              " in the record; here it is " + own);
+}
+
+void compare_parameters(const EpisodeRecord& record, const EpisodeRecord& own) {
+  std::map<std::string, std::string> recorded;
+  for (const auto& [name, value] : record.parameters) {
+    if (recorded.emplace(name, value).second) continue;
+    throw std::invalid_argument("parameter " + shortened(name) + " stands twice in the record");
+  }
+  const std::string absent = "(absent)";
+  for (const auto& [name, value] : own.parameters) {
+    const auto found = recorded.find(name);
+    compare("parameter " + name, found == recorded.end() ? absent : found->second, value);
+    recorded.erase(name);
+  }
+  for (const auto& [name, value] : recorded) compare("parameter " + name, value, absent);
+}
+
+}  // namespace
+
+EpisodeRecord describe_origin(const Specification& specification) {
+  EpisodeRecord record;
+  record.id = specification.id;
+  for (const auto& [name, value] : specification.parameters) {
+    record.parameters.emplace_back(name, to_string(value));
+  }
+  record.engine = specification.engine;
+  record.engine_version = specification.engine_version;
+  return record;
+}
+
+void check_repeatable(const EpisodeRecord& record, const Specification& specification) {
+  const EpisodeRecord own = describe_origin(specification);
+  compare("id", record.id, own.id);
+  compare_parameters(record, own);
+  compare("engine", record.engine, own.engine);
+  compare("engine_version", engine_release(record.engine_version),
+          engine_release(own.engine_version));
+  // Repeated here, the episode would be another one, if only in the last bits.
+  if (has_other_libm(record.engine_version, own.engine_version)) {
+    compare("libm", libm_of(record.engine_version), libm_of(own.engine_version));
+  }
+  if (!specification.episodes_are_independent) {
+    throw std::invalid_argument(
+        "an episode of this environment depends on those before it (parameter reuse_world), which "
+        "a record does not have");
+  }
+  if (record.seed && Generator(*record.seed).state() != record.generator_state) {
+    throw std::invalid_argument("generator_state is not that of seed = " +
+                                std::to_string(*record.seed));
+  }
+  const std::size_t expected = std::size_t{record.num_steps} * specification.action_size();
+  if (record.actions.size() != expected) {
+    throw std::invalid_argument("actions has " + std::to_string(record.actions.size()) +
+                                " values; must have " + std::to_string(expected) + ", " +
+                                std::to_string(record.num_steps) + " steps of " +
+                                std::to_string(specification.action_size()));
+  }
+}
+
+}  // namespace walker

@@ -1,0 +1,326 @@
+#include "walker_sim/pool.h"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "base/checks.h"
+#include "episode/parking.h"
+#include "episode/pool_members.h"
+#include "episode/thread_pool.h"
+
+namespace walker {
+namespace {
+
+static_assert(Environment::kLargestGroup <= ThreadPool::kLargestGroup);
+
+constexpr std::size_t kMostEnvironments = 1U << 20U;
+constexpr std::size_t kMostThreads = 1024;
+
+void check_range(const char* name, std::size_t value, std::size_t lowest, std::size_t highest) {
+  if (value < lowest || value > highest) {
+    throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
+                                ": must be in [" + std::to_string(lowest) + ", " +
+                                std::to_string(highest) + "]");
+  }
+}
+
+PoolOptions complete(PoolOptions options) {
+  check_range("num_envs", options.num_envs, 1, kMostEnvironments);
+  check_range("num_threads", options.num_threads, 0, kMostThreads);
+  check_range("batch_size", options.batch_size, 0, options.num_envs);
+  if (options.num_threads == 0) {
+    options.num_threads = std::min({num_processors(), kMostThreads, options.num_envs});
+  }
+  if (options.batch_size == 0) options.batch_size = options.num_envs;
+  return options;
+}
+
+/// One for each thread: in smaller ones, worlds that are stepped together have less in common,
+/// which costs more than the end of a step, where a thread that is done waits for another's group.
+std::size_t largest_group(const PoolOptions& options) {
+  return (options.batch_size + options.num_threads - 1) / options.num_threads;
+}
+
+}  // namespace
+
+const char* to_text(AutoresetMode mode) {
+  switch (mode) {
+    case AutoresetMode::next_step:
+      return "next_step";
+    case AutoresetMode::same_step:
+      return "same_step";
+    case AutoresetMode::disabled:
+      return "disabled";
+  }
+  return "";
+}
+
+std::optional<AutoresetMode> find_autoreset_mode(const std::string& text) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    if (text == to_text(mode)) return mode;
+  }
+  return std::nullopt;
+}
+
+/// What the pool's methods work on, and what they check first.
+struct Pool::Implementation {
+  /// What the threads do with the environments that they are given. Changes only while none is
+  /// under way.
+  struct Task {
+    bool is_reset = false;
+    const double* actions = nullptr;                      // rows of all environments
+    const std::optional<std::uint64_t>* seeds = nullptr;  // of all environments
+    const Batch* batch = nullptr;                         // rows of all; null: `recv` writes
+  };
+
+  Implementation(const std::function<std::unique_ptr<Environment>()>& make,
+                 const PoolOptions& given)
+      : options(complete(given)),
+        members(make, options.num_envs, options.autoreset_mode),
+        is_under_way(options.num_envs),
+        last_list(options.num_envs),
+        all(options.num_envs),
+        arrived(options.num_envs),
+        group_size(std::min(members.group_size(), largest_group(options))),
+        threads(options.num_envs, options.num_threads, group_size,
+                [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
+    std::iota(all.begin(), all.end(), 0U);
+  }
+
+  void work(const std::uint32_t* indices, std::size_t count) {
+    if (task.is_reset) {
+      std::for_each(indices, indices + count,
+                    [this](std::uint32_t i) { members.reset(i, task.seeds[i]); });
+    } else {
+      members.step(indices, count, task.actions);
+    }
+    if (!task.batch) return;
+    std::for_each(indices, indices + count,
+                  [this](std::uint32_t i) { members.write(i, *task.batch, i); });
+  }
+
+  std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
+
+  void run(const Task& wanted, const std::uint32_t* environments, std::size_t count) {
+    task = wanted;
+    std::for_each(environments, environments + count,
+                  [this](std::uint32_t index) { threads.add(index); });
+    threads.start(num_groups(count) - 1);  // one is the caller's
+    threads.collect(count, arrived.data());
+  }
+
+  void begin_sending() {
+    if (num_under_way != 0) return;  // the threads are reading the task
+    sent_actions.resize(options.num_envs * members.specification().action_size());
+    task = {};
+    task.actions = sent_actions.data();
+  }
+
+  void take_actions(const double* actions, const std::uint32_t* environments, std::size_t count) {
+    const std::size_t size = members.specification().action_size();
+    for (std::size_t i = 0; i < count; ++i) {
+      std::copy_n(actions + i * size, size, &sent_actions[environments[i] * size]);
+    }
+  }
+
+  void put_under_way(std::uint32_t index) {
+    is_under_way[index] = 1;
+    threads.add(index);
+  }
+
+  void start_sent(std::size_t count) {
+    num_under_way += count;
+    threads.start(num_groups(count));
+  }
+
+  void need_none_under_way(const char* call) const {
+    if (num_under_way == 0) return;
+    throw std::logic_error(std::string(call) + ": " + std::to_string(num_under_way) +
+                           " environments are under way; receive them first");
+  }
+
+  void need_at_rest(std::size_t index) const {
+    if (index >= options.num_envs) {
+      throw std::invalid_argument("environment " + std::to_string(index) + ": must be in [0, " +
+                                  std::to_string(options.num_envs - 1) + "]");
+    }
+    if (is_under_way[index] != 0) {
+      throw std::logic_error("environment " + std::to_string(index) +
+                             ": is under way; receive it first");
+    }
+  }
+
+  /// The members, when this one is not under way.
+  const PoolMembers& member_at_rest(std::size_t index) const {
+    need_at_rest(index);
+    return members;
+  }
+
+  void check_list(const std::uint32_t* environments, std::size_t count) {
+    ++num_lists;
+    for (const std::uint32_t* index = environments; index != environments + count; ++index) {
+      need_at_rest(*index);
+      if (std::exchange(last_list[*index], num_lists) == num_lists) {
+        throw std::invalid_argument("environment " + std::to_string(*index) + ": listed twice");
+      }
+    }
+  }
+
+  void check_steps(const double* actions, const std::uint32_t* environments,
+                   std::size_t count) const {
+    const std::size_t size = members.specification().action_size();
+    for (std::size_t i = 0; i < count; ++i) {
+      check_action_of(environments[i], members.specification(), actions + i * size);
+      members.need_episode(environments[i]);
+    }
+  }
+
+  PoolOptions options;
+  PoolMembers members;
+  Task task;
+  std::size_t num_under_way = 0;
+  std::vector<std::uint8_t> is_under_way;
+  std::uint64_t num_lists = 0;           // checked so far
+  std::vector<std::uint64_t> last_list;  // in which the environment stood
+  std::vector<std::uint32_t> all;        // 0 .. num_envs - 1
+  std::vector<std::uint32_t> arrived;
+  std::vector<double> sent_actions;                 // rows of all; none before the first `send`
+  std::vector<std::optional<std::uint64_t>> seeds;  // of all; none before the first `reset`
+  std::size_t group_size;
+  ThreadPool threads;  // the last: its threads end before what they use
+};
+
+Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options)
+    : implementation_(std::make_unique<Implementation>(make, options)) {}
+
+Pool::~Pool() = default;
+
+const Specification& Pool::specification() const {
+  return implementation_->members.specification();
+}
+
+const PoolOptions& Pool::options() const { return implementation_->options; }
+
+void Pool::reset(const std::vector<std::uint32_t>& environments,
+                 const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch) {
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("reset");
+  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
+  pool.check_list(listed.data(), listed.size());
+  if (!seeds.empty() && seeds.size() != listed.size()) {
+    throw std::invalid_argument(std::to_string(seeds.size()) + " seeds; must be 0, or " +
+                                std::to_string(listed.size()) + " as the environments");
+  }
+  pool.seeds.assign(pool.options.num_envs, std::nullopt);
+  for (std::size_t i = 0; i < seeds.size(); ++i) pool.seeds[listed[i]] = seeds[i];
+  Implementation::Task task;
+  task.is_reset = true;
+  task.seeds = pool.seeds.data();
+  task.batch = &batch;
+  pool.run(task, listed.data(), listed.size());
+}
+
+void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("step");
+  check_actions_size(specification(), size, pool.options.num_envs);
+  pool.check_steps(actions, pool.all.data(), pool.all.size());
+  Implementation::Task task;
+  task.actions = actions;
+  task.batch = &batch;
+  pool.run(task, pool.all.data(), pool.all.size());
+}
+
+void Pool::step(const double* actions, const std::uint32_t* environments, std::size_t count,
+                const Batch& batch) {
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("step");
+  if (count == 0) throw std::invalid_argument("step: no environment is listed");
+  pool.check_list(environments, count);
+  pool.check_steps(actions, environments, count);
+  pool.begin_sending();
+  pool.take_actions(actions, environments, count);
+  pool.run(pool.task, environments, count);
+  for (std::size_t row = 0; row < count; ++row) {
+    pool.members.write(environments[row], batch, row);
+  }
+}
+
+void Pool::send(const double* actions, const std::uint32_t* environments, std::size_t count) {
+  Implementation& pool = *implementation_;
+  pool.check_list(environments, count);
+  pool.check_steps(actions, environments, count);
+  pool.begin_sending();
+  pool.take_actions(actions, environments, count);
+  std::for_each(environments, environments + count,
+                [&pool](std::uint32_t index) { pool.put_under_way(index); });
+  pool.start_sent(count);
+}
+
+void Pool::send_resets(const std::vector<std::uint32_t>& environments) {
+  Implementation& pool = *implementation_;
+  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
+  pool.check_list(listed.data(), listed.size());
+  pool.begin_sending();
+  for (const std::uint32_t index : listed) {
+    pool.members.request_reset(index);
+    pool.put_under_way(index);
+  }
+  pool.start_sent(listed.size());
+}
+
+void Pool::recv(const Batch& batch, std::uint32_t* environments) {
+  Implementation& pool = *implementation_;
+  const std::size_t size = pool.options.batch_size;
+  if (pool.num_under_way < size) {
+    throw std::logic_error("recv: " + std::to_string(pool.num_under_way) +
+                           " environments are under way; must be at least " + std::to_string(size) +
+                           ", the batch size");
+  }
+  pool.threads.collect(size, environments);
+  for (std::size_t row = 0; row < size; ++row) {
+    pool.is_under_way[environments[row]] = 0;
+    pool.members.write(environments[row], batch, row);
+  }
+  pool.num_under_way -= size;
+}
+
+void Pool::save_state(std::size_t index, std::vector<std::byte>& state) const {
+  implementation_->member_at_rest(index).save_state(index, state);
+}
+
+void Pool::load_states(const std::vector<std::uint32_t>& environments,
+                       const std::vector<std::vector<std::byte>>& states, const Batch& batch) {
+  Implementation& pool = *implementation_;
+  pool.need_none_under_way("load_states");
+  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
+  pool.check_list(listed.data(), listed.size());
+  if (states.size() != listed.size()) {
+    throw std::invalid_argument(std::to_string(states.size()) + " states; must be " +
+                                std::to_string(listed.size()) + " as the environments");
+  }
+  pool.members.load_states(listed, states);
+  for (const std::uint32_t index : listed) pool.members.write(index, batch, index);
+}
+
+Environment& Pool::environment(std::size_t index) {
+  return implementation_->member_at_rest(index).environment(index);
+}
+
+const char* Pool::error(std::size_t index) const {
+  return implementation_->member_at_rest(index).error(index);
+}
+
+const char* Pool::reset_error(std::size_t index) const {
+  return implementation_->member_at_rest(index).reset_error(index);
+}
+
+const char* Pool::end_reason(std::size_t index) const {
+  return implementation_->member_at_rest(index).end_reason(index);
+}
+
+}  // namespace walker

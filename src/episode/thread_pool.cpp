@@ -1,0 +1,137 @@
+#include "episode/thread_pool.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <new>
+#include <utility>
+
+#include "simd/workspace.h"
+
+namespace walker {
+namespace {
+
+/// Whether a count that wraps has not reached another one.
+bool is_before(std::uint32_t count, std::uint32_t other) {
+  return static_cast<std::int32_t>(count - other) < 0;
+}
+
+}  // namespace
+
+ThreadPool::ThreadPool(std::size_t num_items, std::size_t num_threads, std::size_t group_size,
+                       Work work)
+    : num_items_(num_items),
+      group_size_(group_size),
+      work_(std::move(work)),
+      awake_(num_threads <= num_processors() ? Awake::spins : Awake::yields),
+      thread_of_(num_items),
+      done_(num_items) {
+  make_slices(num_threads);
+  simd::workspace();  // now, so that no step has to allocate it
+  try {
+    for (std::size_t i = 1; i < num_threads; ++i) threads_.emplace_back([this, i] { run(i); });
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+ThreadPool::~ThreadPool() { stop(); }
+
+void ThreadPool::make_slices(std::size_t num_threads) {
+  // Whole groups, so that as few as possible are incomplete.
+  const std::size_t num_groups = (num_items_ + group_size_ - 1) / group_size_;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= num_threads; ++i) {
+    const std::size_t end = std::min(num_items_, num_groups * i / num_threads * group_size_);
+    std::fill(thread_of_.begin() + begin, thread_of_.begin() + end, i - 1);
+    queues_.emplace_back(end - begin);
+    begin = end;
+  }
+}
+
+void ThreadPool::stop() {
+  is_stopping_.store(true, std::memory_order_relaxed);
+  num_starts_.fetch_add(1);
+  wake(num_starts_, std::numeric_limits<int>::max());
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void ThreadPool::start(std::size_t num_wanted) {
+  for (WorkQueue& queue : queues_) queue.publish();
+  // Sequentially consistent, as are the sleepers' count and look: either they see the start or it
+  // sees them.
+  num_starts_.fetch_add(1);
+  const std::size_t num_woken = std::min<std::size_t>(num_wanted, num_sleepers_.load());
+  if (num_woken != 0) wake(num_starts_, static_cast<int>(num_woken));
+}
+
+void ThreadPool::run(std::size_t thread) {
+  try {
+    simd::workspace();
+  } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch)  // a step that needs it fails
+  }
+  while (true) {
+    const std::uint32_t num_starts = num_starts_.load();
+    if (is_stopping_.load(std::memory_order_relaxed)) return;
+    if (work_once(thread) || wait_awake(num_starts_, num_starts, awake_)) continue;
+    num_sleepers_.fetch_add(1);
+    sleep_while(num_starts_, num_starts);
+    num_sleepers_.fetch_sub(1);
+  }
+}
+
+bool ThreadPool::work_once(std::size_t thread) {
+  std::array<std::uint32_t, kLargestGroup> items;
+  for (std::size_t i = 0; i < queues_.size(); ++i) {
+    WorkQueue& queue = queues_[(thread + i) % queues_.size()];
+    const std::size_t count = queue.take(items.data(), group_size_);
+    if (count == 0) continue;
+    work_(items.data(), count);
+    report(items.data(), count);
+    return true;
+  }
+  return false;
+}
+
+void ThreadPool::report(const std::uint32_t* items, std::size_t count) {
+  const std::uint64_t place = num_places_.fetch_add(count, std::memory_order_acq_rel);
+  for (std::size_t i = 0; i < count; ++i) {
+    done_[(place + i) % num_items_].store(items[i] + 1, std::memory_order_release);
+  }
+  // As in `start`: either the caller sees these or they see that it sleeps.
+  const auto more = static_cast<std::uint32_t>(count);
+  const std::uint32_t num_done = num_done_.fetch_add(more) + more;
+  if (caller_sleeps_.load() && !is_before(num_done, awaited_.load())) wake(num_done_, 1);
+}
+
+void ThreadPool::collect(std::size_t count, std::uint32_t* items) {
+  const auto awaited = static_cast<std::uint32_t>(num_collected_ + count);
+  while (is_before(num_done_.load(), awaited) && work_once(0)) {
+  }
+  await(awaited);
+  std::generate_n(items, count, [this] { return next_done(); });
+}
+
+void ThreadPool::await(std::uint32_t awaited) {
+  while (true) {
+    const std::uint32_t num_done = num_done_.load();
+    if (!is_before(num_done, awaited)) return;
+    if (wait_awake(num_done_, num_done, awake_)) continue;
+    awaited_.store(awaited);
+    caller_sleeps_.store(true);
+    sleep_while(num_done_, num_done);
+    caller_sleeps_.store(false);
+  }
+}
+
+std::uint32_t ThreadPool::next_done() {
+  std::atomic<std::uint32_t>& place = done_[num_collected_++ % num_items_];
+  std::uint32_t item = 0;
+  // Its place may have been given out and not yet filled, while later ones are.
+  while ((item = place.load(std::memory_order_acquire)) == 0) std::this_thread::yield();
+  place.store(0, std::memory_order_relaxed);
+  return item - 1;
+}
+
+}  // namespace walker

@@ -1,0 +1,219 @@
+#include "robots/bipedal_walker/bipedal_walker.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "robots/bipedal_walker/kernel/trial.h"
+#include "robots/bipedal_walker/together.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+std::string stepper_of(const KernelChoice& choice) {
+  return choice.kernel != nullptr ? std::string("the library, in groups by the kernel for ") +
+                                        choice.kernel->instruction_set
+                                  : "the library: " + choice.why_none;
+}
+
+/// By the arm in the body's frame: Box2D's own function takes the difference of two places in the
+/// world, which single precision makes coarse far from its origin.
+b2Vec2 velocity_of_origin(const b2Body& body) {
+  return body.GetLinearVelocity() -
+         b2Cross(body.GetAngularVelocity(), body.GetWorldVector(body.GetLocalCenter()));
+}
+
+}  // namespace
+
+BipedalWalker::BipedalWalker(const Options& options) : options_(options) {
+  const KernelChoice choice = choose_kernel();
+  kernel_ = choice.kernel;
+  specification_ = make_specification(options, stepper_of(choice));
+}
+
+void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
+  if (seed) {
+    generator_.emplace(*seed);
+  } else if (!generator_) {
+    generator_.emplace(draw_seed());
+  }
+  renew_world();
+  // The order of draws is Gymnasium's: terrain, clouds, push.
+  terrain_origin_ = generator_->state();
+  terrain_ = generate_terrain(*generator_, options_.hardcore);
+  clouds_ = generate_clouds(*generator_);
+  physics_->build(terrain_, generator_->uniform(-kInitialPush, kInitialPush));
+  reward_.restart();
+  // Gymnasium's reset ends with a step without torque and drops its reward and flags.
+  const std::array<double, kJointCount> no_torque{};
+  advance(no_torque.data());
+  score(no_torque.data());
+  result = {result.observation, result.info};
+  observe(result.observation);
+}
+
+void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& result) {
+  advance(action);
+  finish_step(action, result);
+}
+
+void BipedalWalker::step_together(StepCall* const* calls, std::size_t count,
+                                  std::size_t size) noexcept {
+  static_assert(kLargestGroup <= kMostTogether);
+  if (count == 1 || kernel_ == nullptr) return Environment::step_together(calls, count, size);
+  const auto walker_of = [](const StepCall& call) -> BipedalWalker& {
+    return static_cast<BipedalWalker&>(*call.environment);
+  };
+  std::array<WorldCall, kLargestGroup> steps;
+  std::array<StepCall*, kLargestGroup> members;
+  std::size_t num_steps = 0;
+  for (StepCall* const* call = calls; call != calls + count; ++call) {
+    BipedalWalker& walker = walker_of(**call);
+    if (walker.kernel_ != kernel_) {
+      Environment::step_together(call, 1, size);
+      continue;
+    }
+    walker.begin_step((*call)->action);
+    steps[num_steps].physics = &*walker.physics_;
+    members[num_steps++] = *call;
+  }
+  if (num_steps != 0) bipedal_walker::step_together(*kernel_, steps.data(), num_steps);
+  for (std::size_t i = 0; i < num_steps; ++i) {
+    StepCall& call = *members[i];
+    BipedalWalker& walker = walker_of(call);
+    try {
+      if (steps[i].failure) std::rethrow_exception(steps[i].failure);
+      cast_lidar(*walker.physics_, walker.terrain_, walker.lidar_);
+      walker.finish_step(call.action, *call.result);
+    } catch (...) {
+      call.failure = walker.break_world();
+    }
+  }
+}
+
+std::size_t BipedalWalker::group_size() const { return kernel_ != nullptr ? kLargestGroup : 1; }
+
+void BipedalWalker::renew_world() {
+  if (physics_ && options_.reuse_world && !world_is_broken_) {
+    physics_->destroy();
+  } else {
+    physics_.emplace();
+    world_is_broken_ = false;
+  }
+}
+
+void BipedalWalker::advance(const double* action) {
+  begin_step(action);
+  try {
+    physics_->step();
+    cast_lidar(*physics_, terrain_, lidar_);
+  } catch (const std::exception&) {
+    std::rethrow_exception(break_world());
+  }
+}
+
+void BipedalWalker::begin_step(const double* action) {
+  velocity_before_step_ = velocity_of_origin(physics_->hull());
+  physics_->drive(action);
+}
+
+/// A failed assertion leaves it locked for ever.
+/// @return what a step throws then
+std::exception_ptr BipedalWalker::break_world() {
+  world_is_broken_ = true;
+  return std::make_exception_ptr(std::runtime_error("Box2D failed an assertion"));
+}
+
+void BipedalWalker::finish_step(const double* action, Result& result) {
+  result = {result.observation, result.info};
+  observe(result.observation);
+  result.reward = score(action);
+  judge(result);
+}
+
+void BipedalWalker::observe(double* observation) const {
+  const b2Body& hull = physics_->hull();
+  const b2Vec2 velocity = hull.GetLinearVelocity();  // of the centre of mass
+  Observed observed{};
+  observed.hull_angle = double{hull.GetAngle()};
+  observed.hull_angular_velocity = double{hull.GetAngularVelocity()};
+  observed.hull_velocity = {double{velocity.x}, double{velocity.y}};
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    observed.joint_position[i] = double{physics_->joint(i).GetJointAngle()};
+    observed.joint_velocity[i] = double{physics_->joint(i).GetJointSpeed()};
+  }
+  for (std::size_t leg = 0; leg < 2; ++leg) observed.leg_touches[leg] = physics_->leg_touches(leg);
+  std::transform(lidar_.begin(), lidar_.end(), observed.ray_fraction.begin(),
+                 [](const RayHit& ray) { return double{ray.fraction}; });
+  write_observation(observed, observation);
+}
+
+double BipedalWalker::score(const double* action) {
+  const b2Body& hull = physics_->hull();
+  const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
+  return reward_.of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action);
+}
+
+void BipedalWalker::judge(Result& result) const {
+  const auto x = double{physics_->hull().GetPosition().x};
+  constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
+  if (physics_->hull_has_touched()) {
+    result.end_reason = "hull touched the ground";
+  } else if (x < 0) {
+    result.end_reason = "hull left the terrain";
+  } else if (x > kFarEnd) {
+    result.end_reason = "arrived at the far end";
+  }
+  result.terminated = result.end_reason[0] != '\0';
+}
+
+void BipedalWalker::sense(Sensors& sensors) {
+  sensors.joint_position.resize(kJointCount);
+  sensors.joint_velocity.resize(kJointCount);
+  sensors.joint_effort.resize(kJointCount);
+  sensors.link_poses.resize(kJointCount + 1);
+  sensors.ranges.resize(kLidarRays);
+  sensors.contacts.resize(2);
+
+  const b2Body& hull = physics_->hull();
+  sensors.link_poses[0] = to_pose(hull.GetPosition(), hull.GetAngle());
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    const b2RevoluteJoint& joint = physics_->joint(i);
+    sensors.joint_position[i] = double{joint.GetJointAngle()};
+    sensors.joint_velocity[i] = double{joint.GetJointSpeed()};
+    sensors.joint_effort[i] = double{joint.GetMotorTorque(static_cast<float>(kStepsPerSecond))};
+    sensors.link_poses[i + 1] =
+        to_pose(joint.GetAnchorB(), child_of(joint).GetAngle() - frame_rotation(*physics_, i));
+  }
+
+  const b2Vec2 velocity = velocity_of_origin(hull);
+  const b2Vec2 acceleration =
+      static_cast<float>(kStepsPerSecond) * (velocity - velocity_before_step_);
+  const b2Vec2 gravity = physics_->world().GetGravity();
+  sensors.linear_velocity = to_vector3(velocity);
+  sensors.linear_acceleration = to_vector3(acceleration);
+  sensors.gravity = to_vector3(gravity);
+  sensors.angular_velocity = {0, -double{hull.GetAngularVelocity()}, 0};
+
+  for (std::size_t i = 0; i < lidar_.size(); ++i) {
+    constexpr double kNothing = std::numeric_limits<double>::infinity();
+    sensors.ranges[i] = lidar_[i].hit ? double{lidar_[i].fraction} * kLidarRange : kNothing;
+  }
+  for (std::size_t leg = 0; leg < 2; ++leg) {
+    sensors.contacts[leg] = physics_->leg_touches(leg) ? 1 : 0;
+  }
+}
+
+void BipedalWalker::scene(Scene& scene) const { describe_scene(terrain_, clouds_, scene); }
+
+GeneratorState BipedalWalker::generator_state() const {
+  return generator_ ? generator_->state() : GeneratorState{};
+}
+
+void BipedalWalker::set_generator_state(const GeneratorState& state) { generator_.emplace(state); }
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,213 @@
+// Compiled with -fno-access-control: a step's pieces are private to Box2D's classes.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. kernel/lanes.h has the terms.
+#include "robots/bipedal_walker/box2d_pinned/world_impacts.h"
+
+#include <Box2D/Collision/b2TimeOfImpact.h>
+#include <Box2D/Dynamics/b2Island.h>
+
+#include <algorithm>
+
+#include "robots/bipedal_walker/box2d_pinned/world_numbers.h"
+
+namespace walker::bipedal_walker {
+
+namespace {
+
+bool can_move(const b2Fixture& fixture) {
+  return fixture.m_body->IsAwake() && fixture.m_body->m_type != b2_staticBody;
+}
+
+}  // namespace
+
+/// Terrain has no flags of an island, and `alpha0` = 0, from the last step's end.
+void WorldImpacts::begin(const WalkerParts& parts, const Model& model) {
+  parts_ = parts;
+  model_ = &model;
+  for (b2Body* body : parts_.bodies) body->m_sweep.alpha0 = 0;
+  for (b2Contact* contact = parts_.world->GetContactList(); contact != nullptr;
+       contact = contact->m_next) {
+    contact->m_flags &= ~(b2Contact::e_toiFlag | b2Contact::e_islandFlag);
+    contact->m_toiCount = 0;
+    contact->m_toi = 1;
+  }
+}
+
+bool WorldImpacts::find() {
+  for (;;) {
+    float alpha = 1;
+    b2Contact* const first = find_first(alpha);
+    if (first == nullptr || 1.0F - 10.0F * b2_epsilon < alpha) return false;
+    if (advance(*first, alpha)) return true;
+  }
+}
+
+std::size_t WorldImpacts::index_of(const b2Body& walker) const {
+  const auto& bodies = parts_.bodies;
+  return static_cast<std::size_t>(
+      std::distance(bodies.begin(), std::find(bodies.begin(), bodies.end(), &walker)));
+}
+
+/// The contact that comes first, and when, as a part of the step.
+b2Contact* WorldImpacts::find_first(float& alpha) {
+  b2Contact* first = nullptr;
+  for (b2Contact* contact = parts_.world->GetContactList(); contact != nullptr;
+       contact = contact->m_next) {
+    if (!contact->IsEnabled() || contact->m_toiCount > b2_maxSubSteps) continue;
+    if ((contact->m_flags & b2Contact::e_toiFlag) == 0) {
+      if (!can_move(*contact->m_fixtureA) && !can_move(*contact->m_fixtureB)) continue;
+      contact->m_toi = time_of_impact(*contact);
+      contact->m_flags |= b2Contact::e_toiFlag;
+    }
+    if (contact->m_toi < alpha) {
+      first = contact;
+      alpha = contact->m_toi;
+    }
+  }
+  return first;
+}
+
+float WorldImpacts::time_of_impact(b2Contact& contact) {
+  b2Fixture& fixture_a = *contact.m_fixtureA;
+  b2Fixture& fixture_b = *contact.m_fixtureB;
+  b2Sweep& sweep_a = fixture_a.m_body->m_sweep;
+  b2Sweep& sweep_b = fixture_b.m_body->m_sweep;
+  // Onto the same interval of time.
+  const float alpha0 = b2Max(sweep_a.alpha0, sweep_b.alpha0);
+  if (sweep_a.alpha0 < alpha0) sweep_a.Advance(alpha0);
+  if (sweep_b.alpha0 < alpha0) sweep_b.Advance(alpha0);
+  b2Assert(alpha0 < 1.0F);
+
+  const bool a_is_terrain = fixture_a.m_body->m_type == b2_staticBody;
+  const b2Body& walker = a_is_terrain ? *fixture_b.m_body : *fixture_a.m_body;
+  const b2Fixture& terrain = a_is_terrain ? fixture_a : fixture_b;
+  SweptVertices& swept = swept_[index_of(walker)];
+  swept.follow(walker);
+  if (swept.stay_apart_from(*terrain.m_shape)) return 1;
+
+  b2TOIInput input;
+  input.proxyA.Set(fixture_a.GetShape(), contact.m_indexA);
+  input.proxyB.Set(fixture_b.GetShape(), contact.m_indexB);
+  input.sweepA = sweep_a;
+  input.sweepB = sweep_b;
+  input.tMax = 1;
+  b2TOIOutput output;
+  b2TimeOfImpact(&output, &input);
+  if (output.state != b2TOIOutput::e_touching) return 1;
+  return b2Min(alpha0 + (1.0F - alpha0) * output.t, 1.0F);
+}
+
+/// Moves both bodies to the time of impact.
+/// @return whether they touch there; else they are back, and the contact does not come again
+bool WorldImpacts::advance(b2Contact& contact, float alpha) {
+  b2ContactListener* const listener = parts_.world->m_contactManager.m_contactListener;
+  b2Body& body_a = *contact.m_fixtureA->m_body;
+  b2Body& body_b = *contact.m_fixtureB->m_body;
+  const b2Sweep before_a = body_a.m_sweep;
+  const b2Sweep before_b = body_b.m_sweep;
+  body_a.Advance(alpha);
+  body_b.Advance(alpha);
+  contact.Update(listener);
+  contact.m_flags &= ~b2Contact::e_toiFlag;
+  ++contact.m_toiCount;
+  if (!is_solid(contact)) {
+    contact.SetEnabled(false);
+    body_a.m_sweep = before_a;
+    body_b.m_sweep = before_b;
+    body_a.SynchronizeTransform();
+    body_b.SynchronizeTransform();
+    return false;
+  }
+  b2Body& walker = body_a.m_type == b2_staticBody ? body_b : body_a;
+  body_a.SetAwake(true);
+  body_b.SetAwake(true);
+  bodies_[0] = &body_a;
+  bodies_[1] = &body_b;
+  num_bodies_ = 2;
+  for (b2Body* body : {&body_a, &body_b}) body->m_flags |= b2Body::e_islandFlag;
+  contact.m_flags |= b2Contact::e_islandFlag;
+  contacts_[0] = &contact;
+  num_contacts_ = 1;
+  gather_contacts(walker, alpha);
+  read_impact(walker, alpha);
+  return true;
+}
+
+/// What else the body touches at that time.
+void WorldImpacts::gather_contacts(b2Body& walker, float alpha) {
+  b2ContactListener* const listener = parts_.world->m_contactManager.m_contactListener;
+  for (b2ContactEdge* edge = walker.m_contactList; edge != nullptr; edge = edge->next) {
+    if (num_contacts_ == b2_maxTOIContacts) break;
+    b2Contact& contact = *edge->contact;
+    if ((contact.m_flags & b2Contact::e_islandFlag) != 0) continue;
+    b2Body& terrain = *edge->other;
+    const bool is_in_island = (terrain.m_flags & b2Body::e_islandFlag) != 0;
+    const b2Sweep before = terrain.m_sweep;
+    if (!is_in_island) terrain.Advance(alpha);
+    contact.Update(listener);
+    if (!is_solid(contact)) {
+      terrain.m_sweep = before;
+      terrain.SynchronizeTransform();
+      continue;
+    }
+    contact.m_flags |= b2Contact::e_islandFlag;
+    contacts_[static_cast<std::size_t>(num_contacts_++)] = &contact;
+    if (is_in_island) continue;
+    terrain.m_flags |= b2Body::e_islandFlag;
+    bodies_[static_cast<std::size_t>(num_bodies_++)] = &terrain;
+  }
+}
+
+/// Where there are more contacts than the kernel takes, `finish` will not use what it makes of the
+/// first.
+void WorldImpacts::read_impact(const b2Body& walker, float alpha) {
+  impact_.body = static_cast<int>(index_of(walker));
+  impact_.dt = (1.0F - alpha) * model_->dt;
+  impact_.state = state_of(walker);
+  impact_.num_contacts = std::min(num_contacts_, kMostContactsOfBody);
+  impact_.pattern = static_cast<unsigned>(num_contacts_);
+  for (int i = 0; i < impact_.num_contacts; ++i) {
+    const auto place = static_cast<std::size_t>(i);
+    read_contact(*contacts_[place], walker, impact_.contacts[place]);
+    impact_.pattern = 2 * impact_.pattern + (impact_.contacts[place].has_two_points != 0 ? 1 : 0);
+  }
+}
+
+void WorldImpacts::finish() {
+  b2Body& walker = *parts_.bodies[static_cast<std::size_t>(impact_.body)];
+  if (num_contacts_ <= kMostContactsOfBody && is_finite(impact_.state)) {
+    walker.m_sweep.c0.Set(impact_.safe_x, impact_.safe_y);
+    walker.m_sweep.a0 = impact_.safe_angle;
+    set_state(walker, impact_.state);
+    walker.SynchronizeTransform();
+  } else {
+    solve_by_box2d();
+  }
+  std::for_each_n(bodies_.begin(), num_bodies_, [](b2Body* body) {
+    body->m_flags = static_cast<uint16>(body->m_flags & ~b2Body::e_islandFlag);
+  });
+  walker.SynchronizeFixtures();
+  for (b2ContactEdge* edge = walker.m_contactList; edge != nullptr; edge = edge->next) {
+    edge->contact->m_flags &= ~(b2Contact::e_toiFlag | b2Contact::e_islandFlag);
+  }
+  parts_.world->m_contactManager.FindNewContacts();
+}
+
+void WorldImpacts::solve_by_box2d() {
+  b2World& world = *parts_.world;
+  b2Island island(2 * b2_maxTOIContacts, b2_maxTOIContacts, 0, &world.m_stackAllocator,
+                  world.m_contactManager.m_contactListener);
+  std::for_each_n(bodies_.begin(), num_bodies_, [&](b2Body* body) { island.Add(body); });
+  std::for_each_n(contacts_.begin(), num_contacts_,
+                  [&](b2Contact* contact) { island.Add(contact); });
+  b2TimeStep step = whole_step(world, *model_);
+  step.dt = impact_.dt;
+  step.inv_dt = 1.0F / step.dt;
+  step.dtRatio = 1;
+  step.positionIterations = 20;
+  step.warmStarting = false;
+  island.SolveTOI(step, bodies_[0]->m_islandIndex, bodies_[1]->m_islandIndex);
+}
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,46 @@
+// The second half of a step of one b2World, b2World::SolveTOI, in pieces:
+//
+//   begin -> (find -> [solve impact] -> finish)*
+//
+// for what world_step.h tells of.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "robots/bipedal_walker/box2d_pinned/swept_vertices.h"
+#include "robots/bipedal_walker/kernel/kernel.h"
+#include "robots/bipedal_walker/walker_parts.h"
+
+namespace walker::bipedal_walker {
+
+class WorldImpacts {
+ public:
+  void begin(const WalkerParts& parts, const Model& model);
+
+  /// Moves a body on to where it first hits the terrain. @return whether one does
+  bool find();
+  Impact& impact() { return impact_; }
+  void finish();
+
+ private:
+  b2Contact* find_first(float& alpha);
+  float time_of_impact(b2Contact& contact);
+  bool advance(b2Contact& contact, float alpha);
+  void gather_contacts(b2Body& walker, float alpha);
+  void read_impact(const b2Body& walker, float alpha);
+  void solve_by_box2d();
+  std::size_t index_of(const b2Body& walker) const;
+
+  WalkerParts parts_;
+  const Model* model_;
+  std::array<SweptVertices, kBodies> swept_;
+  Impact impact_;
+  // b2Island's, of one impact.
+  int num_bodies_;
+  int num_contacts_;
+  std::array<b2Body*, std::size_t{2} * b2_maxTOIContacts> bodies_;
+  std::array<b2Contact*, b2_maxTOIContacts> contacts_;
+};
+
+}  // namespace walker::bipedal_walker

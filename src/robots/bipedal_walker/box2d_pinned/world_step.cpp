@@ -1,0 +1,227 @@
+// Compiled with -fno-access-control: a step's pieces are private to Box2D's classes.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. kernel/lanes.h has the terms.
+#include "robots/bipedal_walker/box2d_pinned/world_step.h"
+
+#include <algorithm>
+
+#include "robots/bipedal_walker/box2d_pinned/world_numbers.h"
+#include "robots/bipedal_walker/constants.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+b2Transform transform_of(const Rotation<float>& rotation, const b2Vec2& center,
+                         const b2Body& body) {
+  b2Transform transform;
+  transform.q.s = rotation.sine;
+  transform.q.c = rotation.cosine;
+  transform.p = center - b2Mul(transform.q, body.m_sweep.localCenter);
+  return transform;
+}
+
+}  // namespace
+
+Model model_of(const WalkerParts& parts) {
+  Model model{};
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    const b2Body& body = *parts.bodies[i];
+    const b2Vec2& center = body.m_sweep.localCenter;
+    model.bodies[i] = {body.m_invMass, body.m_invI, center.x, center.y};
+  }
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const b2RevoluteJoint& joint = *parts.joints[i];
+    const b2Vec2 arm_a = joint.m_localAnchorA - joint.m_bodyA->m_sweep.localCenter;
+    const b2Vec2 arm_b = joint.m_localAnchorB - joint.m_bodyB->m_sweep.localCenter;
+    model.joints[i] = {
+        arm_a.x,           arm_a.y, arm_b.x, arm_b.y, joint.m_referenceAngle, joint.m_lowerAngle,
+        joint.m_upperAngle};
+  }
+  model.gravity_x = parts.world->m_gravity.x;
+  model.gravity_y = parts.world->m_gravity.y;
+  model.dt = static_cast<float>(1.0 / kStepsPerSecond);
+  model.dt_ratio = 1.0F / model.dt * model.dt;
+  model.velocity_iterations = kVelocityIterations;
+  model.position_iterations = kPositionIterations;
+  return model;
+}
+
+void WorldStep::start(const WalkerParts& parts, const Model& model) {
+  parts_ = parts;
+  model_ = &model;
+}
+
+bool WorldStep::begin() {
+  b2World& world = *parts_.world;
+  if ((world.m_flags & b2World::e_newFixture) != 0) {
+    world.m_contactManager.FindNewContacts();
+    world.m_flags &= ~b2World::e_newFixture;
+  }
+  world.m_flags |= b2World::e_locked;
+  world.m_contactManager.Collide();
+  if (read_island()) return true;
+  solve_by_box2d();
+  return false;
+}
+
+/// @return whether the kernel can take it
+bool WorldStep::read_island() {
+  if (dt_ratio_of(*parts_.world, *model_) != model_->dt_ratio) return false;
+  unsigned counts = 0;  // of contacts, a digit for each body
+  num_contacts_ = 0;
+  num_pairs_ = 0;
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    const b2Body& body = *parts_.bodies[i];
+    if (!body.IsAwake()) return false;
+    island_.bodies[i] = state_of(body);
+    island_.forces[i] = {body.m_force.x, body.m_force.y, body.m_torque};
+    const int before = num_contacts_;
+    if (!read_contacts(body)) return false;
+    island_.num_contacts[i] = num_contacts_ - before;
+    counts = (kMostContactsOfBody + 1) * counts + static_cast<unsigned>(island_.num_contacts[i]);
+  }
+  // What the kernel has most work with comes first.
+  island_.pattern = ((kMostContacts + 1) * counts + num_pairs_) << kJoints;
+  island_.pattern += read_joints();
+  return true;
+}
+
+/// @return whether there is room for them
+bool WorldStep::read_contacts(const b2Body& body) {
+  const int most = std::min(kMostContacts, num_contacts_ + kMostContactsOfBody);
+  for (const b2ContactEdge* edge = body.m_contactList; edge != nullptr; edge = edge->next) {
+    b2Contact& contact = *edge->contact;
+    if (!is_solid(contact)) continue;
+    if (num_contacts_ == most) return false;
+    const b2Manifold& manifold = contact.m_manifold;
+    Contact<float, int>& read = island_.contacts[static_cast<std::size_t>(num_contacts_)];
+    read_contact(contact, body, read.manifold);
+    for (int k = 0; k < b2_maxManifoldPoints; ++k) {
+      const bool exists = k < manifold.pointCount;
+      read.impulses.normal[k] = exists ? manifold.points[k].normalImpulse : 0;
+      read.impulses.tangent[k] = exists ? manifold.points[k].tangentImpulse : 0;
+    }
+    contacts_[static_cast<std::size_t>(num_contacts_++)] = &contact;
+    num_pairs_ += manifold.pointCount == 2 ? 1U : 0U;
+  }
+  return true;
+}
+
+/// @return a bit for each joint that is at a limit
+unsigned WorldStep::read_joints() {
+  unsigned limits = 0;
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    const b2RevoluteJoint& joint = *parts_.joints[i];
+    const bool at_lower = joint.m_limitState == e_atLowerLimit;
+    const bool at_upper = joint.m_limitState == e_atUpperLimit;
+    island_.joints[i] = {joint.m_motorSpeed, joint.m_maxMotorTorque, joint.m_impulse.x,
+                         joint.m_impulse.y,  joint.m_impulse.z,      joint.m_motorImpulse,
+                         truth(at_lower),    truth(at_upper)};
+    limits += at_lower || at_upper ? 1U << i : 0;
+  }
+  return limits;
+}
+
+/// The rest of a step before its impacts.
+void WorldStep::solve_by_box2d() { parts_.world->Solve(whole_step(*parts_.world, *model_)); }
+
+void WorldStep::finish_island() {
+  if (!std::all_of(island_.bodies.begin(), island_.bodies.end(), is_finite)) {
+    solve_by_box2d();
+    return;
+  }
+  write_impulses();
+  write_bodies();
+  wake_terrain();
+  fall_asleep();
+  synchronize();
+  parts_.world->m_contactManager.FindNewContacts();
+}
+
+void WorldStep::write_impulses() {
+  for (int i = 0; i < num_contacts_; ++i) {
+    b2Manifold& manifold = contacts_[static_cast<std::size_t>(i)]->m_manifold;
+    const ContactImpulses<float>& impulses = island_.contacts[static_cast<std::size_t>(i)].impulses;
+    for (int k = 0; k < b2_maxManifoldPoints; ++k) {
+      if (k == manifold.pointCount) break;
+      manifold.points[k].normalImpulse = impulses.normal[k];
+      manifold.points[k].tangentImpulse = impulses.tangent[k];
+    }
+  }
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    b2RevoluteJoint& joint = *parts_.joints[i];
+    const JointState<float, int>& state = island_.joints[i];
+    joint.m_impulse.Set(state.impulse_x, state.impulse_y, state.limit_impulse);
+    joint.m_motorImpulse = state.motor_impulse;
+    joint.m_limitState = e_inactiveLimit;
+    if (state.at_lower != 0) joint.m_limitState = e_atLowerLimit;
+    if (state.at_upper != 0) joint.m_limitState = e_atUpperLimit;
+  }
+}
+
+void WorldStep::write_bodies() {
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    b2Body& body = *parts_.bodies[i];
+    body.m_sweep.c0 = body.m_sweep.c;
+    body.m_sweep.a0 = body.m_sweep.a;
+    set_state(body, island_.bodies[i]);
+    body.m_xf = transform_of(island_.rotations[i], body.m_sweep.c, body);
+  }
+}
+
+/// As the search for the island does.
+void WorldStep::wake_terrain() {
+  std::for_each_n(contacts_.begin(), num_contacts_,
+                  [](b2Contact* contact) { terrain_of(*contact).SetAwake(true); });
+}
+
+/// The end of b2Island::Solve.
+void WorldStep::fall_asleep() {
+  if (!parts_.world->m_allowSleep) return;
+  float shortest = b2_maxFloat;
+  for (b2Body* body : parts_.bodies) {
+    const bool moves = (body->m_flags & b2Body::e_autoSleepFlag) == 0 ||
+                       body->m_angularVelocity * body->m_angularVelocity >
+                           b2_angularSleepTolerance * b2_angularSleepTolerance ||
+                       b2Dot(body->m_linearVelocity, body->m_linearVelocity) >
+                           b2_linearSleepTolerance * b2_linearSleepTolerance;
+    body->m_sleepTime = moves ? 0 : body->m_sleepTime + model_->dt;
+    shortest = b2Min(shortest, body->m_sleepTime);
+  }
+  if (shortest < b2_timeToSleep || island_.position_is_solved == 0) return;
+  for (b2Body* body : parts_.bodies) body->SetAwake(false);
+  std::for_each_n(contacts_.begin(), num_contacts_,
+                  [](b2Contact* contact) { terrain_of(*contact).SetAwake(false); });
+}
+
+/// In the order of the world's list of bodies, which decides how the tree of fixtures grows.
+void WorldStep::synchronize() {
+  constexpr std::array<std::size_t, kBodies> kOrder{0, 1, 4, 3, 2};  // the newest body first
+  b2BroadPhase& broad_phase = parts_.world->m_contactManager.m_broadPhase;
+  for (const std::size_t i : kOrder) {
+    b2Body& body = *parts_.bodies[i];
+    const b2Transform before = transform_of(island_.rotations_before[i], body.m_sweep.c0, body);
+    for (b2Fixture* fixture = body.m_fixtureList; fixture != nullptr; fixture = fixture->m_next) {
+      fixture->Synchronize(&broad_phase, before, body.m_xf);
+    }
+  }
+}
+
+void WorldStep::end() {
+  b2World& world = *parts_.world;
+  world.m_inv_dt0 = 1.0F / model_->dt;
+  if ((world.m_flags & b2World::e_clearForces) != 0) {
+    for (b2Body* body : parts_.bodies) {
+      body->m_force.SetZero();
+      body->m_torque = 0;
+    }
+  }
+  // As the next step's beginning would; what has no contact has kept it.
+  for (b2Contact* contact = world.GetContactList(); contact != nullptr; contact = contact->m_next) {
+    terrain_of(*contact).m_sweep.alpha0 = 0;
+  }
+  world.m_flags &= ~b2World::e_locked;
+}
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,269 @@
+// Contacts between one body of the walker and the static terrain, which is at the origin and never
+// moves: b2ContactSolver's velocity constraints.
+//
+// A contact has a body A and a body B, and its normal n points from A to B. Either may be the
+// walker's; the other is the terrain's, with no inverse mass and no velocity. So of
+//
+//   dv = vB + wB x rB - vA - wA x rA,    vA -= mA P,  wA -= iA rA x P,    vB += mB P,  wB += iB rB
+//   x P
+//
+// the walker's half is left, with the sign s = 1 where it is B and -1 where it is A:
+//
+//   dv = s (v + w x r),    v += s m P,  w += s i r x P
+//
+// What Box2D adds for the terrain is zero, but a zero has a sign, and adding it may change that of
+// another zero: `zero_before` and `zero_after` below are these.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
+#pragma once
+
+#include "robots/bipedal_walker/kernel/lanes.h"
+
+namespace walker::bipedal_walker::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+constexpr float kPolygonRadius = 2 * 0.005F;  ///< b2_polygonRadius [m]
+
+template <int W>
+using ManifoldLanes = ContactManifold<Number<W>, Truth<W>>;
+
+/// b2VelocityConstraintPoint.
+template <int W>
+struct PointLanes {
+  Vec2<W> arm;         ///< from the walker's centre to the point: rB, or rA
+  Vec2<W> zero_after;  ///< 0 x rA of a terrain's A, else 0
+  Number<W> normal_mass, tangent_mass;
+  Number<W> normal_impulse, tangent_impulse;
+};
+
+/// b2ContactVelocityConstraint.
+template <int W>
+struct ContactLanes {
+  Vec2<W> normal;
+  Number<W> friction;
+  PointLanes<W> points[2];
+  Mat22<W> k, inverse_k;
+  Truth<W> exists, has_two;
+  Number<W> sign, zero_before;
+  Number<W> signed_mass, signed_inertia;
+  bool any_one, any_two, all_exist, any_walker_is_a;
+};
+
+/// The place of a manifold in the world, b2WorldManifold::Initialize: the point of contact is half
+/// way between the skins of both shapes.
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> place_of_point(const ManifoldLanes<W>& manifold, int index,
+                                                const Transform<W>& walker, Vec2<W> face_normal) {
+  const Transform<W> terrain{{Number<W>(0), Number<W>(1)}, {Number<W>(0), Number<W>(0)}};
+  const Vec2<W> plane{manifold.plane_x, manifold.plane_y};
+  const Vec2<W> point{manifold.point_x[index], manifold.point_y[index]};
+  const Vec2<W> plane_point =
+      select(manifold.walker_has_face, transform(walker, plane), transform(terrain, plane));
+  const Vec2<W> clip_point =
+      select(manifold.walker_has_face, transform(terrain, point), transform(walker, point));
+  const Number<W> radius(kPolygonRadius);
+  const Vec2<W> on_face =
+      clip_point + (radius - dot(clip_point - plane_point, face_normal)) * face_normal;
+  const Vec2<W> on_other = clip_point - radius * face_normal;
+  return Number<W>(0.5F) * (on_face + on_other);
+}
+
+/// b2ContactSolver::InitializeVelocityConstraints. Impulses are left to be set.
+/// @param center of the walker's body, and transform: at which the constraint is made
+template <int W>
+WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const MassLanes<W>& body,
+                                      Vec2<W> center, const Transform<W>& walker,
+                                      ContactLanes<W>& contact) {
+  const Number<W> zero(0);
+  const Number<W> one(1);
+  const Number<W> mass = body.inverse_mass;
+  const Number<W> inertia = body.inverse_inertia;
+  const Truth<W> is_a = manifold.walker_is_a;
+
+  const Rotation<Number<W>> upright{zero, one};
+  const Vec2<W> local_normal{manifold.normal_x, manifold.normal_y};
+  const Vec2<W> face_normal =
+      select(manifold.walker_has_face, rotate(walker.rotation, local_normal),
+             rotate(upright, local_normal));
+  const Truth<W> face_is_b = manifold.walker_has_face ^ is_a;
+  const Vec2<W> normal = select(face_is_b, -face_normal, face_normal);
+  const Vec2<W> tangent = tangent_of(normal);
+
+  const auto mass_along = [&](Vec2<W> arm_1, Vec2<W> arm_2, Vec2<W> axis) WALKER_SIM_INLINE {
+    return mass + inertia * cross(arm_1, axis) * cross(arm_2, axis);
+  };
+  for (int i = 0; i < 2; ++i) {
+    PointLanes<W>& point = contact.points[i];
+    const Vec2<W> place = place_of_point(manifold, i, walker, face_normal);
+    point.arm = place - center;
+    point.zero_after = select(is_a, Vec2<W>{zero, zero}, cross(zero, place));
+    point.normal_mass = one / mass_along(point.arm, point.arm, normal);
+    point.tangent_mass = one / mass_along(point.arm, point.arm, tangent);
+  }
+
+  // The block solver's matrix; where it is nearly singular, one point is enough.
+  const Vec2<W> arm_1 = contact.points[0].arm;
+  const Vec2<W> arm_2 = contact.points[1].arm;
+  const Number<W> k11 = mass_along(arm_1, arm_1, normal);
+  const Number<W> k22 = mass_along(arm_2, arm_2, normal);
+  const Number<W> k12 = mass_along(arm_1, arm_2, normal);
+  const Number<W> most(1000);  // k_maxConditionNumber
+  const Number<W> determinant = k11 * k22 - k12 * k12;
+  contact.has_two = manifold.has_two_points & manifold.exists & (k11 * k11 < most * determinant);
+  contact.k = {{k11, k12}, {k12, k22}};
+  const Number<W> inverse = inverse_of(determinant);
+  contact.inverse_k = {{inverse * k22, -inverse * k12}, {-inverse * k12, inverse * k11}};
+
+  contact.normal = normal;
+  contact.friction = manifold.friction;
+  contact.exists = manifold.exists;
+  contact.sign = select(is_a, -one, one);
+  contact.zero_before = select(is_a, zero, -zero);
+  contact.signed_mass = contact.sign * mass;
+  contact.signed_inertia = contact.sign * inertia;
+  contact.any_two = any(contact.has_two);
+  contact.any_one = any(manifold.exists & ~contact.has_two);
+  contact.all_exist = !any(~manifold.exists);
+  contact.any_walker_is_a = any(is_a);
+}
+
+/// vA -= mA P, ... of a contact's impulse P at a point.
+template <int W>
+WALKER_SIM_INLINE inline void apply(const ContactLanes<W>& contact, Vec2<W> impulse,
+                                    Number<W> angular_impulse, BodyLanes<W>& body) {
+  body.velocity = body.velocity + contact.signed_mass * impulse;
+  body.angular_velocity += contact.signed_inertia * angular_impulse;
+}
+
+/// b2ContactSolver::WarmStart.
+template <int W>
+WALKER_SIM_INLINE inline void warm_start(const ContactLanes<W>& contact, BodyLanes<W>& body) {
+  const Vec2<W> tangent = tangent_of(contact.normal);
+  for (int i = 0; i < 2; ++i) {
+    const PointLanes<W>& point = contact.points[i];
+    const Vec2<W> impulse = point.normal_impulse * contact.normal + point.tangent_impulse * tangent;
+    BodyLanes<W> after = body;
+    apply(contact, impulse, cross(point.arm, impulse), after);
+    const Truth<W> takes_part = i == 0 ? contact.exists : contact.has_two;
+    body.velocity = select(takes_part, after.velocity, body.velocity);
+    body.angular_velocity = select(takes_part, after.angular_velocity, body.angular_velocity);
+  }
+}
+
+/// dv: of B at the point, as seen from A.
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> relative_velocity(const ContactLanes<W>& contact,
+                                                   const PointLanes<W>& point,
+                                                   const BodyLanes<W>& body) {
+  const Vec2<W> turning = cross(body.angular_velocity, point.arm);
+  if (contact.any_walker_is_a) {
+    const Vec2<W> zero{contact.zero_before, contact.zero_before};
+    return ((zero + contact.sign * body.velocity) + contact.sign * turning) - point.zero_after;
+  }
+  return (body.velocity + turning) - point.zero_after;
+}
+
+template <int W>
+WALKER_SIM_INLINE inline void solve_tangent(const ContactLanes<W>& contact, PointLanes<W>& point,
+                                            BodyLanes<W>& body) {
+  const Vec2<W> tangent = tangent_of(contact.normal);
+  const Number<W> speed = dot(relative_velocity(contact, point, body), tangent);
+  const Number<W> wanted = point.tangent_mass * -speed;
+  const Number<W> most = contact.friction * point.normal_impulse;
+  const Number<W> accumulated = clamp(point.tangent_impulse + wanted, -most, most);
+  const Vec2<W> impulse = (accumulated - point.tangent_impulse) * tangent;
+  point.tangent_impulse = accumulated;
+  apply(contact, impulse, cross(point.arm, impulse), body);
+}
+
+/// @return the point's new normal impulse
+template <int W>
+WALKER_SIM_INLINE inline Number<W> solve_normal(const ContactLanes<W>& contact,
+                                                const PointLanes<W>& point, BodyLanes<W>& body) {
+  const Number<W> speed = dot(relative_velocity(contact, point, body), contact.normal);
+  const Number<W> wanted = -point.normal_mass * speed;
+  const Number<W> accumulated = max(point.normal_impulse + wanted, Number<W>(0));
+  const Vec2<W> impulse = (accumulated - point.normal_impulse) * contact.normal;
+  apply(contact, impulse, cross(point.arm, impulse), body);
+  return accumulated;
+}
+
+/// The block solver: of the four cases in which each point either pushes or separates, the first
+/// that is possible.
+///
+///   vn = K x + b',    b' = vn(now) - K a,    vn >= 0,  x >= 0,  vn_i x_i = 0
+///
+/// with the impulses x, now a. Where no case is, nothing changes.
+/// @return the points' new normal impulses
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> solve_two_normals(const ContactLanes<W>& contact,
+                                                   BodyLanes<W>& body) {
+  const PointLanes<W>& point_1 = contact.points[0];
+  const PointLanes<W>& point_2 = contact.points[1];
+  const Mat22<W>& k = contact.k;
+  const Mat22<W>& inverse_k = contact.inverse_k;
+  const Number<W> zero(0);
+  const Vec2<W> a{point_1.normal_impulse, point_2.normal_impulse};
+  const Vec2<W> b{dot(relative_velocity(contact, point_1, body), contact.normal) -
+                      (k.ex.x * a.x + k.ey.x * a.y),
+                  dot(relative_velocity(contact, point_2, body), contact.normal) -
+                      (k.ex.y * a.x + k.ey.y * a.y)};
+  const Vec2<W> both{-(inverse_k.ex.x * b.x + inverse_k.ey.x * b.y),
+                     -(inverse_k.ex.y * b.x + inverse_k.ey.y * b.y)};
+  const Number<W> first = -point_1.normal_mass * b.x;
+  const Number<W> second = -point_2.normal_mass * b.y;
+  const Truth<W> both_push = (both.x >= zero) & (both.y >= zero);
+  const Truth<W> first_pushes = (first >= zero) & (k.ex.y * first + b.y >= zero);
+  const Truth<W> second_pushes = (second >= zero) & (k.ey.x * second + b.x >= zero);
+  const Truth<W> none_pushes = (b.x >= zero) & (b.y >= zero);
+  const Vec2<W> x{
+      select(both_push, both.x, select(first_pushes, first, zero)),
+      select(both_push, both.y, select(first_pushes, zero, select(second_pushes, second, zero)))};
+  const Truth<W> is_solved = both_push | first_pushes | second_pushes | none_pushes;
+
+  const Vec2<W> difference = x - a;
+  const Vec2<W> impulse_1 = difference.x * contact.normal;
+  const Vec2<W> impulse_2 = difference.y * contact.normal;
+  BodyLanes<W> after = body;
+  apply(contact, impulse_1 + impulse_2,
+        cross(point_1.arm, impulse_1) + cross(point_2.arm, impulse_2), after);
+  body.velocity = select(is_solved, after.velocity, body.velocity);
+  body.angular_velocity = select(is_solved, after.angular_velocity, body.angular_velocity);
+  return select(is_solved, x, a);
+}
+
+/// b2ContactSolver::SolveVelocityConstraints, of one contact.
+template <int W>
+WALKER_SIM_INLINE inline void solve(ContactLanes<W>& contact, BodyLanes<W>& body) {
+  PointLanes<W>& point_1 = contact.points[0];
+  PointLanes<W>& point_2 = contact.points[1];
+  BodyLanes<W> now = body;
+  solve_tangent(contact, point_1, now);
+  if (!contact.any_two) {
+    point_1.normal_impulse = solve_normal(contact, point_1, now);
+  } else if (!contact.any_one) {
+    solve_tangent(contact, point_2, now);
+    const Vec2<W> impulses = solve_two_normals(contact, now);
+    point_1.normal_impulse = impulses.x;
+    point_2.normal_impulse = impulses.y;
+  } else {
+    BodyLanes<W> with_one = now;
+    const Number<W> impulse_of_one = solve_normal(contact, point_1, with_one);
+    solve_tangent(contact, point_2, now);
+    const Vec2<W> impulses = solve_two_normals(contact, now);
+    point_1.normal_impulse = select(contact.has_two, impulses.x, impulse_of_one);
+    point_2.normal_impulse = impulses.y;
+    now.velocity = select(contact.has_two, now.velocity, with_one.velocity);
+    now.angular_velocity = select(contact.has_two, now.angular_velocity, with_one.angular_velocity);
+  }
+  if (contact.all_exist) {
+    body = now;
+  } else {
+    body.velocity = select(contact.exists, now.velocity, body.velocity);
+    body.angular_velocity = select(contact.exists, now.angular_velocity, body.angular_velocity);
+  }
+}
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::bipedal_walker::kernel

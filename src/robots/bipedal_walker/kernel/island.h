@@ -1,0 +1,317 @@
+// b2Island::Solve for walkers, one per lane: forces, 180 iterations over velocities, the step, and
+// up to 60 iterations over positions.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "robots/bipedal_walker/kernel/contact.h"
+#include "robots/bipedal_walker/kernel/contact_position.h"
+#include "robots/bipedal_walker/kernel/revolute_joint.h"
+#include "robots/bipedal_walker/kernel/rotation.h"
+
+namespace walker::bipedal_walker::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+constexpr int kHull = kBodies / 2;
+
+/// In the chain of bodies, the hull is in the middle: joint i has its body A on the hull's side.
+constexpr int body_a(int joint) { return joint < kJoints / 2 ? joint + 1 : joint; }
+constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1; }
+
+constexpr float kMostTranslation = 2;        ///< b2_maxTranslation [m]
+constexpr float kMostRotation = 0.5F * kPi;  ///< b2_maxRotation [rad]
+constexpr float kShare = 0.2F;               ///< b2_baumgarte
+
+/// b2Island's last part: positions by velocities, which are limited.
+template <int W>
+WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body) {
+  const Vec2<W> velocity{body.velocity_x, body.velocity_y};
+  const Vec2<W> translation = dt * velocity;
+  const Number<W> squared = dot(translation, translation);
+  const Truth<W> is_far = squared > Number<W>(kMostTranslation * kMostTranslation);
+  const Number<W> slower = Number<W>(kMostTranslation) / simd::sqrt(squared);
+  const Vec2<W> limited = select(is_far, slower * velocity, velocity);
+  const Number<W> rotation = dt * body.angular_velocity;
+  const Truth<W> is_wide = rotation * rotation > Number<W>(kMostRotation * kMostRotation);
+  const Number<W> size = select(rotation > Number<W>(0), rotation, -rotation);  // b2Abs
+  body.angular_velocity = select(is_wide, body.angular_velocity * (Number<W>(kMostRotation) / size),
+                                 body.angular_velocity);
+  body.velocity_x = limited.x;
+  body.velocity_y = limited.y;
+  body.x += dt * limited.x;
+  body.y += dt * limited.y;
+  body.angle += dt * body.angular_velocity;
+}
+
+/// Each body's contacts are apart from the others'.
+constexpr int kMostContactsInLanes = kBodies * kMostContactsOfBody;
+
+/// The contacts of a body that are at the same place in the lists of their worlds.
+template <int W>
+struct Slot {
+  ManifoldLanes<W> manifold;
+  int body;
+  bool any_two;
+};
+
+template <int W>
+class IslandLanes {
+ public:
+  /// @param islands the first `count` of W; what the lanes beyond compute is not looked at
+  IslandLanes(Island* const* islands, int count, const Model& model)
+      : model_(model), count_(count) {
+    for (int lane = 0; lane < W; ++lane) islands_[lane] = islands[lane < count ? lane : 0];
+    place_contacts();
+  }
+
+  void solve() {
+    load_bodies();
+    load_joints();
+    prepare_velocities();
+    solve_velocities();
+    for (int i = 0; i < kBodies; ++i) {
+      bodies_[i].velocity_x = velocities_[i].velocity.x;
+      bodies_[i].velocity_y = velocities_[i].velocity.y;
+      bodies_[i].angular_velocity = velocities_[i].angular_velocity;
+      integrate<W>(model_.dt, bodies_[i]);
+    }
+    store_impulses();
+    store(bodies_, &Island::bodies);
+  }
+
+  /// Iterates over positions, from where the islands are, until nothing is far off.
+  void correct(int iterations) {
+    load_bodies();
+    load_joints();
+    for (int i = 0; i < kBodies; ++i) {
+      places_[i] = {{bodies_[i].x, bodies_[i].y}, bodies_[i].angle};
+    }
+    std::array<PlaceLanes<W>, kBodies> kept;
+    Truth<W> is_kept = Truth<W>::none();
+    const unsigned all = (1U << count_) - 1;
+    for (int i = 0; i < iterations && (to_bits(is_kept) & all) != all; ++i) {
+      const Truth<W> is_new = solve_positions() & ~is_kept;
+      if (!any(is_new)) continue;
+      for (int k = 0; k < kBodies; ++k) {
+        kept[k].center = select(is_new, places_[k].center, kept[k].center);
+        kept[k].angle = select(is_new, places_[k].angle, kept[k].angle);
+      }
+      is_kept = is_kept | is_new;
+    }
+    for (int i = 0; i < kBodies; ++i) {
+      const Vec2<W> center = select(is_kept, kept[i].center, places_[i].center);
+      bodies_[i].x = center.x;
+      bodies_[i].y = center.y;
+      bodies_[i].angle = select(is_kept, kept[i].angle, places_[i].angle);
+      rotations_[i] = rotation_of<W>(bodies_[i].angle);
+    }
+    store(bodies_, &Island::bodies);
+    store(rotations_, &Island::rotations);
+    for (int lane = 0; lane < count_; ++lane) {
+      islands_[lane]->position_is_solved = (to_bits(is_kept) >> lane) & 1U;
+    }
+  }
+
+ private:
+  /// Gives each contact of a world a place among those of its body.
+  void place_contacts() {
+    static const Contact<float, int> kNone{};
+    num_slots_ = 0;
+    std::array<int, W> next{};  // contact
+    for (int body = 0; body < kBodies; ++body) {
+      if (body == kHull) slots_of_hull_ = num_slots_;
+      if (body == kHull + 1) slots_of_other_leg_ = num_slots_;
+      int most = 0;
+      for (const Island* island : islands_) most = std::max(most, island->num_contacts[body]);
+      for (int i = 0; i < most; ++i) {
+        Slot<W>& slot = slots_[num_slots_];
+        std::array<const Contact<float, int>*, W> contacts;
+        for (int lane = 0; lane < W; ++lane) {
+          const bool exists = i < islands_[lane]->num_contacts[body];
+          places_of_contacts_[num_slots_][lane] = exists ? next[lane]++ : -1;
+          contacts[lane] =
+              exists ? &islands_[lane]->contacts[places_of_contacts_[num_slots_][lane]] : &kNone;
+        }
+        Contact<Number<W>, Truth<W>> lanes;
+        gather<W>(lanes, contacts.data());
+        slot.body = body;
+        slot.manifold = lanes.manifold;
+        slot.any_two = any(lanes.manifold.has_two_points);
+        impulses_[num_slots_] = lanes.impulses;
+        ++num_slots_;
+      }
+    }
+  }
+
+  void load_bodies() { load(&Island::bodies, bodies_); }
+  void load_joints() { load(&Island::joints, joint_states_); }
+
+  template <typename Member, typename Lanes>
+  void load(Member member, Lanes& lanes) const {
+    std::array<const std::remove_reference_t<decltype(islands_[0]->*member)>*, W> worlds;
+    for (int lane = 0; lane < W; ++lane) worlds[lane] = &(islands_[lane]->*member);
+    gather<W>(lanes, worlds.data());
+  }
+
+  template <typename Member, typename Lanes>
+  void store(const Lanes& lanes, Member member) const {
+    std::array<std::remove_reference_t<decltype(islands_[0]->*member)>*, W> worlds;
+    for (int lane = 0; lane < W; ++lane) worlds[lane] = &(islands_[lane]->*member);
+    scatter<W>(lanes, worlds.data(), count_);
+  }
+
+  /// Forces and the constraints of this step, with the impulses of the last one.
+  void prepare_velocities() {
+    const Number<W> dt(model_.dt);
+    std::array<Force<Number<W>>, kBodies> forces;
+    load(&Island::forces, forces);
+    for (int i = 0; i < kBodies; ++i) {
+      const Model::Body& model = model_.bodies[i];
+      const BodyState<Number<W>>& body = bodies_[i];
+      const Number<W> mass(model.inverse_mass);
+      const Number<W> gravity_scale(1);
+      rotations_[i] = rotation_of<W>(body.angle);
+      velocities_[i].velocity = {
+          body.velocity_x + dt * (gravity_scale * Number<W>(model_.gravity_x) + mass * forces[i].x),
+          body.velocity_y +
+              dt * (gravity_scale * Number<W>(model_.gravity_y) + mass * forces[i].y)};
+      velocities_[i].angular_velocity =
+          body.angular_velocity + dt * Number<W>(model.inverse_inertia) * forces[i].torque;
+    }
+    store(rotations_, &Island::rotations_before);
+
+    for (int i = 0; i < num_slots_; ++i) {
+      const int body = slots_[i].body;
+      const MassLanes<W> model(model_.bodies[body]);
+      const Vec2<W> center{bodies_[body].x, bodies_[body].y};
+      const Transform<W> transform{rotations_[body],
+                                   center - rotate(rotations_[body], model.center)};
+      ContactLanes<W>& contact = contacts_[i];
+      prepare(slots_[i].manifold, model, center, transform, contact);
+      const Number<W> ratio(model_.dt_ratio);
+      for (int k = 0; k < 2; ++k) {
+        contact.points[k].normal_impulse = ratio * impulses_[i].normal[k];
+        contact.points[k].tangent_impulse = ratio * impulses_[i].tangent[k];
+      }
+      warm_start(contact, velocities_[body]);
+    }
+    for (int i = 0; i < kJoints; ++i) {
+      const int a = body_a(i);
+      const int b = body_b(i);
+      prepare(model_.joints[i], model_.bodies[a], model_.bodies[b], model_.dt, model_.dt_ratio,
+              joint_states_[i], bodies_[a], bodies_[b], rotations_[a], rotations_[b], joints_[i],
+              velocities_[a], velocities_[b]);
+    }
+  }
+
+  /// All iterations, in an order that lets the processor work at two constraints at a time: those
+  /// without a common body do not see each other, so they may change places, and the leg at the
+  /// chain's beginning may be one iteration ahead of the hull and the other leg.
+  void solve_velocities() {
+    const int hull = slots_of_hull_;
+    const int other_leg = slots_of_other_leg_;
+    solve_joint<0>();
+    solve_joint<1>();
+    solve_contacts(0, hull);
+    for (int i = 1; i < model_.velocity_iterations; ++i) {
+      solve_joint<2>();
+      solve_joint<0>();  // of the next iteration
+      solve_contacts(hull, other_leg);
+      solve_joint<3>();
+      solve_joint<1>();  // of the next iteration
+      solve_contacts(other_leg, num_slots_);
+      solve_contacts(0, hull);  // of the next iteration
+    }
+    solve_joint<2>();
+    solve_joint<3>();
+    solve_contacts(hull, num_slots_);
+  }
+
+  template <int I>
+  WALKER_SIM_INLINE void solve_joint() {
+    constexpr int kA = body_a(I);
+    constexpr int kB = body_b(I);
+    kernel::solve(model_.bodies[kA], model_.bodies[kB], joints_[I], velocities_[kA],
+                  velocities_[kB]);
+  }
+
+  WALKER_SIM_INLINE void solve_contacts(int begin, int end) {
+    for (int i = begin; i < end; ++i) kernel::solve(contacts_[i], velocities_[slots_[i].body]);
+  }
+
+  /// b2ContactSolver::StoreImpulses, and what joints keep.
+  void store_impulses() {
+    for (int i = 0; i < kJoints; ++i) {
+      const JointLanes<W>& joint = joints_[i];
+      JointState<Number<W>, Truth<W>>& state = joint_states_[i];
+      state.impulse_x = joint.impulse.x;
+      state.impulse_y = joint.impulse.y;
+      state.limit_impulse = joint.limit_impulse;
+      state.motor_impulse = joint.motor_impulse;
+      state.at_lower = joint.at_lower;
+      state.at_upper = joint.at_upper;
+    }
+    store(joint_states_, &Island::joints);
+    for (int i = 0; i < num_slots_; ++i) {
+      const ContactLanes<W>& contact = contacts_[i];
+      ContactImpulses<Number<W>>& impulses = impulses_[i];
+      impulses.normal[0] = contact.points[0].normal_impulse;
+      impulses.tangent[0] = contact.points[0].tangent_impulse;
+      // A point that was left out keeps its own.
+      impulses.normal[1] =
+          select(contact.has_two, contact.points[1].normal_impulse, impulses.normal[1]);
+      impulses.tangent[1] =
+          select(contact.has_two, contact.points[1].tangent_impulse, impulses.tangent[1]);
+      ContactImpulses<float> nowhere;
+      std::array<ContactImpulses<float>*, W> worlds;
+      for (int lane = 0; lane < W; ++lane) {
+        const int place = places_of_contacts_[i][lane];
+        // cppcheck-suppress uninitvar  // it is only written
+        worlds[lane] = place < 0 ? &nowhere : &islands_[lane]->contacts[place].impulses;
+      }
+      scatter<W>(impulses, worlds.data(), count_);
+    }
+  }
+
+  /// @return where all is near enough
+  WALKER_SIM_INLINE Truth<W> solve_positions() {
+    Number<W> separation(0);
+    for (int i = 0; i < num_slots_; ++i) {
+      const int body = slots_[i].body;
+      solve_position(slots_[i].manifold, slots_[i].any_two, MassLanes<W>(model_.bodies[body]),
+                     kShare, places_[body], separation);
+    }
+    Truth<W> is_near = separation >= Number<W>(-3.0F * kLinearSlop);
+    for (int i = 0; i < kJoints; ++i) {
+      const int a = body_a(i);
+      const int b = body_b(i);
+      is_near = is_near & solve_position(model_.joints[i], model_.bodies[a], model_.bodies[b],
+                                         joint_states_[i], places_[a], places_[b]);
+    }
+    return is_near;
+  }
+
+  const Model& model_;
+  int count_;
+  std::array<Island*, W> islands_;
+  int num_slots_;
+  int slots_of_hull_, slots_of_other_leg_;  ///< the first ones, of those that are sorted by body
+  std::array<Slot<W>, kMostContactsInLanes> slots_;
+  std::array<std::array<int, W>, kMostContactsInLanes> places_of_contacts_;
+  std::array<ContactImpulses<Number<W>>, kMostContactsInLanes> impulses_;
+  std::array<ContactLanes<W>, kMostContactsInLanes> contacts_;
+  std::array<BodyState<Number<W>>, kBodies> bodies_;
+  std::array<Rotation<Number<W>>, kBodies> rotations_;
+  std::array<BodyLanes<W>, kBodies> velocities_;
+  std::array<PlaceLanes<W>, kBodies> places_;
+  std::array<JointState<Number<W>, Truth<W>>, kJoints> joint_states_;
+  std::array<JointLanes<W>, kJoints> joints_;
+};
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::bipedal_walker::kernel

@@ -1,0 +1,171 @@
+// Box2D's small algebra (b2Math.h) on a number per lane, in its order of operations, and the way of
+// a world's numbers into a lane and back.
+//
+// This file, those beside it that say so, and world_step.cpp and world_impacts.cpp restate formulas
+// of Box2D 2.3 in code of our own, for several worlds at once. They are altered and not the
+// original software. Box2D's notice:
+//
+// Copyright (c) 2006-2011 Erin Catto http://www.box2d.org
+//
+// This software is provided 'as-is', without any express or implied warranty. In no event will the
+// authors be held liable for any damages arising from the use of this software.
+// Permission is granted to anyone to use this software for any purpose, including commercial
+// applications, and to alter it and redistribute it freely, subject to the following restrictions:
+// 1. The origin of this software must not be misrepresented; you must not claim that you wrote the
+//    original software. If you use this software in a product, an acknowledgment in the product
+//    documentation would be appreciated but is not required.
+// 2. Altered source versions must be plainly marked as such, and must not be misrepresented as
+// being
+//    the original software.
+// 3. This notice may not be removed or altered from any source distribution.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "robots/bipedal_walker/kernel/kernel.h"
+#include "simd/vector.h"
+
+namespace walker::bipedal_walker::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+template <int W>
+using Number = simd::Vector<float, W>;
+template <int W>
+using Truth = simd::Mask<float, W>;
+
+using simd::any;
+using simd::max;
+using simd::min;
+using simd::select;
+
+/// b2Vec2.
+template <int W>
+struct Vec2 {
+  WALKER_SIM_INLINE friend Vec2 operator+(Vec2 a, Vec2 b) { return {a.x + b.x, a.y + b.y}; }
+  WALKER_SIM_INLINE friend Vec2 operator-(Vec2 a, Vec2 b) { return {a.x - b.x, a.y - b.y}; }
+  WALKER_SIM_INLINE friend Vec2 operator-(Vec2 a) { return {-a.x, -a.y}; }
+  WALKER_SIM_INLINE friend Vec2 operator*(Number<W> s, Vec2 a) { return {s * a.x, s * a.y}; }
+
+  Number<W> x, y;
+};
+
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> select(Truth<W> mask, Vec2<W> a, Vec2<W> b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y)};
+}
+
+template <int W>
+WALKER_SIM_INLINE inline Number<W> dot(Vec2<W> a, Vec2<W> b) {
+  return a.x * b.x + a.y * b.y;
+}
+
+template <int W>
+WALKER_SIM_INLINE inline Number<W> cross(Vec2<W> a, Vec2<W> b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+/// A rotation by 90 degrees, times s.
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> cross(Number<W> s, Vec2<W> a) {
+  return {-s * a.y, s * a.x};
+}
+
+/// The tangent of a normal: b2Cross(a, 1).
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> tangent_of(Vec2<W> normal) {
+  return {normal.y, -normal.x};
+}
+
+/// b2Clamp.
+template <int W>
+WALKER_SIM_INLINE inline Number<W> clamp(Number<W> a, Number<W> low, Number<W> high) {
+  return max(low, min(a, high));
+}
+
+/// b2Mul of a b2Rot.
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> rotate(const Rotation<Number<W>>& q, Vec2<W> a) {
+  return {q.cosine * a.x - q.sine * a.y, q.sine * a.x + q.cosine * a.y};
+}
+
+/// b2Transform.
+template <int W>
+struct Transform {
+  Rotation<Number<W>> rotation;
+  Vec2<W> position;
+};
+
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> transform(const Transform<W>& t, Vec2<W> a) {
+  const Rotation<Number<W>>& q = t.rotation;
+  return {(q.cosine * a.x - q.sine * a.y) + t.position.x,
+          (q.sine * a.x + q.cosine * a.y) + t.position.y};
+}
+
+/// b2Mat22, columns ex and ey.
+template <int W>
+struct Mat22 {
+  Vec2<W> ex, ey;
+};
+
+/// 1 / a, or a where it is zero, as Box2D does with determinants.
+template <int W>
+WALKER_SIM_INLINE inline Number<W> inverse_of(Number<W> a) {
+  return select(simd::is_zero(a), a, Number<W>(1) / a);
+}
+
+/// The bodies' numbers while they are solved.
+template <int W>
+struct BodyLanes {
+  Vec2<W> velocity;
+  Number<W> angular_velocity;
+};
+
+/// Of one body per lane.
+template <int W>
+struct MassLanes {
+  MassLanes() = default;
+  WALKER_SIM_INLINE explicit MassLanes(const Model::Body& body)
+      : inverse_mass(body.inverse_mass),
+        inverse_inertia(body.inverse_inertia),
+        center{body.center_x, body.center_y} {}
+
+  Number<W> inverse_mass, inverse_inertia;
+  Vec2<W> center;
+};
+
+static_assert(sizeof(float) == 4 && sizeof(int) == 4, "lanes are moved in words of 4 bytes");
+
+/// Copies numbers or truths of W worlds into lanes. To is as From, with vectors in place of
+/// numbers.
+template <int W, typename To, typename From>
+WALKER_SIM_INLINE inline void gather(To& to, const From* const* from) {
+  static_assert(sizeof(To) == W * sizeof(From));
+  std::uint32_t words[sizeof(To) / 4];
+  for (int lane = 0; lane < W; ++lane) {
+    std::uint32_t world[sizeof(From) / 4];
+    std::memcpy(world, from[lane], sizeof world);
+    for (std::size_t i = 0; i < sizeof(From) / 4; ++i) words[i * W + lane] = world[i];
+  }
+  // cppcheck-suppress uninitvar  // there is at least one lane
+  std::memcpy(&to, words, sizeof to);
+}
+
+/// The way back, of the first `count` lanes.
+template <int W, typename To, typename From>
+WALKER_SIM_INLINE inline void scatter(const From& from, To* const* to, int count) {
+  static_assert(sizeof(From) == W * sizeof(To));
+  std::uint32_t words[sizeof(From) / 4];
+  std::memcpy(words, &from, sizeof words);
+  for (int lane = 0; lane < count; ++lane) {
+    std::uint32_t world[sizeof(To) / 4];
+    for (std::size_t i = 0; i < sizeof(To) / 4; ++i) world[i] = words[i * W + lane];
+    // cppcheck-suppress uninitvar  // there is at least one word
+    std::memcpy(to[lane], world, sizeof world);
+  }
+}
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::bipedal_walker::kernel

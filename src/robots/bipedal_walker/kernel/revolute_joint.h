@@ -1,0 +1,220 @@
+// b2RevoluteJoint with a motor and limits, all of which the walker's have. In each iteration: the
+// motor, then the point and, where a joint is at a limit, the angle:
+//
+//   motor   C = wB - wA - speed                               impulse: torque
+//   point   C = vB + wB x rB - vA - wA x rA                    impulse: P
+//   limit   C = wB - wA, never pushing beyond the limit          impulse: z
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
+#pragma once
+
+#include "robots/bipedal_walker/kernel/lanes.h"
+#include "robots/bipedal_walker/kernel/rotation.h"
+
+namespace walker::bipedal_walker::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+/// What an iteration over velocities needs of a joint.
+template <int W>
+struct JointLanes {
+  Vec2<W> arm_a, arm_b;
+  Number<W> motor_mass, motor_speed, most_motor_impulse;
+  Number<W> motor_impulse, limit_impulse;
+  Vec2<W> impulse;
+  Number<W> exx, exy, exz, eyy, eyz, ezz;  ///< of the symmetric m_mass: ez.x = ex.z, ...
+  Number<W> inverse_determinant;           ///< of its upper left 2 x 2
+  Number<W> inverse_determinant_3;
+  Number<W> eyz_cross_x, eyz_cross_y, eyz_cross_z;  ///< b2Cross(ey, ez)
+  Truth<W> at_lower, at_upper, at_limit;
+  bool any_at_limit;
+};
+
+/// b2RevoluteJoint::InitVelocityConstraints, with its warm start.
+template <int W>
+WALKER_SIM_INLINE inline void prepare(const Model::Joint& model, const Model::Body& model_a,
+                                      const Model::Body& model_b, float dt, float dt_ratio,
+                                      const JointState<Number<W>, Truth<W>>& state,
+                                      const BodyState<Number<W>>& state_a,
+                                      const BodyState<Number<W>>& state_b,
+                                      const Rotation<Number<W>>& rotation_a,
+                                      const Rotation<Number<W>>& rotation_b, JointLanes<W>& joint,
+                                      BodyLanes<W>& a, BodyLanes<W>& b) {
+  const Number<W> mass_a(model_a.inverse_mass);
+  const Number<W> mass_b(model_b.inverse_mass);
+  const Number<W> inertia_a(model_a.inverse_inertia);
+  const Number<W> inertia_b(model_b.inverse_inertia);
+  const Vec2<W> arm_a = rotate(rotation_a, Vec2<W>{model.arm_a_x, model.arm_a_y});
+  const Vec2<W> arm_b = rotate(rotation_b, Vec2<W>{model.arm_b_x, model.arm_b_y});
+  joint.arm_a = arm_a;
+  joint.arm_b = arm_b;
+
+  joint.exx = mass_a + mass_b + arm_a.y * arm_a.y * inertia_a + arm_b.y * arm_b.y * inertia_b;
+  joint.exy = -arm_a.y * arm_a.x * inertia_a - arm_b.y * arm_b.x * inertia_b;
+  joint.exz = -arm_a.y * inertia_a - arm_b.y * inertia_b;
+  joint.eyy = mass_a + mass_b + arm_a.x * arm_a.x * inertia_a + arm_b.x * arm_b.x * inertia_b;
+  joint.eyz = arm_a.x * inertia_a + arm_b.x * inertia_b;
+  joint.ezz = inertia_a + inertia_b;
+  joint.motor_mass = Number<W>(1) / (inertia_a + inertia_b);
+  joint.inverse_determinant = inverse_of(joint.exx * joint.eyy - joint.exy * joint.exy);
+  joint.eyz_cross_x = joint.eyy * joint.ezz - joint.eyz * joint.eyz;
+  joint.eyz_cross_y = joint.eyz * joint.exz - joint.exy * joint.ezz;
+  joint.eyz_cross_z = joint.exy * joint.eyz - joint.eyy * joint.exz;
+  joint.inverse_determinant_3 =
+      inverse_of(joint.exx * joint.eyz_cross_x + joint.exy * joint.eyz_cross_y +
+                 joint.exz * joint.eyz_cross_z);
+
+  const Number<W> angle = state_b.angle - state_a.angle - Number<W>(model.reference_angle);
+  joint.at_lower = angle <= Number<W>(model.lower_angle);
+  joint.at_upper = ~joint.at_lower & (angle >= Number<W>(model.upper_angle));
+  joint.at_limit = joint.at_lower | joint.at_upper;
+  joint.any_at_limit = any(joint.at_limit);
+  const Truth<W> is_at_the_same =
+      (joint.at_lower & state.at_lower) | (joint.at_upper & state.at_upper);
+
+  const Number<W> ratio(dt_ratio);
+  joint.motor_speed = state.motor_speed;
+  joint.most_motor_impulse = Number<W>(dt) * state.motor_torque;
+  joint.motor_impulse = state.motor_impulse * ratio;
+  joint.limit_impulse = select(is_at_the_same, state.limit_impulse, Number<W>(0)) * ratio;
+  joint.impulse = {state.impulse_x * ratio, state.impulse_y * ratio};
+
+  const Vec2<W> impulse = joint.impulse;
+  a.velocity = a.velocity - mass_a * impulse;
+  a.angular_velocity -=
+      inertia_a * (cross(arm_a, impulse) + joint.motor_impulse + joint.limit_impulse);
+  b.velocity = b.velocity + mass_b * impulse;
+  b.angular_velocity +=
+      inertia_b * (cross(arm_b, impulse) + joint.motor_impulse + joint.limit_impulse);
+}
+
+/// b2Mat33::Solve22.
+template <int W>
+WALKER_SIM_INLINE inline Vec2<W> solve_22(const JointLanes<W>& joint, Vec2<W> right) {
+  return {joint.inverse_determinant * (joint.eyy * right.x - joint.exy * right.y),
+          joint.inverse_determinant * (joint.exx * right.y - joint.exy * right.x)};
+}
+
+/// b2RevoluteJoint::SolveVelocityConstraints.
+template <int W>
+WALKER_SIM_INLINE inline void solve(const Model::Body& model_a, const Model::Body& model_b,
+                                    JointLanes<W>& joint, BodyLanes<W>& a, BodyLanes<W>& b) {
+  const Number<W> mass_a(model_a.inverse_mass);
+  const Number<W> mass_b(model_b.inverse_mass);
+  const Number<W> inertia_a(model_a.inverse_inertia);
+  const Number<W> inertia_b(model_b.inverse_inertia);
+
+  const Number<W> error = b.angular_velocity - a.angular_velocity - joint.motor_speed;
+  const Number<W> accumulated = clamp(joint.motor_impulse + -joint.motor_mass * error,
+                                      -joint.most_motor_impulse, joint.most_motor_impulse);
+  const Number<W> torque = accumulated - joint.motor_impulse;
+  joint.motor_impulse = accumulated;
+  a.angular_velocity -= inertia_a * torque;
+  b.angular_velocity += inertia_b * torque;
+
+  const Vec2<W> slip = ((b.velocity + cross(b.angular_velocity, joint.arm_b)) - a.velocity) -
+                       cross(a.angular_velocity, joint.arm_a);
+  Vec2<W> impulse = solve_22(joint, -slip);
+  Number<W> angular_a;
+  Number<W> angular_b;
+  if (joint.any_at_limit) {
+    const Number<W> bx = slip.x;
+    const Number<W> by = slip.y;
+    const Number<W> bz = b.angular_velocity - a.angular_velocity;
+    const Number<W> d = joint.inverse_determinant_3;
+    // b2Mat33::Solve33, negated.
+    const Vec2<W> with_limit{
+        -(d * (bx * joint.eyz_cross_x + by * joint.eyz_cross_y + bz * joint.eyz_cross_z)),
+        -(d * (joint.exx * (by * joint.ezz - bz * joint.eyz) +
+               joint.exy * (bz * joint.exz - bx * joint.ezz) +
+               joint.exz * (bx * joint.eyz - by * joint.exz)))};
+    const Number<W> limit = -(d * (joint.exx * (joint.eyy * bz - joint.eyz * by) +
+                                   joint.exy * (joint.eyz * bx - joint.exy * bz) +
+                                   joint.exz * (joint.exy * by - joint.eyy * bx)));
+    const Number<W> zero(0);
+    const Number<W> held = joint.limit_impulse + limit;
+    const Truth<W> pulls = (joint.at_lower & (held < zero)) | (joint.at_upper & (held > zero));
+    const Vec2<W> released =
+        solve_22(joint, -slip + joint.limit_impulse * Vec2<W>{joint.exz, joint.eyz});
+    impulse = select(joint.at_limit, select(pulls, released, with_limit), impulse);
+    // -0 leaves what it is added to as it is.
+    const Number<W> angular =
+        select(joint.at_limit, select(pulls, -joint.limit_impulse, limit), -zero);
+    joint.limit_impulse = select(joint.at_limit, select(pulls, zero, held), joint.limit_impulse);
+    angular_a = cross(joint.arm_a, impulse) + angular;
+    angular_b = cross(joint.arm_b, impulse) + angular;
+  } else {
+    angular_a = cross(joint.arm_a, impulse);
+    angular_b = cross(joint.arm_b, impulse);
+  }
+  joint.impulse = joint.impulse + impulse;
+  a.velocity = a.velocity - mass_a * impulse;
+  a.angular_velocity -= inertia_a * angular_a;
+  b.velocity = b.velocity + mass_b * impulse;
+  b.angular_velocity += inertia_b * angular_b;
+}
+
+/// What an iteration over positions needs of a body.
+template <int W>
+struct PlaceLanes {
+  Vec2<W> center;
+  Number<W> angle;
+};
+
+constexpr float kPi = 3.14159265359F;                          ///< b2_pi
+constexpr float kLinearSlop = 0.005F;                          ///< b2_linearSlop [m]
+constexpr float kAngularSlop = 2.0F / 180.0F * kPi;            ///< b2_angularSlop [rad]
+constexpr float kMostAngularCorrection = 8.0F / 180.0F * kPi;  ///< b2_maxAngularCorrection [rad]
+
+/// b2RevoluteJoint::SolvePositionConstraints.
+/// @return where point and limit are near enough
+template <int W>
+WALKER_SIM_INLINE inline Truth<W> solve_position(const Model::Joint& model,
+                                                 const Model::Body& model_a,
+                                                 const Model::Body& model_b,
+                                                 const JointState<Number<W>, Truth<W>>& state,
+                                                 PlaceLanes<W>& a, PlaceLanes<W>& b) {
+  const Number<W> zero(0);
+  const Number<W> mass_a(model_a.inverse_mass);
+  const Number<W> mass_b(model_b.inverse_mass);
+  const Number<W> inertia_a(model_a.inverse_inertia);
+  const Number<W> inertia_b(model_b.inverse_inertia);
+
+  Truth<W> is_near = zero <= zero;
+  if (any(state.at_lower | state.at_upper)) {
+    const Number<W> angle = b.angle - a.angle - Number<W>(model.reference_angle);
+    const Number<W> beyond_lower = angle - Number<W>(model.lower_angle);
+    const Number<W> beyond_upper = angle - Number<W>(model.upper_angle);
+    const Number<W> most(kMostAngularCorrection);
+    const Number<W> slop(kAngularSlop);
+    const Number<W> correction = select(state.at_lower, clamp(beyond_lower + slop, -most, zero),
+                                        clamp(beyond_upper - slop, zero, most));
+    const Number<W> motor_mass = Number<W>(1) / (inertia_a + inertia_b);
+    const Number<W> impulse = -motor_mass * correction;
+    const Truth<W> at_limit = state.at_lower | state.at_upper;
+    a.angle = select(at_limit, a.angle - inertia_a * impulse, a.angle);
+    b.angle = select(at_limit, b.angle + inertia_b * impulse, b.angle);
+    is_near = ~at_limit | (select(state.at_lower, -beyond_lower, beyond_upper) <= slop);
+  }
+
+  const Vec2<W> arm_a = rotate(rotation_of<W>(a.angle), Vec2<W>{model.arm_a_x, model.arm_a_y});
+  const Vec2<W> arm_b = rotate(rotation_of<W>(b.angle), Vec2<W>{model.arm_b_x, model.arm_b_y});
+  const Vec2<W> gap = ((b.center + arm_b) - a.center) - arm_a;
+  const Number<W> distance = simd::sqrt(gap.x * gap.x + gap.y * gap.y);
+  const Number<W> kxx =
+      mass_a + mass_b + inertia_a * arm_a.y * arm_a.y + inertia_b * arm_b.y * arm_b.y;
+  const Number<W> kxy = -inertia_a * arm_a.x * arm_a.y - inertia_b * arm_b.x * arm_b.y;
+  const Number<W> kyy =
+      mass_a + mass_b + inertia_a * arm_a.x * arm_a.x + inertia_b * arm_b.x * arm_b.x;
+  const Number<W> inverse = inverse_of(kxx * kyy - kxy * kxy);
+  const Vec2<W> impulse{-(inverse * (kyy * gap.x - kxy * gap.y)),
+                        -(inverse * (kxx * gap.y - kxy * gap.x))};
+  a.center = a.center - mass_a * impulse;
+  a.angle -= inertia_a * cross(arm_a, impulse);
+  b.center = b.center + mass_b * impulse;
+  b.angle += inertia_b * cross(arm_b, impulse);
+  return is_near & (distance <= Number<W>(kLinearSlop));
+}
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::bipedal_walker::kernel

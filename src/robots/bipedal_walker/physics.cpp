@@ -1,0 +1,228 @@
+#include "robots/bipedal_walker/physics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "robots/bipedal_walker/body_list.h"
+#include "robots/bipedal_walker/broad_phase.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+/// Rounds to the engine's single precision, as the Python binding does.
+b2Vec2 to_vector(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
+b2Vec2 to_vector(const Point& point) { return to_vector(point.x, point.y); }
+
+b2FixtureDef fixture(const b2Shape& shape, double density, double friction, unsigned category,
+                     unsigned mask) {
+  b2FixtureDef definition;
+  definition.shape = &shape;
+  definition.density = static_cast<float>(density);
+  definition.friction = static_cast<float>(friction);
+  definition.filter.categoryBits = static_cast<decltype(definition.filter.categoryBits)>(category);
+  definition.filter.maskBits = static_cast<decltype(definition.filter.maskBits)>(mask);
+  return definition;
+}
+
+b2BodyDef dynamic_body(double x, double y, double angle) {
+  b2BodyDef definition;
+  definition.type = b2_dynamicBody;
+  definition.position = to_vector(x, y);
+  definition.angle = static_cast<float>(angle);
+  return definition;
+}
+
+/// Makes a world with a contact: the first of each fills tables of the whole process.
+void fill_tables() {
+  const auto world = std::make_unique<b2World>(b2Vec2(0, 0));  // 100 KiB are too many for a stack
+  b2CircleShape circle;
+  circle.m_radius = 1;
+  const b2BodyDef body = dynamic_body(0, 0, 0);
+  world->CreateBody(&body)->CreateFixture(&circle, 1);
+  world->CreateBody(&body)->CreateFixture(&circle, 1);
+  world->Step(1, 1, 1);
+}
+
+/// Asked for before any world is made, which is the last moment to fill Box2D's tables while no
+/// other thread reads them.
+b2Vec2 gravity() {
+  static const b2Vec2 kVector = [] {
+    fill_tables();
+    return b2Vec2(0, kGravity);
+  }();
+  return kVector;
+}
+
+bool has(b2Contact& contact, const b2Body* body) {
+  return contact.GetFixtureA()->GetBody() == body || contact.GetFixtureB()->GetBody() == body;
+}
+
+constexpr unsigned kAllCategories = 0xFFFF;
+constexpr double kHullDensity = 5.0;
+constexpr double kHullFriction = 0.1;
+constexpr double kLimbDensity = 1.0;
+constexpr double kLimbFriction = 0.2;  // Box2D's default, which Gymnasium leaves in place
+constexpr double kLegSpread = 0.05;    // the legs' initial angles: -kLegSpread, +kLegSpread [rad]
+
+// Joint ranges [rad]
+constexpr double kHipLower = -0.8;
+constexpr double kHipUpper = 1.1;
+constexpr double kKneeLower = -1.6;
+constexpr double kKneeUpper = -0.1;
+
+}  // namespace
+
+void Physics::Contacts::watch(const b2Body* hull, const b2Body* lower_leg_1,
+                              const b2Body* lower_leg_2) {
+  hull_ = hull;
+  lower_legs_ = {lower_leg_1, lower_leg_2};
+  hull_has_touched = false;
+  leg_touches = {};
+}
+
+void Physics::Contacts::BeginContact(b2Contact* contact) {
+  if (has(*contact, hull_)) hull_has_touched = true;
+  set_legs(*contact, true);
+}
+
+void Physics::Contacts::EndContact(b2Contact* contact) { set_legs(*contact, false); }
+
+void Physics::Contacts::set_legs(b2Contact& contact, bool touch) {
+  for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
+    if (has(contact, lower_legs_[leg])) leg_touches[leg] = touch;
+  }
+}
+
+Physics::Physics() : world_(gravity()) {}
+
+void Physics::build(const Terrain& terrain, double push) {
+  world_.SetContactListener(&contacts_);
+  build_terrain(terrain);
+  build_hull(push);
+  build_leg(0);
+  build_leg(1);
+  contacts_.watch(hull_, limbs_[kKnee1], limbs_[kKnee2]);
+}
+
+void Physics::destroy() {
+  world_.SetContactListener(nullptr);
+  std::for_each(terrain_.rbegin(), terrain_.rend(), [this](b2Body* b) { world_.DestroyBody(b); });
+  terrain_.clear();
+  world_.DestroyBody(hull_);  // and with it the hip joints
+  hull_ = nullptr;
+  for (b2Body*& limb : limbs_) {
+    world_.DestroyBody(limb);
+    limb = nullptr;
+  }
+  joints_ = {};
+}
+
+void Physics::build_terrain(const Terrain& terrain) {
+  const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
+  terrain_.reserve(pieces);
+  expect_fixtures(world_, static_cast<int>(pieces + 1 + kJointCount));  // with hull and limbs
+  for (const std::array<Point, 4>& obstacle : terrain.obstacles) {
+    std::array<b2Vec2, 4> vertices;
+    std::transform(obstacle.begin(), obstacle.end(), vertices.begin(),
+                   [](const Point& point) { return to_vector(point); });
+    b2PolygonShape shape;
+    shape.Set(vertices.data(), static_cast<int>(vertices.size()));
+    add_terrain(shape);
+  }
+  for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
+    b2EdgeShape shape;
+    set_edge(shape, to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
+    add_terrain(shape);
+  }
+}
+
+void Physics::add_terrain(const b2Shape& shape) {
+  const b2BodyDef body;  // static, at the origin
+  const b2FixtureDef definition =
+      fixture(shape, 0, kTerrainFriction, kGroundCategory, kAllCategories);
+  terrain_.push_back(world_.CreateBody(&body));
+  terrain_.back()->CreateFixture(&definition);
+  skip_terrain(world_);
+}
+
+void Physics::build_hull(double push) {
+  constexpr std::array<Point, 5> kOutline{{{-30, +9}, {+6, +9}, {+34, +1}, {+34, -8}, {-30, -8}}};
+  std::array<b2Vec2, kOutline.size()> vertices;
+  std::transform(kOutline.begin(), kOutline.end(), vertices.begin(),
+                 [](const Point& pixel) { return to_vector(pixel.x / kScale, pixel.y / kScale); });
+  b2PolygonShape shape;
+  shape.Set(vertices.data(), static_cast<int>(vertices.size()));
+  const b2FixtureDef definition =
+      fixture(shape, kHullDensity, kHullFriction, kWalkerCategory, kGroundCategory);
+  const b2BodyDef body = dynamic_body(kStartX, kStartY, 0);
+  hull_ = world_.CreateBody(&body);
+  hull_->CreateFixture(&definition);
+  hull_->ApplyForceToCenter(to_vector(push, 0), true);
+}
+
+void Physics::build_leg(std::size_t leg) {
+  const double side = leg == 0 ? -1 : +1;
+  const double angle = side * kLegSpread;
+  b2Body* upper = build_limb(kStartY - kLegHeight / 2 - kLegDown, angle, kLegWidth / 2);
+  b2RevoluteJoint* hip = build_joint(hull_, upper, kLegDown, side, kHipLower, kHipUpper);
+  b2Body* lower =
+      build_limb(kStartY - kLegHeight * 3 / 2 - kLegDown, angle, kLowerLegTaper * kLegWidth / 2);
+  b2RevoluteJoint* knee = build_joint(upper, lower, -kLegHeight / 2, 1, kKneeLower, kKneeUpper);
+  limbs_[2 * leg] = upper;
+  limbs_[2 * leg + 1] = lower;
+  joints_[2 * leg] = hip;
+  joints_[2 * leg + 1] = knee;
+}
+
+b2Body* Physics::build_limb(double center_height, double angle, double half_width) {
+  b2PolygonShape shape;
+  shape.SetAsBox(static_cast<float>(half_width), static_cast<float>(kLegHeight / 2));
+  const b2FixtureDef definition =
+      fixture(shape, kLimbDensity, kLimbFriction, kWalkerCategory, kGroundCategory);
+  const b2BodyDef body = dynamic_body(kStartX, center_height, angle);
+  b2Body* limb = world_.CreateBody(&body);
+  limb->CreateFixture(&definition);
+  return limb;
+}
+
+b2RevoluteJoint* Physics::build_joint(b2Body* parent, b2Body* child, double anchor_y, double speed,
+                                      double lower, double upper) {
+  b2RevoluteJointDef definition;
+  definition.bodyA = parent;
+  definition.bodyB = child;
+  definition.localAnchorA = to_vector(0, anchor_y);
+  definition.localAnchorB = to_vector(0, kLegHeight / 2);
+  // The Python binding counts a joint's angle from where its bodies are when it is made.
+  definition.referenceAngle = child->GetAngle() - parent->GetAngle();
+  definition.enableMotor = true;
+  definition.enableLimit = true;
+  definition.maxMotorTorque = static_cast<float>(kMotorTorque);
+  definition.motorSpeed = static_cast<float>(speed);
+  definition.lowerAngle = static_cast<float>(lower);
+  definition.upperAngle = static_cast<float>(upper);
+  return static_cast<b2RevoluteJoint*>(world_.CreateJoint(&definition));
+}
+
+void Physics::drive(const double* action) {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const double full_speed = i == kHip1 || i == kHip2 ? kHipSpeed : kKneeSpeed;
+    const auto direction = static_cast<double>((action[i] > 0) - (action[i] < 0));
+    joints_[i]->SetMotorSpeed(static_cast<float>(full_speed * direction));
+    const double torque = kMotorTorque * std::min(std::abs(action[i]), 1.0);
+    joints_[i]->SetMaxMotorTorque(static_cast<float>(torque));
+  }
+}
+
+WalkerParts Physics::parts() {
+  return {&world_,
+          {limbs_[kKnee2], limbs_[kHip2], hull_, limbs_[kHip1], limbs_[kKnee1]},
+          {joints_[kKnee2], joints_[kHip2], joints_[kHip1], joints_[kKnee1]}};
+}
+
+void Physics::step() {
+  const ShortBodyList walker_only(world_, *hull_);
+  world_.Step(static_cast<float>(1.0 / kStepsPerSecond), kVelocityIterations, kPositionIterations);
+}
+
+}  // namespace walker::bipedal_walker

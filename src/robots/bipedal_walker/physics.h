@@ -1,0 +1,92 @@
+// The walker as Box2D bodies, on its terrain.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "robots/bipedal_walker/box2d.h"
+#include "robots/bipedal_walker/constants.h"
+#include "robots/bipedal_walker/terrain.h"
+#include "robots/bipedal_walker/walker_parts.h"
+
+namespace walker::bipedal_walker {
+
+constexpr unsigned kGroundCategory = 0x0001;  // collision bits of terrain
+constexpr unsigned kWalkerCategory = 0x0020;  // collision bits of hull and legs
+
+/// Joints and the leg parts that they carry, in action order.
+enum JointIndex : std::size_t { kHip1, kKnee1, kHip2, kKnee2, kJointCount };
+
+/// A b2World with one walker in it. Builds, destroys, drives and steps in Gymnasium's order, which
+/// decides the bits.
+class Physics {
+ public:
+  Physics();
+  Physics(const Physics&) = delete;
+  Physics& operator=(const Physics&) = delete;
+  ~Physics() = default;
+
+  /// Terrain, hull and legs at the start. The world must hold none.
+  /// @param push horizontal force on the hull during the first step [N]
+  void build(const Terrain& terrain, double push);
+
+  /// Takes everything out of the world, in Gymnasium's order; the world's own state remains.
+  void destroy();
+
+  /// Sets the joints' velocity motors: full speed in the action's direction, torque by its size.
+  /// @param action kJointCount values; |a| beyond 1 acts as 1
+  void drive(const double* action);
+
+  /// Advances by 1 / kStepsPerSecond.
+  void step();
+
+  WalkerParts parts();
+
+  bool hull_has_touched() const { return contacts_.hull_has_touched; }
+  /// @param leg 0 or 1: its lower part has ground contact
+  bool leg_touches(std::size_t leg) const { return contacts_.leg_touches[leg]; }
+
+  const b2World& world() const { return world_; }
+  const b2Body& hull() const { return *hull_; }
+  const b2RevoluteJoint& joint(std::size_t index) const { return *joints_[index]; }
+  /// @param index into Terrain::obstacles
+  const b2Fixture& obstacle(std::size_t index) const { return *terrain_[index]->GetFixtureList(); }
+
+ private:
+  friend class WorldState;  // saves and loads all of it
+
+  /// Follows contacts as Gymnasium's ContactDetector: the end of any contact of a leg clears its
+  /// flag, even where another one lasts.
+  class Contacts : public b2ContactListener {
+   public:
+    void watch(const b2Body* hull, const b2Body* lower_leg_1, const b2Body* lower_leg_2);
+    void BeginContact(b2Contact* contact) override;
+    void EndContact(b2Contact* contact) override;
+
+    bool hull_has_touched = false;
+    std::array<bool, 2> leg_touches{};
+
+   private:
+    void set_legs(b2Contact& contact, bool touch);
+
+    const b2Body* hull_ = nullptr;
+    std::array<const b2Body*, 2> lower_legs_{};
+  };
+
+  void build_terrain(const Terrain& terrain);
+  void add_terrain(const b2Shape& shape);
+  void build_hull(double push);
+  void build_leg(std::size_t leg);
+  b2Body* build_limb(double center_height, double angle, double half_width);
+  b2RevoluteJoint* build_joint(b2Body* parent, b2Body* child, double anchor_y, double speed,
+                               double lower, double upper);
+
+  b2World world_;
+  Contacts contacts_;
+  std::vector<b2Body*> terrain_;  // obstacles, then the ground
+  b2Body* hull_ = nullptr;
+  std::array<b2Body*, kJointCount> limbs_{};
+  std::array<b2RevoluteJoint*, kJointCount> joints_{};
+};
+
+}  // namespace walker::bipedal_walker

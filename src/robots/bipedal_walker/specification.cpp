@@ -1,0 +1,210 @@
+#include "robots/bipedal_walker/specification.h"
+
+#include <dlfcn.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <tuple>
+
+#include "robots/bipedal_walker/observation.h"
+#include "robots/bipedal_walker/physics.h"
+#include "base/engine_release.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+Color rgb(double red, double green, double blue) {
+  constexpr double kFull = 255;
+  return {red / kFull, green / kFull, blue / kFull, 1};
+}
+
+/// Gymnasium's colours: the hull violet, leg 1 a shade lighter than leg 2.
+Color limb_color(std::size_t joint) {
+  const double shade = joint == kHip1 || joint == kKnee1 ? 25 : -25;
+  return rgb(153 + shade, 76 + shade, 127 + shade);
+}
+
+/// Where a link's frame is in its body's.
+struct Frame {
+  b2Vec2 origin{0, 0};  // [m]
+  b2Rot rotation{0};
+
+  b2Vec2 local(const b2Vec2& point) const { return b2MulT(rotation, point - origin); }
+};
+
+/// Our frames sit at the joints and are parallel to the hull's at angles 0.
+Frame frame_of(const Physics& physics, std::size_t joint) {
+  return {physics.joint(joint).GetLocalAnchorB(), b2Rot(-frame_rotation(physics, joint))};
+}
+
+Link read_link(const std::string& name, const b2Body& body, const Frame& frame, Color color) {
+  Link link;
+  link.name = name;
+  link.mesh = "bipedal_walker_" + name;  // scripts/make_meshes writes the files
+  link.mass = double{body.GetMass()};
+  link.center_of_mass = to_vector3(frame.local(body.GetLocalCenter()));
+  // Box2D gives the inertia about the body's origin, and knows no other axis.
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  link.inertia = {kUnknown, 0, kUnknown, 0, kUnknown, 0};
+  link.inertia.yy =
+      double{body.GetInertia()} - link.mass * double{body.GetLocalCenter().LengthSquared()};
+  link.color = color;
+  for (const b2Fixture* f = body.GetFixtureList(); f != nullptr; f = f->GetNext()) {
+    const auto* polygon = static_cast<const b2PolygonShape*>(f->GetShape());
+    Prism prism;
+    for (int i = 0; i < polygon->m_count; ++i) {
+      const b2Vec2 vertex = frame.local(polygon->m_vertices[i]);
+      prism.vertices.push_back({double{vertex.x}, double{vertex.y}});
+    }
+    link.prisms.push_back(prism);
+  }
+  return link;
+}
+
+void read_walker(const Physics& physics, Specification& specification) {
+  const std::array<const char*, kJointCount> joints{"hip_1", "knee_1", "hip_2", "knee_2"};
+  const std::array<const char*, kJointCount> children{"upper_leg_1", "lower_leg_1", "upper_leg_2",
+                                                      "lower_leg_2"};
+  specification.links.push_back(read_link("hull", physics.hull(), Frame{}, rgb(127, 51, 229)));
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    const b2RevoluteJoint& joint = physics.joint(i);
+    const bool is_hip = i == kHip1 || i == kHip2;
+    const Frame parent = is_hip ? Frame{} : frame_of(physics, i - 1);
+    specification.links.push_back(
+        read_link(children[i], child_of(joint), frame_of(physics, i), limb_color(i)));
+    specification.joints.push_back(
+        {joints[i], is_hip ? "hull" : children[i - 1], children[i],
+         to_vector3(parent.local(joint.GetLocalAnchorA())), Vector3{0, -1, 0},
+         double{joint.GetLowerLimit()}, double{joint.GetUpperLimit()},
+         double{joint.GetMaxMotorTorque()}, is_hip ? kHipSpeed : kKneeSpeed});
+  }
+}
+
+/// Links and joints, which are the same on all terrains. Built once: what many walkers built for
+/// this would leave in the heap are holes.
+const Specification& the_walker() {
+  static const Specification kWalker = [] {
+    Generator generator(0);
+    const auto physics = std::make_unique<Physics>();  // 100 KiB are too many for a stack
+    physics->build(generate_terrain(generator, false), 0);
+    Specification specification;
+    read_walker(*physics, specification);
+    return specification;
+  }();
+  return kWalker;
+}
+
+void set_spaces(Specification& specification) {
+  constexpr double kMostSpeed = 5.0;
+  const auto pi = double{static_cast<float>(M_PI)};
+  // hull angle, three speeds, then two legs: hip angle, speed, knee angle, speed, contact
+  specification.observation_low = {-pi, -kMostSpeed, -kMostSpeed, -kMostSpeed};
+  specification.observation_high = {pi, kMostSpeed, kMostSpeed, kMostSpeed};
+  for (int leg = 0; leg < 2; ++leg) {
+    for (const double low : {-pi, -kMostSpeed, -pi, -kMostSpeed, -0.0}) {
+      specification.observation_low.push_back(low);
+    }
+    for (const double high : {pi, kMostSpeed, pi, kMostSpeed, kMostSpeed}) {
+      specification.observation_high.push_back(high);
+    }
+  }
+  specification.observation_low.resize(kObservationSize, -1.0);
+  specification.observation_high.resize(kObservationSize, 1.0);
+  specification.observation_dtype = "float32";
+  specification.action_low.assign(kJointCount, -1.0);
+  specification.action_high.assign(kJointCount, 1.0);
+  specification.effort_per_action.assign(kJointCount, kMotorTorque);
+}
+
+void set_engine(Specification& specification) {
+  specification.engine = "Box2D";
+  specification.engine_version = std::to_string(b2_version.major) + "." +
+                                 std::to_string(b2_version.minor) + "." +
+                                 std::to_string(b2_version.revision) + WALKER_SIM_BOX2D_ORIGIN;
+  Dl_info where{};
+  // b2_version lives in the engine's own library, or in ours where the engine is linked into it.
+  if (dladdr(&b2_version, &where) != 0 && where.dli_fname != nullptr) {
+    specification.engine_path = where.dli_fname;
+  }
+}
+
+Specification build_specification(const Options& options, const std::string& stepper) {
+  Specification specification;
+  specification.id = options.id;
+  specification.parameters = {{"hardcore", options.hardcore},
+                              {"reuse_world", options.reuse_world},
+                              {"max_episode_steps", std::int64_t{options.max_episode_steps}}};
+  specification.dt = 1.0 / kStepsPerSecond;
+  specification.gravity = to_vector3({0, kGravity});
+  specification.max_episode_steps = options.max_episode_steps;
+  specification.reward_threshold = kRewardThreshold;
+  specification.episodes_are_independent = !options.reuse_world;
+  specification.contact_links = {"lower_leg_1", "lower_leg_2"};
+  // Ray 0 points straight down: -Y of the lidar frame, whose Y is up.
+  specification.range_finder = {kLidarRays, -M_PI / 2, kLidarIncrement, kLidarRange};
+  set_spaces(specification);
+  set_engine(specification);
+  if (!stepper.empty()) specification.engine_version += kSteppedBy + stepper;
+  specification.links = the_walker().links;
+  specification.joints = the_walker().joints;
+  return specification;
+}
+
+}  // namespace
+
+std::shared_ptr<const Specification> make_specification(const Options& options,
+                                                        const std::string& stepper) {
+  using Key = std::tuple<std::string, bool, bool, std::uint32_t, std::string>;
+  static std::mutex mutex;
+  static std::map<Key, std::weak_ptr<const Specification>> specifications;
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::weak_ptr<const Specification>& known = specifications[{
+      options.id, options.hardcore, options.reuse_world, options.max_episode_steps, stepper}];
+  std::shared_ptr<const Specification> specification = known.lock();
+  if (!specification) {
+    specification = std::make_shared<const Specification>(build_specification(options, stepper));
+    known = specification;
+  }
+  return specification;
+}
+
+void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene) {
+  scene = Scene{};
+  for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
+    const Point& from = terrain.ground[i];
+    const Point& to = terrain.ground[i + 1];
+    scene.ground.push_back(
+        {{{from.x, from.y}, {to.x, to.y}, {to.x, 0}, {from.x, 0}}, rgb(102, 153, 76)});
+    scene.surface_colors.push_back(rgb(76, i % 2 == 0 ? 255 : 204, 76));
+  }
+  const auto white = [](const auto& outline) {
+    ScenePolygon polygon{{}, rgb(255, 255, 255)};
+    for (const Point& point : outline) polygon.points.push_back({point.x, point.y});
+    return polygon;
+  };
+  for (const auto& obstacle : terrain.obstacles) scene.obstacles.push_back(white(obstacle));
+  for (const Cloud& cloud : clouds) scene.clouds.push_back(white(cloud));
+  scene.flags.push_back({3 * kTerrainStep, kTerrainHeight, kFlagHeight, rgb(230, 51, 0)});
+}
+
+Vector3 to_vector3(const b2Vec2& vector) { return {double{vector.x}, 0, double{vector.y}}; }
+
+Pose to_pose(const b2Vec2& position, float angle) {
+  const double half = double{angle} / 2;
+  return {to_vector3(position), {0, -std::sin(half), 0, std::cos(half)}};
+}
+
+float frame_rotation(const Physics& physics, std::size_t joint) {
+  const bool is_hip = joint == kHip1 || joint == kHip2;
+  const float own = physics.joint(joint).GetReferenceAngle();
+  return is_hip ? own : own + frame_rotation(physics, joint - 1);
+}
+
+const b2Body& child_of(const b2RevoluteJoint& joint) {
+  return *const_cast<b2RevoluteJoint&>(joint).GetBodyB();  // Box2D offers no const accessor
+}
+
+}  // namespace walker::bipedal_walker

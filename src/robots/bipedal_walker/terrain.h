@@ -1,0 +1,34 @@
+// The ground and the sky: pure functions of the random generator.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "robots/bipedal_walker/constants.h"
+#include "base/random.h"
+
+namespace walker::bipedal_walker {
+
+/// A point of Box2D's plane: x forward, y up [m].
+struct Point {
+  double x;
+  double y;
+};
+
+/// Ground line and obstacles of one episode.
+struct Terrain {
+  std::array<Point, kTerrainLength> ground{};   ///< an edge joins each point to the next
+  std::vector<std::array<Point, 4>> obstacles;  ///< pit walls, stumps and stairs, in this order
+};
+
+using Cloud = std::array<Point, 5>;
+using Clouds = std::array<Cloud, kTerrainLength / 20>;
+
+/// Draws exactly what Gymnasium's `_generate_terrain` draws, in its order.
+/// @param hardcore with stumps, stairs and pits
+Terrain generate_terrain(Generator& generator, bool hardcore);
+
+/// Draws exactly what Gymnasium's `_generate_clouds` draws, in its order.
+Clouds generate_clouds(Generator& generator);
+
+}  // namespace walker::bipedal_walker

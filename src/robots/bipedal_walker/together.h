@@ -1,0 +1,27 @@
+// Steps of many worlds, made together.
+#pragma once
+
+#include <cstddef>
+#include <exception>
+
+#include "robots/bipedal_walker/kernel/kernel.h"
+
+namespace walker::bipedal_walker {
+
+class Physics;
+
+/// One of several calls of `Physics::step` that are made together.
+struct WorldCall {
+  Physics* physics = nullptr;
+  std::exception_ptr failure;  ///< what `step` would have thrown
+};
+
+constexpr std::size_t kMostTogether = 64;
+
+/// Advances distinct worlds by a step, each as `Physics::step` does it, to the bit.
+///
+/// box2d_any/ steps one after the other; box2d_pinned/ leaves the solvers to the kernel.
+/// @param count at most kMostTogether
+void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept;
+
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,116 @@
+// All that a world carries from one step to the next, as bytes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "robots/bipedal_walker/box2d.h"
+#include "robots/bipedal_walker/kernel/kernel.h"
+#include "robots/bipedal_walker/terrain.h"
+#include "base/state_bytes.h"
+
+namespace walker::bipedal_walker {
+
+class Physics;
+
+/// The world of a `Physics` that has been stepped: a step leaves it without pairs to look for,
+/// forces and flags of islands.
+///
+/// box2d_any/ cannot; box2d_pinned/ can.
+class WorldState {
+ public:
+  static bool can_be_saved();
+  static void save(const Physics& physics, StateWriter& writer);
+
+  /// Every index is looked at: `put_into` relies on them.
+  /// @param terrain of the world that it is to be put into
+  /// @throws std::invalid_argument naming what no such world has
+  static WorldState read(StateReader& reader, const Terrain& terrain);
+
+  /// @param physics built with that terrain
+  void put_into(Physics& physics) const;
+
+ private:
+  // Structs without gaps, written and read as they are.
+
+  struct Body {
+    b2Vec2 c0, c;  // of the sweep, as the next three
+    float a0, a, alpha0;
+    b2Vec2 place;
+    float sine, cosine;
+    b2Vec2 velocity;
+    float angular_velocity;
+    b2Vec2 force;
+    float torque;
+    float sleep_time;
+    std::uint32_t is_awake;
+  };
+
+  struct TerrainBody {
+    std::int32_t index;
+    Body body;
+  };
+
+  struct Joint {
+    std::array<float, 3> impulse;
+    float motor_impulse;
+    float motor_speed;
+    float max_motor_torque;
+    std::int32_t limit_state;
+  };
+
+  struct ContactPoint {
+    b2Vec2 place;
+    float normal_impulse;
+    float tangent_impulse;
+    std::uint32_t id;
+  };
+
+  struct Contact {
+    std::int32_t fixture_a, fixture_b;  // places in the list of all: terrain, then the walker's
+    std::uint32_t flags;
+    std::int32_t manifold_type;
+    std::int32_t num_points;
+    b2Vec2 normal;
+    b2Vec2 point;
+    std::array<ContactPoint, 2> points;
+  };
+
+  struct Node {
+    b2Vec2 low, high;
+    std::int32_t link;  // parent, or the next free one
+    std::int32_t child1, child2;
+    std::int32_t height;  // -1: free
+  };
+
+  static Body body_of(const b2Body& body);
+  static Body terrain_at_rest();
+  static void set_body(b2Body& body, const Body& state);
+  static Contact contact_of(const b2Contact& contact, std::int32_t fixture_a,
+                            std::int32_t fixture_b);
+  static void save_tree(const b2DynamicTree& tree, StateWriter& writer);
+
+  void put_tree_into(b2BroadPhase& broad_phase, const std::vector<b2Fixture*>& fixtures) const;
+  void put_contacts_into(b2World& world, const std::vector<b2Fixture*>& fixtures) const;
+  void check_numbers() const;
+  void check_bodies(std::size_t num_terrain) const;
+  void check_contacts(std::size_t num_obstacles, std::size_t num_terrain) const;
+  void check_tree(std::size_t num_fixtures) const;
+  void check_free_nodes(std::size_t num_used) const;
+
+  std::uint8_t hull_has_touched_ = 0;
+  std::array<std::uint8_t, 2> leg_touches_{};
+  float inverse_dt_ = 0;  // of the last step
+  std::array<Body, kBodies> bodies_{};
+  std::vector<TerrainBody> terrain_bodies_;  // those that are not as they were made
+  std::array<Joint, kJoints> joints_{};
+  std::vector<Contact> contacts_;     // in the world's order
+  std::vector<std::int32_t> leaves_;  // of the tree, one for each fixture
+  std::int32_t root_ = 0;
+  std::int32_t first_free_ = 0;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace walker::bipedal_walker

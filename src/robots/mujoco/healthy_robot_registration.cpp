@@ -1,0 +1,175 @@
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "robots/mujoco/camera.h"
+#include "robots/mujoco/healthy_robot.h"
+#include "robots/mujoco/observation_builder.h"
+#include "robots/mujoco/renderer.h"
+
+namespace walker::mujoco {
+namespace {
+
+// The same for Hopper and Walker2d (gymnasium/envs/mujoco/hopper_v4.py, hopper_v5.py,
+// walker2d_v4.py, walker2d_v5.py, 1.4.0).
+constexpr std::uint32_t kMaxEpisodeSteps = 1000;
+constexpr int kFrameSkip = 4;
+constexpr double kVelocityLimit = 10;  // of observed velocities [m/s, rad/s]
+
+/// One of its two versions.
+struct Version {
+  const HealthyRobotKind* kind;
+  bool is_v5;
+
+  std::string id() const { return kind->name + (is_v5 ? "-v5" : "-v4"); }
+  std::string model() const { return kind->robot + (is_v5 ? "_v5.xml" : "_v4.xml"); }
+};
+
+/// Gymnasium's constructor parameters, in its order.
+std::vector<ParameterDescription> parameters(const Version& version) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kLargestWeight = 1e9;
+  constexpr double kLargestNoise = 1e6;
+  constexpr double kMostFrames = 1000;
+  std::vector<ParameterDescription> all;
+  if (version.is_v5) {
+    const std::string& robot = version.kind->robot;
+    all.push_back(
+        {"xml_file", version.model(), "",
+         "MJCF file of the model; " + robot + "_v4.xml and " + robot + "_v5.xml are built in.", 0,
+         0});
+    all.push_back({"frame_skip", std::int64_t{kFrameSkip}, "",
+                   "Engine steps of one environment step.", 1, kMostFrames});
+  }
+  all.push_back({"forward_reward_weight", 1.0, "s/m", "Reward for the velocity along x.",
+                 -kLargestWeight, kLargestWeight});
+  all.push_back({"ctrl_cost_weight", 1e-3, "", "Cost of the sum of the squared actions.",
+                 -kLargestWeight, kLargestWeight});
+  all.push_back({"healthy_reward", 1.0, "", "Reward of a step that ends healthy.", -kLargestWeight,
+                 kLargestWeight});
+  all.push_back({"terminate_when_unhealthy", true, "", "End the episode when unhealthy.", 0, 0});
+  for (const HealthyRange& range : version.kind->healthy_ranges) {
+    all.push_back({range.name, std::vector<double>(range.interval.begin(), range.interval.end()),
+                   range.unit, range.description, -kInfinity, kInfinity});
+  }
+  all.push_back({"reset_noise_scale", 5e-3, "m, rad, m/s, rad/s",
+                 "Largest deviation of each position and velocity at a reset.", 0, kLargestNoise});
+  all.push_back({"exclude_current_positions_from_observation", true, "",
+                 "Leave the torso's x out of the observation.", 0, 0});
+  return all;
+}
+
+template <typename Value>
+Value value_of(const Parameters& parameters, const std::string& name) {
+  return std::get<Value>(parameters.at(name));
+}
+
+std::array<double, 2> interval(const Parameters& parameters, const std::string& name) {
+  const auto list = value_of<std::vector<double>>(parameters, name);
+  if (!(list[0] < list[1])) {
+    throw std::invalid_argument("parameter " + name + " = " + to_string(parameters.at(name)) +
+                                ": must be a lower number, then a higher one");
+  }
+  return {list[0], list[1]};
+}
+
+PlanarOptions to_options(const Version& version, const Parameters& given) {
+  PlanarOptions options;
+  options.id = version.id();
+  for (const ParameterDescription& description : parameters(version)) {
+    options.parameters.emplace_back(description.name, given.at(description.name));
+  }
+  options.parameters.emplace_back("max_episode_steps", given.at("max_episode_steps"));
+  options.model = {version.model(), version.kind->num_hinges, version.kind->robot + "_v5.xml"};
+  options.make_physics = version.kind->make_physics;
+  options.frame_skip = kFrameSkip;
+  if (version.is_v5) {
+    options.model.xml_file = value_of<std::string>(given, "xml_file");
+    options.frame_skip = static_cast<int>(value_of<std::int64_t>(given, "frame_skip"));
+  }
+  options.reset_noise_scale = value_of<double>(given, "reset_noise_scale");
+  options.exclude_current_positions_from_observation =
+      value_of<bool>(given, "exclude_current_positions_from_observation");
+  options.velocity_limit = kVelocityLimit;
+  options.info_names = {"x_position", "x_velocity"};
+  if (version.is_v5) {
+    options.info_names = {"x_position",  "z_distance_from_origin", "x_velocity", "reward_forward",
+                          "reward_ctrl", "reward_survive"};
+  }
+  options.reward_threshold = version.kind->reward_threshold;
+  options.max_episode_steps =
+      static_cast<std::uint32_t>(value_of<std::int64_t>(given, "max_episode_steps"));
+  return options;
+}
+
+std::unique_ptr<Environment> create(const Version& version, const Parameters& given) {
+  const RewardOptions reward{value_of<double>(given, "forward_reward_weight"),
+                             value_of<double>(given, "ctrl_cost_weight"),
+                             value_of<double>(given, "healthy_reward"),
+                             value_of<bool>(given, "terminate_when_unhealthy"), version.is_v5};
+  std::vector<HealthyRange> ranges = version.kind->healthy_ranges;
+  for (HealthyRange& range : ranges) range.interval = interval(given, range.name);
+  return std::make_unique<HealthyRobot>(to_options(version, given), reward, std::move(ranges),
+                                        version.is_v5);
+}
+
+class LinearGait : public Agent {
+ public:
+  LinearGait(const std::vector<MotorWeights>& motors, const Specification& specification)
+      : motors_(motors), action_(motors.size()) {
+    if (specification.observation_size() != motors.front().of_observation.size()) {
+      throw std::invalid_argument("agent = heuristic: needs " + specification.id +
+                                  " with exclude_current_positions_from_observation = true");
+    }
+  }
+
+  void reset() override {}
+
+  const std::vector<double>& act(const std::vector<double>& observation) override {
+    for (std::size_t motor = 0; motor < motors_.size(); ++motor) {
+      double control = motors_[motor].constant;
+      for (std::size_t i = 0; i < observation.size(); ++i) {
+        control += motors_[motor].of_observation[i] * observation[i];
+      }
+      action_[motor] = double{static_cast<float>(std::clamp(control, -1.0, 1.0))};
+    }
+    return action_;
+  }
+
+ private:
+  const std::vector<MotorWeights>& motors_;
+  std::vector<double> action_;
+};
+
+Registration registration(const Version& version) {
+  Registration made;
+  made.id = version.id();
+  made.parameters = parameters(version);
+  made.max_episode_steps = kMaxEpisodeSteps;
+  made.reward_threshold = version.kind->reward_threshold;
+  made.create = [version](const std::string& /*id*/, const Parameters& given) {
+    return create(version, given);
+  };
+  made.create_observation_builder = [version](const std::string& /*id*/, const Parameters& given) {
+    return make_observation_builder(to_options(version, given));
+  };
+  made.create_gait = [version](const Specification& specification) {
+    return std::make_unique<LinearGait>(version.kind->gait, specification);
+  };
+  made.camera_parameters = camera_parameters(version.kind->camera_distance);
+  made.create_renderer = [version](const std::string& /*id*/, const Parameters& given,
+                                   const Parameters& camera) {
+    return make_renderer(to_options(version, given).model, version.kind->name, camera);
+  };
+  made.render_modes = {"human", "rgb_array", "depth_array", "rgbd_tuple"};
+  made.takes_default_camera_config = version.is_v5;
+  return made;
+}
+
+}  // namespace
+
+std::vector<Registration> registrations(const HealthyRobotKind& kind) {
+  return {registration({&kind, false}), registration({&kind, true})};
+}
+
+}  // namespace walker::mujoco

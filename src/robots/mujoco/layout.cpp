@@ -1,0 +1,157 @@
+#include "robots/mujoco/layout.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include "base/shortest_text.h"
+#include "robots/mujoco/model.h"
+#include "robots/mujoco/planar_base.h"
+
+namespace walker::mujoco {
+namespace {
+
+std::string name_of(const mjModel& model, int type, int index) {
+  const char* const name = mj_id2name(&model, type, index);
+  return name != nullptr ? name : "number " + std::to_string(index);
+}
+
+void check_sizes(const mjModel& model, const PlanarModel& source) {
+  const int num_joints = kBaseJoints + source.num_hinges;
+  const bool fits = model.nq == num_joints && model.nv == num_joints && model.njnt == num_joints &&
+                    model.nu == source.num_hinges && model.na == 0;
+  if (fits) return;
+  ClassicStream text;
+  text << "nq = " << model.nq << ", nv = " << model.nv << ", nu = " << model.nu
+       << ", na = " << model.na << "; must be nq = nv = " << num_joints
+       << ", nu = " << source.num_hinges << ", na = 0, as in " << source.example;
+  refuse_model(source.xml_file, text.str());
+}
+
+/// Simulation time is published in whole nanoseconds and has to grow.
+void check_timestep(const mjModel& model, const PlanarModel& source) {
+  constexpr double kShortest = 1e-6;  // [s]
+  if (model.opt.timestep >= kShortest) return;
+  ClassicStream text;
+  text << "timestep = " << model.opt.timestep << " s; must be at least " << kShortest << " s";
+  refuse_model(source.xml_file, text.str());
+}
+
+/// Whether a joint of the trunk has the world's axis 0 (x), 1 (y) or 2 (z).
+bool has_axis(const mjModel& model, int joint, std::size_t axis) {
+  constexpr double kRounding = 1e-6;
+  std::array<mjtNum, 3> direction{};
+  mju_rotVecQuat(direction.data(), at(model.jnt_axis, joint, 3),
+                 at(model.body_quat, model.jnt_bodyid[joint], 4));
+  return direction[axis] > 1 - kRounding;
+}
+
+void check_base(const mjModel& model, const PlanarModel& source) {
+  const int trunk = model.jnt_bodyid[kBaseX];
+  const bool is_planar =
+      model.jnt_type[kBaseX] == mjJNT_SLIDE && model.jnt_type[kBaseZ] == mjJNT_SLIDE &&
+      model.jnt_type[kBasePitch] == mjJNT_HINGE && model.jnt_bodyid[kBaseZ] == trunk &&
+      model.jnt_bodyid[kBasePitch] == trunk && model.body_parentid[trunk] == 0;
+  if (!is_planar) {
+    refuse_model(source.xml_file,
+                 "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
+  }
+  if (!has_axis(model, kBaseX, 0) || !has_axis(model, kBaseZ, 2) ||
+      !has_axis(model, kBasePitch, 1)) {
+    refuse_model(source.xml_file,
+                 "the trunk must slide along the world's x, then z, and turn about its y");
+  }
+  const mjtNum* const anchor = at(model.jnt_pos, kBasePitch, 3);
+  if (anchor[0] != 0 || anchor[1] != 0 || anchor[2] != 0) {
+    refuse_model(source.xml_file, "joint " + name_of(model, mjOBJ_JOINT, kBasePitch) +
+                                      ": must turn about the trunk's origin (pos 0 0 0)");
+  }
+}
+
+void check_limb(const mjModel& model, const PlanarModel& source, int joint) {
+  const std::string name = "joint " + name_of(model, mjOBJ_JOINT, joint);
+  const int body = model.jnt_bodyid[joint];
+  if (model.jnt_type[joint] != mjJNT_HINGE || model.body_jntnum[body] != 1) {
+    refuse_model(source.xml_file, name + ": must be a hinge, and the only joint of its body");
+  }
+  if (carrier_of(model, model.body_parentid[body]) == 0) {
+    refuse_model(source.xml_file, name + ": must carry a limb of the trunk");
+  }
+}
+
+int joint_of(const mjModel& model, int actuator) {
+  return at(model.actuator_trnid, actuator, 2)[0];
+}
+
+/// A small number as it stands in a sentence.
+std::string spelled(int number) {
+  constexpr std::array<const char*, 13> kWords{"no",   "one",    "two",   "three", "four",
+                                               "five", "six",    "seven", "eight", "nine",
+                                               "ten",  "eleven", "twelve"};
+  const auto index = static_cast<std::size_t>(number);
+  return index < kWords.size() ? kWords[index] : std::to_string(number);
+}
+
+/// For a hinge, MuJoCo computes the same from `jointinparent` as from `joint`.
+bool drives_joint(const mjModel& model, int actuator) {
+  const int transmission = model.actuator_trntype[actuator];
+  return transmission == mjTRN_JOINT || transmission == mjTRN_JOINTINPARENT;
+}
+
+/// An effort must follow from an action, and the action's bounds from the model.
+void check_actuator(const mjModel& model, const PlanarModel& source, int actuator) {
+  const int joint = joint_of(model, actuator);
+  const auto refuse = [&](const std::string& reason) {
+    refuse_model(source.xml_file,
+                 "actuator " + name_of(model, mjOBJ_ACTUATOR, actuator) + ": " + reason);
+  };
+  if (!drives_joint(model, actuator) || joint < kBaseJoints) {
+    refuse("must drive one of the " + spelled(model.nu) + " hinges");
+  }
+  for (int other = 0; other < actuator; ++other) {
+    if (joint_of(model, other) == joint) {
+      refuse("drives a joint that actuator " + name_of(model, mjOBJ_ACTUATOR, other) +
+             " drives already");
+    }
+  }
+  if (model.actuator_gaintype[actuator] != mjGAIN_FIXED ||
+      model.actuator_biastype[actuator] != mjBIAS_NONE) {
+    refuse("must be a motor");
+  }
+  if (model.actuator_ctrllimited[actuator] == 0) refuse("must have a ctrlrange");
+  if (effort_per_control(model, actuator) == 0) refuse("must have a gear other than 0");
+}
+
+}  // namespace
+
+ModelPointer load_planar_model(const PlanarModel& source) {
+  ModelPointer model = load_model(source.xml_file);
+  check_sizes(*model, source);
+  check_timestep(*model, source);
+  check_base(*model, source);
+  for (int joint = kBaseJoints; joint < model->njnt; ++joint) check_limb(*model, source, joint);
+  for (int motor = 0; motor < model->nu; ++motor) check_actuator(*model, source, motor);
+  return model;
+}
+
+Layout::Layout(const mjModel& model) : trunk(model.jnt_bodyid[kBaseX]) {
+  for (int i = 0; i < model.nu; ++i) {
+    joints.push_back(joint_of(model, i));
+    limbs.push_back(model.jnt_bodyid[joints.back()]);
+  }
+  const auto carries_another = [&](int body) {
+    return std::any_of(limbs.begin(), limbs.end(), [&](int limb) {
+      return carrier_of(model, model.body_parentid[limb]) == body;
+    });
+  };
+  std::copy_if(limbs.begin(), limbs.end(), std::back_inserter(feet),
+               [&](int limb) { return !carries_another(limb); });
+}
+
+int carrier_of(const mjModel& model, int body) { return model.body_weldid[body]; }
+
+double effort_per_control(const mjModel& model, int actuator) {
+  return at(model.actuator_gainprm, actuator, mjNGAIN)[0] * at(model.actuator_gear, actuator, 6)[0];
+}
+
+}  // namespace walker::mujoco

@@ -1,0 +1,96 @@
+#include "robots/mujoco/library_physics.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace walker::mujoco {
+namespace {
+
+void save_data(const mjModel& m, const mjData& data, double* values) {
+  values = std::copy_n(data.qpos, m.nq, values);
+  values = std::copy_n(data.qvel, m.nv, values);
+  values = std::copy_n(data.qacc_warmstart, m.nv, values);
+  values = std::copy_n(data.ctrl, m.nu, values);
+  std::copy_n(data.qfrc_actuator, m.nv, values);
+}
+
+void load_data(const mjModel& m, mjData& data, const double* values) {
+  mj_resetData(&m, &data);  // of warnings, too
+  const auto take = [&values](double* to, int count) {
+    std::copy_n(values, count, to);
+    values += count;
+  };
+  take(data.qpos, m.nq);
+  take(data.qvel, m.nv);
+  take(data.qacc_warmstart, m.nv);
+  take(data.ctrl, m.nu);
+  take(data.qfrc_actuator, m.nv);
+}
+
+}  // namespace
+
+LibraryPhysics::LibraryPhysics(ModelPointer model, std::string why_not_faster)
+    : model_(std::move(model)),
+      data_(make_data(*model_)),
+      why_not_faster_(std::move(why_not_faster)) {}
+
+void LibraryPhysics::reset(const double* position, const double* velocity) {
+  mj_resetData(model_.get(), data_.get());
+  std::copy_n(position, model_->nq, data_->qpos);
+  std::copy_n(velocity, model_->nv, data_->qvel);
+  mj_forward(model_.get(), data_.get());
+}
+
+void LibraryPhysics::step(const double* control, int count) {
+  advance(*model_, *data_, control, count);
+  check_warnings(*data_);
+}
+
+void LibraryPhysics::measure(const std::function<void(const mjData&)>& look) const {
+  mj_kinematics(model_.get(), data_.get());
+  mj_collision(model_.get(), data_.get());
+  look(*data_);
+}
+
+void LibraryPhysics::save(double* values) const { save_data(*model_, *data_, values); }
+
+void LibraryPhysics::load(const double* values) { load_data(*model_, *data_, values); }
+
+std::string LibraryPhysics::stepper() const {
+  return "the library" + (why_not_faster_.empty() ? "" : ": " + why_not_faster_);
+}
+
+DataPointer make_data(const mjModel& model) {
+  DataPointer data(mj_makeData(&model));
+  if (!data) throw std::runtime_error("MuJoCo could not allocate the simulation's state");
+  return data;
+}
+
+void forward(const mjModel& model, double* state) {
+  const DataPointer data = make_data(model);
+  load_data(model, *data, state);
+  mj_forward(&model, data.get());
+  save_data(model, *data, state);
+}
+
+void advance(const mjModel& model, mjData& data, const double* control, int count) {
+  std::copy_n(control, model.nu, data.ctrl);
+  for (int i = 0; i < count; ++i) mj_step(&model, &data);
+  // A step looks at the state from which it starts; the last one's result has yet to be looked at.
+  mj_checkPos(&model, &data);
+  mj_checkVel(&model, &data);
+}
+
+/// MuJoCo answers a bad state with a warning and the initial state. A reset clears the warnings.
+void check_warnings(const mjData& data) {
+  for (const int warning : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC, mjWARN_BADCTRL}) {
+    const mjWarningStat& statistics = data.warning[warning];
+    if (statistics.number != 0) {
+      throw std::runtime_error(std::string("MuJoCo: ") +
+                               mju_warningText(warning, statistics.lastinfo));
+    }
+  }
+}
+
+}  // namespace walker::mujoco

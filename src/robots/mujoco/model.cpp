@@ -1,0 +1,204 @@
+#include "robots/mujoco/model.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <locale>
+#include <map>
+#include <mutex>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "base/printable_text.h"
+#include "episode/state_header.h"
+#include "base/user_path.h"
+#include "robots/mujoco/builtin_models.h"
+#include "robots/mujoco/compile_apart.h"
+#include "robots/mujoco/processor.h"
+
+namespace walker::mujoco {
+namespace {
+
+/// MuJoCo would end the process. It may be left by an exception: its code has unwind tables on all
+/// platforms of ours, and data in use are reset before they are used again.
+[[noreturn]] void throw_error(const char* message) {
+  throw std::runtime_error(std::string("MuJoCo: ") + message);
+}
+
+/// MuJoCo would print and append to a file in the working directory. `Physics` reads the warnings
+/// that end an episode from its data; the others Gymnasium passes over as well.
+void ignore_warning(const char* /*message*/) {}
+
+void install_handlers() {
+  if (mju_user_error == nullptr) mju_user_error = throw_error;
+  if (mju_user_warning == nullptr) mju_user_warning = ignore_warning;
+}
+
+const BuiltinModel* find_builtin(const std::string& name) {
+  const std::vector<BuiltinModel>& models = builtin_models();
+  const auto found = std::find_if(models.begin(), models.end(), [&name](const BuiltinModel& model) {
+    return name == model.name;
+  });
+  return found == models.end() ? nullptr : &*found;
+}
+
+struct DeleteVirtualFiles {
+  void operator()(mjVFS* files) const {
+    mj_deleteVFS(files);
+    delete files;
+  }
+};
+
+/// A file that MuJoCo finds in memory.
+/// @throws std::bad_alloc
+std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name, const void* bytes,
+                                                        std::size_t size) {
+  std::unique_ptr<mjVFS, DeleteVirtualFiles> files(new mjVFS);
+  mj_defaultVFS(files.get());
+  if (mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(size)) != 0) {
+    throw std::bad_alloc();
+  }
+  std::memcpy(files->filedata[0], bytes, size);
+  return files;
+}
+
+ModelPointer owned(mjModel* model) { return {model, mj_deleteModel}; }
+
+/// What MuJoCo has compiled.
+ModelPointer load(const std::vector<std::byte>& bytes) {
+  const std::string name = "model.mjb";
+  const auto files = virtual_file(name, bytes.data(), bytes.size());
+  mjModel* const model = mj_loadModel(name.c_str(), files.get());
+  if (model == nullptr) throw std::runtime_error("MuJoCo does not load what it has compiled");
+  return owned(model);
+}
+
+ModelPointer compile(const BuiltinModel& builtin) {
+  constexpr int kMessageSize = 1000;
+  std::array<char, kMessageSize> message{};
+  const auto files = virtual_file(builtin.name, builtin.text.data(), builtin.text.size());
+  // The distribution's MuJoCo reads numbers with streams, which follow the global locale.
+  if (std::locale() != std::locale::classic()) {
+    return load(compile_apart(builtin.name, {}, files.get()));
+  }
+  static std::mutex mutex;  // MuJoCo's compiler has global state
+  const std::lock_guard<std::mutex> lock(mutex);
+  mjModel* const model =
+      mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMessageSize);
+  if (model == nullptr) throw std::runtime_error(message.data());
+  return owned(model);
+}
+
+/// What MuJoCo's solver and renderer take as it is, however long or large that makes their work.
+/// @throws std::runtime_error naming the setting, its value and what is allowed
+void check_settings(const mjModel& model) {
+  struct Setting {
+    const char* name;
+    int value;
+    int least;
+    int most;
+  };
+  constexpr int kMostIterations = 10000;
+  constexpr int kMostPixels = 16384;
+  constexpr int kMostFacets = 1000;
+  const auto& quality = model.vis.quality;
+  for (const Setting& setting : {
+           Setting{"option iterations", model.opt.iterations, 0, kMostIterations},
+           Setting{"option noslip_iterations", model.opt.noslip_iterations, 0, kMostIterations},
+           Setting{"option mpr_iterations", model.opt.mpr_iterations, 0, kMostIterations},
+           Setting{"global offwidth", model.vis.global.offwidth, 1, kMostPixels},
+           Setting{"global offheight", model.vis.global.offheight, 1, kMostPixels},
+           Setting{"quality shadowsize", quality.shadowsize, 0, kMostPixels},
+           Setting{"quality offsamples", quality.offsamples, 0, 64},
+           Setting{"quality numslices", quality.numslices, 1, kMostFacets},
+           Setting{"quality numstacks", quality.numstacks, 1, kMostFacets},
+           Setting{"quality numquads", quality.numquads, 1, kMostFacets},
+       }) {
+    if (setting.value >= setting.least && setting.value <= setting.most) continue;
+    throw std::runtime_error(std::string(setting.name) + " = " + std::to_string(setting.value) +
+                             ": must be in [" + std::to_string(setting.least) + ", " +
+                             std::to_string(setting.most) + "]");
+  }
+}
+
+/// Nothing of a stranger's is parsed in this process, but what MuJoCo itself has made of it.
+ModelPointer compile(const std::string& path) {
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  using Type = std::filesystem::file_type;
+  if (!error && type != Type::not_found && type != Type::regular) {
+    throw std::runtime_error("must be an XML file, and a regular one");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  const CompileLimits limits;
+  if (!error && size > limits.bytes) {
+    throw std::runtime_error("has " + std::to_string(size) + " bytes; must have at most " +
+                             std::to_string(limits.bytes));
+  }
+  ModelPointer result = load(compile_apart(path, limits));
+  check_settings(*result);
+  return result;
+}
+
+ModelPointer compile_any(const std::string& xml_file) {
+  try {
+    if (const BuiltinModel* builtin = find_builtin(xml_file)) return compile(*builtin);
+    if (xml_file.find('\0') != std::string::npos) {
+      throw std::runtime_error("must not have a zero byte");
+    }
+    return compile(expand_home(xml_file));
+  } catch (const std::runtime_error& error) {
+    refuse_model(xml_file, error.what());
+  }
+}
+
+/// What distinguishes one model from another: the name, and for a file its size and time of change.
+/// Files that it includes do not count.
+std::string identity(const std::string& xml_file) {
+  if (find_builtin(xml_file) != nullptr) return xml_file;
+  std::error_code error;
+  const std::filesystem::path path = std::filesystem::absolute(expand_home(xml_file), error);
+  const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch().count();
+  const auto size = std::filesystem::file_size(path, error);
+  return path.string() + "\n" + std::to_string(changed) + "\n" + std::to_string(size);
+}
+
+}  // namespace
+
+void refuse_model(const std::string& xml_file, std::string reason) {
+  while (!reason.empty() && reason.back() == '\n') reason.pop_back();
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  constexpr std::size_t kMostOfPath = 300;  // the reason may have it again
+  throw std::invalid_argument("parameter xml_file = " + printable(xml_file, kMostOfPath) + ": " +
+                              reason);
+}
+
+ModelPointer load_model(const std::string& xml_file) {
+  check_processor();
+  static std::mutex mutex;
+  static std::map<std::string, std::weak_ptr<const mjModel>> models;
+  const std::string key = identity(xml_file);
+  std::unique_lock<std::mutex> lock(mutex);
+  install_handlers();
+  if (ModelPointer known = models[key].lock()) return known;
+  // A compilation may take long, and a host's other threads may load models, or fork, meanwhile.
+  lock.unlock();
+  ModelPointer compiled = compile_any(xml_file);
+  lock.lock();
+  ModelPointer model = models[key].lock();  // another thread may have compiled it as well
+  if (!model) models[key] = model = std::move(compiled);
+  return model;
+}
+
+std::uint64_t fingerprint(const mjModel& model) {
+  const int size = mj_sizeModel(&model);
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  mj_saveModel(&model, nullptr, bytes.data(), size);
+  return checksum(bytes.data(), bytes.size());
+}
+
+}  // namespace walker::mujoco

@@ -1,0 +1,257 @@
+// MuJoCo's small algebra (engine_util_blas.c, engine_util_spatial.c, engine_util_sparse.c) in its
+// order of operations, on numbers of several worlds. See smooth.h for whose formulas these are.
+#pragma once
+
+#include <cmath>
+
+#include "simd/vector.h"
+#include "robots/walker2d/kernel/trigonometry.h"
+#include "robots/walker2d/model_constants.h"
+
+namespace walker::walker2d::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+using simd::abs;
+using simd::any;
+using simd::exceeds;
+using simd::is_zero;
+using simd::select;
+using simd::sqrt;
+using simd::to_bits;
+using simd::unrolled;
+using simd::unrolled_backwards;
+
+template <int W>
+using Vector = simd::Vector<double, W>;
+template <int W>
+using Mask = simd::Mask<double, W>;
+
+constexpr int kLimbs = model::nbody - 1;  ///< bodies that move, each with one capsule
+constexpr double kMinimum = 1e-15;        ///< mjMINVAL
+
+constexpr bool is_hinge(int joint) { return model::jnt_type[joint] == 3; }  // mjJNT_HINGE
+
+/// How many degrees of freedom move this one, itself among them.
+constexpr int depth(int dof) {
+  int count = 0;
+  for (; dof >= 0; dof = model::dof_parentid[dof]) ++count;
+  return count;
+}
+
+/// The degree of freedom this many steps towards the root.
+constexpr int ancestor(int dof, int steps) {
+  for (; steps > 0; --steps) dof = model::dof_parentid[dof];
+  return dof;
+}
+
+template <typename V, int N>
+struct Constants {
+  V value[N];
+};
+
+template <typename V, int N>
+WALKER_SIM_INLINE inline Constants<V, N> constant(const double* numbers) {
+  Constants<V, N> made;
+  unrolled<N>([&](auto i) WALKER_SIM_INLINE { made.value[i] = numbers[i]; });
+  return made;
+}
+
+/// Lane by lane.
+template <int W>
+inline void sine_and_cosine(Vector<W> angle, Vector<W>& sine, Vector<W>& cosine) {
+  alignas(8 * W) double sines[W];
+  alignas(8 * W) double cosines[W];
+  for (int lane = 0; lane < W; ++lane) {
+    sine_and_cosine_of(angle[lane], &sines[lane], &cosines[lane]);
+  }
+  for (int lane = 0; lane < W; ++lane) {
+    sine.set(lane, sines[lane]);
+    cosine.set(lane, cosines[lane]);
+  }
+}
+
+/// mju_rotVecMat.
+template <typename V>
+WALKER_SIM_INLINE inline void rotate_by_matrix(V* result, const double* v, const V* m) {
+  result[0] = m[0] * V(v[0]) + m[1] * V(v[1]) + m[2] * V(v[2]);
+  result[1] = m[3] * V(v[0]) + m[4] * V(v[1]) + m[5] * V(v[2]);
+  result[2] = m[6] * V(v[0]) + m[7] * V(v[1]) + m[8] * V(v[2]);
+}
+
+/// mju_rotVecQuat.
+template <typename V>
+WALKER_SIM_INLINE inline void rotate_by_quaternion(V* result, const double* v, const V* q) {
+  const V t0 = q[0] * V(v[0]) + q[2] * V(v[2]) - q[3] * V(v[1]);
+  const V t1 = q[0] * V(v[1]) + q[3] * V(v[0]) - q[1] * V(v[2]);
+  const V t2 = q[0] * V(v[2]) + q[1] * V(v[1]) - q[2] * V(v[0]);
+  result[0] = V(v[0]) + V(2.0) * (q[2] * t2 - q[3] * t1);
+  result[1] = V(v[1]) + V(2.0) * (q[3] * t0 - q[1] * t2);
+  result[2] = V(v[2]) + V(2.0) * (q[1] * t1 - q[2] * t0);
+}
+
+/// mju_mulQuat; the result may be one of the factors.
+template <typename V>
+WALKER_SIM_INLINE inline void multiply_quaternions(V* result, const V* a, const V* b) {
+  const V t0 = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+  const V t1 = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+  const V t2 = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
+  const V t3 = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+  result[0] = t0;
+  result[1] = t1;
+  result[2] = t2;
+  result[3] = t3;
+}
+
+/// mju_quat2Mat.
+template <typename V>
+WALKER_SIM_INLINE inline void to_matrix(V* m, const V* q) {
+  const V q00 = q[0] * q[0];
+  const V q01 = q[0] * q[1];
+  const V q02 = q[0] * q[2];
+  const V q03 = q[0] * q[3];
+  const V q11 = q[1] * q[1];
+  const V q12 = q[1] * q[2];
+  const V q13 = q[1] * q[3];
+  const V q22 = q[2] * q[2];
+  const V q23 = q[2] * q[3];
+  const V q33 = q[3] * q[3];
+  m[0] = q00 + q11 - q22 - q33;
+  m[4] = q00 - q11 + q22 - q33;
+  m[8] = q00 - q11 - q22 + q33;
+  m[1] = V(2.0) * (q12 - q03);
+  m[2] = V(2.0) * (q13 + q02);
+  m[3] = V(2.0) * (q12 + q03);
+  m[5] = V(2.0) * (q23 - q01);
+  m[6] = V(2.0) * (q13 - q02);
+  m[7] = V(2.0) * (q23 + q01);
+}
+
+/// mju_crossMotion.
+template <typename V>
+WALKER_SIM_INLINE inline void cross_motion(V* result, const V* a, const V* v) {
+  result[0] = -a[2] * v[1] + a[1] * v[2];
+  result[1] = a[2] * v[0] - a[0] * v[2];
+  result[2] = -a[1] * v[0] + a[0] * v[1];
+  result[3] = -a[2] * v[4] + a[1] * v[5];
+  result[4] = a[2] * v[3] - a[0] * v[5];
+  result[5] = -a[1] * v[3] + a[0] * v[4];
+  result[3] += -a[5] * v[1] + a[4] * v[2];
+  result[4] += a[5] * v[0] - a[3] * v[2];
+  result[5] += -a[4] * v[0] + a[3] * v[1];
+}
+
+/// mju_crossForce.
+template <typename V>
+WALKER_SIM_INLINE inline void cross_force(V* result, const V* a, const V* f) {
+  result[0] = -a[2] * f[1] + a[1] * f[2];
+  result[1] = a[2] * f[0] - a[0] * f[2];
+  result[2] = -a[1] * f[0] + a[0] * f[1];
+  result[3] = -a[2] * f[4] + a[1] * f[5];
+  result[4] = a[2] * f[3] - a[0] * f[5];
+  result[5] = -a[1] * f[3] + a[0] * f[4];
+  result[0] += -a[5] * f[4] + a[4] * f[5];
+  result[1] += a[5] * f[3] - a[3] * f[5];
+  result[2] += -a[4] * f[3] + a[3] * f[4];
+}
+
+/// mju_inertCom: a body's inertia about another point.
+template <typename V>
+WALKER_SIM_INLINE inline void inertia_about(V* result, const double* inertia, const V* matrix,
+                                            const V* offset, double body_mass) {
+  const V mass = body_mass;
+  const V* const m = matrix;
+  const V* const d = offset;
+  const V t[9] = {m[0] * V(inertia[0]), m[3] * V(inertia[0]), m[6] * V(inertia[0]),
+                  m[1] * V(inertia[1]), m[4] * V(inertia[1]), m[7] * V(inertia[1]),
+                  m[2] * V(inertia[2]), m[5] * V(inertia[2]), m[8] * V(inertia[2])};
+  result[0] = m[0] * t[0] + m[1] * t[3] + m[2] * t[6];
+  result[1] = m[3] * t[1] + m[4] * t[4] + m[5] * t[7];
+  result[2] = m[6] * t[2] + m[7] * t[5] + m[8] * t[8];
+  result[3] = m[0] * t[1] + m[1] * t[4] + m[2] * t[7];
+  result[4] = m[0] * t[2] + m[1] * t[5] + m[2] * t[8];
+  result[5] = m[3] * t[2] + m[4] * t[5] + m[5] * t[8];
+  result[0] += mass * (d[1] * d[1] + d[2] * d[2]);
+  result[1] += mass * (d[0] * d[0] + d[2] * d[2]);
+  result[2] += mass * (d[0] * d[0] + d[1] * d[1]);
+  result[3] -= mass * d[0] * d[1];
+  result[4] -= mass * d[0] * d[2];
+  result[5] -= mass * d[1] * d[2];
+  result[6] = mass * d[0];
+  result[7] = mass * d[1];
+  result[8] = mass * d[2];
+  result[9] = mass;
+}
+
+/// mju_mulInertVec.
+template <typename V>
+WALKER_SIM_INLINE inline void multiply_inertia(V* result, const V* i, const V* v) {
+  result[0] = i[0] * v[0] + i[3] * v[1] + i[4] * v[2] - i[8] * v[4] + i[7] * v[5];
+  result[1] = i[3] * v[0] + i[1] * v[1] + i[5] * v[2] + i[8] * v[3] - i[6] * v[5];
+  result[2] = i[4] * v[0] + i[5] * v[1] + i[2] * v[2] - i[7] * v[3] + i[6] * v[4];
+  result[3] = i[8] * v[1] - i[7] * v[2] + i[9] * v[3];
+  result[4] = i[6] * v[2] - i[8] * v[0] + i[9] * v[4];
+  result[5] = i[7] * v[0] - i[6] * v[1] + i[9] * v[5];
+}
+
+/// mju_dot: four partial sums, added crosswise, then the rest.
+template <int N, typename V>
+WALKER_SIM_INLINE inline V dot(const V* a, const V* b) {
+  static_assert(N >= 1 && N < 12);
+  if constexpr (N < 4) {
+    V sum = a[0] * b[0];
+    unrolled<N - 1>([&](auto i) WALKER_SIM_INLINE { sum += a[i + 1] * b[i + 1]; });
+    return sum;
+  } else {
+    constexpr int kBlocks = N / 4 * 4;
+    V part[4];
+    unrolled<4>([&](auto i) WALKER_SIM_INLINE {
+      part[i] = a[i] * b[i];
+      if constexpr (kBlocks == 8) part[i] += a[4 + i] * b[4 + i];
+    });
+    const V sum = (part[0] + part[2]) + (part[1] + part[3]);
+    if constexpr (N == kBlocks) {
+      return sum;
+    } else {
+      return sum + dot<N - kBlocks>(a + kBlocks, b + kBlocks);
+    }
+  }
+}
+
+/// mj_mulM: the inertia times a vector.
+template <typename V>
+WALKER_SIM_INLINE inline void multiply_by_inertia(V* result, const V* M, const V* x) {
+  using namespace model;
+  unrolled<nv>([&](auto i) WALKER_SIM_INLINE { result[i] = 0.0; });
+  unrolled<nv>([&](auto i) WALKER_SIM_INLINE {
+    result[i] += M[dof_Madr[i]] * x[i];
+    unrolled<depth(i) - 1>([&](auto k) WALKER_SIM_INLINE {
+      constexpr int j = ancestor(i, k + 1);
+      constexpr int at = dof_Madr[i] + k + 1;
+      result[i] += M[at] * x[j];
+      result[j] += M[at] * x[i];
+    });
+  });
+}
+
+/// mj_solveLD: x becomes the inverse of the inertia times x.
+template <typename V>
+WALKER_SIM_INLINE inline void solve_factored(V* x, const V* LD, const V* inverse_diagonal) {
+  using namespace model;
+  unrolled_backwards<nv>([&](auto i) WALKER_SIM_INLINE {
+    const V value = x[i];
+    unrolled<depth(i) - 1>([&](auto k) WALKER_SIM_INLINE {
+      x[ancestor(i, k + 1)] -= LD[dof_Madr[i] + k + 1] * value;
+    });
+  });
+  unrolled<nv>([&](auto i) WALKER_SIM_INLINE { x[i] *= inverse_diagonal[i]; });
+  unrolled<nv>([&](auto i) WALKER_SIM_INLINE {
+    V value = x[i];
+    unrolled<depth(i) - 1>([&](auto k) WALKER_SIM_INLINE {
+      value -= LD[dof_Madr[i] + k + 1] * x[ancestor(i, k + 1)];
+    });
+    x[i] = value;
+  });
+}
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::walker2d::kernel

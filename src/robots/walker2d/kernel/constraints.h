@@ -1,0 +1,307 @@
+// Joint limits and contacts of capsules with the floor, as rows for the solver
+// (engine_core_constraint.c and engine_collision_primitive.c of MuJoCo 2.2.2; see smooth.h).
+//
+// Each lane has its own rows: a lane's k-th contact lies in slot k, and a limit or slot that a lane
+// does not have is a row of zeros there, which adds exact zeros to every sum and so changes
+// nothing. A contact has four rows, normal +- friction times each tangent. The second tangent is
+// across the plane in which the walker moves, so rows 2 and 3 are equal: made once, counted twice.
+#pragma once
+
+#include "robots/walker2d/kernel/ground.h"
+#include "robots/walker2d/kernel/smooth.h"
+
+namespace walker::walker2d::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+constexpr int kLimits = model::njnt - 3;  ///< joints that have them
+constexpr int kFirstLimited = 3;
+constexpr int kEnds = 2 * kLimbs;  ///< of capsules: where contacts are
+constexpr int kFirstEndOfLeft = 8;
+constexpr int kRows = 3;  ///< of a contact, the second of the equal ones left out
+
+/// Limits and contacts of all lanes.
+template <int W>
+struct Rows {
+  using V = Vector<W>;
+
+  /// A limit, and what the solver keeps for it.
+  struct Limit {
+    int dof;
+    unsigned lanes;  ///< that are beyond it
+    V jacobian;      ///< 1 or -1
+    V D;             ///< inverse of the regularisation
+    V reference;     ///< acceleration that the spring and damper ask for
+    V residual;      ///< MuJoCo's jar: the row's acceleration minus the reference
+    V direction;     ///< the row times the search direction
+    V quadratic[3];  ///< its share of the cost along the search, by powers
+    Mask<W> is_active;
+  };
+
+  /// A contact: the rows have all but the Jacobian's shape in common.
+  struct Slot {
+    V jacobian[kRows][model::nv];
+    V D;
+    V reference[kRows];
+    V residual[kRows];
+    V direction[kRows];
+    V quadratic[kRows][3];
+    Mask<W> is_active[kRows];
+  };
+
+  int num_limits = 0;
+  int num_right = 0;  ///< slots of the torso and the right leg
+  int num_slots = 0;
+  unsigned touching[kEnds];  ///< lanes, by the end of a capsule
+  Mask<W> has_any;
+  Limit limits[kLimits];
+  Slot slots[kEnds];
+
+  /// Calls function(side, slot), the side a constant: 0 for the right leg and the torso.
+  template <typename Function>
+  WALKER_SIM_INLINE void for_each_slot(const Function& function) {
+    int k = 0;
+    for (; k < num_right; ++k) function(std::integral_constant<int, 0>{}, slots[k]);
+    for (; k < num_slots; ++k) function(std::integral_constant<int, 1>{}, slots[k]);
+  }
+};
+
+/// Whether a Jacobian may have something there: the trunk's joints and those of the slot's own leg.
+/// The rows across the plane know no motion along it.
+constexpr bool has_column(int side, int row, int dof) {
+  return (row < 2 || dof > 0) && (dof < 3 || (dof < 6) == (side == 0));
+}
+
+/// A row of a slot's Jacobian with its zeros.
+template <int Side, int Row, typename V>
+WALKER_SIM_INLINE inline void read_row(const V (&jacobian)[kRows][model::nv], V* row) {
+  unrolled<model::nv>([&](auto dof) WALKER_SIM_INLINE {
+    if constexpr (has_column(Side, Row, dof)) {
+      row[dof] = jacobian[Row][dof];
+    } else {
+      row[dof] = 0.0;
+    }
+  });
+}
+
+template <int Side, int Row, typename V>
+WALKER_SIM_INLINE inline V row_times(const V (&jacobian)[kRows][model::nv], const V* vector) {
+  V row[model::nv];
+  read_row<Side, Row>(jacobian, row);
+  return dot<model::nv>(row, vector);
+}
+
+// getsolparam and getimpedance. All limits and pairs of the model have the same numbers, which
+// `why_not_covered` makes sure of.
+constexpr const double* kSolref = model::jnt_solref[kFirstLimited];
+constexpr const double* kSolimp = model::jnt_solimp[kFirstLimited];
+constexpr double kStiffness =
+    1 / (kSolimp[1] * kSolimp[1] * kSolref[0] * kSolref[0] * kSolref[1] * kSolref[1]);
+constexpr double kDamping = 2 / (kSolimp[1] * kSolref[0]);
+
+/// The C library's. Of pow(x, 2.0) GCC makes x * x, which for one x in a thousand is not what the
+/// library gives, so the exponent is hidden from it.
+inline double library_pow(double x, double exponent) {
+#ifdef WALKER_SIM_FOLD_POW  // a test shows that it would be noticed
+  return exponent == 1 ? x : x * x;
+#else
+  asm("" : "+m"(exponent));
+  return __builtin_pow(x, exponent);
+#endif
+}
+
+/// Where x, the violation in units of the width, is between 0 and 1.
+inline double impedance_within(double x) {
+  constexpr double kMiddle = kSolimp[3];
+  constexpr double kPower = kSolimp[4];
+  double y = 0;
+  if (x <= kMiddle) {
+    y = (1 / library_pow(kMiddle, kPower - 1)) * library_pow(x, kPower);
+  } else {
+    y = 1 - (1 / library_pow(1 - kMiddle, kPower - 1)) * library_pow(1 - x, kPower);
+  }
+  return kSolimp[0] + y * (kSolimp[1] - kSolimp[0]);
+}
+
+template <int W>
+WALKER_SIM_INLINE inline Vector<W> impedance(Vector<W> distance, Mask<W> wanted) {
+  using V = Vector<W>;
+  const V x = abs(distance / V(kSolimp[2]));
+  V result = kSolimp[1];
+  for (unsigned lanes = to_bits(wanted & (x < V(1.0))); lanes != 0; lanes &= lanes - 1) {
+    const int lane = __builtin_ctz(lanes);
+    result.set(lane, x[lane] > 0 ? impedance_within(x[lane]) : kSolimp[0]);
+  }
+  return result;
+}
+
+/// mj_instantiateLimit.
+template <int W>
+WALKER_SIM_INLINE inline void find_limits(const Vector<W>* qpos, const Vector<W>* qvel,
+                                          Rows<W>& rows) {
+  using V = Vector<W>;
+  const V zero = 0.0;
+  unrolled<kLimits>([&](auto i) WALKER_SIM_INLINE {
+    constexpr int joint = kFirstLimited + i;
+    const V above_low = V(-1.0) * (V(model::jnt_range[joint][0]) - qpos[joint]);
+    const V below_high = V(model::jnt_range[joint][1]) - qpos[joint];
+    const Mask<W> is_low = above_low < zero;
+    const Mask<W> is_beyond = is_low | (below_high < zero);
+    if (!any(is_beyond)) return;
+    auto& limit = rows.limits[rows.num_limits++];
+    const V distance = select(is_low, above_low, below_high);
+    const V share = impedance(distance, is_beyond);
+    const V R = (V(1.0) - share) * V(model::dof_invweight0[joint]) / share;
+    limit.dof = joint;
+    limit.lanes = to_bits(is_beyond);
+    limit.D = V(1.0) / select(R < V(kMinimum), V(kMinimum), R);
+    limit.jacobian = select(is_low, V(1.0), select(is_beyond, V(-1.0), zero));
+    const V speed = limit.jacobian * qvel[joint];
+    limit.reference =
+        select(is_beyond, -V(kDamping) * speed - V(kStiffness) * share * distance, zero);
+    rows.has_any = rows.has_any | is_beyond;
+  });
+}
+
+/// What a contact is made of, packed so that a lane's contacts come one after the other.
+template <int W>
+struct Touch {
+  Vector<W> end_x, end_z, axis_x, radius, friction, diagonal;
+  Vector<W> moves[model::nv];  ///< 1 where the degree of freedom moves the capsule
+};
+
+/// Degrees of freedom that move a limb: 1, others 0.
+inline constexpr auto kMoves = [] {
+  struct {
+    double limb[kLimbs][model::nv];
+  } moves{};
+  for (int limb = 0; limb < kLimbs; ++limb) {
+    const int body = limb + 1;
+    int dof = model::body_dofadr[body] + model::body_dofnum[body] - 1;
+    for (; dof >= 0; dof = model::dof_parentid[dof]) moves.limb[limb][dof] = 1;
+  }
+  return moves;
+}();
+
+/// mj_collision for predefined pairs, mjc_PlaneCapsule: which end of which capsule is in the floor.
+template <int W>
+WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth, const Ground& ground,
+                                           Touch<W>* touches, Rows<W>& rows) {
+  using V = Vector<W>;
+  unsigned any_touching = 0;
+  unrolled<kLimbs>([&](auto limb) WALKER_SIM_INLINE {
+    const Mask<W> is_far = smooth.centre_z[limb] > V(model::geom_rbound[limb + 1]);
+    unrolled<2>([&](auto side) WALKER_SIM_INLINE {
+      constexpr int end = 2 * limb + side;
+      const V depth = smooth.end_z[end] - V(model::geom_size[limb + 1][0]);
+      rows.touching[end] = to_bits(~is_far & (depth < V(0.0)));
+      any_touching |= rows.touching[end];
+    });
+  });
+  if (any_touching == 0) return;
+  int count[W] = {};
+  for (int end = 0; end < kEnds; ++end) {
+    if (end == kFirstEndOfLeft) {  // its contacts come after all others
+      rows.num_right = rows.num_slots;
+      for (int& slots : count) slots = rows.num_slots;
+    }
+    const int limb = end / 2;
+    for (unsigned lanes = rows.touching[end]; lanes != 0; lanes &= lanes - 1) {
+      const int lane = __builtin_ctz(lanes);
+      const int slot = count[lane]++;
+      Touch<W>& touch = touches[slot];
+      if (slot == rows.num_slots) {
+        ++rows.num_slots;
+        touch.end_x = touch.end_z = touch.radius = 0.0;
+        touch.axis_x = touch.friction = touch.diagonal = 1.0;
+        for (V& moves : touch.moves) moves = 0.0;
+      }
+      touch.end_x.set(lane, smooth.end_x[end][lane]);
+      touch.end_z.set(lane, smooth.end_z[end][lane]);
+      touch.axis_x.set(lane, smooth.axis_x[limb][lane]);
+      touch.radius.set(lane, model::geom_size[limb + 1][0]);
+      touch.friction.set(lane, ground.friction[limb]);
+      touch.diagonal.set(lane, ground.diagonal[limb]);
+      for (int dof = 0; dof < model::nv; ++dof) {
+        touch.moves[dof].set(lane, kMoves.limb[limb][dof]);
+      }
+    }
+  }
+}
+
+/// mj_instantiateContact, mj_makeImpedance, mj_referenceConstraint.
+template <int Side, int W>
+WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const Touch<W>& touch,
+                                        const Vector<W>* qvel, typename Rows<W>::Slot& slot,
+                                        Mask<W>& has_any) {
+  using V = Vector<W>;
+  const V zero = 0.0;
+  const Mask<W> is_there = V(0.5) < touch.moves[0];
+  has_any = has_any | is_there;
+  const V distance = touch.end_z - touch.radius;
+  const V x = touch.end_x - smooth.com_x;
+  const V z = (touch.end_z + (-distance / V(2.0) - touch.radius)) - smooth.com_z;
+  // mjc_PlaneCapsule's frame: the capsule's axis along the floor, made a unit vector.
+  const V length = sqrt(touch.axis_x * touch.axis_x);
+  const V tangent = select(length < V(kMinimum), V(1.0), touch.axis_x * (V(1.0) / length));
+  unrolled<model::nv>([&](auto dof) WALKER_SIM_INLINE {
+    if constexpr (has_column(Side, 0, dof)) {
+      V along_x = model::jnt_axis[dof][0];
+      V along_z = model::jnt_axis[dof][2];
+      if constexpr (is_hinge(dof)) {
+        along_x = smooth.cdof_x[dof] + V(model::jnt_axis[dof][1]) * z;
+        along_z = smooth.cdof_z[dof] - V(model::jnt_axis[dof][1]) * x;
+      }
+      const V along_tangent = along_x * tangent;
+      const Mask<W> moves = V(0.5) < touch.moves[dof];
+      slot.jacobian[0][dof] = select(moves, along_z + along_tangent * touch.friction, zero);
+      slot.jacobian[1][dof] = select(moves, along_z + along_tangent * -touch.friction, zero);
+      slot.jacobian[2][dof] = select(moves, along_z, zero);
+    }
+  });
+  const V share = impedance(distance, is_there);
+  V R = (V(1.0) - share) * touch.diagonal / share;
+  R = select(R < V(kMinimum), V(kMinimum), R);
+  slot.D = V(1.0) / (V(2.0) * touch.friction * touch.friction * R);
+  const V spring = V(kStiffness) * share * distance;
+  unrolled<kRows>([&](auto row) WALKER_SIM_INLINE {
+    const V speed = row_times<Side, row>(slot.jacobian, qvel);
+    slot.reference[row] = select(is_there, -V(kDamping) * speed - spring, zero);
+  });
+}
+
+/// Limits first, then contacts.
+template <int W>
+__attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth, const Ground& ground,
+                                         const Vector<W>* qpos, const Vector<W>* qvel,
+                                         Rows<W>& rows) {
+  rows.num_limits = rows.num_right = rows.num_slots = 0;
+  rows.has_any = Mask<W>::none();
+  find_limits(qpos, qvel, rows);
+  Touch<W> touches[kEnds];
+  find_touches(smooth, ground, touches, rows);
+  const Touch<W>* touch = touches;
+  rows.for_each_slot([&](auto side, typename Rows<W>::Slot& slot) WALKER_SIM_INLINE {
+    make_slot<side>(smooth, *touch++, qvel, slot, rows.has_any);
+  });
+}
+
+/// Alike in lanes with like rows: such lanes are best solved together.
+template <int W>
+inline unsigned pattern(const Rows<W>& rows, int lane) {
+  constexpr int kCountShift = kLimits + kEnds;
+  unsigned contacts = 0;
+  unsigned ends = 0;
+  unsigned limits = 0;
+  for (int end = 0; end < kEnds; ++end) {
+    const unsigned touches = rows.touching[end] >> lane & 1U;
+    contacts += touches;
+    ends |= touches << end;
+  }
+  for (int k = 0; k < rows.num_limits; ++k) {
+    limits |= (rows.limits[k].lanes >> lane & 1U) << (rows.limits[k].dof - kFirstLimited);
+  }
+  return contacts << kCountShift | ends << kLimits | limits;
+}
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::walker2d::kernel

@@ -1,0 +1,11 @@
+// The kernel's compilations, one translation unit each.
+#pragma once
+
+#include "robots/walker2d/kernel/kernel.h"
+
+namespace walker::walker2d {
+
+extern const Kernel kernel_sse2;
+extern const Kernel kernel_avx2;
+
+}  // namespace walker::walker2d

@@ -1,0 +1,197 @@
+#include "robots/walker2d/kernel/kernel_physics.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "robots/mujoco/library_physics.h"
+#include "robots/mujoco/scratch.h"
+#include "robots/walker2d/kernel/coverage.h"
+#include "robots/walker2d/kernel/kernel.h"
+#include "robots/walker2d/kernel/trial.h"
+
+namespace walker::walker2d {
+namespace {
+
+constexpr std::size_t kMostTogether = 64;
+
+class KernelPhysics : public mujoco::Physics {
+ public:
+  KernelPhysics(const Kernel& kernel, mujoco::ModelPointer model)
+      : kernel_(kernel),
+        ground_(ground_of(*model)),
+        scratch_(mujoco::Scratch::of(model)),
+        model_(std::move(model)) {}
+
+  const mjModel& model() const override { return *model_; }
+  const double* position() const override { return world_.position.data(); }
+  const double* velocity() const override { return world_.velocity.data(); }
+
+  void reset(const double* position, const double* velocity) override {
+    std::copy_n(position, World::kSize, world_.position.begin());
+    std::copy_n(velocity, World::kSize, world_.velocity.begin());
+    control_ = {};
+    kernel_.start(world_, ground_);
+    if (!world_.is_flagged) return;
+    const mujoco::Scratch::Loan loan(*scratch_);
+    mjData& data = loan.data();
+    mj_resetData(model_.get(), &data);
+    std::copy_n(position, World::kSize, data.qpos);
+    std::copy_n(velocity, World::kSize, data.qvel);
+    mj_forward(model_.get(), &data);
+    read(data);
+  }
+
+  void step(const double* control, int count) override {
+    const World before = world_;
+    World* const world = &world_;
+    if (take_control(control)) kernel_.step_singly(&world, 1, count, ground_);
+    if (world_.is_flagged) step_by_library(before, count);
+  }
+
+  void step_together(mujoco::PhysicsCall* calls, std::size_t num_calls,
+                     int count) noexcept override {
+    std::array<KernelPhysics*, kMostTogether> members{};
+    std::array<World, kMostTogether> before;
+    std::array<World*, kMostTogether> worlds{};
+    std::size_t num_worlds = 0;
+    for (std::size_t i = 0; i < num_calls; ++i) {
+      members[i] = find_alike(calls[i]);
+      if (members[i] == nullptr) {
+        Physics::step_together(&calls[i], 1, count);
+        continue;
+      }
+      before[i] = members[i]->world_;
+      if (members[i]->take_control(calls[i].control)) worlds[num_worlds++] = &members[i]->world_;
+    }
+    // Worlds with like contacts have the most in common.
+    std::sort(worlds.begin(), worlds.begin() + num_worlds,
+              [](const World* a, const World* b) { return a->pattern < b->pattern; });
+    // One alone among lanes would take longer than by itself.
+    const std::size_t num_alone = num_worlds % kernel_.lanes == 1 ? 1 : 0;
+    kernel_.step(worlds.data(), num_worlds - num_alone, count, ground_);
+    kernel_.step_singly(worlds.data() + num_worlds - num_alone, num_alone, count, ground_);
+    for (std::size_t i = 0; i < num_calls; ++i) {
+      if (members[i] == nullptr || !members[i]->world_.is_flagged) continue;
+      try {
+        members[i]->step_by_library(before[i], count);
+      } catch (...) {
+        calls[i].failure = std::current_exception();
+      }
+    }
+  }
+
+  std::size_t group_size() const override { return kMostTogether; }
+
+  void measure(const std::function<void(const mjData&)>& look) const override {
+    const mujoco::Scratch::Loan loan(*scratch_);
+    mjData& data = loan.data();
+    write(world_, data);
+    std::copy(control_.begin(), control_.end(), data.ctrl);
+    mj_kinematics(model_.get(), &data);
+    mj_collision(model_.get(), &data);
+    mj_transmission(model_.get(), &data);
+    mj_fwdActuation(model_.get(), &data);
+    look(data);
+  }
+
+  void save(double* values) const override {
+    values = std::copy(world_.position.begin(), world_.position.end(), values);
+    values = std::copy(world_.velocity.begin(), world_.velocity.end(), values);
+    values = std::copy(world_.warm_start.begin(), world_.warm_start.end(), values);
+    values = std::copy(control_.begin(), control_.end(), values);
+    values = std::fill_n(values, World::kSize - World::kMotors, 0.0);  // the trunk has no motors
+    // The library adds each torque to 0, which leaves no -0.
+    std::transform(world_.torque.begin(), world_.torque.end(), values,
+                   [](double torque) { return 0.0 + torque; });
+  }
+
+  void load(const double* values) override {
+    world_ = {};
+    const double* next = values;
+    const auto take = [&next](auto& to) {
+      std::copy_n(next, to.size(), to.begin());
+      next += to.size();
+    };
+    take(world_.position);
+    take(world_.velocity);
+    take(world_.warm_start);
+    take(control_);
+    next += World::kSize - World::kMotors;
+    take(world_.torque);
+  }
+
+  std::string stepper() const override {
+    return std::string("the kernel for ") + kernel_.instruction_set;
+  }
+
+ private:
+  /// A world for the same kernel with the same model. Null for others: between the making of two
+  /// environments the user may have changed the model's file, or asked for another kernel.
+  KernelPhysics* find_alike(const mujoco::PhysicsCall& call) const {
+    auto* const other = dynamic_cast<KernelPhysics*>(call.physics);
+    const bool is_alike =
+        other != nullptr && &other->kernel_ == &kernel_ && other->model_ == model_;
+    return is_alike ? other : nullptr;
+  }
+
+  /// mj_fwdActuation. @return whether the kernel may make the step; else the world is flagged
+  bool take_control(const double* control) {
+    constexpr double kLargestControl = 1e10;  // mjMAXVAL
+    std::copy_n(control, World::kMotors, control_.begin());
+    world_.is_flagged = !std::all_of(control_.begin(), control_.end(), [](double value) {
+      return std::abs(value) <= kLargestControl;
+    });
+    for (std::size_t motor = 0; motor < World::kMotors; ++motor) {
+      const int index = static_cast<int>(motor);
+      const double* const range = mujoco::at(model_->actuator_ctrlrange, index, 2);
+      world_.torque[motor] = mujoco::at(model_->actuator_gear, index, 6)[0] *
+                             std::clamp(control_[motor], range[0], range[1]);
+    }
+    return !world_.is_flagged;
+  }
+
+  /// @throws as `step`; the state is then what MuJoCo leaves of it
+  void step_by_library(const World& before, int count) {
+    const mujoco::Scratch::Loan loan(*scratch_);
+    mjData& data = loan.data();
+    mj_resetData(model_.get(), &data);
+    write(before, data);
+    mujoco::advance(*model_, data, control_.data(), count);
+    read(data);
+    mujoco::check_warnings(data);
+  }
+
+  static void write(const World& world, mjData& data) {
+    std::copy(world.position.begin(), world.position.end(), data.qpos);
+    std::copy(world.velocity.begin(), world.velocity.end(), data.qvel);
+    std::copy(world.warm_start.begin(), world.warm_start.end(), data.qacc_warmstart);
+  }
+
+  void read(const mjData& data) {
+    std::copy_n(data.qpos, World::kSize, world_.position.begin());
+    std::copy_n(data.qvel, World::kSize, world_.velocity.begin());
+    std::copy_n(data.qacc_warmstart, World::kSize, world_.warm_start.begin());
+    std::copy_n(data.ctrl, World::kMotors, control_.begin());
+  }
+
+  const Kernel& kernel_;
+  Ground ground_;
+  std::shared_ptr<mujoco::Scratch> scratch_;
+  mujoco::ModelPointer model_;
+  World world_;
+  std::array<double, World::kMotors> control_{};
+};
+
+}  // namespace
+
+std::unique_ptr<mujoco::Physics> make_kernel_physics(mujoco::ModelPointer model) {
+  const KernelChoice choice = choose_kernel(*model);
+  if (choice.kernel == nullptr) {
+    return std::make_unique<mujoco::LibraryPhysics>(std::move(model), choice.why_none);
+  }
+  return std::make_unique<KernelPhysics>(*choice.kernel, std::move(model));
+}
+
+}  // namespace walker::walker2d

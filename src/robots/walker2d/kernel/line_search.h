@@ -1,0 +1,124 @@
+// The exact line search of MuJoCo's solvers after its first Newton step, for one world
+// (engine_solver.c of MuJoCo 2.2.2; see smooth.h).
+#pragma once
+
+#include "robots/walker2d/kernel/algebra.h"
+
+namespace walker::walker2d::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+constexpr int kMostEvaluations = 50;  ///< mjMAXLSITER of 2.2.2
+
+/// Cost, and its first two derivatives, some way along the search direction.
+template <typename V>
+struct Point {
+  V alpha, cost, slope, slope_change;
+};
+
+/// From the sums of the rows' polynomials.
+template <typename V>
+WALKER_SIM_INLINE inline void conclude(const V* sum, Point<V>& point) {
+  point.cost = point.alpha * point.alpha * sum[2] + point.alpha * sum[1] + sum[0];
+  point.slope = V(2.0) * point.alpha * sum[2] + sum[1];
+  point.slope_change = V(2.0) * sum[2];
+}
+
+template <int W>
+inline Point<double> in_lane(const Point<Vector<W>>& point, int lane) {
+  return {point.alpha[lane], point.cost[lane], point.slope[lane], point.slope_change[lane]};
+}
+
+/// CGsearch after its first step.
+/// @param evaluate completes a point whose alpha is set
+/// @param start    at alpha 0
+/// @param first    where the first Newton step led, or the start where that was better
+template <typename Evaluate>
+class LineSearch {
+ public:
+  LineSearch(const Evaluate& evaluate, double tolerance)
+      : evaluate_(evaluate), tolerance_(tolerance) {}
+
+  double run(const Point<double>& start, Point<double> p1) {
+    const double direction = p1.slope < 0 ? 1 : -1;
+    Point<double> p2{};
+    bool has_p2 = false;
+    while (p1.slope * direction <= -tolerance_ && count_ < kMostEvaluations) {
+      p2 = p1;
+      has_p2 = true;
+      p1.alpha -= p1.slope / p1.slope_change;
+      complete(p1);
+      if (is_flat(p1)) return p1.alpha;
+    }
+    if (count_ >= kMostEvaluations || !has_p2) return p1.alpha;
+
+    // The minimum lies between p1 and p2: the next Newton points of both and their middle.
+    Point<double> candidates[3];
+    Point<double>& p1_next = candidates[0];
+    Point<double>& p2_next = candidates[1];
+    Point<double>& middle = candidates[2];
+    p2_next = p1;
+    p1_next = newton_point(p1);
+    while (count_ < kMostEvaluations) {
+      middle.alpha = 0.5 * (p1.alpha + p2.alpha);
+      complete(middle);
+      const Point<double>* best = nullptr;
+      for (const Point<double>& candidate : candidates) {
+        if (is_flat(candidate) && (best == nullptr || candidate.cost < best->cost)) {
+          best = &candidate;
+        }
+      }
+      if (best != nullptr) return best->alpha;
+      const Point<double> as_they_were[3] = {candidates[0], candidates[1], candidates[2]};
+      const bool moved_p1 = tighten(as_they_were, p1, p1_next);
+      const bool moved_p2 = tighten(as_they_were, p2, p2_next);
+      if (!moved_p1 && !moved_p2) return middle.alpha;
+    }
+    if (p1.cost <= p2.cost && p1.cost < start.cost) return p1.alpha;
+    if (p2.cost <= p1.cost && p2.cost < start.cost) return p2.alpha;
+    return 0;
+  }
+
+ private:
+  void complete(Point<double>& point) {
+    evaluate_(point);
+    ++count_;
+  }
+
+  Point<double> newton_point(const Point<double>& point) {
+    Point<double> next{};
+    next.alpha = point.alpha - point.slope / point.slope_change;
+    complete(next);
+    return next;
+  }
+
+  bool is_flat(const Point<double>& point) const {
+    return __builtin_fabs(point.slope) < tolerance_;
+  }
+
+  /// updateBracket: the candidates on this side of the minimum that are nearer to it.
+  bool tighten(const Point<double>* candidates, Point<double>& bracket, Point<double>& next) {
+    bool has_moved = false;
+    for (int i = 0; i < 3; ++i) {
+      const double slope = candidates[i].slope;
+      if ((slope < 0 && bracket.slope < slope) || (slope > 0 && bracket.slope > slope)) {
+        bracket = candidates[i];
+        has_moved = true;
+      }
+    }
+    if (has_moved) next = newton_point(bracket);
+    return has_moved;
+  }
+
+  const Evaluate& evaluate_;
+  double tolerance_;
+  int count_ = 2;  // the start and the first step
+};
+
+template <typename Evaluate>
+double search_on(const Evaluate& evaluate, const Point<double>& start, const Point<double>& first,
+                 double tolerance) {
+  return LineSearch<Evaluate>(evaluate, tolerance).run(start, first);
+}
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::walker2d::kernel

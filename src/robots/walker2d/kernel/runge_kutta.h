@@ -1,0 +1,223 @@
+// A step of MuJoCo with its Runge-Kutta integrator of order 4 (engine_forward.c of MuJoCo 2.2.2;
+// see smooth.h), for worlds in groups of as many as a vector has lanes.
+#pragma once
+
+#include <new>
+#include <type_traits>
+
+#include "simd/workspace.h"
+#include "robots/walker2d/kernel/kernel.h"
+#include "robots/walker2d/kernel/solver.h"
+
+namespace walker::walker2d::kernel {
+inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+/// Groups that pass a stage one after the other: its code, some 10 to 25 kB, stays in the cache.
+constexpr int kGroups = 4;
+constexpr double kLargestValue = 1e10;  ///< mjMAXVAL: beyond it a state is bad
+
+/// MuJoCo's qpos, qvel, qacc_warmstart and qfrc_actuator of a group.
+template <int W>
+struct Group {
+  Vector<W> qpos[model::nq];
+  Vector<W> qvel[model::nv];
+  Vector<W> warm_start[model::nv];
+  Vector<W> torque[model::nv];
+  Mask<W> flagged;
+  unsigned pattern[W];
+};
+
+template <int W>
+WALKER_SIM_INLINE inline Mask<W> is_bad(const Vector<W>* values) {
+  Mask<W> bad = Mask<W>::none();
+  unrolled<model::nv>([&](auto i)
+                          WALKER_SIM_INLINE { bad = bad | exceeds(values[i], kLargestValue); });
+  return bad;
+}
+
+/// mj_forward and what it needs, for some groups.
+template <int W>
+class Forward {
+ public:
+  explicit Forward(const Ground& ground) : ground_(ground) {}
+
+  /// @param qpos, qvel of each group
+  /// @param groups     their warm starts become the accelerations
+  void run(int count, const Vector<W> (*qpos)[model::nq], const Vector<W> (*qvel)[model::nv],
+           Group<W>* groups) {
+    for (int g = 0; g < count; ++g) {
+      groups[g].flagged =
+          groups[g].flagged | smooth(qpos[g], qvel[g], groups[g].torque, smooth_[g]);
+    }
+    for (int g = 0; g < count; ++g) make_rows(smooth_[g], ground_, qpos[g], qvel[g], rows_[g]);
+    for (int g = 0; g < count; ++g) {
+      Group<W>& group = groups[g];
+      if (any(rows_[g].has_any)) {
+        group.flagged = group.flagged | Solver<W>(smooth_[g], rows_[g]).solve(group.warm_start);
+      } else {
+        unrolled<model::nv>(
+            [&](auto i) WALKER_SIM_INLINE { group.warm_start[i] = smooth_[g].qacc_smooth[i]; });
+      }
+    }
+  }
+
+  const Rows<W>& rows(int group) const { return rows_[group]; }
+
+ private:
+  const Ground& ground_;
+  Smooth<Vector<W>> smooth_[kGroups];
+  Rows<W> rows_[kGroups];
+};
+
+/// What a call works on.
+template <int W, int Groups>
+struct Work {
+  explicit Work(const Ground& ground) : forward(ground) {}
+
+  Group<W> groups[Groups];
+  Forward<W> forward;
+};
+
+/// In this thread's workspace.
+template <int W, int Groups>
+Work<W, Groups>& new_work(const Ground& ground) {
+  using Made = Work<W, Groups>;
+  static_assert(sizeof(Made) <= simd::Workspace::kLanesSize);
+  static_assert(alignof(Made) <= simd::Workspace::kAlignment);
+  static_assert(std::is_trivially_destructible_v<Made>);
+  return *new (simd::workspace().lanes) Made(ground);
+}
+
+/// a + b * c.
+template <int W>
+WALKER_SIM_INLINE inline Vector<W> add_product(Vector<W> a, Vector<W> b, Vector<W> c) {
+#ifdef WALKER_SIM_FUSE_ADD  // a test shows that it would be noticed
+  for (int lane = 0; lane < W; ++lane) a.set(lane, __builtin_fma(b[lane], c[lane], a[lane]));
+  return a;
+#else
+  return a + b * c;
+#endif
+}
+
+/// mj_step, mj_RungeKutta.
+template <int W>
+void step_groups(int count, Group<W>* groups, Forward<W>& forward) {
+  using V = Vector<W>;
+  constexpr int kStages = 4;
+  constexpr double kShares[kStages] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
+  const V h = model::opt_timestep;
+  V qpos[kGroups][model::nq];
+  V qvel[kStages][kGroups][model::nv];
+  V qacc[kStages][kGroups][model::nv];
+  for (int g = 0; g < count; ++g) {
+    Group<W>& group = groups[g];
+    group.flagged = group.flagged | is_bad(group.qpos) | is_bad(group.qvel);
+    unrolled<model::nv>([&](auto i) WALKER_SIM_INLINE {
+      qpos[g][i] = group.qpos[i];
+      qvel[0][g][i] = group.qvel[i];
+    });
+  }
+  for (int stage = 0; stage < kStages; ++stage) {
+    if (stage > 0) {
+      const V part = stage < 3 ? 0.5 : 1.0;
+      for (int g = 0; g < count; ++g) {
+        unrolled<model::nv>([&](auto i) WALKER_SIM_INLINE {
+          qpos[g][i] = groups[g].qpos[i] + h * (qvel[stage - 1][g][i] * part);
+          qvel[stage][g][i] = qvel[0][g][i] + (qacc[stage - 1][g][i] * part) * h;
+        });
+      }
+    }
+    forward.run(count, qpos, qvel[stage], groups);
+    for (int g = 0; g < count; ++g) {
+      Group<W>& group = groups[g];
+      unrolled<model::nv>([&](auto i)
+                              WALKER_SIM_INLINE { qacc[stage][g][i] = group.warm_start[i]; });
+      // mj_checkAcc looks at the first ones alone; with all, no stage goes on from what is no
+      // number.
+      group.flagged = group.flagged | is_bad(group.warm_start);
+    }
+  }
+  for (int g = 0; g < count; ++g) {
+    unrolled<model::nv>([&](auto i) WALKER_SIM_INLINE {
+      V dx = qvel[0][g][i] * V(kShares[0]);
+      V dv = qacc[0][g][i] * V(kShares[0]);
+      unrolled<kStages - 1>([&](auto s) WALKER_SIM_INLINE {
+        dx += qvel[s + 1][g][i] * V(kShares[s + 1]);
+        dv += qacc[s + 1][g][i] * V(kShares[s + 1]);
+      });
+      groups[g].qvel[i] = add_product(groups[g].qvel[i], dv, h);
+      groups[g].qpos[i] = groups[g].qpos[i] + h * dx;
+    });
+  }
+}
+
+/// Lanes without a world repeat the last one's.
+template <int W>
+void load(World* const* worlds, int count, Group<W>& group) {
+  group.flagged = Mask<W>::none();
+  for (int lane = 0; lane < W; ++lane) {
+    const World& world = *worlds[lane < count ? lane : count - 1];
+    for (int i = 0; i < model::nv; ++i) {
+      group.qpos[i].set(lane, world.position[i]);
+      group.qvel[i].set(lane, world.velocity[i]);
+      group.warm_start[i].set(lane, world.warm_start[i]);
+      group.torque[i].set(lane, i < kFirstLimited ? 0 : world.torque[i - kFirstLimited]);
+    }
+  }
+}
+
+/// Zeros have no sign here, but in the library: where one is left, the library is asked.
+template <int W>
+void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds) {
+  Mask<W> flagged = group.flagged | is_bad(group.qpos) | is_bad(group.qvel);
+  unrolled<model::nv>([&](auto i) WALKER_SIM_INLINE {
+    flagged =
+        flagged | is_zero(group.qpos[i]) | is_zero(group.qvel[i]) | is_zero(group.warm_start[i]);
+  });
+  const unsigned bits = to_bits(flagged);
+  for (int lane = 0; lane < count; ++lane) {
+    World& world = *worlds[lane];
+    for (int i = 0; i < model::nv; ++i) {
+      world.position[i] = group.qpos[i][lane];
+      world.velocity[i] = group.qvel[i][lane];
+      world.warm_start[i] = group.warm_start[i][lane];
+    }
+    world.pattern = pattern(rows, lane);
+    world.is_flagged = (bits >> lane & 1U) != 0;
+  }
+}
+
+template <int W>
+void step_worlds(World* const* worlds, std::size_t count, int steps, const Ground& ground) {
+  constexpr std::size_t kMost = std::size_t{W} * kGroups;
+  auto& [groups, forward] = new_work<W, kGroups>(ground);
+  while (count > 0) {
+    const int num_worlds = static_cast<int>(count < kMost ? count : kMost);
+    const int num_groups = (num_worlds + W - 1) / W;
+    const auto worlds_of = [&](int g) { return worlds + std::ptrdiff_t{g} * W; };
+    const auto size = [&](int g) { return g + 1 < num_groups ? W : num_worlds - g * W; };
+    for (int g = 0; g < num_groups; ++g) load(worlds_of(g), size(g), groups[g]);
+    for (int i = 0; i < steps; ++i) step_groups(num_groups, groups, forward);
+    for (int g = 0; g < num_groups; ++g) {
+      store(groups[g], forward.rows(g), size(g), worlds_of(g));
+    }
+    worlds += num_worlds;
+    count -= static_cast<std::size_t>(num_worlds);
+  }
+}
+
+/// mj_forward without torques.
+inline void start_world(World& world, const Ground& ground) {
+  World* const worlds[] = {&world};
+  auto& [groups, forward] = new_work<1, 1>(ground);
+  Group<1>& group = groups[0];
+  world.warm_start = {};
+  world.torque = {};
+  load(worlds, 1, group);
+  forward.run(1, &group.qpos, &group.qvel, &group);
+  group.flagged = group.flagged | is_bad(group.warm_start);
+  store(group, forward.rows(0), 1, worlds);
+}
+
+}  // namespace WALKER_SIM_INSTRUCTION_SET
+}  // namespace walker::walker2d::kernel

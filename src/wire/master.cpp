@@ -1,0 +1,231 @@
+#include "wire/master.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <locale>
+#include <utility>
+
+#include "client/service_types.h"
+#include "base/printable_text.h"
+#include "walker_sim/client.h"
+
+namespace walker {
+namespace {
+
+// ---------------------------------------------------------------- HTTP, as far as a call needs it
+
+// A master's answer has a few hundred bytes, and five fields.
+constexpr std::size_t kMostBodyBytes = 1 << 20;
+constexpr std::size_t kMostHeadBytes = 1 << 16;
+constexpr std::size_t kMostFields = 100;
+
+/// Reads an answer of HTTP/1.1 from its socket.
+class HttpReader {
+ public:
+  HttpReader(Socket& socket, const Deadline& deadline) : socket_(socket), deadline_(deadline) {}
+
+  std::string body() {
+    check_status(line());
+    std::string length;
+    bool is_chunked = false;
+    std::size_t count = 0;
+    for (std::string field = line(); !field.empty(); field = line()) {
+      if (++count > kMostFields) fail("more than 100 header fields");
+      const std::size_t colon = field.find(':');
+      if (colon == std::string::npos) fail("a header field without a colon: " + field);
+      const std::string name = lowered(field.substr(0, colon));
+      const std::string value = trimmed(field.substr(colon + 1));
+      if (name == "content-length") {
+        if (!length.empty() && length != value) {
+          fail(length.insert(0, "two lengths, ").append(" and ").append(value));
+        }
+        length = value;
+      }
+      if (name == "transfer-encoding") {
+        if (lowered(value) != "chunked") fail("the transfer encoding " + value);
+        is_chunked = true;
+      }
+    }
+    if (is_chunked) return chunks();
+    return length.empty() ? rest() : take(to_size(length, kDecimal));
+  }
+
+ private:
+  static constexpr int kDecimal = 10;
+  static constexpr int kHexadecimal = 16;
+
+  [[noreturn]] static void fail(const std::string& what) {
+    throw std::runtime_error("not an HTTP answer: " + what);
+  }
+
+  static std::string lowered(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](char c) { return std::tolower(c, std::locale::classic()); });
+    return text;
+  }
+
+  static std::string trimmed(const std::string& text) {
+    const std::size_t begin = text.find_first_not_of(" \t");
+    if (begin == std::string::npos) return "";
+    return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+  }
+
+  static void check_status(const std::string& line) {
+    const std::size_t blank = line.find(' ');
+    if (line.rfind("HTTP/1.", 0) != 0 || blank == std::string::npos) fail("it begins " + line);
+    if (line.compare(blank + 1, 3, "200") != 0) {
+      throw std::runtime_error("HTTP status " + line.substr(blank + 1));
+    }
+  }
+
+  static std::size_t to_size(const std::string& text, int base) {
+    std::size_t size = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, size, base);
+    if (error != std::errc() || stop != end) fail("the length \"" + text + "\"");
+    if (size > kMostBodyBytes) fail("a length of " + std::to_string(size) + " bytes");
+    return size;
+  }
+
+  std::string chunks() {
+    std::string body;
+    while (true) {
+      const std::string head = line();
+      const std::size_t size = to_size(trimmed(head.substr(0, head.find(';'))), kHexadecimal);
+      if (size == 0) return body;
+      body += take(size);
+      if (body.size() > kMostBodyBytes) fail("more than 1 MiB");
+      if (!line().empty()) fail("a chunk that does not end where it should");
+    }
+  }
+
+  /// Of the header, or before and after a chunk.
+  std::string line() {
+    constexpr std::size_t kMostLineBytes = 8192;
+    std::size_t end = 0;
+    while ((end = input_.find('\n')) == std::string::npos) {
+      if (input_.size() > kMostLineBytes) fail("a line of more than 8 KiB");
+      if (!receive()) fail("it ends in its header");
+    }
+    line_bytes_ += end + 1;
+    if (line_bytes_ > kMostHeadBytes) fail("lines of more than 64 KiB around its body");
+    std::string line = input_.substr(0, end);
+    input_.erase(0, end + 1);
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    return line;
+  }
+
+  std::string take(std::size_t size) {
+    while (input_.size() < size) {
+      if (!receive()) {
+        fail("it ends after " + std::to_string(input_.size()) + " of " + std::to_string(size) +
+             " bytes");
+      }
+    }
+    std::string taken = input_.substr(0, size);
+    input_.erase(0, size);
+    return taken;
+  }
+
+  std::string rest() {
+    while (receive()) {
+      if (input_.size() > kMostBodyBytes) fail("more than 1 MiB");
+    }
+    return std::move(input_);
+  }
+
+  /// @return false at the end of the connection
+  bool receive() {
+    std::array<char, 4096> part{};
+    const std::size_t size = socket_.receive(part.data(), part.size(), deadline_);
+    input_.append(part.data(), size);
+    return size > 0;
+  }
+
+  Socket& socket_;
+  const Deadline& deadline_;
+  std::string input_;
+  std::size_t line_bytes_ = 0;  // in all lines so far
+};
+
+/// Posts `body`, an XML text, to the root of a server on a connection of its own.
+/// @return the answer's body: of a declared length, in chunks, or up to the connection's end
+/// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
+std::string http_post(const Endpoint& server, const std::string& body, const Deadline& deadline) {
+  Socket socket(server.host, server.port, deadline);
+  const bool is_ipv6 = server.host.find(':') != std::string::npos;
+  const std::string name = is_ipv6 ? "[" + server.host + "]" : server.host;
+  const std::string message =
+      "POST / HTTP/1.1\r\nHost: " + name + ":" + std::to_string(server.port) +
+      "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
+      "\r\nConnection: close\r\n\r\n" + body;
+  socket.send_all(message.data(), message.size(), deadline);
+  return HttpReader(socket, deadline).body();
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------- the master
+
+Endpoint parse_uri(const std::string& uri, const std::string& scheme) {
+  const std::string prefix = scheme + "://";
+  const auto fail = [&] {
+    throw std::invalid_argument("\"" + uri + "\"; must be " + prefix + "HOST:PORT");
+  };
+  if (uri.compare(0, prefix.size(), prefix) != 0) fail();
+  std::string address = uri.substr(prefix.size());
+  if (!address.empty() && address.back() == '/') address.pop_back();
+  const std::size_t colon = address.rfind(':');
+  if (colon == std::string::npos || colon == 0) fail();
+  Endpoint endpoint;
+  endpoint.host = address.substr(0, colon);
+  if (endpoint.host.front() == '[' && endpoint.host.back() == ']') {
+    endpoint.host = endpoint.host.substr(1, endpoint.host.size() - 2);
+  }
+  if (endpoint.host.empty() || endpoint.host.find_first_of("/[]@ \t\r\n") != std::string::npos) {
+    fail();
+  }
+  const char* const begin = address.data() + colon + 1;
+  const char* const end = address.data() + address.size();
+  const auto [stop, error] = std::from_chars(begin, end, endpoint.port);
+  if (error != std::errc() || stop != end || endpoint.port == 0) fail();
+  return endpoint;
+}
+
+xml_rpc::Value call_master(const std::string& uri, const std::string& call,
+                           const Deadline& deadline, const char* malformed) {
+  xml_rpc::Value answer = xml_rpc::parse_answer(http_post(parse_uri(uri, "http"), call, deadline));
+  // [code, text, value]: 1 success, 0 failure, -1 error of the caller
+  using Kind = xml_rpc::Value::Kind;
+  if (answer.kind != Kind::array || answer.elements.size() != 3 ||
+      answer.elements[0].kind != Kind::integer || answer.elements[1].kind != Kind::text) {
+    throw std::runtime_error(malformed);
+  }
+  if (answer.elements[0].integer != 1) throw MasterRefusal(answer.elements[1].text);
+  return std::move(answer.elements[2]);
+}
+
+Endpoint look_up_service(const std::string& master_uri, const std::string& name,
+                         const Deadline& deadline) {
+  const std::string whom = "ROS master " + master_uri + ": ";
+  try {
+    const xml_rpc::Value uri =
+        call_master(master_uri, xml_rpc::make_call("lookupService", {kCallerId, name}), deadline,
+                    "its answer to lookupService is not [code, text, URI]");
+    return parse_uri(uri.text, "rosrpc");
+  } catch (const MasterRefusal& refusal) {
+    throw ConnectionError(whom + "it does not know " + name + " (" + printable(refusal.what()) +
+                          "): is the server running, under this name, and in a version that has "
+                          "this service?");
+  } catch (const SocketError& error) {
+    throw ConnectionError(whom + error.what() + "; is it running, and is this its ROS_MASTER_URI?");
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw ConnectionError(whom + printable(error.what()));
+  }
+}
+
+}  // namespace walker

@@ -1,0 +1,143 @@
+#include "wire/socket.h"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <memory>
+#include <system_error>
+
+#include "base/descriptors.h"
+#include "walker_sim/client.h"
+
+namespace walker {
+namespace {
+
+// Shorter than from one look to the next, so that a quick answer finds it short enough.
+constexpr std::chrono::milliseconds kLongestReceive = kLookPeriod / 2;
+
+[[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
+
+/// Waits until the socket is ready. @throws SocketError at the deadline, Interrupted
+void wait_for(int descriptor, short events, const Deadline& deadline) {
+  while (true) {
+    const auto longest = std::chrono::ceil<std::chrono::milliseconds>(deadline.check());
+    pollfd entry{descriptor, events, 0};
+    const int ready = poll(&entry, 1, static_cast<int>(longest.count()));
+    if (ready > 0) return;
+    if (ready < 0) {
+      if (errno != EINTR) fail(errno);
+      deadline.take_signal();
+    }
+  }
+}
+
+/// Lets the socket itself wait in a receive, which spares each answer a poll.
+void wait_in_receive(int descriptor) {
+  const timeval timeout{0, std::chrono::microseconds(kLongestReceive).count()};
+  if (setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout)) != 0 ||
+      fcntl(descriptor, F_SETFL, 0) != 0) {
+    fail(errno);
+  }
+}
+
+/// @return the connected socket
+/// @throws SocketError, Interrupted
+int connect_to(const addrinfo& address, const Deadline& deadline) {
+  const int descriptor =
+      above_standard(socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (descriptor < 0) fail(errno);
+  try {
+    if (connect(descriptor, address.ai_addr, address.ai_addrlen) != 0) {
+      if (errno != EINPROGRESS && errno != EINTR) fail(errno);
+      wait_for(descriptor, POLLOUT, deadline);
+      int outcome = 0;
+      socklen_t size = sizeof(outcome);
+      if (getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &outcome, &size) != 0) fail(errno);
+      if (outcome != 0) fail(outcome);
+    }
+    const int yes = 1;
+    if (setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes)) != 0) fail(errno);
+    wait_in_receive(descriptor);
+  } catch (...) {
+    close(descriptor);
+    throw;
+  }
+  return descriptor;
+}
+
+}  // namespace
+
+TimePoint::duration Deadline::check() const {
+  const TimePoint now = std::chrono::steady_clock::now();
+  if (now >= until_) throw SocketError("timed out");
+  if (now >= next_look_) {
+    next_look_ = now + kLookPeriod;
+    take_signal();
+  }
+  return std::min(until_, next_look_) - now;
+}
+
+void Deadline::take_signal() const {
+  if (is_interrupted_ && is_interrupted_()) throw Interrupted();
+}
+
+Socket::Socket(const std::string& host, std::uint16_t port, const Deadline& deadline) {
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  const int failed = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &wanted, &found);
+  if (failed != 0) throw SocketError(gai_strerror(failed));
+  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> addresses(found, freeaddrinfo);
+  std::string error;
+  for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
+    try {
+      descriptor_ = connect_to(*address, deadline);
+      return;
+    } catch (const SocketError& unreachable) {
+      error = unreachable.what();
+    }
+  }
+  throw SocketError(error);
+}
+
+Socket::~Socket() { close(descriptor_); }
+
+void Socket::send_all(const void* data, std::size_t size, const Deadline& deadline) {
+  const auto* next = static_cast<const std::uint8_t*>(data);
+  while (size > 0) {
+    deadline.check();
+    const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent >= 0) {
+      next += sent;
+      size -= static_cast<std::size_t>(sent);
+    } else if (errno == EAGAIN) {
+      wait_for(descriptor_, POLLOUT, deadline);
+    } else if (errno != EINTR) {
+      fail(errno);
+    }
+  }
+}
+
+std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& deadline) {
+  while (true) {
+    // Where the deadline, or the next look, is near, the socket's own time limit would be too long.
+    if (deadline.check() < kLongestReceive) wait_for(descriptor_, POLLIN, deadline);
+    const ssize_t received = recv(descriptor_, data, capacity, 0);
+    if (received >= 0) return static_cast<std::size_t>(received);
+    if (errno == EINTR) {
+      deadline.take_signal();
+    } else if (errno != EAGAIN) {
+      fail(errno);
+    }
+  }
+}
+
+}  // namespace walker

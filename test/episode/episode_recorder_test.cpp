@@ -1,0 +1,378 @@
+#include "episode/episode_recorder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bare_environment.h"
+#include "bits.h"
+#include "base/random.h"
+#include "cramped_walker.h"
+#include "episode_states.h"
+#include "error_message.h"
+#include "restorable.h"
+#include "stepper.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+Restorable simulation_of(const std::string& id, const Parameters& parameters = {}) {
+  return {[=] { return make(id, parameters); }, 3};
+}
+
+std::vector<double> random_action(Generator& generator, const Restorable& simulation) {
+  std::vector<double> action(simulation.specification().action_size());
+  for (double& value : action) value = generator.uniform(-1.2, 1.2);
+  return action;
+}
+
+void play(Restorable& simulation, int steps, std::uint64_t seed) {
+  Generator generator(seed);
+  for (int i = 0; i < steps && !simulation.state().has_ended(); ++i) {
+    simulation.step(random_action(generator, simulation));
+  }
+}
+
+void expect_same_sensors(const Sensors& one, const Sensors& other) {
+  EXPECT_EQ(to_bits(one.joint_position), to_bits(other.joint_position));
+  EXPECT_EQ(to_bits(one.joint_velocity), to_bits(other.joint_velocity));
+  EXPECT_EQ(to_bits(one.joint_effort), to_bits(other.joint_effort));
+  EXPECT_EQ(one.linear_velocity, other.linear_velocity);
+  EXPECT_EQ(one.angular_velocity, other.angular_velocity);
+  EXPECT_EQ(one.linear_acceleration, other.linear_acceleration);
+  EXPECT_EQ(to_bits(one.ranges), to_bits(other.ranges));
+  EXPECT_EQ(one.contacts, other.contacts);
+}
+
+/// Both go through the same future, which is compared to the bit, and begin the same next episode.
+void expect_same_future(Restorable& one, Restorable& other) {
+  expect_same_state(one.state(), other.state());
+  Generator generator(17);
+  for (int i = 0; i < 2000 && !one.state().has_ended() && !testing::Test::HasFailure(); ++i) {
+    const std::vector<double> action = random_action(generator, one);
+    one.step(action);
+    other.step(action);
+    expect_same_state(one.state(), other.state());
+    expect_same_sensors(one.sensors(), other.sensors());
+  }
+  EXPECT_TRUE(one.state().has_ended());
+  one.reset(std::nullopt);
+  other.reset(std::nullopt);
+  expect_same_state(one.state(), other.state());
+}
+
+class AnyWalker : public testing::TestWithParam<const char*> {};
+
+TEST_P(AnyWalker, ARecordBringsBackTheStateAndItsFuture) {
+  for (const int steps : {0, 1, 25}) {
+    SCOPED_TRACE(steps);
+    Restorable original = simulation_of(GetParam());
+    original.reset(11);
+    play(original, steps, 1);
+    const EpisodeRecord record = original.record();
+    EXPECT_EQ(record.actions.size(),
+              original.state().step * original.specification().action_size());
+    Restorable restarted = simulation_of(GetParam());
+    restarted.restore(record);
+    expect_same_sensors(original.sensors(), restarted.sensors());
+    expect_same_future(original, restarted);
+  }
+}
+
+TEST_P(AnyWalker, AContinuedGeneratorIsRestoredToo) {
+  Restorable original = simulation_of(GetParam());
+  for (int episode = 0; episode < 3; ++episode) {
+    original.reset(std::nullopt);
+    play(original, 30, episode);
+  }
+  ASSERT_FALSE(original.state().seed);
+  Restorable restarted = simulation_of(GetParam());
+  restarted.restore(original.record());
+  expect_same_future(original, restarted);
+}
+
+TEST_P(AnyWalker, GoesBackToItsOwnPastAsOftenAsWanted) {
+  Restorable simulation = simulation_of(GetParam());
+  simulation.reset(4);
+  play(simulation, 10, 1);
+  const EpisodeRecord record = simulation.record();
+  const EpisodeState state = simulation.state();
+  for (int i = 0; i < 3; ++i) {
+    play(simulation, 20, 2 + i);
+    simulation.restore(record);
+    expect_same_state(simulation.state(), state);
+    EXPECT_EQ(simulation.state().episode, 2U + i) << "a restore counts as a reset";
+    EXPECT_EQ(to_bits(simulation.record().actions), to_bits(record.actions));
+  }
+}
+
+TEST_P(AnyWalker, AnEndedEpisodeIsRestoredAsEnded) {
+  Restorable original = simulation_of(GetParam(), {{"max_episode_steps", std::int64_t{5}}});
+  original.reset(4);
+  play(original, 5, 1);
+  ASSERT_EQ(original.state().end_reason, "truncated: 5 steps");
+  Restorable restarted = simulation_of(GetParam(), {{"max_episode_steps", std::int64_t{5}}});
+  restarted.restore(original.record());
+  expect_same_future(original, restarted);
+  EXPECT_EQ(restarted.state().step, 0U);
+}
+
+TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
+  Restorable simulation = simulation_of(GetParam());
+  simulation.reset(4);
+  play(simulation, 10, 1);
+  const EpisodeRecord good = simulation.record();
+  const EpisodeState state = simulation.state();
+  const auto refusal = [&](const EpisodeRecord& record) {
+    return message_of<std::exception>([&] { simulation.restore(record); });
+  };
+
+  EpisodeRecord bad = good;
+  bad.engine = "another";
+  EXPECT_EQ(refusal(bad).find("engine = another"), 0U);
+  bad = good;
+  bad.actions[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refusal(bad).find("step 1 of the record: action[3]"), 0U) << refusal(bad);
+  bad = good;
+  bad.episode_return += 1;
+  EXPECT_EQ(refusal(bad).find("episode_return = "), 0U) << refusal(bad);
+  bad = good;
+  bad.seed.reset();
+  bad.generator_state[3] = 2;
+  EXPECT_NE(refusal(bad).find("must be odd"), std::string::npos) << refusal(bad);
+  bad = good;  // goes on after its end
+  const std::size_t size = simulation.specification().action_size();
+  bad.num_steps = 3000;
+  bad.actions.assign(bad.num_steps * size, 1);
+  EXPECT_NE(refusal(bad).find("the episode ended"), std::string::npos) << refusal(bad);
+
+  expect_same_state(simulation.state(), state);
+  Restorable twin = simulation_of(GetParam());
+  twin.restore(good);
+  expect_same_future(simulation, twin);
+}
+
+constexpr std::chrono::steady_clock::time_point kAtOnce{};
+
+TEST_P(AnyWalker, ARestoreInPiecesLeavesThePresentEpisodeAloneAndIsTheSame) {
+  Restorable original = simulation_of(GetParam());
+  original.reset(4);
+  play(original, 20, 1);
+  const EpisodeRecord record = original.record();
+  Restorable simulation = simulation_of(GetParam());
+  Restorable undisturbed = simulation_of(GetParam());
+  for (Restorable* each : {&simulation, &undisturbed}) each->reset(5);
+  simulation.begin_restore(record);
+  Generator generator(2);
+  for (std::uint32_t i = 1; i < record.num_steps; ++i) {
+    ASSERT_FALSE(simulation.go_on_restoring(kAtOnce)) << i;
+    const std::vector<double> action = random_action(generator, simulation);
+    for (Restorable* each : {&simulation, &undisturbed}) {
+      if (i == 10) {
+        each->reset(6);  // another episode, meanwhile
+      } else {
+        each->step(action);
+      }
+    }
+    expect_same_state(simulation.state(), undisturbed.state());
+    expect_same_sensors(simulation.sensors(), undisturbed.sensors());
+  }
+  ASSERT_TRUE(simulation.go_on_restoring(kAtOnce));
+  expect_same_state(simulation.state(), undisturbed.state());
+  simulation.finish_restore();
+  EXPECT_EQ(simulation.state().episode, 3U) << "a restore counts as a reset";
+  Restorable twin = simulation_of(GetParam());
+  twin.reset(1);
+  twin.reset(1);
+  twin.restore(record);
+  expect_same_future(simulation, twin);
+}
+
+TEST_P(AnyWalker, ARestoreThatIsGivenUpLeavesNothingBehind) {
+  Restorable simulation = simulation_of(GetParam());
+  simulation.reset(4);
+  play(simulation, 10, 1);
+  const EpisodeRecord record = simulation.record();
+  simulation.reset(5);
+  play(simulation, 10, 2);
+  const EpisodeRecord other = simulation.record();
+  simulation.begin_restore(record);
+  EXPECT_FALSE(simulation.go_on_restoring(kAtOnce));
+  simulation.restore(other);
+  Restorable twin = simulation_of(GetParam());
+  twin.reset(1);
+  twin.reset(1);
+  twin.restore(other);
+  expect_same_future(simulation, twin);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ids, AnyWalker,
+                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
+                                         "Walker2d-v4", "Walker2d-v5"),
+                         [](const auto& instance) {
+                           std::string name = instance.param;
+                           name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
+                           return name;
+                         });
+
+TEST(EpisodeRecorder, HasNoRecordBeforeTheFirstReset) {
+  const Restorable simulation = simulation_of("BipedalWalker-v3");
+  EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
+            "there is no episode yet; reset first");
+}
+
+TEST(EpisodeRecorder, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
+  Restorable simulation = simulation_of("BipedalWalker-v3", {{"reuse_world", true}});
+  simulation.reset(1);
+  EXPECT_NE(message_of<std::exception>([&] { simulation.record(); }).find("reuse_world"),
+            std::string::npos);
+}
+
+/// A reset that the engine refuses is told like a step at which it fails.
+TEST(EpisodeRecorder, AResetThatFailsIsAnEpisodeThatHasEnded) {
+  const CrampedWalker cramped;
+  Restorable simulation(std::ref(cramped), cramped.good_seed());
+  Restorable fresh(std::ref(cramped), cramped.good_seed());
+  simulation.reset(std::nullopt);
+  play(simulation, 3, 1);
+  const std::uint64_t bad = cramped.bad_seed();
+  simulation.reset(bad);
+  const EpisodeState& state = simulation.state();
+  EXPECT_TRUE(state.failed_at_reset());
+  EXPECT_EQ(state.error, "MuJoCo: Stack overflow");
+  EXPECT_EQ(state.end_reason, "terminated: the simulation failed at its reset");
+  EXPECT_EQ(state.episode, 2U);
+  EXPECT_EQ(state.step, 0U);
+  EXPECT_EQ(state.seed, bad);
+  EXPECT_EQ(state.generator_state, Generator(bad).state());
+  EXPECT_TRUE(state.action.empty());
+  EXPECT_EQ(state.observation, std::vector<double>(state.observation.size()));
+  EXPECT_TRUE(std::all_of(state.info.begin(), state.info.end(),
+                          [](double value) { return std::isnan(value); }));
+  EXPECT_EQ(state.episode_return, 0);
+  EXPECT_EQ(message_of<ResetNeeded>([&] { simulation.step(std::vector<double>(6)); }),
+            "step: the simulation failed; reset first");
+  EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
+            "there is no episode: the simulation failed at its reset; reset first");
+  EXPECT_EQ(state.step, 0U);
+
+  simulation.reset(cramped.good_seed(bad));
+  fresh.reset(cramped.good_seed(bad));
+  for (;;) {
+    expect_same_state(state, fresh.state());
+    if (fresh.state().has_ended()) return;
+    simulation.step(std::vector<double>(6, 0.5));
+    fresh.step(std::vector<double>(6, 0.5));
+  }
+}
+
+/// It would fail for ever if the generator stood still.
+TEST(EpisodeRecorder, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
+  const CrampedWalker cramped;
+  Restorable simulation(std::ref(cramped), cramped.bad_seed());
+  int resets = 0;
+  do {
+    simulation.reset(std::nullopt);
+  } while (++resets < 100 && simulation.state().failed_at_reset());
+  EXPECT_GT(resets, 1) << "the first one has failed";
+  EXPECT_LT(resets, 100);
+  EXPECT_EQ(simulation.state().episode, resets);
+  EXPECT_FALSE(simulation.state().seed);
+}
+
+TEST(EpisodeRecorder, ARecordWhoseResetFailsChangesNothing) {
+  const CrampedWalker cramped;
+  Restorable simulation(std::ref(cramped), cramped.good_seed());
+  simulation.reset(std::nullopt);
+  EpisodeRecord record = simulation.record();
+  record.seed = cramped.bad_seed();
+  record.generator_state = Generator(*record.seed).state();
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { simulation.restore(record); }),
+            "the reset of the record: MuJoCo: Stack overflow");
+  EXPECT_EQ(simulation.state().episode, 1U);
+  EXPECT_EQ(simulation.state().error, "");
+  simulation.step(std::vector<double>(6));
+}
+
+/// Goes on for ever and costs nothing.
+class Endless : public BareEnvironment {
+ public:
+  Endless() {
+    specification_.id = "Endless";
+    specification_.action_low = {-1};
+    specification_.action_high = {1};
+  }
+
+  void reset(std::optional<std::uint64_t> /*seed*/, Result& /*result*/) override {}
+  void step(const double* /*action*/, std::size_t /*size*/, Result& /*result*/) override {}
+};
+
+TEST(EpisodeRecorder, GivesUpTheRecordOfAnEndlessEpisode) {
+  Restorable simulation([] { return std::make_unique<Endless>(); }, 1);
+  simulation.reset(1);
+  const std::vector<double> action{0.5};
+  for (std::uint32_t i = 0; i < EpisodeRecorder::kMostRecordedSteps; ++i) simulation.step(action);
+  EXPECT_EQ(simulation.record().actions.size(), EpisodeRecorder::kMostRecordedSteps);
+  simulation.step(action);
+  EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
+            "the episode has 1000001 steps; the record was given up after 1000000");
+  simulation.reset(1);
+  EXPECT_TRUE(simulation.record().actions.empty()) << "the next one has a record again";
+}
+
+TEST(EpisodeRecorder, RefusesARecordThatItCouldNotGiveItself) {
+  Restorable simulation([] { return std::make_unique<Endless>(); }, 1);
+  simulation.reset(1);
+  EpisodeRecord record = simulation.record();
+  record.num_steps = EpisodeRecorder::kMostRecordedSteps + 1;
+  record.actions.assign(record.num_steps, 0.5);
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { simulation.restore(record); }),
+            "the record has 1000001 steps; must have at most 1000000");
+  EXPECT_EQ(simulation.state().episode, 1U);
+  record.num_steps = EpisodeRecorder::kMostRecordedSteps;
+  record.actions.pop_back();
+  simulation.restore(record);
+  EXPECT_EQ(simulation.record().actions, record.actions);
+}
+
+/// As a pool holds it: a recorder in an environment's place.
+TEST_P(AnyWalker, ARecorderIsAsGoodAsTheEnvironmentInIt) {
+  Stepper plain(GetParam());
+  Stepper recorded(std::make_unique<EpisodeRecorder>(make(GetParam())));
+  for (Stepper* one : {&plain, &recorded}) {
+    one->reset(5);
+    one->step(std::vector<double>(one->environment->specification().action_size(), 0.5));
+  }
+  Environment& recorder = *recorded.environment;
+  EXPECT_EQ(recorder.group_size(), plain.environment->group_size());
+  EXPECT_EQ(recorder.generator_state(), plain.environment->generator_state());
+  ASSERT_EQ(recorder.can_save_state(), plain.environment->can_save_state());
+  if (recorder.can_save_state()) {
+    std::vector<std::byte> state;
+    std::vector<std::byte> same;
+    plain.environment->save_state(plain.result, state);
+    recorder.save_state(recorded.result, same);
+    EXPECT_EQ(same, state);
+  }
+  const GeneratorState generator_state = recorder.generator_state();
+  plain.reset(6);
+  plain.environment->set_generator_state(generator_state);
+  recorder.set_generator_state(generator_state);
+  plain.reset();
+  recorded.reset();
+  EXPECT_EQ(to_bits(recorded.row()), to_bits(plain.row()));
+}
+
+}  // namespace
+}  // namespace walker

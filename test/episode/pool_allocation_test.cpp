@@ -1,0 +1,70 @@
+// No step of a pool takes memory from the heap, in any of its threads.
+#include <gtest/gtest.h>
+
+#include "allocation_counter.h"
+#include "episode/pool_arrays.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+constexpr std::size_t kCount = 5;
+
+class PoolAllocationTest : public AllocationTest {
+ protected:
+  /// Walker2d's resets take no memory either, so that episodes may end.
+  void make_pool(AutoresetMode mode) {
+    PoolOptions options;
+    options.num_envs = kCount;
+    options.num_threads = 3;
+    options.autoreset_mode = mode;
+    options.batch_size = 2;
+    pool_ = std::make_unique<Pool>([] { return make("Walker2d-v5"); }, options);
+    arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kCount);
+    batch_ = arrays_->batch();
+    pool_->reset({}, {1, 2, 3, 4, 5}, batch_);
+    actions_.assign(kCount * pool_->specification().action_size(), 0.7);
+  }
+
+  std::unique_ptr<Pool> pool_;
+  std::unique_ptr<PoolArrays> arrays_;
+  Batch batch_;
+  std::vector<double> actions_;
+};
+
+TEST_F(PoolAllocationTest, StepsAndResetsWithoutTheHeap) {
+  for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
+    make_pool(mode);
+    const Counting counting;
+    for (int i = 0; i < 500; ++i) pool_->step(actions_.data(), actions_.size(), batch_);
+    EXPECT_GT(arrays_->episodes[0], 1U);
+  }
+  EXPECT_EQ(allocations, 0);
+}
+
+TEST_F(PoolAllocationTest, StepsSomeWithoutTheHeap) {
+  make_pool(AutoresetMode::next_step);
+  const std::vector<std::uint32_t> environments{3, 1};
+  pool_->step(actions_.data(), environments.data(), 2, batch_);  // the first one takes memory
+  const Counting counting;
+  for (int i = 0; i < 500; ++i) pool_->step(actions_.data(), environments.data(), 2, batch_);
+  EXPECT_GT(arrays_->episodes[0], 1U);
+  EXPECT_EQ(allocations, 0);
+}
+
+TEST_F(PoolAllocationTest, SendsAndReceivesWithoutTheHeap) {
+  make_pool(AutoresetMode::next_step);
+  std::vector<std::uint32_t> environments{0, 1, 2, 3, 4};
+  pool_->send(actions_.data(), environments.data(), 4);  // the first one takes memory
+  const Counting counting;
+  std::uint32_t rest = 4;
+  for (int i = 0; i < 500; ++i) {
+    pool_->recv(batch_, environments.data());
+    std::swap(rest, environments[0]);
+    pool_->send(actions_.data(), environments.data(), 2);
+  }
+  EXPECT_EQ(allocations, 0);
+}
+
+}  // namespace
+}  // namespace walker

@@ -1,0 +1,221 @@
+// Pools go on from saved states, to the bit, whoever saved them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <tuple>
+
+#include "episode/fake_walker.h"
+#include "episode/pool_arrays.h"
+#include "error_message.h"
+#include "kernel_variable.h"
+#include "saved_states.h"
+
+namespace walker {
+namespace {
+
+class Rollout {
+ public:
+  Rollout(const std::string& id, const PoolOptions& options, const Parameters& parameters = {})
+      : pool([&] { return make(id, parameters); }, options),
+        arrays(pool.specification(), options.num_envs),
+        actions_(options.num_envs * pool.specification().action_size()) {}
+
+  void reset(std::uint64_t first_seed) {
+    std::vector<std::optional<std::uint64_t>> seeds(pool.options().num_envs);
+    for (std::size_t i = 0; i < seeds.size(); ++i) seeds[i] = first_seed + i;
+    pool.reset({}, seeds, arrays.batch());
+  }
+
+  void step(std::mt19937& random) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    for (double& action : actions_) action = unit(random);
+    for (std::uint32_t i = 0; i < pool.options().num_envs; ++i) arrays.forget_final(i);
+    if (pool.options().autoreset_mode == AutoresetMode::disabled) reset_ended();
+    pool.step(actions_.data(), actions_.size(), arrays.batch());
+  }
+
+  void play(std::mt19937& random, int num_steps) {
+    for (int i = 0; i < num_steps; ++i) step(random);
+  }
+
+  std::vector<State> save() const {
+    std::vector<State> states(pool.options().num_envs);
+    for (std::size_t i = 0; i < states.size(); ++i) pool.save_state(i, states[i]);
+    return states;
+  }
+
+  /// All but the count of episodes.
+  std::vector<std::uint64_t> row(std::size_t index) const {
+    std::vector<double> row = arrays.row(index);
+    row[3] = 0;
+    return to_bits(row);
+  }
+
+  Pool pool;
+  PoolArrays arrays;
+
+ private:
+  void reset_ended() {
+    std::vector<std::uint32_t> ended;
+    for (std::uint32_t i = 0; i < pool.options().num_envs; ++i) {
+      if (arrays.terminated[i] == 1 || arrays.truncated[i] == 1) ended.push_back(i);
+    }
+    if (!ended.empty()) pool.reset(ended, {}, arrays.batch());
+  }
+
+  std::vector<double> actions_;
+};
+
+/// Id, kernel, and autoreset mode.
+class PoolStatesTest
+    : public testing::TestWithParam<std::tuple<std::string, const char*, AutoresetMode>> {
+ protected:
+  static constexpr std::size_t kCount = 19;  // no whole number of lanes
+};
+
+TEST_P(PoolStatesTest, GoOnAlike) {
+  const auto& [id, kernel, mode] = GetParam();
+  const KernelVariable variable(kernel);
+  PoolOptions options;
+  options.num_envs = kCount;
+  options.autoreset_mode = mode;
+  options.num_threads = 2;
+  Rollout original(id, options);
+  options.num_threads = 1;
+  Rollout other(id, options);
+  std::mt19937 random(1);
+  original.reset(0);
+  other.reset(100);
+  other.play(random, 20);
+  for (const int num_steps : {0, 70}) {
+    original.play(random, num_steps);
+    const std::vector<State> states = original.save();
+    ASSERT_EQ(original.save(), states);
+    other.pool.load_states({}, states, other.arrays.batch());
+    ASSERT_EQ(other.save(), states);
+    ASSERT_EQ(to_bits(other.arrays.observations), to_bits(original.arrays.observations));
+    ASSERT_EQ(other.arrays.steps, original.arrays.steps);
+    std::mt19937 same = random;
+    for (int step = 0; step < 80; ++step) {
+      original.step(random);
+      other.step(same);
+      for (std::size_t i = 0; i < kCount; ++i) {
+        ASSERT_EQ(other.row(i), original.row(i)) << "environment " << i << ", step " << step;
+      }
+    }
+    ASSERT_EQ(other.save(), original.save());
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<PoolStatesTest::ParamType>& info) {
+  const auto& [id, kernel, mode] = info.param;
+  std::string name = id + "_" + (kernel == nullptr ? "kernel" : kernel) + "_" + to_text(mode);
+  name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
+  return name;
+}
+
+std::vector<std::string> ids_that_can_be_saved() {
+  std::vector<std::string> ids;
+  for (const Registration& registration : registrations()) {
+    if (make(registration.id)->can_save_state()) ids.push_back(registration.id);
+  }
+  return ids;
+}
+
+INSTANTIATE_TEST_SUITE_P(Pools, PoolStatesTest,
+                         testing::Combine(testing::ValuesIn(ids_that_can_be_saved()),
+                                          testing::Values(nullptr, "off"),
+                                          testing::Values(AutoresetMode::next_step,
+                                                          AutoresetMode::same_step,
+                                                          AutoresetMode::disabled)),
+                         name_of);
+
+PoolOptions options_of(std::size_t num_envs) {
+  PoolOptions options;
+  options.num_envs = num_envs;
+  options.num_threads = 1;
+  return options;
+}
+
+TEST(PoolStates, AreThoseOfSingleEnvironments) {
+  Rollout rollout("Walker2d-v5", options_of(3));
+  rollout.reset(1);
+  Stepper single("Walker2d-v5", {{"max_episode_steps", std::int64_t{0}}});  // its own rule
+  single.reset(7);
+  const std::vector<double> action(6, 0.5);
+  single.step(action);
+  const std::vector<std::uint64_t> first = rollout.row(0);
+  rollout.pool.load_states({2}, {save(single)}, rollout.arrays.batch());
+  EXPECT_EQ(rollout.row(0), first) << "others' rows stay";
+  EXPECT_EQ(rollout.arrays.steps[2], 1U);
+  const std::vector<double> actions(18, 0.5);
+  rollout.pool.step(actions.data(), actions.size(), rollout.arrays.batch());
+  single.step(action);
+  const auto* const row = &rollout.arrays.observations[2 * single.observation.size()];
+  EXPECT_EQ(to_bits({row, row + single.observation.size()}), to_bits(single.observation));
+  EXPECT_EQ(to_bits(rollout.arrays.rewards[2]), to_bits(single.result.reward));
+  State state;
+  rollout.pool.save_state(2, state);
+  EXPECT_EQ(state, save(single));
+  load(single, state);
+  EXPECT_EQ(save(single), state);
+}
+
+TEST(PoolStates, WhatIsRefusedChangesNothing) {
+  Rollout rollout("Walker2d-v5", options_of(3));
+  rollout.reset(1);
+  const std::vector<State> before = rollout.save();
+  Rollout another("Walker2d-v5", options_of(3));
+  another.reset(5);
+  std::vector<State> states = another.save();
+  states[2][100] ^= std::byte{1};
+  Pool& pool = rollout.pool;
+  const Batch batch = rollout.arrays.batch();
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({}, states, batch); }),
+            "environment 2: the state is damaged: its bytes do not have the checksum that its "
+            "header tells");
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({0}, states, batch); }),
+            "3 states; must be 1 as the environments");
+  EXPECT_EQ(message_of<std::invalid_argument>([&] {
+              pool.load_states({0, 1, 0}, states, batch);
+            }),
+            "environment 0: listed twice");
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({3}, {{}}, batch); }),
+            "environment 3: must be in [0, 2]");
+  EXPECT_EQ(rollout.save(), before);
+}
+
+TEST(PoolStates, UnderWayThereIsNone) {
+  Rollout rollout("Walker2d-v5", options_of(2));
+  rollout.reset(1);
+  const std::vector<State> states = rollout.save();
+  const std::vector<double> actions(12, 0);
+  const std::vector<std::uint32_t> both{0, 1};
+  rollout.pool.send(actions.data(), both.data(), both.size());
+  State state;
+  EXPECT_THROW(rollout.pool.save_state(0, state), std::logic_error);
+  EXPECT_THROW(rollout.pool.load_states({}, states, rollout.arrays.batch()), std::logic_error);
+}
+
+/// Nothing but the reset by which it came about has been told of it.
+TEST(PoolStates, BeforeTheFirstReset) {
+  Rollout rollout("Hopper-v5", options_of(2));
+  const std::vector<State> none = rollout.save();
+  rollout.reset(1);
+  rollout.pool.load_states({1}, {none[0]}, rollout.arrays.batch());
+  const std::vector<double> actions(6, 0);
+  EXPECT_THROW(rollout.pool.step(actions.data(), actions.size(), {}), ResetNeeded);
+}
+
+TEST(PoolStates, AnEngineWithoutThemSaysSo) {
+  Fakes<> fakes;
+  Pool pool(fakes, options_of(1));
+  State state;
+  EXPECT_THROW(pool.save_state(0, state), std::logic_error);
+  EXPECT_THROW(pool.load_states({}, {state}, {}), std::logic_error);
+}
+
+}  // namespace
+}  // namespace walker

@@ -1,0 +1,533 @@
+// What a pool does with its environments and with what it is asked; fake ones, two threads.
+#include "walker_sim/pool.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+
+#include "episode/fake_walker.h"
+#include "base/interruption.h"
+#include "episode/pool_arrays.h"
+#include "error_message.h"
+
+namespace walker {
+namespace {
+
+using Values = std::vector<double>;
+
+constexpr std::size_t kCount = 3;
+
+class PoolTest : public testing::Test {
+ protected:
+  void make(AutoresetMode mode, std::size_t batch_size = 0) {
+    fakes_ = {};
+    PoolOptions options;
+    options.num_envs = kCount;
+    options.num_threads = 2;
+    options.autoreset_mode = mode;
+    options.batch_size = batch_size;
+    pool_ = std::make_unique<Pool>(fakes_, options);
+    arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kCount);
+  }
+  void SetUp() override { make(AutoresetMode::next_step); }
+
+  void reset(const std::vector<std::uint32_t>& environments = {},
+             const std::vector<std::optional<std::uint64_t>>& seeds = {}) {
+    pool_->reset(environments, seeds, arrays_->batch());
+  }
+  void step(const Values& actions = Values(kCount * 2)) {
+    pool_->step(actions.data(), actions.size(), arrays_->batch());
+  }
+  void send(const std::vector<std::uint32_t>& environments) {
+    const Values actions(environments.size() * 2, 0.5);
+    pool_->send(actions.data(), environments.data(), environments.size());
+  }
+  std::vector<std::uint32_t> recv() {
+    std::vector<std::uint32_t> environments(pool_->options().batch_size);
+    pool_->recv(arrays_->batch(), environments.data());
+    return environments;
+  }
+  std::vector<int> steps_of_all() const {
+    std::vector<int> steps;
+    steps.reserve(kCount);
+    for (std::size_t i = 0; i < kCount; ++i) steps.push_back(fakes_[i].all_steps);
+    return steps;
+  }
+
+  template <typename Exception, typename Call>
+  std::string refusal(Call call) {
+    const std::vector<int> before = steps_of_all();
+    std::string message = message_of<Exception>(call);
+    EXPECT_EQ(steps_of_all(), before) << "nothing may have moved";
+    return message;
+  }
+
+  Fakes<> fakes_;
+  std::unique_ptr<Pool> pool_;
+  std::unique_ptr<PoolArrays> arrays_;
+};
+
+std::string refused_options(const PoolOptions& options) {
+  return message_of<std::invalid_argument>([&] { Pool(Fakes<>{}, options); });
+}
+
+TEST_F(PoolTest, OptionsAreCompletedOrRefusedByName) {
+  PoolOptions options;
+  options.num_envs = 5;
+  const Pool pool(Fakes<>{}, options);
+  EXPECT_GE(pool.options().num_threads, 1U);
+  EXPECT_LE(pool.options().num_threads, 5U);
+  EXPECT_EQ(pool.options().batch_size, 5U);
+  options.batch_size = 6;
+  EXPECT_EQ(refused_options(options), "batch_size = 6: must be in [0, 5]");
+  options.batch_size = 0;
+  options.num_threads = 1025;
+  EXPECT_EQ(refused_options(options), "num_threads = 1025: must be in [0, 1024]");
+  options.num_envs = 0;
+  EXPECT_EQ(refused_options(options), "num_envs = 0: must be in [1, 1048576]");
+}
+
+/// A signal ends the making of many environments after any of them.
+TEST(PoolInterruption, EndsTheMakingOfEnvironments) {
+  constexpr std::size_t kMade = 3;
+  static Fakes<> fakes;
+  fakes = {};
+  set_poll([](pollfd* files, nfds_t num_files, int timeout) {
+    if (fakes.all->size() == kMade) throw Interrupted();
+    return ::poll(files, num_files, timeout);
+  });
+  PoolOptions options;
+  options.num_envs = 100;
+  EXPECT_THROW(Pool(fakes, options), Interrupted);
+  set_poll(&::poll);
+  EXPECT_EQ(fakes.all->size(), kMade);
+}
+
+TEST_F(PoolTest, ModesHaveGymnasiumsNames) {
+  EXPECT_STREQ(to_text(AutoresetMode::next_step), "next_step");
+  EXPECT_STREQ(to_text(AutoresetMode::same_step), "same_step");
+  EXPECT_STREQ(to_text(AutoresetMode::disabled), "disabled");
+}
+
+TEST_F(PoolTest, EnvironmentsMustBeAlike) {
+  class Other : public FakeWalker {
+   public:
+    Other() { specification_.info_names = {"seed", "more"}; }
+  };
+  int made = 0;
+  const auto make = [&]() -> std::unique_ptr<Environment> {
+    if (++made < 3) return std::make_unique<EpisodeRules>(std::make_unique<FakeWalker>());
+    return std::make_unique<EpisodeRules>(std::make_unique<Other>());
+  };
+  PoolOptions options;
+  options.num_envs = 3;
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { Pool(make, options); }),
+            "environment 2: Fake-v0; must be as the first one, Fake-v0 with the same parameters");
+}
+
+TEST_F(PoolTest, StepsEachWithItsOwnAction) {
+  reset();
+  step({1, 2, 30, 40, 500, 600});
+  EXPECT_EQ(arrays_->rewards, (Values{3, 70, 1100}));
+  EXPECT_EQ(arrays_->observations, (Values{1, 1, 1, 1, 1, 1}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
+  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 0, 0}));
+  EXPECT_EQ(arrays_->final_info, Values(kCount, PoolArrays::kUntouched));
+}
+
+TEST_F(PoolTest, WhatIsNullIsLeftOut) {
+  make(AutoresetMode::same_step);
+  fakes_[0].length = 1;
+  pool_->reset({}, {}, {});
+  const Values actions(kCount * 2);
+  pool_->step(actions.data(), actions.size(), {});
+  EXPECT_EQ(steps_of_all(), (std::vector<int>{1, 1, 1}));
+}
+
+TEST_F(PoolTest, NextStepResetsInTheFollowingStepAndIgnoresItsAction) {
+  fakes_[1].length = 2;
+  reset();
+  step();
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->row(1), (Values{2, 1, 0, 1, 2, /**/ 1, 2, -1, /**/ -12345, -12345, -12345}));
+  EXPECT_STREQ(pool_->end_reason(1), "fell");
+  EXPECT_STREQ(pool_->end_reason(0), "");
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->row(1), (Values{0, 0, 0, 2, 0, /**/ 2, 0, -1, /**/ -12345, -12345, -12345}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
+  EXPECT_STREQ(pool_->end_reason(1), "");
+  step();
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{4, 1, 4}));
+}
+
+TEST_F(PoolTest, SameStepResetsAtOnceAndShowsTheLastOfTheOldEpisode) {
+  make(AutoresetMode::same_step);
+  fakes_[1].length = 2;
+  reset({}, {5, 6, 7});
+  step();
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->row(1), (Values{2, 1, 0, 2, 0, /**/ 2, 0, -1, /**/ 1, 2, -1}));
+  EXPECT_STREQ(pool_->end_reason(1), "fell");
+  EXPECT_EQ(arrays_->final_info[0], PoolArrays::kUntouched);
+  arrays_->forget_final(1);
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->row(1), (Values{2, 0, 0, 2, 1, /**/ 2, 1, -1, /**/ -12345, -12345, -12345}));
+  EXPECT_STREQ(pool_->end_reason(1), "");
+}
+
+TEST_F(PoolTest, DisabledRefusesTheWholeStepUntilTheReset) {
+  make(AutoresetMode::disabled);
+  fakes_[1].length = 2;
+  reset();
+  step();
+  step();
+  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
+            "environment 1: the episode ended after 2 steps; reset first");
+  reset({1}, {8});
+  EXPECT_EQ(arrays_->info, (Values{-1, 8, -1}));
+  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+  step();
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 1, 3}));
+}
+
+TEST_F(PoolTest, NobodyStepsBeforeTheFirstReset) {
+  reset({0, 2});
+  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
+            "environment 1: there is no episode yet; reset first");
+  EXPECT_EQ(refusal<ResetNeeded>([&] {
+              send({0, 1});
+            }),
+            "environment 1: there is no episode yet; reset first");
+}
+
+TEST_F(PoolTest, ABatchIsCheckedWholeBeforeAnythingMoves) {
+  reset();
+  EXPECT_EQ(refusal<InvalidAction>([&] { step(Values(5)); }),
+            "actions have 5 values; must have 6, 2 for each of 3 environments");
+  EXPECT_EQ(refusal<InvalidAction>([&] {
+              step({0, 0, 0, 0, 0, std::nan("")});
+            }),
+            "environment 2: action[1] (knee) = nan; must be finite");
+  const Values infinite{0, 0, -std::numeric_limits<double>::infinity(), 0};
+  const std::vector<std::uint32_t> environments{2, 0};
+  EXPECT_EQ(refusal<InvalidAction>([&] { pool_->send(infinite.data(), environments.data(), 2); }),
+            "environment 0: action[0] (hip) = -inf; must be finite");
+  step();
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
+}
+
+TEST_F(PoolTest, ResetsOnlyThoseListedWithTheirSeeds) {
+  reset({2, 0}, {7, std::nullopt});
+  EXPECT_EQ(arrays_->info, (Values{-1, PoolArrays::kUntouched, 7}));
+  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 999, 1}));
+  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 9, 0}));
+}
+
+TEST_F(PoolTest, MalformedListsAreRefusedByName) {
+  reset();
+  const auto refused = [this](const std::vector<std::uint32_t>& environments,
+                              const std::vector<std::optional<std::uint64_t>>& seeds = {}) {
+    return refusal<std::invalid_argument>([&] { reset(environments, seeds); });
+  };
+  EXPECT_EQ(refused({0, 3}), "environment 3: must be in [0, 2]");
+  EXPECT_EQ(refused({0, 1, 0}), "environment 0: listed twice");
+  EXPECT_EQ(refused({0, 1}, {7}), "1 seeds; must be 0, or 2 as the environments");
+  EXPECT_EQ(refused({}, {7, 8}), "2 seeds; must be 0, or 3 as the environments");
+  EXPECT_EQ(fakes_[0].episode, 1);
+  EXPECT_EQ(refusal<std::invalid_argument>([&] { send({2, 2}); }), "environment 2: listed twice");
+  EXPECT_EQ(refusal<std::invalid_argument>([&] { pool_->environment(3); }),
+            "environment 3: must be in [0, 2]");
+}
+
+TEST_F(PoolTest, AnEngineThatFailsEndsItsOwnEpisodeOnly) {
+  make(AutoresetMode::same_step);
+  reset({}, {1, 2, 3});
+  step();
+  fakes_[1].step_fails = true;
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_STREQ(pool_->error(1), "the engine gave up");
+  EXPECT_STREQ(pool_->end_reason(1), "the simulation failed");
+  EXPECT_STREQ(pool_->error(0), "");
+  EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
+  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(arrays_->observations, (Values{1, 2, 2, 0, 1, 2}));
+  EXPECT_EQ(arrays_->final_observations[2], 1);
+  EXPECT_EQ(arrays_->final_observations[3], 1) << "the last that was observed";
+  EXPECT_TRUE(std::isnan(arrays_->final_info[1])) << "absent";
+  fakes_[1].step_fails = false;
+  step();
+  EXPECT_STREQ(pool_->error(1), "");
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 1, 3}));
+}
+
+TEST_F(PoolTest, AfterAFailureTheLastObservationIsShownInWhicheverArrays) {
+  reset();
+  step();
+  fakes_[2].step_fails = true;
+  PoolArrays others(pool_->specification(), kCount);
+  const Values actions(kCount * 2);
+  pool_->step(actions.data(), actions.size(), others.batch());
+  EXPECT_EQ(others.observations, (Values{1, 2, 1, 2, 1, 1}));
+}
+
+TEST_F(PoolTest, AResetThatFailsIsAnEpisodeThatHasEnded) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    make(mode);
+    fakes_[1].reset_fails = true;
+    reset({}, {5, 6, 7});
+    EXPECT_EQ(arrays_->observations, (Values{1, 0, 0, 0, 1, 0}));
+    EXPECT_EQ(arrays_->rewards, (Values{0, 0, 0}));
+    EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+    EXPECT_EQ(arrays_->truncated, (std::vector<std::uint8_t>{0, 0, 0}));
+    EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 1, 1}));
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{0, 0, 0}));
+    EXPECT_EQ(arrays_->info[0], 5);
+    EXPECT_TRUE(std::isnan(arrays_->info[1])) << "absent";
+    EXPECT_STREQ(pool_->reset_error(1), "no ground");
+    EXPECT_STREQ(pool_->error(1), "");
+    EXPECT_STREQ(pool_->end_reason(1), "the simulation failed at its reset");
+    EXPECT_STREQ(pool_->reset_error(0), "");
+    fakes_[1].reset_fails = false;
+    reset({1}, {8});
+    EXPECT_EQ(arrays_->row(1)[3], 2) << "the second reset";
+    EXPECT_EQ(arrays_->info, (Values{5, 8, 7}));
+    EXPECT_STREQ(pool_->reset_error(1), "");
+    EXPECT_STREQ(pool_->end_reason(1), "");
+    step();
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
+  }
+}
+
+TEST_F(PoolTest, WhoFailedAtItsResetIsResetInItsNextStep) {
+  for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
+    make(mode);
+    fakes_[1].reset_fails = true;
+    reset();
+    step({1, 1, 1, 1, 1, 1});
+    EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
+    EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+    EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 0, 1}));
+    EXPECT_STREQ(pool_->reset_error(1), "no ground");
+    EXPECT_EQ(arrays_->final_observations[2] == PoolArrays::kUntouched,
+              mode == AutoresetMode::next_step)
+        << "in same_step every end has its final row";
+    fakes_[1].reset_fails = false;
+    arrays_->forget_final(1);
+    step({1, 1, 1, 1, 1, 1});
+    EXPECT_EQ(arrays_->row(1), (Values{0, 0, 0, 3, 0, /**/ 1, 0, -1, /**/ -12345, -12345, -12345}))
+        << "its action is ignored";
+    EXPECT_STREQ(pool_->reset_error(1), "");
+    step({1, 1, 1, 1, 1, 1});
+    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 1, 3}));
+  }
+}
+
+TEST_F(PoolTest, DisabledRefusesAStepAfterAResetThatFailed) {
+  make(AutoresetMode::disabled);
+  fakes_[1].reset_fails = true;
+  reset();
+  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
+            "environment 1: the simulation failed at its reset; reset first");
+  EXPECT_EQ(refusal<ResetNeeded>([&] {
+              send({0, 1});
+            }),
+            "environment 1: the simulation failed at its reset; reset first");
+}
+
+TEST_F(PoolTest, AnAutoresetThatFailsInTheFollowingStepLeavesTheOthersAlone) {
+  fakes_[1].length = 2;
+  reset();
+  step();
+  step();
+  fakes_[1].reset_fails = true;
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
+  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(arrays_->observations, (Values{1, 3, 0, 0, 1, 3}));
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
+}
+
+/// Reward and flags are those of the step; the new episode has none yet.
+TEST_F(PoolTest, AnAutoresetThatFailsInTheSameStepLeavesTheEndAsItWas) {
+  make(AutoresetMode::same_step);
+  fakes_[1].length = 2;
+  reset({}, {5, 6, 7});
+  step();
+  fakes_[1].reset_fails = true;
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->rewards, (Values{2, 2, 2}));
+  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
+  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{2, 0, 2}));
+  EXPECT_EQ(arrays_->observations, (Values{1, 2, 0, 0, 1, 2}));
+  EXPECT_TRUE(std::isnan(arrays_->info[1])) << "absent";
+  EXPECT_EQ(arrays_->final_observations[2], 1);
+  EXPECT_EQ(arrays_->final_observations[3], 2);
+  EXPECT_EQ(arrays_->final_info[1], -1);
+  EXPECT_STREQ(pool_->end_reason(1), "fell");
+  EXPECT_STREQ(pool_->error(1), "");
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
+  fakes_[1].reset_fails = false;
+  step({1, 1, 1, 1, 1, 1});
+  EXPECT_EQ(arrays_->row(1)[3], 3);
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
+}
+
+TEST_F(PoolTest, AStepAndTheResetAfterItMayBothFail) {
+  make(AutoresetMode::same_step);
+  reset();
+  fakes_[1].step_fails = true;
+  fakes_[1].reset_fails = true;
+  step();
+  EXPECT_STREQ(pool_->error(1), "the engine gave up");
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
+  EXPECT_STREQ(pool_->end_reason(1), "the simulation failed");
+}
+
+TEST_F(PoolTest, ReceivesEachThatWasSentOnce) {
+  make(AutoresetMode::next_step, 1);
+  reset();
+  send({2, 0});
+  send({1});
+  std::vector<int> received(kCount);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const std::uint32_t environment = recv()[0];
+    ++received[environment];
+    EXPECT_EQ(arrays_->row(0), (Values{1, 0, 0, 1, 1, /**/ 1, 1, -1, /**/ -12345, -12345, -12345}));
+  }
+  EXPECT_EQ(received, (std::vector<int>{1, 1, 1}));
+}
+
+TEST_F(PoolTest, SendingCopiesTheActions) {
+  reset();
+  Values actions{1, 2, 3, 4, 5, 6};
+  const std::vector<std::uint32_t> environments{2, 1, 0};
+  pool_->send(actions.data(), environments.data(), 3);
+  actions.assign(6, 100);
+  const std::vector<std::uint32_t> arrived = recv();
+  for (std::size_t row = 0; row < kCount; ++row) {
+    EXPECT_EQ(arrays_->rewards[row], 11 - 4.0 * arrived[row]) << arrived[row];
+  }
+}
+
+TEST_F(PoolTest, ResetsAreSentAndReceivedInEveryMode) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    make(mode, 1);
+    pool_->send_resets({});
+    std::vector<int> received(kCount);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      ++received[recv()[0]];
+      EXPECT_EQ(arrays_->row(0),
+                (Values{0, 0, 0, 1, 0, /**/ 1, 0, -1, /**/ -12345, -12345, -12345}));
+    }
+    EXPECT_EQ(received, (std::vector<int>{1, 1, 1}));
+    send({2});
+    recv();
+    pool_->send_resets({2});
+    EXPECT_EQ(message_of<std::logic_error>([&] { pool_->send_resets({2}); }),
+              "environment 2: is under way; receive it first");
+    EXPECT_EQ(recv(), (std::vector<std::uint32_t>{2}));
+    EXPECT_EQ(arrays_->row(0), (Values{0, 0, 0, 2, 0, /**/ 2, 0, -1, /**/ -12345, -12345, -12345}));
+    EXPECT_EQ(message_of<std::invalid_argument>([&] {
+                pool_->send_resets({1, 1});
+              }),
+              "environment 1: listed twice");
+  }
+}
+
+TEST_F(PoolTest, StepsSomeInTheOrderInWhichTheyAreListed) {
+  reset();
+  const Values actions{0.5, 0, -0.25, 0};
+  const std::vector<std::uint32_t> environments{2, 0};
+  pool_->step(actions.data(), environments.data(), 2, arrays_->batch());
+  EXPECT_EQ(steps_of_all(), (std::vector<int>{1, 0, 1}));
+  EXPECT_EQ(arrays_->rewards, (Values{0.5, -0.25, 0}));
+  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 0}));
+}
+
+TEST_F(PoolTest, SomeAreCheckedBeforeAnythingMoves) {
+  reset();
+  const Values actions(kCount * 2);
+  const auto step_some = [&](const std::vector<std::uint32_t>& environments) {
+    pool_->step(actions.data(), environments.data(), environments.size(), arrays_->batch());
+  };
+  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({}); }),
+            "step: no environment is listed");
+  EXPECT_EQ(refusal<std::invalid_argument>([&] {
+              step_some({0, 3});
+            }),
+            "environment 3: must be in [0, 2]");
+  EXPECT_EQ(refusal<std::invalid_argument>([&] {
+              step_some({1, 0, 1});
+            }),
+            "environment 1: listed twice");
+  send({1});
+  EXPECT_EQ(message_of<std::logic_error>([&] { step_some({0}); }),
+            "step: 1 environments are under way; receive them first");
+}
+
+TEST_F(PoolTest, MixedUseIsRefused) {
+  make(AutoresetMode::next_step, 2);
+  reset();
+  EXPECT_EQ(message_of<std::logic_error>([&] { recv(); }),
+            "recv: 0 environments are under way; must be at least 2, the batch size");
+  send({0});
+  EXPECT_EQ(message_of<std::logic_error>([&] { step(); }),
+            "step: 1 environments are under way; receive them first");
+  EXPECT_EQ(message_of<std::logic_error>([&] { reset({1}); }),
+            "reset: 1 environments are under way; receive them first");
+  EXPECT_EQ(message_of<std::logic_error>([&] {
+              send({1, 0});
+            }),
+            "environment 0: is under way; receive it first");
+  EXPECT_EQ(message_of<std::logic_error>([&] { pool_->environment(0); }),
+            "environment 0: is under way; receive it first");
+  EXPECT_EQ(message_of<std::logic_error>([&] { recv(); }),
+            "recv: 1 environments are under way; must be at least 2, the batch size");
+  EXPECT_NO_THROW(pool_->environment(1));
+  send({1});
+  recv();
+  EXPECT_NO_THROW(step());
+  EXPECT_EQ(steps_of_all(), (std::vector<int>{2, 2, 1}));
+}
+
+TEST_F(PoolTest, AResetThatFailsArrivesLikeAnyOther) {
+  make(AutoresetMode::same_step);
+  fakes_[1].length = 1;
+  reset();
+  fakes_[1].reset_fails = true;
+  for (int round = 0; round < 2; ++round) {  // the end of an episode, then nothing but the reset
+    send({0, 1, 2});
+    const std::vector<std::uint32_t> arrived = recv();
+    EXPECT_STREQ(pool_->reset_error(1), "no ground");
+    const std::size_t row = std::find(arrived.begin(), arrived.end(), 1U) - arrived.begin();
+    EXPECT_EQ(arrays_->terminated[row], 1);
+    EXPECT_EQ(arrays_->steps[row], 0U);
+    EXPECT_EQ(arrays_->final_observations[2 * row + 1], round == 0 ? 1 : 0);
+  }
+  EXPECT_EQ(steps_of_all(), (std::vector<int>{2, 1, 2}));
+  pool_->send_resets({1});
+  send({0, 2});
+  recv();
+  EXPECT_STREQ(pool_->reset_error(1), "no ground");
+}
+
+TEST_F(PoolTest, EndsWithEnvironmentsUnderWay) {
+  for (int i = 0; i < 100; ++i) {
+    make(AutoresetMode::next_step);
+    reset();
+    send({0, 1, 2});
+  }
+}
+
+}  // namespace
+}  // namespace walker

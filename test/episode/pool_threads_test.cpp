@@ -1,0 +1,160 @@
+// The number of threads decides on nothing: every walker, to the bit, stepped together or sent and
+// received in whichever order they arrive.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <ostream>
+#include <string>
+
+#include "bits.h"
+#include "episode/pool_arrays.h"
+#include "base/random.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+constexpr std::size_t kCount = 7;
+constexpr std::size_t kSteps = 75;
+
+struct Case {
+  std::string id;
+  AutoresetMode mode = AutoresetMode::next_step;
+};
+
+/// What each environment gave, one reset or step after the other, as bits.
+using History = std::vector<std::vector<std::uint64_t>>;
+
+PoolOptions options_of(const Case& chosen, std::size_t num_threads) {
+  PoolOptions options;
+  options.num_envs = kCount;
+  options.num_threads = num_threads;
+  options.autoreset_mode = chosen.mode;
+  options.batch_size = 1;  // so that the last one can be waited for
+  return options;
+}
+
+class Player {
+ public:
+  Player(const Case& chosen, std::size_t num_threads)
+      : pool_(
+            [&] {
+              return make(chosen.id, {{"max_episode_steps", std::int64_t{30}}});
+            },
+            options_of(chosen, num_threads)),
+        arrays_(pool_.specification(), kCount),
+        action_size_(pool_.specification().action_size()),
+        actions_(kSteps * kCount * action_size_),
+        history_(kCount),
+        num_steps_(kCount),
+        needs_reset_(kCount) {
+    Generator generator(3);
+    for (double& value : actions_) value = generator.uniform(-1.2, 1.2);
+    pool_.reset({}, {50, 51, 52, 53, 54, 55, 56}, arrays_.batch());
+    for (std::uint32_t i = 0; i < kCount; ++i) keep(i, i);
+  }
+
+  History step_all() {
+    for (std::size_t step = 0; step < kSteps; ++step) {
+      reset_ended();
+      pool_.step(action(0), kCount * action_size_, arrays_.batch());
+      for (std::uint32_t i = 0; i < kCount; ++i) {
+        ++num_steps_[i];
+        keep(i, i);
+      }
+    }
+    return history_;
+  }
+
+  /// Each environment gets the actions that it gets above.
+  History send_and_receive() {
+    std::vector<std::uint32_t> at_rest{0, 1, 2, 3, 4, 5, 6};
+    std::uint32_t arrived = 0;
+    while (true) {
+      if (at_rest.size() == kCount) reset_ended();
+      const auto sent = std::partition(at_rest.begin(), at_rest.end(), [this](std::uint32_t i) {
+        return needs_reset_[i] || num_steps_[i] == kSteps;
+      });
+      std::for_each(sent, at_rest.end(), [this](std::uint32_t i) {
+        pool_.send(action(i), &i, 1);
+        ++num_steps_[i];
+      });
+      at_rest.erase(sent, at_rest.end());
+      if (at_rest.size() == kCount) return history_;
+      pool_.recv(arrays_.batch(), &arrived);
+      keep(arrived, 0);
+      at_rest.push_back(arrived);
+    }
+  }
+
+ private:
+  /// The environment's next, followed by those of the environments after it.
+  const double* action(std::uint32_t environment) const {
+    return &actions_[(num_steps_[environment] * kCount + environment) * action_size_];
+  }
+
+  void reset_ended() {
+    std::vector<std::uint32_t> ended;
+    for (std::uint32_t i = 0; i < kCount; ++i) {
+      if (needs_reset_[i] && num_steps_[i] != kSteps) ended.push_back(i);
+    }
+    if (ended.empty()) return;
+    pool_.reset(ended, {}, arrays_.batch());
+    for (const std::uint32_t i : ended) keep(i, i);
+  }
+
+  void keep(std::uint32_t environment, std::size_t row) {
+    const std::vector<std::uint64_t> bits = to_bits(arrays_.row(row));
+    history_[environment].insert(history_[environment].end(), bits.begin(), bits.end());
+    const bool has_ended = arrays_.terminated[row] != 0 || arrays_.truncated[row] != 0;
+    needs_reset_[environment] =
+        has_ended && pool_.options().autoreset_mode == AutoresetMode::disabled;
+    arrays_.forget_final(row);
+  }
+
+  Pool pool_;
+  PoolArrays arrays_;
+  std::size_t action_size_;
+  std::vector<double> actions_;  // step x environment x action
+  History history_;
+  std::vector<std::size_t> num_steps_;
+  std::vector<bool> needs_reset_;
+};
+
+void PrintTo(const Case& chosen, std::ostream* stream) { *stream << chosen.id; }
+
+class PoolThreadsTest : public testing::TestWithParam<Case> {};
+
+TEST_P(PoolThreadsTest, DecideOnNothing) {
+  const History one = Player(GetParam(), 1).step_all();
+  std::size_t num_words = 0;
+  for (const auto& words : one) num_words += words.size();
+  ASSERT_GT(num_words, kCount * (kSteps + 1) * 20);
+  EXPECT_NE(one[0], one[1]) << "each has a seed of its own";
+  for (const std::size_t num_threads : {1, 2, 3, 7}) {
+    EXPECT_EQ(Player(GetParam(), num_threads).step_all(), one) << num_threads << " threads";
+    EXPECT_EQ(Player(GetParam(), num_threads).send_and_receive(), one)
+        << num_threads << " threads, as they arrive";
+  }
+}
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  for (const Registration& registration : registrations()) {
+    for (const AutoresetMode mode :
+         {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+      all.push_back({registration.id, mode});
+    }
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryWalker, PoolThreadsTest, testing::ValuesIn(cases()),
+                         [](const testing::TestParamInfo<Case>& chosen) {
+                           std::string name = chosen.param.id + "_" + to_text(chosen.param.mode);
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace walker

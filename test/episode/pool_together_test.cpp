@@ -1,0 +1,101 @@
+// A pool hands its environments on in groups, to types that step several at once.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include "episode/fake_walker.h"
+#include "episode/pool_arrays.h"
+#include "walker_sim/pool.h"
+
+namespace walker {
+namespace {
+
+using Values = std::vector<double>;
+
+/// Solves three at a time, and keeps how many each call had.
+class TogetherWalker : public FakeWalker {
+ public:
+  void step_together(StepCall* const* calls, std::size_t count,
+                     std::size_t size) noexcept override {
+    counts->push_back(count);
+    FakeWalker::step_together(calls, count, size);
+  }
+  void step(const double* action, std::size_t size, Result& result) override {
+    FakeWalker::step(action, size, result);
+    result.reward += 1000;
+  }
+  std::size_t group_size() const override { return 3; }
+
+  std::vector<std::size_t>* counts = nullptr;
+};
+
+class TogetherTest : public testing::Test {
+ protected:
+  static constexpr std::size_t kEnvironments = 7;
+
+  TogetherTest() {
+    PoolOptions options;
+    options.num_envs = kEnvironments;
+    options.num_threads = 1;
+    options.batch_size = 5;
+    pool_ = std::make_unique<Pool>(fakes_, options);
+    for (TogetherWalker* walker : *fakes_.all) walker->counts = &counts_;
+    pool_->reset({}, {}, arrays().batch());
+  }
+  PoolArrays& arrays() {
+    if (!arrays_) arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kEnvironments);
+    return *arrays_;
+  }
+  void step() {
+    counts_.clear();
+    Values actions(kEnvironments * 2);
+    std::iota(actions.begin(), actions.end(), 0);
+    pool_->step(actions.data(), actions.size(), arrays().batch());
+  }
+
+  Fakes<TogetherWalker> fakes_;
+  std::vector<std::size_t> counts_;
+  std::unique_ptr<Pool> pool_;
+  std::unique_ptr<PoolArrays> arrays_;
+};
+
+TEST_F(TogetherTest, GroupsOfTheTypesSizeReachItThroughTheRules) {
+  step();
+  EXPECT_EQ(counts_, (std::vector<std::size_t>{3, 3, 1}));
+  EXPECT_EQ(arrays().rewards, (Values{1001, 1005, 1009, 1013, 1017, 1021, 1025}));
+}
+
+TEST_F(TogetherTest, WhoIsResetIsNotInTheGroup) {
+  fakes_[1].length = 1;
+  step();
+  step();
+  EXPECT_EQ(counts_, (std::vector<std::size_t>{2, 3, 1}));
+  EXPECT_EQ(arrays().rewards[1], 0);
+  EXPECT_EQ(arrays().episodes[1], 2U);
+}
+
+TEST_F(TogetherTest, OneThatFailsDisturbsNoOther) {
+  fakes_[4].step_fails = true;
+  step();
+  EXPECT_STREQ(pool_->error(4), "the engine gave up");
+  EXPECT_EQ(arrays().rewards, (Values{1001, 1005, 1009, 1013, 0, 1021, 1025}));
+}
+
+TEST_F(TogetherTest, SentOnesAreGroupedAsTheyCome) {
+  const Values actions(6);
+  const std::vector<std::uint32_t> first{6, 2};
+  const std::vector<std::uint32_t> then{0, 1, 5};
+  counts_.clear();
+  pool_->send(actions.data(), first.data(), 2);
+  pool_->send(actions.data(), then.data(), 3);
+  EXPECT_TRUE(counts_.empty()) << "one thread works in recv only";
+  std::vector<std::uint32_t> arrived(5);
+  pool_->recv(arrays().batch(), arrived.data());
+  EXPECT_EQ(arrived, (std::vector<std::uint32_t>{6, 2, 0, 1, 5}));
+  EXPECT_EQ(counts_, (std::vector<std::size_t>{3, 2}));
+}
+
+}  // namespace
+}  // namespace walker

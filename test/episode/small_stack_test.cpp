@@ -1,0 +1,126 @@
+// Every environment works on a stack of 128 KiB, the default of threads in musl: alone, in a pool,
+// and in the pool's own threads. The tests give it 96, for the caller needs some.
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "episode/pool_arrays.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+constexpr std::size_t kStackSize = std::size_t{96} << 10U;
+
+/// Runs a function in a thread with a small stack.
+void run_on_small_stack(const std::function<void()>& function) {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  ASSERT_EQ(pthread_attr_setstacksize(&attributes, kStackSize), 0);
+  pthread_t thread{};
+  const auto start = [](void* argument) -> void* {
+    (*static_cast<const std::function<void()>*>(argument))();
+    return nullptr;
+  };
+  ASSERT_EQ(pthread_create(&thread, &attributes, start,
+                           const_cast<void*>(static_cast<const void*>(&function))),
+            0);
+  pthread_join(thread, nullptr);
+  pthread_attr_destroy(&attributes);
+}
+
+/// Gives threads that ask for no size, as std::thread, a small stack.
+class SmallStackByDefault {
+ public:
+  SmallStackByDefault() {
+    pthread_getattr_default_np(&before_);
+    pthread_attr_t attributes;
+    pthread_attr_init(&attributes);
+    pthread_attr_setstacksize(&attributes, kStackSize);
+    EXPECT_EQ(pthread_setattr_default_np(&attributes), 0);
+    pthread_attr_destroy(&attributes);
+  }
+  SmallStackByDefault(const SmallStackByDefault&) = delete;
+  SmallStackByDefault& operator=(const SmallStackByDefault&) = delete;
+  ~SmallStackByDefault() {
+    pthread_setattr_default_np(&before_);
+    pthread_attr_destroy(&before_);
+  }
+
+ private:
+  pthread_attr_t before_;
+};
+
+void play_alone(const std::string& id, const Parameters& parameters = {}) {
+  const auto walker = make(id, parameters);
+  const Specification& specification = walker->specification();
+  std::vector<double> observation(specification.observation_size());
+  std::vector<double> info(specification.info_names.size());
+  Result result{observation.data(), info.data()};
+  const std::vector<double> action(specification.action_size(), 0.5);
+  Sensors sensors;
+  Scene scene;
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    walker->reset(seed, result);
+    for (int i = 0; i < 40 && !result.terminated; ++i) {
+      walker->step(action.data(), action.size(), result);
+      walker->sense(sensors);
+    }
+    walker->scene(scene);
+  }
+  std::vector<std::byte> state;
+  walker->save_state(result, state);
+  walker->load_state(state.data(), state.size(), &result);
+}
+
+void play_in_pool(const std::string& id) {
+  PoolOptions options;
+  options.num_envs = 300;
+  options.num_threads = 3;
+  options.autoreset_mode = AutoresetMode::same_step;
+  Pool pool([&id] { return make(id); }, options);
+  PoolArrays arrays(pool.specification(), options.num_envs);
+  const Batch batch = arrays.batch();
+  pool.reset({}, {}, batch);
+  const std::vector<double> actions(options.num_envs * pool.specification().action_size(), 0.5);
+  for (int i = 0; i < 40; ++i) pool.step(actions.data(), actions.size(), batch);
+  EXPECT_TRUE(std::all_of(arrays.steps.begin(), arrays.steps.end(),
+                          [](std::uint32_t steps) { return steps <= 40; }));
+  std::vector<std::uint32_t> environments(options.num_envs);
+  std::iota(environments.begin(), environments.end(), 0U);
+  pool.send(actions.data(), environments.data(), environments.size());
+  pool.recv(batch, environments.data());
+}
+
+class SmallStackTest : public testing::TestWithParam<const char*> {};
+
+// Each robot's kernels are chosen in the first thread that makes one.
+TEST_P(SmallStackTest, OneIsMadePlayedAndSaved) {
+  run_on_small_stack([] { play_alone(GetParam()); });
+}
+
+TEST_P(SmallStackTest, ManyArePlayedTogether) {
+  const SmallStackByDefault small;
+  run_on_small_stack([] { play_in_pool(GetParam()); });
+}
+
+INSTANTIATE_TEST_SUITE_P(Core, SmallStackTest,
+                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
+                                         "Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"));
+
+// MuJoCo compiles it in a child process, on the stack of the thread that forked.
+TEST(SmallStackModelTest, AModelIsCompiled) {
+  const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
+  run_on_small_stack([&path] { play_alone("Walker2d-v5", {{"xml_file", path}}); });
+}
+
+}  // namespace
+}  // namespace walker

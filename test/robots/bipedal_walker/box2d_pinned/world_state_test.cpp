@@ -1,0 +1,152 @@
+// Worlds put into the state of others are those, in all that they carry from step to step.
+#include "robots/bipedal_walker/world_state.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <random>
+#include <string>
+#include <tuple>
+
+#include "robots/bipedal_walker/kernel/world_words.h"
+#include "robots/bipedal_walker/physics.h"
+#include "base/random.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+/// A world that is driven at random.
+class Place {
+ public:
+  Place(std::uint64_t seed, bool hardcore, bool reuse_world)
+      : hardcore_(hardcore), reuse_world_(reuse_world), generator_(seed) {
+    begin();
+  }
+
+  void begin() {
+    if (physics_ && reuse_world_) {
+      physics_->destroy();
+    } else {
+      physics_.emplace();
+    }
+    terrain_ = generate_terrain(generator_, hardcore_);
+    physics_->build(terrain_, generator_.uniform(-kInitialPush, kInitialPush));
+    step(std::array<double, kJointCount>{});
+  }
+
+  void step(const std::array<double, kJointCount>& action) {
+    physics_->drive(action.data());
+    physics_->step();
+  }
+
+  std::vector<std::byte> save() {
+    std::vector<std::byte> state;
+    StateWriter writer(state);
+    WorldState::save(*physics_, writer);
+    return state;
+  }
+
+  /// From a place with any terrain and any past.
+  void become(Place& other) {
+    const std::vector<std::byte> state = other.save();
+    StateReader reader(state.data(), state.size());
+    const WorldState world = WorldState::read(reader, other.terrain_);
+    reader.finish();
+    if (other.terrain_.ground[50].y != terrain_.ground[50].y) {
+      terrain_ = other.terrain_;
+      physics_.emplace();
+      physics_->build(terrain_, 0);
+    }
+    world.put_into(*physics_);
+    generator_ = other.generator_;
+  }
+
+  std::vector<std::uint32_t> words() { return words_of(*physics_); }
+  const Physics& physics() const { return *physics_; }
+
+ private:
+  bool hardcore_;
+  bool reuse_world_;
+  Generator generator_;
+  Terrain terrain_;
+  std::optional<Physics> physics_;
+};
+
+/// Mode, hardcore, and whether worlds are used again.
+class WorldStateTest : public testing::TestWithParam<std::tuple<std::string, bool, bool>> {
+ protected:
+  using Action = std::array<double, kJointCount>;
+
+  Action draw() {
+    Action action{};
+    if (std::get<0>(GetParam()) == "rest") return action;
+    for (double& value : action) value = std::uniform_real_distribution<double>(-1, 1)(random_);
+    return action;
+  }
+
+  /// Equal now, and for so many steps and another episode.
+  void expect_same_future(Place& actual, Place& expected, int num_steps) {
+    ASSERT_EQ(actual.words(), expected.words()) << "at once";
+    ASSERT_EQ(actual.save(), expected.save());
+    for (int reset = 0; reset < 3; ++reset) {
+      for (int i = 0; i < num_steps; ++i) {
+        const Action action = draw();
+        actual.step(action);
+        expected.step(action);
+        ASSERT_EQ(actual.words(), expected.words()) << reset << " resets, " << i + 1 << " steps";
+      }
+      ASSERT_EQ(actual.save(), expected.save());
+      actual.begin();
+      expected.begin();
+      ASSERT_EQ(actual.words(), expected.words()) << "after " << reset + 1 << " resets";
+    }
+  }
+
+  std::mt19937 random_{7};
+};
+
+TEST_P(WorldStateTest, GoesOnAsTheOtherWorld) {
+  const auto& [mode, hardcore, reuse_world] = GetParam();
+  Place original(1, hardcore, reuse_world);
+  Place another(2, hardcore, reuse_world);  // keeps what it came to, from one time to the next
+  int num_asleep = 0;
+  for (int time = 0; time < 12; ++time) {
+    if (mode == "rest") original.begin();  // some lie down to sleep, and some never do
+    const auto num_steps = mode == "rest" ? 300 : random_() % 60;
+    for (std::size_t i = 0; i < num_steps && original.physics().hull().IsAwake(); ++i) {
+      original.step(draw());
+    }
+    for (int i = 0; i < time; ++i) another.step(draw());
+    num_asleep += original.physics().hull().IsAwake() ? 0 : 1;
+    const std::vector<std::uint32_t> before = original.words();
+    Place fresh(3, hardcore, reuse_world);
+    fresh.become(original);
+    another.become(original);
+    ASSERT_EQ(original.words(), before) << "saving changes nothing";
+    ASSERT_EQ(another.words(), before);
+    ASSERT_NO_FATAL_FAILURE(expect_same_future(fresh, another, 25)) << "time " << time;
+    another.become(original);  // goes back
+    ASSERT_EQ(another.words(), before);
+    if (time % 4 == 3 && mode != "rest") {
+      original.begin();
+      another.begin();
+      ASSERT_EQ(another.words(), original.words());
+    }
+  }
+  if (mode == "rest") {
+    EXPECT_GT(num_asleep, 0);
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<WorldStateTest::ParamType>& info) {
+  const auto& [mode, hardcore, reuse_world] = info.param;
+  return mode + (hardcore ? "_hardcore" : "_plain") + (reuse_world ? "_reused" : "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, WorldStateTest,
+                         testing::Combine(testing::Values("random", "rest"), testing::Bool(),
+                                          testing::Bool()),
+                         name_of);
+
+}  // namespace
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,143 @@
+// Worlds that a kernel solves together are Box2D's, in all that they carry from step to step.
+// WALKER_SIM_TEST_STEPS sets how many steps each way of driving is compared in
+// (docs/box2d_speed.md).
+#include "robots/bipedal_walker/kernel/kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <limits>
+#include <random>
+#include <tuple>
+
+#include "robots/bipedal_walker/kernel/run.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+long steps_of_each() {
+  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
+  return text != nullptr ? std::strtol(text, nullptr, 10) : 3000;
+}
+
+/// Mode, hardcore, and whether worlds are used again.
+class KernelTest : public testing::TestWithParam<std::tuple<std::string, bool, bool>> {};
+
+TEST_P(KernelTest, HasBox2dsBits) {
+  const std::vector<const Kernel*> all = kernels();
+  ASSERT_FALSE(all.empty()) << "no kernel for this processor";
+  RunOptions options;
+  std::tie(options.mode, options.hardcore, options.reuse_world) = GetParam();
+  options.steps = steps_of_each();
+  if (options.mode == "rest") {  // until they sleep
+    options.worlds = 17;
+    options.steps = std::max(options.steps, 180 * static_cast<long>(options.worlds));
+  }
+  const Report report = run(all, options);
+  ASSERT_GE(report.steps, options.steps);
+  std::cout << report.steps << " steps each, " << report.resets << " resets, up to "
+            << report.most_contacts << " contacts, " << report.failures
+            << " assertions, asleep after " << report.sleeps << "\n";
+  if (options.mode == "rest") {
+    EXPECT_GT(report.sleeps, 0);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Tally& tally = report.tallies[i];
+    std::cout << all[i]->instruction_set << ": " << tally.different << " differ\n";
+    EXPECT_EQ(tally.different, 0) << all[i]->instruction_set << " " << tally.first_different;
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<KernelTest::ParamType>& info) {
+  const auto& [mode, hardcore, reuse_world] = info.param;
+  return mode + (hardcore ? "_hardcore" : "_plain") + (reuse_world ? "_reused" : "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
+                         testing::Combine(testing::ValuesIn(modes()), testing::Bool(),
+                                          testing::Bool()),
+                         name_of);
+
+const Kernel& original() { return *kernels().front(); }
+
+Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_impacts) solve_impacts,
+                   const char* mode) {
+  const Kernel kernel{"altered", original().lanes, solve, solve_impacts, original().rotate};
+  RunOptions options;
+  options.mode = mode;
+  options.hardcore = true;
+  options.steps = 20000;
+  return run({&kernel}, options);
+}
+
+/// The comparison sees 179 iterations where there should be 180.
+TEST(KernelControlTest, AnIterationLessIsNoticed) {
+  const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
+    Model less = model;
+    --less.velocity_iterations;
+    original().solve(islands, count, less);
+  };
+  EXPECT_GT(run_altered(solve, original().solve_impacts, "random").tallies[0].different, 0);
+}
+
+TEST(KernelControlTest, AnIterationOverPositionsLessIsNoticed) {
+  const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
+    Model less = model;
+    --less.position_iterations;
+    original().solve(islands, count, less);
+  };
+  EXPECT_GT(run_altered(solve, original().solve_impacts, "random").tallies[0].different, 0);
+}
+
+/// Most impacts are solved long before the last iteration, so this one makes but a few.
+TEST(KernelControlTest, IterationsLessAtImpactsAreNoticed) {
+  const auto solve_impacts = [](Impact* const* impacts, std::size_t count, const Model& model) {
+    Model less = model;
+    less.velocity_iterations = 5;
+    original().solve_impacts(impacts, count, less);
+  };
+  EXPECT_GT(run_altered(original().solve, solve_impacts, "saturated").tallies[0].different, 0);
+}
+
+bool has_no_luck() {
+  static std::mt19937 random(5);
+  return random() % 3 == 0;
+}
+
+/// Of every third world nothing comes back that could be used: Box2D then solves it by itself.
+TEST(KernelFallbackTest, WorldsThatAreLeftToBox2dHaveItsBits) {
+  const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
+    original().solve(islands, count, model);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (has_no_luck()) islands[i]->bodies[i % kBodies].x = std::nanf("");
+    }
+  };
+  const auto solve_impacts = [](Impact* const* impacts, std::size_t count, const Model& model) {
+    original().solve_impacts(impacts, count, model);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (has_no_luck()) impacts[i]->state.angle = std::numeric_limits<float>::infinity();
+    }
+  };
+  for (const char* mode : {"random", "endless"}) {
+    const Report report = run_altered(solve, solve_impacts, mode);
+    EXPECT_EQ(report.tallies[0].different, 0) << report.tallies[0].first_different;
+  }
+}
+
+/// Whatever worlds share a vector, and however many there are.
+TEST(KernelGroupTest, AnyNumberOfWorlds) {
+  for (const std::size_t worlds : {1U, 2U, 3U, 5U, 15U, 17U, 31U, 63U}) {
+    RunOptions options;
+    options.mode = "saturated";
+    options.worlds = worlds;
+    options.steps = static_cast<long>(100 * worlds);
+    const Report report = run(kernels(), options);
+    for (const Tally& tally : report.tallies) EXPECT_EQ(tally.different, 0) << worlds << " worlds";
+  }
+}
+
+}  // namespace
+}  // namespace walker::bipedal_walker

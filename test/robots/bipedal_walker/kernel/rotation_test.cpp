@@ -1,0 +1,127 @@
+// The kernels' sines and cosines are the C library's. WALKER_SIM_TEST_ALL_ANGLES tries every float.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "robots/bipedal_walker/kernel/kernel.h"
+#include "base/bits.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+float from_word(std::uint32_t word) {
+  float value = 0;
+  std::memcpy(&value, &word, sizeof value);
+  return value;
+}
+
+std::uint32_t to_word(float value) {
+  std::uint32_t word = 0;
+  std::memcpy(&word, &value, sizeof word);
+  return word;
+}
+
+/// Of each kernel, how many differ.
+std::vector<long> count_different(const std::vector<float>& angles) {
+  std::vector<long> different;
+  std::vector<Rotation<float>> expected(angles.size());
+  std::transform(angles.begin(), angles.end(), expected.begin(), [](float angle) {
+    return Rotation<float>{std::sin(angle), std::cos(angle)};
+  });
+  std::vector<Rotation<float>> rotations(angles.size());
+  for (const Kernel* kernel : kernels()) {
+    kernel->rotate(angles.data(), angles.size(), rotations.data());
+    long count = 0;
+    for (std::size_t i = 0; i < angles.size(); ++i) {
+      count += to_word(rotations[i].sine) != to_word(expected[i].sine) ||
+                       to_word(rotations[i].cosine) != to_word(expected[i].cosine)
+                   ? 1
+                   : 0;
+    }
+    different.push_back(count);
+  }
+  return different;
+}
+
+const std::vector<long>& none() {
+  static const std::vector<long> kNone(kernels().size());
+  return kNone;
+}
+
+/// Of all exponents, with both signs.
+TEST(RotationTest, IsTheLibrarys) {
+  std::mt19937 random(1);
+  std::vector<float> angles(1000003);
+  for (float& angle : angles) {
+    angle = from_word(static_cast<std::uint32_t>(random()));
+    if (!std::isfinite(angle)) angle = 0;
+  }
+  EXPECT_EQ(count_different(angles), none());
+}
+
+/// Around multiples of a quarter turn and where one formula gives way to another.
+TEST(RotationTest, IsTheLibrarysWhereFormulasChange) {
+  std::vector<float> angles{0.0F,
+                            -0.0F,
+                            std::numeric_limits<float>::min(),
+                            std::numeric_limits<float>::denorm_min(),
+                            std::numeric_limits<float>::max(),
+                            0x1p-12F,
+                            16.0F};
+  for (int i = 1; i < 100; ++i) angles.push_back(static_cast<float>(i * M_PI / 8));
+  const std::size_t count = angles.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int k = -1000; k <= 1000; ++k) {
+      const float angle = from_word(to_word(angles[i]) + static_cast<std::uint32_t>(k));
+      if (!std::isfinite(angle)) continue;
+      angles.push_back(angle);
+      angles.push_back(-angle);
+    }
+  }
+  EXPECT_EQ(count_different(angles), none());
+}
+
+/// One that is far off, or no number, beside others.
+TEST(RotationTest, LanesDoNotSeeEachOther) {
+  const float inf = std::numeric_limits<float>::infinity();
+  for (const float odd : {1e6F, inf, -inf, std::nanf("")}) {
+    for (const Kernel* kernel : kernels()) {
+      const auto lanes = static_cast<std::size_t>(kernel->lanes);
+      for (std::size_t place = 0; place < lanes; ++place) {
+        std::vector<float> angles(lanes, 1.25F);
+        angles[place] = odd;
+        std::vector<Rotation<float>> rotations(lanes);
+        kernel->rotate(angles.data(), lanes, rotations.data());
+        for (std::size_t i = 0; i < lanes; ++i) {
+          EXPECT_EQ(to_bits(rotations[i].sine), to_bits(std::sin(angles[i])));
+          EXPECT_EQ(to_bits(rotations[i].cosine), to_bits(std::cos(angles[i])));
+        }
+      }
+    }
+  }
+}
+
+/// Two thousand million of them, or one in a thousand.
+TEST(RotationTest, IsTheLibrarysForFloatsBelow100) {
+  const std::uint32_t stride = std::getenv("WALKER_SIM_TEST_ALL_ANGLES") != nullptr ? 1 : 1009;
+  constexpr std::uint32_t kChunk = 1U << 20U;
+  const std::uint32_t end = to_word(100);
+  std::vector<float> angles(kChunk);
+  for (std::uint32_t first = 0; first < end; first += kChunk * stride) {
+    for (std::uint32_t i = 0; i < kChunk; ++i) angles[i] = from_word(first + i * stride);
+    ASSERT_EQ(count_different(angles), none()) << "from " << angles[0];
+    std::transform(angles.begin(), angles.end(), angles.begin(),
+                   [](float angle) { return -angle; });
+    ASSERT_EQ(count_different(angles), none()) << "from " << angles[0];
+  }
+}
+
+}  // namespace
+}  // namespace walker::bipedal_walker

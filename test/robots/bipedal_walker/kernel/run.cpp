@@ -1,0 +1,241 @@
+#include "robots/bipedal_walker/kernel/run.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <random>
+#include <sstream>
+#include <utility>
+
+#include "robots/bipedal_walker/heuristic.h"
+#include "robots/bipedal_walker/kernel/world_words.h"
+#include "robots/bipedal_walker/observation.h"
+#include "robots/bipedal_walker/terrain.h"
+#include "robots/bipedal_walker/together.h"
+#include "base/random.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+using Action = std::array<double, kJointCount>;
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+int count_contacts(const Physics& physics) {
+  int count = 0;
+  for (const b2Contact* contact = physics.world().GetContactList(); contact != nullptr;
+       contact = contact->GetNext()) {
+    count += contact->IsTouching() ? 1 : 0;
+  }
+  return count;
+}
+
+/// One world, as Box2D steps it and as each contestant does.
+class Place {
+ public:
+  Place(std::size_t num_sides, std::uint64_t seed, RunOptions options)
+      : options_(std::move(options)), generator_(seed), random_(seed), sides_(num_sides) {
+    begin();
+  }
+
+  void begin() {
+    const Terrain terrain = generate_terrain(generator_, options_.hardcore);
+    const double push = generator_.uniform(-kInitialPush, kInitialPush);
+    for (std::optional<Physics>& side : sides_) {
+      if (side && options_.reuse_world && !has_failed_) {
+        side->destroy();
+      } else {
+        side.emplace();
+      }
+      side->build(terrain, push);
+    }
+    has_failed_ = false;
+    age_ = 0;
+    life_ = random_() % 800;
+    heuristic_.reset();
+  }
+
+  /// Drives all sides and steps Box2D's.
+  void step() {
+    const Action action = draw_action();
+    ++age_;
+    const std::uint64_t seed = random_();
+    for (std::optional<Physics>& side : sides_) {
+      Random same(seed);
+      disturb(*side, same);
+      side->drive(action.data());
+    }
+    try {
+      sides_[0]->step();
+    } catch (const std::exception&) {
+      has_failed_ = true;
+    }
+  }
+
+  Physics& side(std::size_t index) { return *sides_[index]; }
+  bool has_failed() const { return has_failed_; }
+
+  bool has_ended() {
+    const Physics& physics = *sides_[0];
+    if (has_failed_ || age_ >= 1600) return true;
+    if (options_.mode == "endless" || options_.mode == "rest") return age_ > 100 + life_;
+    if (options_.mode == "thrown" || options_.mode == "far") return age_ > life_ / 4;
+    return physics.hull_has_touched() || physics.hull().GetPosition().x < 0;
+  }
+
+ private:
+  Action draw_action() {
+    Action action{};
+    if (options_.mode == "rest") return action;
+    if (options_.mode == "heuristic") {
+      const Physics& physics = *sides_[0];
+      Observed observed{};
+      observed.hull_angle = double{physics.hull().GetAngle()};
+      observed.hull_velocity = {double{physics.hull().GetLinearVelocity().x},
+                                double{physics.hull().GetLinearVelocity().y}};
+      for (std::size_t i = 0; i < kJointCount; ++i) {
+        observed.joint_position[i] = double{physics.joint(i).GetJointAngle()};
+        observed.joint_velocity[i] = double{physics.joint(i).GetJointSpeed()};
+      }
+      for (std::size_t leg = 0; leg < 2; ++leg)
+        observed.leg_touches[leg] = physics.leg_touches(leg);
+      std::array<double, kObservationSize> observation{};
+      write_observation(observed, observation.data());
+      heuristic_.act(observation.data(), action.data());
+    }
+    for (double& value : action) {
+      if (options_.mode == "saturated") {
+        value = static_cast<double>(random_() % 3) - 1;
+      } else {
+        value += (options_.mode == "heuristic" ? 0.2 : 1) * uniform(random_, -1, 1);
+      }
+    }
+    return action;
+  }
+
+  void disturb(Physics& physics, Random& random) const {
+    const WalkerParts parts = physics.parts();
+    if (options_.mode == "thrown" && random() % 20 == 0) {
+      b2Body& body = *parts.bodies[random() % parts.bodies.size()];
+      const double speed = std::pow(10.0, uniform(random, -1, 2.5));
+      body.SetLinearVelocity(b2Vec2(static_cast<float>(speed * uniform(random, -1, 1)),
+                                    static_cast<float>(speed * uniform(random, -1, 1))));
+      body.SetAngularVelocity(static_cast<float>(speed * uniform(random, -1, 1)));
+    }
+    if (options_.mode == "far" && random() % 20 == 0) {
+      b2Body& body = *parts.bodies[random() % parts.bodies.size()];
+      const b2Vec2 place = body.GetPosition();
+      const double distance = std::pow(10.0, uniform(random, -2, 0.5));
+      body.SetTransform(b2Vec2(place.x + static_cast<float>(distance * uniform(random, -1, 1)),
+                               place.y + static_cast<float>(distance * uniform(random, 0, 1))),
+                        static_cast<float>(uniform(random, -40, 40)));
+    }
+  }
+
+  RunOptions options_;
+  Generator generator_;
+  Random random_;
+  std::vector<std::optional<Physics>> sides_;  // Box2D's is the first
+  Heuristic heuristic_;
+  bool has_failed_ = false;
+  std::uint64_t age_ = 0;
+  std::uint64_t life_ = 0;
+};
+
+std::string describe(Place& place, std::size_t side, long steps) {
+  std::ostringstream text;
+  text << "after " << steps << " steps, " << count_contacts(place.side(0)) << " contacts:";
+  const auto ours = place.side(side).parts().bodies;
+  const auto theirs = place.side(0).parts().bodies;
+  text << std::hexfloat;
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    for (const b2Body* body : {ours[i], theirs[i]}) {
+      text << "\n  " << body->GetWorldCenter().x << " " << body->GetWorldCenter().y << " "
+           << body->GetAngle() << "  " << body->GetLinearVelocity().x << " "
+           << body->GetLinearVelocity().y << " " << body->GetAngularVelocity();
+    }
+  }
+  return text.str();
+}
+
+/// All worlds, and what came of the comparisons.
+class Run {
+ public:
+  Run(const std::vector<const Kernel*>& contestants, const RunOptions& options)
+      : contestants_(contestants), calls_(options.worlds), differs_(options.worlds) {
+    report_.tallies.resize(contestants.size());
+    places_.reserve(options.worlds);
+    for (std::size_t i = 0; i < options.worlds; ++i) {
+      places_.push_back(std::make_unique<Place>(contestants.size() + 1, i, options));
+    }
+  }
+
+  const Report& report() const { return report_; }
+
+  void step() {
+    for (const auto& place : places_) place->step();
+    std::fill(differs_.begin(), differs_.end(), false);
+    for (std::size_t k = 0; k < contestants_.size(); ++k) {
+      for (std::size_t i = 0; i < places_.size(); ++i) calls_[i] = {&places_[i]->side(k + 1), {}};
+      step_together(*contestants_[k], calls_.data(), calls_.size());
+      compare(k);
+    }
+    report_.steps += static_cast<long>(places_.size());
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      Place& place = *places_[i];
+      report_.most_contacts = std::max(report_.most_contacts, count_contacts(place.side(0)));
+      report_.failures += place.has_failed() ? 1 : 0;
+      report_.sleeps += place.side(0).hull().IsAwake() ? 0 : 1;
+      if (!differs_[i] && !place.has_ended()) continue;
+      ++report_.resets;
+      place.begin();
+    }
+  }
+
+ private:
+  bool is_as_box2d(std::size_t world, std::size_t side) {
+    Place& place = *places_[world];
+    const bool has_failed = calls_[world].failure != nullptr;
+    if (has_failed || place.has_failed()) return has_failed == place.has_failed();
+    return words_of(place.side(side)) == words_of(place.side(0));
+  }
+
+  void compare(std::size_t contestant) {
+    Tally& tally = report_.tallies[contestant];
+    const std::size_t side = contestant + 1;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (is_as_box2d(i, side)) continue;
+      differs_[i] = true;
+      if (tally.different++ == 0) {
+        tally.first_different = describe(*places_[i], side, report_.steps);
+      }
+    }
+  }
+
+  const std::vector<const Kernel*>& contestants_;
+  std::vector<std::unique_ptr<Place>> places_;
+  std::vector<WorldCall> calls_;
+  std::vector<bool> differs_;
+  Report report_;
+};
+
+}  // namespace
+
+const std::vector<std::string>& modes() {
+  static const std::vector<std::string> kModes{"random", "saturated", "heuristic", "endless",
+                                               "rest",   "thrown",    "far"};
+  return kModes;
+}
+
+Report run(const std::vector<const Kernel*>& contestants, const RunOptions& options) {
+  Run run(contestants, options);
+  while (run.report().steps < options.steps) run.step();
+  return run.report();
+}
+
+}  // namespace walker::bipedal_walker

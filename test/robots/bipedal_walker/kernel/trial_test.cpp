@@ -1,0 +1,60 @@
+// Which kernel is chosen.
+#include "robots/bipedal_walker/kernel/trial.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernel_variable.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+const Kernel& original() { return *kernels().front(); }
+
+TEST(TrialTest, EveryKernelIsAsBox2d) {
+  ASSERT_FALSE(kernels().empty());
+  for (const Kernel* kernel : kernels())
+    EXPECT_TRUE(is_as_box2d(*kernel)) << kernel->instruction_set;
+}
+
+TEST(TrialTest, AKernelWithOtherStepsIsRefused) {
+  Kernel kernel = original();
+  kernel.solve = [](Island* const* islands, std::size_t count, const Model& model) {
+    Model less = model;
+    --less.velocity_iterations;
+    original().solve(islands, count, less);
+  };
+  EXPECT_FALSE(is_as_box2d(kernel));
+}
+
+/// As a C library that rounds one sine in a thousand in another way.
+TEST(TrialTest, AKernelWithOtherRotationsIsRefused) {
+  Kernel kernel = original();
+  kernel.rotate = [](const float* angles, std::size_t count, Rotation<float>* rotations) {
+    original().rotate(angles, count, rotations);
+    for (std::size_t i = 0; i < count; i += 1000) {
+      rotations[i].sine = std::nextafter(rotations[i].sine, 2.0F);
+    }
+  };
+  EXPECT_FALSE(is_as_box2d(kernel));
+}
+
+TEST(TrialTest, TheFirstKernelIsChosen) {
+  const KernelVariable variable(nullptr);
+  EXPECT_EQ(choose_kernel().kernel, kernels().front());
+  EXPECT_EQ(choose_kernel().why_none, "");
+}
+
+TEST(TrialTest, TheUserMayAskForAnother) {
+  for (const Kernel* kernel : kernels()) {
+    const KernelVariable variable(kernel->instruction_set);
+    EXPECT_EQ(choose_kernel().kernel, kernel);
+  }
+  const KernelVariable variable("off");
+  EXPECT_EQ(choose_kernel().kernel, nullptr);
+  EXPECT_EQ(choose_kernel().why_none, "WALKER_SIM_KERNEL is off");
+}
+
+}  // namespace
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,370 @@
+// Pictures against Gymnasium's, and what they depend on.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "robots/bipedal_walker/player.h"
+#include "error_message.h"
+#include "pictures.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+using bipedal_walker::Actions;
+using bipedal_walker::play;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The captured after this many steps of an episode.
+StateCapture capture_of(const std::string& id, const std::string& kind, std::uint64_t seed,
+                        std::uint32_t step) {
+  Stepper walker(id);
+  play(walker, seed, Actions(kind, seed), step);
+  StateCapture captured;
+  capture(*walker.environment, step, captured);
+  return captured;
+}
+
+Image draw(const StateCapture& captured, const Parameters& camera = {}) {
+  return draw(*make_renderer("BipedalWalker-v3", {}, camera), captured);
+}
+
+std::vector<Image> draw_all(Renderer& renderer, const std::vector<StateCapture>& captures) {
+  std::vector<Image> images(captures.size());
+  for (std::size_t i = 0; i < images.size(); ++i) renderer.render(captures[i], {}, images[i]);
+  return images;
+}
+
+/// Some captures of a walk.
+std::vector<StateCapture> some_captures() {
+  std::vector<StateCapture> captures;
+  for (const std::uint32_t step : {0U, 9U, 40U, 150U}) {
+    captures.push_back(capture_of("BipedalWalker-v3", "heuristic", 6, step));
+    captures.push_back(capture_of("BipedalWalkerHardcore-v3", "heuristic", 4, step));
+  }
+  return captures;
+}
+
+/// A picture in test/recordings/pictures.
+struct Recorded {
+  const char* id;
+  const char* kind;
+  std::uint64_t seed;
+  std::uint32_t step;
+};
+
+void expect_gymnasiums(const Recorded& recorded) {
+  const auto& [id, kind, seed, step] = recorded;
+  const std::string name =
+      std::string(id) + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(step);
+  SCOPED_TRACE(name);
+  const Image ours = draw(capture_of(id, kind, seed, step));
+  const Image theirs = read_picture(name);
+  EXPECT_GT(structural_similarity(ours, theirs), 0.995);
+  EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
+}
+
+/// After a reset the walker is at the same place with any Box2D, to a pixel.
+TEST(RendererTest, ResetsLookAsGymnasiums) {
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 0});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 0});
+}
+
+/// How many pixels have each colour.
+std::map<std::array<int, kColors>, int> palette(const Image& image) {
+  std::map<std::array<int, kColors>, int> counts;
+  for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
+    ++counts[{image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]}];
+  }
+  return counts;
+}
+
+/// Each colour that is more than an edge's blend, exactly: of two that are close to each other,
+/// similarity tells nothing.
+TEST(RendererTest, ColorsAreGymnasiums) {
+  constexpr int kMoreThanABlend = 60;  // [pixel]
+  for (const auto& [id, seed] :
+       {std::pair("BipedalWalker-v3", 6U), std::pair("BipedalWalkerHardcore-v3", 4U)}) {
+    const auto ours = palette(draw(capture_of(id, "heuristic", seed, 0)));
+    std::size_t compared = 0;
+    for (const auto& [color, count] :
+         palette(read_picture(std::string(id) + "_heuristic_" + std::to_string(seed) + "_0"))) {
+      if (count < kMoreThanABlend) continue;
+      ++compared;
+      const auto found = ours.find(color);
+      ASSERT_NE(found, ours.end()) << id << ": " << testing::PrintToString(color);
+      EXPECT_NEAR(found->second, count, 0.05 * count) << testing::PrintToString(color);
+    }
+    EXPECT_GE(compared, 11U);  // sky, clouds, ground, hull, legs, outlines, flag
+  }
+}
+
+#ifdef WALKER_SIM_ENGINES_PINNED
+TEST(RendererTest, EpisodesLookAsGymnasiums) {
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 9});
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 150});
+  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 1544});
+  expect_gymnasiums({"BipedalWalker-v3", "noisy", 14, 83});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 200});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 610});
+  expect_gymnasiums({"BipedalWalkerHardcore-v3", "saturated", 9, 82});
+}
+#endif
+
+TEST(RendererTest, DependsOnTheCaptureAlone) {
+  const std::vector<StateCapture> captures = some_captures();
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  const std::vector<Image> forward = draw_all(*renderer, captures);
+  for (std::size_t i = captures.size(); i-- > 0;) {
+    EXPECT_EQ(draw(*renderer, captures[i]).rgb, forward[i].rgb) << i;
+    EXPECT_EQ(draw(captures[i]).rgb, forward[i].rgb) << i;
+    EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
+  }
+}
+
+TEST(RendererTest, TwoThreadsDrawAtTheSameTime) {
+  const std::vector<StateCapture> captures = some_captures();
+  const std::vector<Image> expected = draw_all(*make_renderer("BipedalWalker-v3"), captures);
+  const auto draw_often = [&](int& differing) {
+    const auto renderer = make_renderer("BipedalWalker-v3");
+    for (int round = 0; round < 10; ++round) {
+      const std::vector<Image> images = draw_all(*renderer, captures);
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        differing += images[i].rgb == expected[i].rgb ? 0 : 1;
+      }
+    }
+  };
+  int here = 0;
+  int there = 0;
+  std::thread other([&] { draw_often(there); });
+  draw_often(here);
+  other.join();
+  EXPECT_EQ(here, 0);
+  EXPECT_EQ(there, 0);
+}
+
+TEST(RendererTest, ChangesNoBitOfAnEpisode) {
+  for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
+    Stepper drawn(id);
+    Stepper alone(id);
+    const auto renderer = make_renderer(id);
+    Actions actions("random", 2);
+    StateCapture captured;
+    Image image;
+    std::vector<double> action;
+    drawn.reset(2);
+    alone.reset(2);
+    std::uint32_t step = 0;
+    for (; step < 1000 && !alone.has_ended(); ++step) {
+      capture(*drawn.environment, step, captured);
+      renderer->render(captured, {}, image);
+      actions.draw(alone.observation, action);
+      drawn.step(action);
+      alone.step(action);
+      ASSERT_EQ(drawn.row(), alone.row()) << id << ", step " << step;
+    }
+    EXPECT_GT(step, 500U);
+    drawn.reset();
+    alone.reset();
+    EXPECT_EQ(drawn.row(), alone.row());
+    EXPECT_EQ(drawn.environment->generator_state(), alone.environment->generator_state());
+  }
+}
+
+/// The next ray at each step, there and back, then none up to the hundredth picture.
+TEST(RendererTest, RayFollowsFromTheStep) {
+  StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  for (Pose& link : captured.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
+  const auto red_pixels = [&captured](std::uint32_t step) {
+    captured.step = step;
+    const Image image = draw(captured);
+    int count = 0;
+    for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
+      count += image.rgb[i] == 255 && image.rgb[i + 1] == 0 && image.rgb[i + 2] == 0 ? 1 : 0;
+    }
+    return count;
+  };
+  const int vertical = red_pixels(99);
+  EXPECT_GT(vertical, 20);
+  for (std::uint32_t step = 0; step < 8; ++step) {
+    EXPECT_GE(red_pixels(step), vertical) << step;
+    EXPECT_EQ(red_pixels(18 - step - 1), red_pixels(step)) << step;
+  }
+  EXPECT_GT(red_pixels(8), 2 * vertical) << "it met nothing and has its full length";
+  EXPECT_EQ(red_pixels(9), red_pixels(8));
+  EXPECT_EQ(red_pixels(18), vertical);
+  EXPECT_EQ(red_pixels(19), 0);
+  EXPECT_EQ(red_pixels(98), 0);
+  EXPECT_EQ(red_pixels(1000), red_pixels(0));
+}
+
+TEST(RendererTest, AnotherHeightScales) {
+  for (const StateCapture& captured : some_captures()) {
+    const Image image = draw(captured);
+    const Image large =
+        draw(captured, {{"width", std::int64_t{1800}}, {"height", std::int64_t{1200}}});
+    ASSERT_EQ(large.width, 1800U);
+    ASSERT_EQ(large.height, 1200U);
+    EXPECT_GT(structural_similarity(shrunk(large, 3), image), 0.97);
+    const Image small =
+        draw(captured, {{"width", std::int64_t{300}}, {"height", std::int64_t{200}}});
+    EXPECT_GT(structural_similarity(small, shrunk(image, 2)), 0.95);
+  }
+}
+
+/// But for what cairo rounds otherwise where a shape leaves the picture.
+TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
+  for (const StateCapture& captured : some_captures()) {
+    const Image image = draw(captured);
+    for (const std::uint32_t width : {1U, 300U, 1000U}) {
+      const Image other = draw(captured, {{"width", std::int64_t{width}}});
+      ASSERT_EQ(other.width, width);
+      ASSERT_EQ(other.height, image.height);
+      double largest = 0;
+      for (std::size_t y = 0; y < image.height; ++y) {
+        for (std::size_t i = 0; i < kColors * std::min(width, image.width); ++i) {
+          const double difference = color_at(other, 0, y, i) - color_at(image, 0, y, i);
+          largest = std::max(largest, std::abs(difference));
+        }
+      }
+      EXPECT_LT(largest, 8) << width;
+    }
+  }
+}
+
+/// The hull is where its pose and the camera's say, also where it is left of its place.
+TEST(RendererTest, CameraPoseLeadsToTheHull) {
+  std::vector<StateCapture> captures = some_captures();
+  captures.push_back(captures[0]);
+  for (Pose& link : captures.back().sensors.link_poses) link.position[0] -= 3;
+  for (const std::int64_t height : {400, 700}) {
+    for (const StateCapture& captured : captures) {
+      const Image image = draw(captured, {{"height", height}});
+      const double scale = 30.0 * static_cast<double>(height) / 400;
+      const Vector3& hull = captured.sensors.link_poses[0].position;
+      const Vector3& camera = image.camera_pose.position;
+      const double x = image.width / 2.0 + (hull[0] - camera[0]) * scale;
+      const double y = image.height / 2.0 - (hull[2] - camera[2]) * scale;
+      EXPECT_LT(camera[1], 0);
+      for (std::size_t color = 0; color < kColors; ++color) {
+        constexpr std::array<double, kColors> kHull{127, 51, 229};
+        EXPECT_EQ(color_at(image, static_cast<std::size_t>(x), static_cast<std::size_t>(y), color),
+                  kHull[color])
+            << "x " << x << ", y " << y;
+      }
+    }
+  }
+}
+
+TEST(RendererTest, CameraIsParallelAndLooksAlongY) {
+  const auto renderer =
+      make_renderer("BipedalWalkerHardcore-v3", {}, {{"width", std::int64_t{320}}});
+  EXPECT_EQ(renderer->camera().width, 320U);
+  EXPECT_EQ(renderer->camera().height, 400U);
+  EXPECT_EQ(renderer->camera().focal_length, 0);
+  EXPECT_EQ(renderer->camera().near, 0);
+  const Image image = draw(*renderer, capture_of("BipedalWalker-v3", "zero", 0, 0));
+  const Quaternion expected{-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // -pi/2 about x: z becomes y
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(image.camera_pose.orientation[i], expected[i], 1e-12);
+  }
+}
+
+TEST(RendererTest, RefusesDepth) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image;
+  for (const bool color : {true, false}) {
+    const std::string message = message_of<std::invalid_argument>([&] {
+      renderer->render(captured, {color, true}, image);
+    });
+    EXPECT_EQ(message, "depth: BipedalWalker's pictures have none, only color");
+  }
+}
+
+TEST(RendererTest, DrawsNoColorWhereNoneIsAskedFor) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image = draw(*renderer, captured);
+  const Pose pose = image.camera_pose;
+  renderer->render(captured, {false, false}, image);
+  EXPECT_TRUE(image.rgb.empty());
+  EXPECT_TRUE(image.depth.empty());
+  EXPECT_EQ(image.width, 600U);
+  EXPECT_EQ(image.camera_pose.position, pose.position);
+}
+
+TEST(RendererTest, RefusesWrongParameters) {
+  const auto message = [](const Parameters& camera) {
+    return message_of<std::invalid_argument>(
+        [&camera] { make_renderer("BipedalWalker-v3", {}, camera); });
+  };
+  for (const char* name : {"width", "height"}) {
+    for (const ParameterValue& value :
+         {ParameterValue(std::int64_t{0}), ParameterValue(std::int64_t{4097}),
+          ParameterValue(std::int64_t{-600}), ParameterValue(0.5),
+          ParameterValue(std::string("wide"))}) {
+      const std::string text = message({{name, value}});
+      EXPECT_NE(text.find(name), std::string::npos) << text;
+      EXPECT_NE(text.find(to_string(value)), std::string::npos) << text;
+    }
+  }
+  EXPECT_NE(message({{"widht", std::int64_t{600}}}).find("width"), std::string::npos);
+}
+
+TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  Stepper walker("Walker2d-v5");
+  walker.reset(0);
+  StateCapture captured;
+  capture(*walker.environment, 0, captured);
+  Image image;
+  const std::string message =
+      message_of<std::invalid_argument>([&] { renderer->render(captured, {}, image); });
+  EXPECT_EQ(message,
+            "instant with 7 links and 0 rays: not one of BipedalWalker, which has 5 and 10");
+}
+
+/// As a broken world might leave it.
+TEST(RendererTest, DrawsWhatIsNowhere) {
+  const auto renderer = make_renderer("BipedalWalkerHardcore-v3");
+  const StateCapture sound = capture_of("BipedalWalkerHardcore-v3", "heuristic", 4, 8);
+  const Image expected = draw(*renderer, sound);
+  for (const double absurd : {std::nan(""), kInfinity, -kInfinity, 1e300, -1e300, 1e9, -1e9}) {
+    std::vector<StateCapture> captures(4, sound);
+    captures[0].sensors.link_poses[0].position[0] = absurd;
+    for (Pose& link : captures[1].sensors.link_poses) link.position.fill(absurd);
+    for (Pose& link : captures[2].sensors.link_poses) link.orientation.fill(absurd);
+    for (ScenePolygon& ground : captures[3].scene.ground) ground.points[0][1] = absurd;
+    captures[3].sensors.ranges.assign(10, absurd);
+    for (const StateCapture& captured : captures) {
+      const Image image = draw(*renderer, captured);
+      EXPECT_EQ(image.rgb.size(), expected.rgb.size());
+      EXPECT_NE(image.rgb, expected.rgb);
+    }
+  }
+  EXPECT_EQ(draw(*renderer, sound).rgb, expected.rgb) << "nothing of it stays";
+}
+
+TEST(RendererTest, ImageKeepsItsMemory) {
+  const auto renderer = make_renderer("BipedalWalker-v3");
+  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image = draw(*renderer, captured);
+  const std::uint8_t* const memory = image.rgb.data();
+  renderer->render(captured, {}, image);
+  EXPECT_EQ(image.rgb.data(), memory);
+}
+
+}  // namespace
+}  // namespace walker

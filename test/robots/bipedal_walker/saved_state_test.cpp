@@ -1,0 +1,208 @@
+// BipedalWalkers go on from saved states, to the bit. Holds for the pinned Box2D only.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <tuple>
+
+#include "robots/bipedal_walker/player.h"
+#include "episode/state_header.h"
+#include "saved_states.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+constexpr const char* kPlain = "BipedalWalker-v3";
+
+/// Id, whether the world is used again, and the kind of actions.
+class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, bool, std::string>> {
+ protected:
+  Stepper make() const {
+    return Stepper(std::get<0>(GetParam()), {{"reuse_world", std::get<1>(GetParam())}});
+  }
+  const std::string& kind() const { return std::get<2>(GetParam()); }
+
+  std::mt19937 random_{3};
+};
+
+TEST_P(SavedStateTest, GoesOnAlike) {
+  Stepper original = make();
+  Stepper untouched = make();  // nothing is ever saved of it
+  Stepper other = make();      // whatever it was doing
+  original.reset(21);
+  untouched.reset(21);
+  other.reset(5);
+  Actions actions(kind(), 1);
+  std::vector<double> action;
+  for (int time = 0; time < 8; ++time) {
+    for (auto i = random_() % 150; i > 0; --i) {
+      if (original.has_ended()) {
+        original.reset();
+        untouched.reset();
+        continue;
+      }
+      actions.draw(original.observation, action);
+      original.step(action);
+      untouched.step(action);
+    }
+    const State state = save(original);
+    Stepper fresh = make();
+    load(fresh, state);
+    load(other, state);
+    ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched)) << "time " << time;
+    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, Actions(kind(), time)))
+        << "time " << time;
+    load(other, state);  // back
+    ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched)) << "time " << time;
+    if (time % 2 == 1) other.reset(time);  // on other ground than the next state's
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<SavedStateTest::ParamType>& info) {
+  const auto& [id, reuse_world, kind] = info.param;
+  return (id == kPlain ? "plain_" : "hardcore_") + kind + (reuse_world ? "_reused" : "");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Walkers, SavedStateTest,
+    testing::Combine(testing::Values(kPlain, "BipedalWalkerHardcore-v3"), testing::Bool(),
+                     testing::Values("random", "heuristic", "noisy", "saturated")),
+    name_of);
+
+Stepper walked(const std::string& id = kPlain, const Parameters& parameters = {},
+               int num_steps = 30) {
+  Stepper walker(id, parameters);
+  walker.reset(4);
+  for (int i = 0; i < num_steps; ++i) walker.step({0.3, -0.4, 0.5, 0.6});
+  return walker;
+}
+
+TEST(SavedState, TellsWhereInTheEpisode) {
+  Stepper walker = walked();
+  double episode_return = 0;
+  Stepper again(kPlain);
+  again.reset(4);
+  for (int i = 0; i < 30; ++i) {
+    again.step({0.3, -0.4, 0.5, 0.6});
+    episode_return += again.result.reward;
+  }
+  Stepper fresh(kPlain);
+  const Progress progress = load(fresh, save(walker));
+  EXPECT_TRUE(progress.has_begun);
+  EXPECT_EQ(progress.steps, 30U);
+  EXPECT_EQ(progress.episode_return, episode_return);
+  EXPECT_FALSE(load(walker, save(Stepper(kPlain))).has_begun);
+}
+
+TEST(SavedState, BeforeTheFirstReset) {
+  Stepper walker = walked();
+  load(walker, save(Stepper(kPlain)));
+  EXPECT_THROW(walker.step({0, 0, 0, 0}), ResetNeeded);
+  EXPECT_EQ(walker.environment->generator_state(), GeneratorState{});
+}
+
+TEST(SavedState, AfterTheEnd) {
+  Stepper walker(kPlain);
+  walker.reset(4);
+  while (!walker.has_ended()) walker.step({1, 1, 1, 1});
+  Stepper fresh(kPlain);
+  load(fresh, save(walker));
+  expect_alike(fresh, walker);
+  EXPECT_THROW(fresh.step({0, 0, 0, 0}), ResetNeeded);
+  EXPECT_STREQ(fresh.result.end_reason, "hull touched the ground");
+}
+
+TEST(SavedState, TheTimeLimitIsTheLoaders) {
+  Stepper limited(kPlain, {{"max_episode_steps", std::int64_t{32}}});
+  load(limited, save(walked()));
+  limited.step({0, 0, 0, 0});
+  EXPECT_FALSE(limited.has_ended());
+  limited.step({0, 0, 0, 0});
+  EXPECT_TRUE(limited.result.truncated);
+  EXPECT_STREQ(limited.result.end_reason, "32 steps");
+}
+
+std::string refusal(Stepper& walker, const State& state) {
+  try {
+    load(walker, state);
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+TEST(SavedState, AnothersIsRefused) {
+  Stepper walker = walked();
+  const State before = save(walker);
+  EXPECT_EQ(refusal(walker, save(walked("BipedalWalkerHardcore-v3"))),
+            "the state is of another environment: id = BipedalWalkerHardcore-v3 there; here it is "
+            "BipedalWalker-v3");
+  EXPECT_EQ(refusal(walker, save(walked(kPlain, {{"reuse_world", true}}))),
+            "the state is of another environment: parameter reuse_world = true there; here it is "
+            "false");
+  EXPECT_EQ(refusal(walker, save(Stepper("Hopper-v5"))),
+            "the state is of another environment: id = Hopper-v5 there; here it is "
+            "BipedalWalker-v3");
+  EXPECT_EQ(save(walker), before);
+}
+
+TEST(SavedState, WhatIsNotWholeIsRefused) {
+  Stepper walker = walked();
+  const State before = save(walker);
+  const State state = save(walked(kPlain, {}, 40));
+  for (std::size_t size = 0; size < state.size(); size += size < 800 ? 1 : 97) {
+    EXPECT_NE(refusal(walker, State(state.begin(), state.begin() + size)), "") << size << " bytes";
+  }
+  for (std::size_t i = 0; i < state.size(); i += i < 800 ? 1 : 13) {
+    for (const unsigned bit : {1U, 128U}) {
+      State flipped = state;
+      flipped[i] ^= std::byte(bit);
+      EXPECT_NE(refusal(walker, flipped), "") << "byte " << i;
+    }
+  }
+  State longer = state;
+  longer.push_back({});
+  EXPECT_NE(refusal(walker, longer), "");
+  EXPECT_EQ(refusal(walker, State(7)),
+            "these 7 bytes are no saved state; one begins with WALKERST");
+  EXPECT_NE(refusal(walker, State(state.begin(), state.end() - 1)).find("must have"),
+            std::string::npos);
+  EXPECT_EQ(save(walker), before) << "what is refused changes nothing";
+}
+
+/// Whoever makes a checksum fit must not come further than to wrong numbers.
+TEST(SavedState, NoIndexIsTrusted) {
+  const State state = save(walked("BipedalWalkerHardcore-v3", {}, 40));
+  Stepper walker("BipedalWalkerHardcore-v3");
+  std::mt19937 random(5);
+  int num_refused = 0;
+  int num_taken = 0;
+  for (int i = 0; i < 1500; ++i) {
+    State changed = state;
+    const std::size_t at = 28 + random() % (state.size() - 28 - 4);
+    std::uint32_t word = ~0U;
+    if (i % 3 != 2) word = static_cast<std::uint32_t>(random());
+    if (i % 3 == 1) word %= 600;
+    std::memcpy(&changed[at - at % 4], &word, sizeof word);
+    StateOrigin::seal(changed, 0);
+    const State before = save(walker);
+    if (!refusal(walker, changed).empty()) {
+      ++num_refused;
+      ASSERT_EQ(save(walker), before);
+      continue;
+    }
+    ++num_taken;
+    for (int step = 0; step < 3 && !walker.has_ended(); ++step) {
+      try {
+        walker.step({0.5, -0.5, 1, -1});
+      } catch (const ResetNeeded&) {
+        break;
+      }
+    }
+    if (num_taken % 8 == 0) walker.reset(2);
+  }
+  EXPECT_GT(num_refused, 300);
+  EXPECT_GT(num_taken, 300);
+}
+
+}  // namespace
+}  // namespace walker::bipedal_walker

@@ -1,0 +1,226 @@
+// Sensors against the bodies of a twin, over a walk.
+#include "walker_sim/sensors.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "robots/bipedal_walker/player.h"
+#include "robots/bipedal_walker/twin.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Nearest ground on a ray, found by trying all of it.
+double nearest_ground(const Physics& physics, const b2Vec2& from, const b2Vec2& to) {
+  b2RayCastInput ray;
+  ray.p1 = from;
+  ray.p2 = to;
+  ray.maxFraction = 1;
+  double nearest = kInfinity;
+  for (const b2Body* body = physics.world().GetBodyList(); body; body = body->GetNext()) {
+    if (body->GetType() != b2_staticBody) continue;
+    b2RayCastOutput hit;
+    const b2Shape* shape = body->GetFixtureList()->GetShape();
+    if (shape->RayCast(&hit, ray, body->GetTransform(), 0)) {
+      nearest = std::min(nearest, double{hit.fraction});
+    }
+  }
+  return nearest;
+}
+
+class SensorsTest : public testing::Test {
+ protected:
+  static constexpr std::uint64_t kSeed = 3;
+
+  void SetUp() override { walker_.reset(kSeed); }
+
+  /// Calls `check` after the reset and after each of 300 steps.
+  template <typename Check>
+  void walk(Check check) {
+    Actions actions("heuristic", 0);
+    std::vector<double> action(kJointCount, 0);
+    walker_.environment->sense(sensors_);
+    check(action);
+    for (step_ = 1; step_ <= 300 && !walker_.has_ended(); ++step_) {
+      SCOPED_TRACE("step " + std::to_string(step_));
+      actions.draw(walker_.observation, action);
+      walker_.step(action);
+      twin_.step(action.data());
+      walker_.environment->sense(sensors_);
+      check(action);
+    }
+    EXPECT_GT(step_, 100);
+  }
+
+  const b2Body& hull() const { return twin_.physics().hull(); }
+
+  Stepper walker_{"BipedalWalker-v3"};
+  Twin twin_{kSeed};
+  Sensors sensors_;
+  int step_ = 0;
+};
+
+TEST_F(SensorsTest, JointsAreTheEnginesAndTheObservations) {
+  walk([this](const std::vector<double>& action) {
+    for (std::size_t i = 0; i < kJointCount; ++i) {
+      const b2RevoluteJoint& joint = twin_.physics().joint(i);
+      const std::size_t place = (i < 2 ? kFirstLeg : kSecondLeg) + 2 * (i % 2);
+      const double shift = i % 2 == 0 ? 0 : 1;
+      const double fastest = i % 2 == 0 ? 4 : 6;
+      EXPECT_EQ(sensors_.joint_position[i], double{joint.GetJointAngle()});
+      EXPECT_NEAR(sensors_.joint_position[i] + shift, walker_.observation[place], 1e-6);
+      EXPECT_EQ(sensors_.joint_velocity[i], double{joint.GetJointSpeed()});
+      EXPECT_NEAR(sensors_.joint_velocity[i] / fastest, walker_.observation[place + 1], 1e-6);
+      EXPECT_EQ(sensors_.joint_effort[i], double{joint.GetMotorTorque(50)});
+      EXPECT_LE(std::abs(sensors_.joint_effort[i]), 80 * std::abs(action[i]) + 1e-3);
+    }
+  });
+}
+
+TEST_F(SensorsTest, EffortsReachTheirLimits) {
+  double most = 0;
+  walk([this, &most](const std::vector<double>& /*action*/) {
+    for (const double effort : sensors_.joint_effort) most = std::max(most, std::abs(effort));
+  });
+  EXPECT_NEAR(most, 80, 1e-3);
+}
+
+TEST_F(SensorsTest, LinksAreWhereTheBodiesAre) {
+  walk([this](const std::vector<double>& /*action*/) {
+    for (std::size_t i = 0; i <= kJointCount; ++i) {
+      const Pose& pose = sensors_.link_poses[i];
+      const b2Body& body = twin_.body(i);
+      const bool is_hull = i == 0;
+      const b2Vec2 place = is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
+      EXPECT_EQ(pose.position, (Vector3{double{place.x}, 0, double{place.y}}));
+      // The legs start spread by 0.05 rad at joint angle 0; their frames do not.
+      const double leg_spread = i < 3 ? -0.05 : 0.05;
+      const double spread = is_hull ? 0 : leg_spread;
+      const double half = (double{body.GetAngle()} - spread) / 2;
+      EXPECT_NEAR(pose.orientation[1], -std::sin(half), 1e-6);
+      EXPECT_NEAR(pose.orientation[3], std::cos(half), 1e-6);
+      EXPECT_EQ(pose.orientation[0], 0);
+      EXPECT_EQ(pose.orientation[2], 0);
+    }
+  });
+}
+
+TEST_F(SensorsTest, VelocityIsThatOfTheOrigin) {
+  double largest_difference = 0;
+  walk([this, &largest_difference](const std::vector<double>& /*action*/) {
+    const b2Vec2 arm = hull().GetPosition() - hull().GetWorldCenter();
+    const auto omega = double{hull().GetAngularVelocity()};
+    const b2Vec2 center = hull().GetLinearVelocity();
+    EXPECT_NEAR(sensors_.linear_velocity[0], double{center.x} - omega * double{arm.y}, 1e-5);
+    EXPECT_NEAR(sensors_.linear_velocity[2], double{center.y} + omega * double{arm.x}, 1e-5);
+    EXPECT_EQ(sensors_.linear_velocity[1], 0);
+    EXPECT_EQ(sensors_.angular_velocity, (Vector3{0, -omega, 0}));
+    largest_difference = std::max(largest_difference, std::abs(omega) * double{arm.Length()});
+  });
+  EXPECT_GT(largest_difference, 0.01) << "else the centre's velocity would have passed";
+}
+
+/// Forward only: upwards Box2D also moves bodies out of each other, which is no velocity.
+TEST_F(SensorsTest, VelocityIntegratesToTheWay) {
+  double start = 0;
+  double way = 0;
+  walk([this, &start, &way](const std::vector<double>& /*action*/) {
+    if (step_ == 0) start = sensors_.link_poses[0].position[0];
+    if (step_ > 0) way += 0.02 * sensors_.linear_velocity[0];
+  });
+  const double end = sensors_.link_poses[0].position[0];
+  EXPECT_GT(end - start, 1) << "it walks";
+  EXPECT_NEAR(way, end - start, 0.05);
+}
+
+TEST_F(SensorsTest, AccelerationIsTheChangeOfVelocity) {
+  Vector3 before{};
+  double largest = 0;
+  walk([this, &before, &largest](const std::vector<double>& /*action*/) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(sensors_.linear_acceleration[k], 50 * (sensors_.linear_velocity[k] - before[k]),
+                  1e-3);
+      largest = std::max(largest, std::abs(sensors_.linear_acceleration[k]));
+    }
+    before = sensors_.linear_velocity;
+    EXPECT_EQ(sensors_.gravity, (Vector3{0, 0, -10}));
+    EXPECT_EQ(sensors_.gravity, walker_.environment->specification().gravity);
+  });
+  EXPECT_GT(largest, 5);
+}
+
+TEST_F(SensorsTest, RangesAreInfiniteExactlyWhereNothingWasMet) {
+  const RangeFinder& finder = walker_.environment->specification().range_finder;
+  int infinite = 0;
+  int finite = 0;
+  walk([&](const std::vector<double>& /*action*/) {
+    ASSERT_EQ(sensors_.ranges.size(), finder.num_rays);
+    for (std::size_t i = 0; i < finder.num_rays; ++i) {
+      // X forward, Y up: the lidar frame's plane is Box2D's.
+      const double angle = finder.angle_minimum + finder.angle_increment * static_cast<double>(i);
+      const b2Vec2 from = hull().GetPosition();
+      const b2Vec2 to = from + b2Vec2(static_cast<float>(finder.maximum_range * std::cos(angle)),
+                                      static_cast<float>(finder.maximum_range * std::sin(angle)));
+      const double fraction = nearest_ground(twin_.physics(), from, to);
+      const double observed = walker_.observation[kFirstRay + i];
+      if (std::isinf(fraction)) {
+        EXPECT_EQ(sensors_.ranges[i], kInfinity);
+        EXPECT_EQ(observed, 1.0);
+        ++infinite;
+      } else {
+        EXPECT_NEAR(observed, fraction, 1e-5);
+        EXPECT_EQ(sensors_.ranges[i], observed * finder.maximum_range);
+        ++finite;
+      }
+    }
+  });
+  EXPECT_GT(infinite, 100);
+  EXPECT_GT(finite, 100);
+}
+
+TEST_F(SensorsTest, ContactsAreTheObservations) {
+  int touching[2] = {0, 0};
+  walk([this, &touching](const std::vector<double>& /*action*/) {
+    for (std::size_t leg = 0; leg < 2; ++leg) {
+      const bool touches = walker_.observation[(leg == 0 ? kFirstLeg : kSecondLeg) + 4] != 0;
+      EXPECT_EQ(sensors_.contacts[leg] != 0, touches);
+      EXPECT_EQ(twin_.physics().leg_touches(leg), touches);
+      touching[leg] += touches ? 1 : 0;
+    }
+  });
+  for (const int steps : touching) {
+    EXPECT_GT(steps, 10);
+    EXPECT_LT(steps, step_ - 10);
+  }
+}
+
+TEST_F(SensorsTest, SceneIsTheTerrain) {
+  Scene scene;
+  walker_.environment->scene(scene);
+  const auto& ground = twin_.terrain().ground;
+  ASSERT_EQ(scene.ground.size(), ground.size() - 1);
+  ASSERT_EQ(scene.surface_colors.size(), scene.ground.size());
+  for (std::size_t i = 0; i < scene.ground.size(); ++i) {
+    EXPECT_EQ(scene.ground[i].points[0], (std::array<double, 2>{ground[i].x, ground[i].y}));
+    EXPECT_EQ(scene.ground[i].points[1], (std::array<double, 2>{ground[i + 1].x, ground[i + 1].y}));
+  }
+  EXPECT_EQ(scene.clouds.size(), 10U);
+  EXPECT_TRUE(scene.obstacles.empty());
+  ASSERT_EQ(scene.flags.size(), 1U);
+  EXPECT_EQ(scene.flags[0].z, ground[3].y);
+  EXPECT_EQ(scene.flags[0].x, ground[3].x);
+
+  Stepper hardcore("BipedalWalkerHardcore-v3");
+  hardcore.reset(kSeed);
+  hardcore.environment->scene(scene);
+  Generator generator(kSeed);
+  EXPECT_EQ(scene.obstacles.size(), generate_terrain(generator, true).obstacles.size());
+  EXPECT_FALSE(scene.obstacles.empty());
+}
+
+}  // namespace
+}  // namespace walker::bipedal_walker

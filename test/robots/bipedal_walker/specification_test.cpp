@@ -1,0 +1,199 @@
+#include "robots/bipedal_walker/specification.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "robots/bipedal_walker/player.h"
+#include "robots/bipedal_walker/twin.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+constexpr double kSingle = 1e-5;  // what single precision leaves of metres and radians
+
+/// A point of a link in the world's x,z plane [m].
+b2Vec2 in_world(const Pose& pose, double x, double z) {
+  const double angle = -2 * std::atan2(pose.orientation[1], pose.orientation[3]);
+  return {static_cast<float>(pose.position[0] + std::cos(angle) * x - std::sin(angle) * z),
+          static_cast<float>(pose.position[2] + std::sin(angle) * x + std::cos(angle) * z)};
+}
+
+void expect_near(const b2Vec2& ours, const b2Vec2& theirs) {
+  EXPECT_NEAR(ours.x, theirs.x, kSingle);
+  EXPECT_NEAR(ours.y, theirs.y, kSingle);
+}
+
+/// A walker in the middle of a stride, and its twin.
+class SpecificationTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    Actions actions("heuristic", 0);
+    walker_.reset(kSeed);
+    std::vector<double> action;
+    for (int i = 0; i < 60; ++i) {
+      actions.draw(walker_.observation, action);
+      walker_.step(action);
+      twin_.step(action.data());
+    }
+    ASSERT_FALSE(walker_.has_ended());
+    walker_.environment->sense(sensors_);
+  }
+
+  const Specification& specification() const { return walker_.environment->specification(); }
+
+  std::size_t link_index(const std::string& name) const {
+    for (std::size_t i = 0; i < specification().links.size(); ++i) {
+      if (specification().links[i].name == name) return i;
+    }
+    throw std::out_of_range(name);
+  }
+
+  static constexpr std::uint64_t kSeed = 4;
+  Stepper walker_{"BipedalWalker-v3"};
+  Twin twin_{kSeed};
+  Sensors sensors_;
+};
+
+TEST_F(SpecificationTest, LinksWeighWhatTheBodiesWeigh) {
+  ASSERT_EQ(specification().links.size(), 5U);
+  for (std::size_t i = 0; i < specification().links.size(); ++i) {
+    const Link& link = specification().links[i];
+    SCOPED_TRACE(link.name);
+    const b2Body& body = twin_.body(i);
+    EXPECT_EQ(link.mass, double{body.GetMass()});
+    const auto arm = double{body.GetLocalCenter().Length()};
+    EXPECT_NEAR(link.inertia.yy, double{body.GetInertia()} - link.mass * arm * arm, 1e-6);
+    expect_near(in_world(sensors_.link_poses[i], link.center_of_mass[0], link.center_of_mass[2]),
+                body.GetWorldCenter());
+    EXPECT_EQ(link.center_of_mass[1], 0);
+  }
+}
+
+/// Once more from Gymnasium's constants, without the engine.
+TEST_F(SpecificationTest, MassesFollowFromShapesAndDensities) {
+  for (const std::size_t i : {1U, 2U, 3U, 4U}) {
+    const Link& link = specification().links[i];
+    const double width = (i % 2 == 0 ? 0.8 : 1.0) * 8 / 30;
+    const double height = 34.0 / 30;
+    EXPECT_NEAR(link.mass, width * height, kSingle) << link.name;
+    EXPECT_NEAR(link.inertia.yy, link.mass * (width * width + height * height) / 12, kSingle);
+  }
+  // The hull's outline in pixels; density 5. Moments of a polygon by Green's theorem.
+  const double outline[5][2] = {{-30, 9}, {-30, -8}, {34, -8}, {34, 1}, {6, 9}};
+  double area = 0;
+  double moment_x = 0;
+  double moment_z = 0;
+  double second_moment = 0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    const double ax = outline[i][0] / 30;
+    const double az = outline[i][1] / 30;
+    const double bx = outline[(i + 1) % 5][0] / 30;
+    const double bz = outline[(i + 1) % 5][1] / 30;
+    const double cross = ax * bz - bx * az;
+    area += cross / 2;
+    moment_x += cross * (ax + bx) / 6;
+    moment_z += cross * (az + bz) / 6;
+    second_moment += cross * (ax * ax + ax * bx + bx * bx + az * az + az * bz + bz * bz) / 12;
+  }
+  const Link& hull = specification().links[0];
+  EXPECT_NEAR(hull.mass, 5 * area, kSingle);
+  EXPECT_NEAR(hull.center_of_mass[0], moment_x / area, kSingle);
+  EXPECT_NEAR(hull.center_of_mass[2], moment_z / area, kSingle);
+  const double arm_squared = (moment_x * moment_x + moment_z * moment_z) / (area * area);
+  EXPECT_NEAR(hull.inertia.yy, 5 * (second_moment - area * arm_squared), kSingle);
+}
+
+TEST_F(SpecificationTest, ShapesLieWhereTheFixturesLie) {
+  for (std::size_t i = 0; i < specification().links.size(); ++i) {
+    const Link& link = specification().links[i];
+    SCOPED_TRACE(link.name);
+    const b2Fixture* fixture = twin_.body(i).GetFixtureList();
+    ASSERT_EQ(link.prisms.size(), 1U);
+    ASSERT_EQ(fixture->GetNext(), nullptr);
+    const auto* polygon = static_cast<const b2PolygonShape*>(fixture->GetShape());
+    const auto& vertices = link.prisms[0].vertices;
+    ASSERT_EQ(vertices.size(), static_cast<std::size_t>(polygon->m_count));
+    double area = 0;
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+      expect_near(in_world(sensors_.link_poses[i], vertices[k][0], vertices[k][1]),
+                  twin_.body(i).GetWorldPoint(polygon->m_vertices[k]));
+      const auto& next = vertices[(k + 1) % vertices.size()];
+      area += (vertices[k][0] * next[1] - next[0] * vertices[k][1]) / 2;
+    }
+    EXPECT_GT(area, 0) << "counter-clockwise";
+  }
+}
+
+TEST_F(SpecificationTest, JointsAreTheEnginesJoints) {
+  const std::vector<Joint>& joints = specification().joints;
+  ASSERT_EQ(joints.size(), std::size_t{kJointCount});
+  Twin fresh(kSeed);  // its motors still carry the torque limit of the definition
+  const std::vector<std::string> names{"hip_1", "knee_1", "hip_2", "knee_2"};
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    SCOPED_TRACE(names[i]);
+    const b2RevoluteJoint& engine = twin_.physics().joint(i);
+    const bool is_hip = i % 2 == 0;
+    EXPECT_EQ(joints[i].name, names[i]);
+    EXPECT_EQ(joints[i].lower, double{engine.GetLowerLimit()});
+    EXPECT_EQ(joints[i].upper, double{engine.GetUpperLimit()});
+    EXPECT_EQ(joints[i].lower, double{is_hip ? -0.8F : -1.6F});
+    EXPECT_EQ(joints[i].upper, double{is_hip ? 1.1F : -0.1F});
+    EXPECT_TRUE(engine.IsLimitEnabled());
+    EXPECT_TRUE(engine.IsMotorEnabled());
+    EXPECT_EQ(joints[i].maximum_effort, 80);
+    EXPECT_EQ(joints[i].maximum_velocity, is_hip ? 4 : 6);
+    EXPECT_EQ(joints[i].axis, (Vector3{0, -1, 0}));
+  }
+}
+
+/// With joint origins, positions and poses: the chain holds together up to the joints' give.
+TEST_F(SpecificationTest, ChainOfFramesIsTheEnginesChain) {
+  for (std::size_t i = 0; i < specification().joints.size(); ++i) {
+    const Joint& joint = specification().joints[i];
+    SCOPED_TRACE(joint.name);
+    const Pose& parent = sensors_.link_poses[link_index(joint.parent)];
+    const Pose& child = sensors_.link_poses[link_index(joint.child)];
+    const b2RevoluteJoint& engine = twin_.physics().joint(i);
+    expect_near(in_world(parent, joint.origin[0], joint.origin[2]), engine.GetAnchorA());
+    expect_near(in_world(child, 0, 0), engine.GetAnchorB());
+    const auto angle_of = [](const Pose& pose) {
+      return 2 * std::atan2(pose.orientation[1], pose.orientation[3]);
+    };
+    const double turned = angle_of(child) - angle_of(parent);
+    EXPECT_NEAR(turned, joint.axis[1] * sensors_.joint_position[i], kSingle);
+    EXPECT_EQ(link_index(joint.child), i + 1) << "links in action order";
+    EXPECT_EQ(joint.parent, i % 2 == 0 ? "hull" : specification().links[i].name);
+  }
+}
+
+TEST_F(SpecificationTest, TheRestIsGymnasiums) {
+  EXPECT_EQ(specification().dt, 0.02);
+  EXPECT_EQ(specification().reward_threshold, 300);
+  EXPECT_EQ(specification().observation_dtype, "float32");
+  EXPECT_TRUE(specification().info_names.empty());
+  EXPECT_EQ(specification().effort_per_action, std::vector<double>(kJointCount, 80));
+  for (const std::string& name : specification().contact_links) EXPECT_NO_THROW(link_index(name));
+  EXPECT_EQ(specification().contact_links.size(), 2U);
+}
+
+TEST_F(SpecificationTest, EngineSaysWhichCodeRuns) {
+  namespace fs = std::filesystem;
+  EXPECT_EQ(specification().engine, "Box2D");
+  const std::string& version = specification().engine_version;
+  const std::string& path = specification().engine_path;
+  EXPECT_EQ(version.substr(0, 2), "2.") << version;
+  ASSERT_TRUE(fs::exists(path)) << path;
+#ifdef WALKER_SIM_ENGINES_PINNED
+  EXPECT_EQ(version.substr(0, 4), "2.3.");
+  EXPECT_NE(version.find("pinned"), std::string::npos) << version;
+  EXPECT_TRUE(fs::equivalent(path, "/proc/self/exe")) << path << ": linked into this test";
+#else
+  EXPECT_NE(version.find("system"), std::string::npos) << version;
+  EXPECT_NE(path.find("ox2"), std::string::npos) << path << ": the distribution's library";
+#endif
+}
+
+}  // namespace
+}  // namespace walker::bipedal_walker

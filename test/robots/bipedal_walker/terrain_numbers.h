@@ -1,0 +1,27 @@
+// All doubles that a reset draws, in the order of bipedal_walker_reference.terrain.
+#pragma once
+
+#include <vector>
+
+#include "robots/bipedal_walker/terrain.h"
+
+namespace walker::bipedal_walker {
+
+/// 200 ground points, the number of obstacles, 4 points of each, 10 clouds of 5 points, the push.
+inline std::vector<double> terrain_numbers(bool hardcore, std::uint64_t seed) {
+  Generator generator(seed);
+  const Terrain terrain = generate_terrain(generator, hardcore);
+  const Clouds clouds = generate_clouds(generator);
+  std::vector<double> numbers;
+  const auto add = [&numbers](const auto& points) {
+    for (const Point& point : points) numbers.insert(numbers.end(), {point.x, point.y});
+  };
+  add(terrain.ground);
+  numbers.push_back(static_cast<double>(terrain.obstacles.size()));
+  for (const auto& obstacle : terrain.obstacles) add(obstacle);
+  for (const Cloud& cloud : clouds) add(cloud);
+  numbers.push_back(generator.uniform(-kInitialPush, kInitialPush));
+  return numbers;
+}
+
+}  // namespace walker::bipedal_walker

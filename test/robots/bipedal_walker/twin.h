@@ -1,0 +1,42 @@
+// The physics of an environment once more, open to inspection.
+#pragma once
+
+#include <cstdint>
+
+#include "robots/bipedal_walker/physics.h"
+#include "robots/bipedal_walker/specification.h"
+#include "robots/bipedal_walker/terrain.h"
+
+namespace walker::bipedal_walker {
+
+/// Goes through what BipedalWalker goes through from `reset(seed)` on, given the same actions.
+class Twin {
+ public:
+  explicit Twin(std::uint64_t seed) : generator_(seed) {
+    terrain_ = generate_terrain(generator_, false);
+    generate_clouds(generator_);
+    physics_.build(terrain_, generator_.uniform(-kInitialPush, kInitialPush));
+    const double no_torque[kJointCount] = {};
+    step(no_torque);
+  }
+
+  void step(const double* action) {
+    physics_.drive(action);
+    physics_.step();
+  }
+
+  const Physics& physics() const { return physics_; }
+  const Terrain& terrain() const { return terrain_; }
+
+  /// Hull, then the limbs in action order, as the specification's links.
+  const b2Body& body(std::size_t link) const {
+    return link == 0 ? physics_.hull() : child_of(physics_.joint(link - 1));
+  }
+
+ private:
+  Generator generator_;
+  Terrain terrain_;
+  Physics physics_;
+};
+
+}  // namespace walker::bipedal_walker

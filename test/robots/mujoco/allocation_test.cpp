@@ -1,0 +1,58 @@
+// No reset and no step takes memory from the heap. MuJoCo's own goes through malloc, not new.
+#include <gtest/gtest.h>
+
+#include "allocation_counter.h"
+#include "robots/mujoco/player.h"
+#include "stepper.h"
+
+namespace walker::mujoco {
+namespace {
+
+TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
+  for (const char* id : {"Walker2d-v4", "Walker2d-v5", "Hopper-v5"}) {
+    Stepper walker(id);
+    Sensors sensors;
+    std::vector<double> action(walker.environment->specification().action_size());
+    Actions actions("balance", 0, static_cast<int>(action.size()));
+    walker.reset(0);
+    walker.environment->sense(sensors);  // gives the vectors their sizes
+    int resets = 0;
+    int steps = 0;
+    const Counting counting;
+    for (; steps < 2000; ++steps) {
+      if (walker.has_ended()) {
+        walker.reset(resets % 2 == 0 ? std::optional<std::uint64_t>(steps) : std::nullopt);
+        walker.environment->sense(sensors);
+        ++resets;
+      }
+      actions.draw(walker.observation, action);
+      walker.step(action);
+      walker.environment->sense(sensors);
+    }
+    EXPECT_EQ(allocations, 0) << id << " in " << steps << " steps and " << resets << " resets";
+    EXPECT_GT(resets, 3);
+  }
+}
+
+/// Results go where the caller wants them this time.
+TEST_F(AllocationTest, EachCallFillsTheBuffersItIsGiven) {
+  Stepper walker("Walker2d-v5");
+  Stepper twin("Walker2d-v5");
+  walker.reset(1);
+  twin.reset(1);
+  const std::vector<double> old = walker.observation;
+  const std::vector<double> old_info = walker.info;
+  std::vector<double> elsewhere(old.size(), -7);
+  std::vector<double> info_elsewhere(old_info.size(), -7);
+  walker.result.observation = elsewhere.data();
+  walker.result.info = info_elsewhere.data();
+  walker.step({1, 0, -1, 0, 1, 0});
+  twin.step({1, 0, -1, 0, 1, 0});
+  EXPECT_EQ(elsewhere, twin.observation);
+  EXPECT_EQ(info_elsewhere, twin.info);
+  EXPECT_EQ(walker.observation, old);
+  EXPECT_EQ(walker.info[0], old_info[0]);
+}
+
+}  // namespace
+}  // namespace walker::mujoco

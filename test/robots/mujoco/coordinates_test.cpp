@@ -1,0 +1,153 @@
+// Positions and velocities are set as Gymnasium's set_state sets them, to the bit: beside the calls
+// of MuJoCo that Gymnasium makes.
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "episode/episode_recorder.h"
+#include "error_message.h"
+#include "kernel_variable.h"
+#include "robots/mujoco/library_physics.h"
+#include "robots/mujoco/model.h"
+#include "stepper.h"
+
+namespace walker::mujoco {
+namespace {
+
+constexpr int kFrameSkip = 4;
+
+/// Gymnasium's MujocoEnv, as far as it moves a robot.
+class Reference {
+ public:
+  explicit Reference(const std::string& xml_file)
+      : model_(load_model(xml_file)), data_(make_data(*model_)) {}
+
+  int size() const { return model_->nq; }
+
+  void set_state(const std::vector<double>& position, const std::vector<double>& velocity) {
+    std::copy(position.begin(), position.end(), data_->qpos);
+    std::copy(velocity.begin(), velocity.end(), data_->qvel);
+    mj_forward(model_.get(), data_.get());
+  }
+
+  void step(const std::vector<double>& action) {
+    std::copy(action.begin(), action.end(), data_->ctrl);
+    for (int i = 0; i < kFrameSkip; ++i) mj_step(model_.get(), data_.get());
+  }
+
+  std::vector<double> observation() const {
+    std::vector<double> values(data_->qpos, data_->qpos + model_->nq);
+    for (int i = 0; i < model_->nv; ++i) values.push_back(std::clamp(data_->qvel[i], -10.0, 10.0));
+    return values;
+  }
+
+ private:
+  ModelPointer model_;
+  DataPointer data_;
+};
+
+struct Case {
+  const char* id;
+  const char* model;
+  const char* kernel;  ///< as KernelVariable has it
+};
+
+class CoordinatesTest : public testing::TestWithParam<Case> {
+ protected:
+  Stepper make_ours() const {
+    return make_by(GetParam().kernel, GetParam().id,
+                   {{"exclude_current_positions_from_observation", false},
+                    {"terminate_when_unhealthy", false}});
+  }
+};
+
+TEST_P(CoordinatesTest, AreSetAsGymnasiumDoes) {
+  Stepper ours = make_ours();
+  Reference theirs(GetParam().model);
+  const auto size = static_cast<std::size_t>(theirs.size());
+  ours.reset(3);
+  theirs.set_state({ours.observation.begin(), ours.observation.begin() + theirs.size()},
+                   {ours.observation.begin() + theirs.size(), ours.observation.end()});
+  const std::vector<double> action(size - 3, 0.7);
+  std::vector<double> position(size);
+  std::vector<double> velocity(size);
+  for (int time = 0; time < 10; ++time) {
+    for (int step = 0; step < 20; ++step) {
+      ours.step(action);
+      theirs.step(action);
+      ASSERT_EQ(ours.observation, theirs.observation()) << "time " << time << ", step " << step;
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+      position[i] = i == 1 ? 1.2 : 0.03 * static_cast<double>((time + i) % 5) - 0.05;
+      velocity[i] = 0.4 * static_cast<double>((2 * time + i) % 7) - 1;
+    }
+    ours.environment->set_coordinates(position, velocity, ours.result);
+    theirs.set_state(position, velocity);
+    ASSERT_EQ(ours.observation, theirs.observation());
+  }
+}
+
+TEST_P(CoordinatesTest, OthersAreRefusedAndChangeNothing) {
+  Stepper ours = make_ours();
+  Stepper untouched = make_ours();
+  const std::size_t size = ours.observation.size() / 2;
+  const std::vector<double> zeros(size);
+  const auto refused = [&](const std::vector<double>& position,
+                           const std::vector<double>& velocity) {
+    return message_of<std::invalid_argument>(
+        [&] { ours.environment->set_coordinates(position, velocity, ours.result); });
+  };
+  EXPECT_EQ(message_of<ResetNeeded>(
+                [&] { ours.environment->set_coordinates(zeros, zeros, ours.result); }),
+            "set_state: there is no episode yet; reset first");
+  ours.reset(1);
+  untouched.reset(1);
+  const std::string all = std::to_string(size);
+  EXPECT_EQ(refused({}, zeros), "qpos has 0 values; must have " + all);
+  EXPECT_EQ(refused(zeros, {1, 2}), "qvel has 2 values; must have " + all);
+  std::vector<double> wrong = zeros;
+  wrong[2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refused(wrong, zeros), "qpos[2] = nan; must be finite");
+  wrong[2] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(refused(zeros, wrong), "qvel[2] = inf; must be finite");
+  const std::vector<double> action(size - 3, 0.5);
+  ours.step(action);
+  untouched.step(action);
+  EXPECT_EQ(ours.row(), untouched.row());
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, CoordinatesTest,
+                         testing::Values(Case{"Walker2d-v5", "walker2d_v5.xml", nullptr},
+                                         Case{"Walker2d-v5", "walker2d_v5.xml", "off"},
+                                         Case{"Walker2d-v4", "walker2d_v4.xml", nullptr},
+                                         Case{"Hopper-v5", "hopper_v5.xml", nullptr},
+                                         Case{"Hopper-v4", "hopper_v4.xml", nullptr}));
+
+TEST(Coordinates, AnEpisodeThatHasEndedGoesOn) {
+  EpisodeRecorder recorder(make("Hopper-v5", {}));
+  recorder.reset(1);
+  EXPECT_EQ(recorder.is_healthy(), true);
+  const std::vector<double> standing{0, 1.25, 0, 0, 0, 0};
+  const std::vector<double> lying{0, 0.1, 0, 0, 0, 0};
+  const std::vector<double> still(6);
+  recorder.set_coordinates(lying, still);
+  EXPECT_EQ(recorder.is_healthy(), false);
+  EXPECT_FALSE(recorder.state().has_ended());
+  const std::vector<double> action(3);
+  recorder.step(action);
+  EXPECT_TRUE(recorder.state().terminated);
+  EXPECT_THROW(recorder.step(action), ResetNeeded);
+  recorder.set_coordinates(standing, still);
+  EXPECT_EQ(recorder.is_healthy(), true);
+  recorder.step(action);
+  EXPECT_FALSE(recorder.state().has_ended());
+  EXPECT_EQ(recorder.state().step, 2U);
+  EXPECT_THROW(recorder.record(), std::logic_error);
+}
+
+}  // namespace
+}  // namespace walker::mujoco

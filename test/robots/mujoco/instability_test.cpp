@@ -1,0 +1,351 @@
+// What happens when MuJoCo gives up in the middle of a step.
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "error_message.h"
+#include "robots/mujoco/model_file.h"
+#include "robots/mujoco/walker2d_sizes.h"
+#include "stepper.h"
+#include "walker_sim/pool.h"
+
+namespace walker::mujoco {
+namespace {
+
+const std::vector<double> kRest(kJointCount, 0);
+const std::vector<double> kFull(kJointCount, 1);
+
+/// A walker whose motors tear it apart at full control.
+std::string strong_walker() {
+  return replaced(builtin_text("walker2d_v5.xml"), "gear=\"100\"", "gear=\"1e14\"");
+}
+
+/// One that falls upwards, without a contact or a force on a joint.
+std::string flying_walker(const std::string& acceleration, const std::string& timestep) {
+  return replaced(builtin_text("walker2d_v5.xml"), "timestep=\"0.002\"",
+                  "gravity=\"0 0 " + acceleration + "\" timestep=\"" + timestep + "\"");
+}
+
+/// A buffer that does for a walker on its feet, and not for one on its back.
+std::string cramped_walker() {
+  return replaced(builtin_text("walker2d_v5.xml"), "nstack=\"8000\"", "nstack=\"520\"");
+}
+
+void expect_finite(const Stepper& walker) {
+  EXPECT_TRUE(std::isfinite(walker.result.reward));
+  for (const double value : walker.observation) EXPECT_TRUE(std::isfinite(value));
+}
+
+class InstabilityTest : public testing::Test {
+ protected:
+  /// MuJoCo would write a log file where the process runs.
+  void SetUp() override {
+    std::filesystem::current_path(elsewhere_.path());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+  }
+
+  void TearDown() override {
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_TRUE(std::filesystem::is_empty(elsewhere_.path()));
+    std::filesystem::current_path(home_);
+  }
+
+  Stepper make(const std::string& text, Parameters parameters = {}) const {
+    parameters["xml_file"] = folder_.write("unstable.xml", text);
+    parameters["terminate_when_unhealthy"] = false;
+    return Stepper("Walker2d-v5", parameters);
+  }
+
+  /// The walker has been reset with seed 1.
+  static void expect_failure(Stepper& walker, const std::vector<double>& action,
+                             const std::string& words) {
+    const std::vector<double> before = walker.observation;
+    walker.step(action);
+    EXPECT_TRUE(walker.result.terminated);
+    EXPECT_FALSE(walker.result.truncated);
+    EXPECT_EQ(std::string(walker.result.error).rfind("MuJoCo: ", 0), 0U) << walker.result.error;
+    EXPECT_NE(std::string(walker.result.error).find(words), std::string::npos)
+        << walker.result.error;
+    EXPECT_STREQ(walker.result.end_reason, "the simulation failed");
+    EXPECT_EQ(walker.observation, before);
+    expect_finite(walker);
+    Sensors sensors;
+    Scene scene;
+    EXPECT_THROW(walker.step(kRest), ResetNeeded);
+    EXPECT_THROW(walker.environment->sense(sensors), ResetNeeded);
+    EXPECT_THROW(walker.environment->scene(scene), ResetNeeded);
+  }
+
+  /// The next episode is that of an environment that never failed.
+  static void expect_recovery(Stepper& walker, Stepper& fresh) {
+    walker.reset(1);
+    fresh.reset(1);
+    EXPECT_STREQ(walker.result.error, "");
+    EXPECT_FALSE(walker.result.terminated);
+    EXPECT_EQ(walker.observation, fresh.observation);
+    for (int i = 0; i < 100; ++i) {
+      walker.step(kRest);
+      fresh.step(kRest);
+      ASSERT_STREQ(fresh.result.error, "");
+      ASSERT_EQ(walker.row(), fresh.row()) << i;
+    }
+  }
+
+  Folder folder_;
+
+ private:
+  Folder elsewhere_;
+  std::filesystem::path home_ = std::filesystem::current_path();
+};
+
+TEST_F(InstabilityTest, BadAccelerationsEndTheEpisode) {
+  Stepper walker = make(strong_walker());
+  Stepper fresh = make(strong_walker());
+  walker.reset(1);
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 3; ++i) walker.step(kRest);
+    expect_failure(walker, kFull, "QACC");
+    expect_recovery(walker, fresh);
+  }
+}
+
+/// Whichever engine step it is that fails, the last one included.
+TEST_F(InstabilityTest, BadVelocitiesEndTheEpisode) {
+  for (const int frame_skip : {1, 2, 4}) {
+    Stepper walker = make(flying_walker("9e9", "1.2"),
+                          {{"frame_skip", std::int64_t{frame_skip}}, {"reset_noise_scale", 0.0}});
+    for (int round = 0; round < 2; ++round) {
+      walker.reset(1);
+      expect_failure(walker, kRest, frame_skip == 1 ? "QVEL at DOF 1" : "Q");
+    }
+  }
+}
+
+TEST_F(InstabilityTest, BadPositionsEndTheEpisode) {
+  for (const int frame_skip : {1, 2, 4}) {
+    Stepper walker = make(flying_walker("5e9", "3"),
+                          {{"frame_skip", std::int64_t{frame_skip}}, {"reset_noise_scale", 0.0}});
+    for (int round = 0; round < 2; ++round) {
+      walker.reset(1);
+      expect_failure(walker, kRest, "QPOS at DOF 1");
+    }
+  }
+}
+
+/// A model may leave its controls without a limit.
+TEST_F(InstabilityTest, BadControlsEndTheEpisode) {
+  const std::string text =
+      replaced(builtin_text("walker2d_v5.xml"), "collision=\"predefined\"/>",
+               "collision=\"predefined\"><flag clampctrl=\"disable\"/></option>");
+  Stepper walker = make(text);
+  Stepper fresh = make(text);
+  walker.reset(1);
+  expect_failure(walker, {0, 0, 1e300, 0, 0, 0}, "CTRL");
+  expect_recovery(walker, fresh);
+}
+
+/// The largest noise that is allowed.
+TEST_F(InstabilityTest, WildStartsAreFiniteToo) {
+  Stepper walker("Walker2d-v4", {{"reset_noise_scale", 1e6}, {"terminate_when_unhealthy", false}});
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    walker.reset(seed);
+    expect_finite(walker);
+    Sensors sensors;
+    walker.environment->sense(sensors);
+    for (const Pose& pose : sensors.link_poses) {
+      for (const double value : pose.position) EXPECT_TRUE(std::isfinite(value));
+    }
+    for (int i = 0; i < 5 && !walker.has_ended(); ++i) {
+      walker.step(kFull);
+      expect_finite(walker);
+    }
+    EXPECT_STRNE(walker.result.error, "") << seed;
+  }
+}
+
+/// MuJoCo's error handler, which by default ends the process.
+TEST_F(InstabilityTest, AFullStackEndsTheEpisode) {
+  Stepper walker = make(cramped_walker());
+  Stepper fresh = make(cramped_walker());
+  walker.reset(1);
+  for (int round = 0; round < 2; ++round) {
+    int steps = 0;
+    std::vector<double> last;
+    while (!walker.has_ended() && steps < 1000) {
+      last = walker.observation;
+      walker.step(kRest);
+      ++steps;
+    }
+    EXPECT_GT(steps, 1);
+    EXPECT_LT(steps, 1000);
+    EXPECT_NE(std::string(walker.result.error).find("tack overflow"), std::string::npos)
+        << walker.result.error;
+    EXPECT_EQ(walker.observation, last);
+    EXPECT_EQ(walker.result.reward, 0);
+    walker.reset(1);
+    fresh.reset(1);
+    EXPECT_EQ(walker.observation, fresh.observation);
+    for (int i = 0; i < steps - 1; ++i) {
+      walker.step(kRest);
+      fresh.step(kRest);
+      ASSERT_EQ(walker.row(), fresh.row());
+    }
+    fresh.step(kRest);
+    EXPECT_STRNE(fresh.result.error, "") << "at the same step";
+    walker.reset(1);
+  }
+}
+
+/// No step begins where a reset failed.
+TEST_F(InstabilityTest, AResetThatFailsSaysSo) {
+  Stepper walker = make(cramped_walker(), {{"reset_noise_scale", 3.0}});
+  int failed = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const std::string message = message_of<std::runtime_error>([&] { walker.reset(seed); });
+    if (message == "nothing thrown") continue;
+    ++failed;
+    EXPECT_NE(message.find("tack overflow"), std::string::npos) << message;
+    EXPECT_THROW(walker.step(kRest), ResetNeeded);
+  }
+  EXPECT_GT(failed, 0);
+  EXPECT_LT(failed, 20);
+}
+
+/// What a walker of a pool does in one of its steps, alone.
+void go_on(Stepper& walker, bool& has_episode, std::string& reset_error,
+           std::optional<std::uint64_t> seed) {
+  reset_error.clear();
+  if (has_episode && !walker.has_ended()) {
+    walker.step(kRest);
+    return;
+  }
+  has_episode = false;
+  try {
+    walker.reset(seed);
+    has_episode = true;
+  } catch (const std::runtime_error& error) {
+    reset_error = error.what();
+    std::fill(walker.observation.begin(), walker.observation.end(), 0);
+  }
+}
+
+/// Each is to the bit what it is alone, whatever befalls it and its neighbours.
+TEST_F(InstabilityTest, InAPoolEachFailsAtItsOwnResets) {
+  const Parameters parameters{{"xml_file", folder_.write("cramped.xml", cramped_walker())},
+                              {"terminate_when_unhealthy", false},
+                              {"reset_noise_scale", 3.0}};
+  constexpr std::size_t kCount = 8;
+  PoolOptions options;
+  options.num_envs = kCount;
+  options.num_threads = 2;
+  Pool pool([&] { return walker::make("Walker2d-v5", parameters); }, options);
+  std::vector<Stepper> alone;
+  std::vector<std::optional<std::uint64_t>> seeds;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    alone.emplace_back("Walker2d-v5", parameters);
+    seeds.emplace_back(i);
+  }
+  const std::size_t width = pool.specification().observation_size();
+  std::vector<double> observations(kCount * width);
+  std::vector<std::uint8_t> terminated(kCount);
+  Batch batch;
+  batch.observations = observations.data();
+  batch.terminated = terminated.data();
+  const std::vector<double> actions(kCount * kJointCount);
+  std::array<bool, kCount> has_episode{};
+  int failed_resets = 0;
+  for (int round = 0; round < 200; ++round) {
+    if (round == 0) {
+      pool.reset({}, seeds, batch);
+    } else {
+      pool.step(actions.data(), actions.size(), batch);
+    }
+    for (std::size_t i = 0; i < kCount; ++i) {
+      std::string reset_error;
+      go_on(alone[i], has_episode[i], reset_error, round == 0 ? seeds[i] : std::nullopt);
+      ASSERT_EQ(pool.reset_error(i), reset_error) << i << " in round " << round;
+      const std::vector<double> row(observations.begin() + i * width,
+                                    observations.begin() + (i + 1) * width);
+      ASSERT_EQ(row, alone[i].observation) << i << " in round " << round;
+      ASSERT_EQ(terminated[i] != 0, !has_episode[i] || alone[i].has_ended());
+      failed_resets += has_episode[i] ? 0 : 1;
+    }
+  }
+  EXPECT_GT(failed_resets, 3);
+}
+
+std::string refusal_of(const std::string& model) {
+  return message_of<std::invalid_argument>([&] {
+    walker::make("Walker2d-v5", {{"xml_file", model}});
+  });
+}
+
+#ifdef __SANITIZE_ADDRESS__
+// Before GCC 14 a thread may fork while another is within AddressSanitizer's allocator, and the
+// child, in which models are compiled, waits for that one for ever.
+std::mutex allocating;  // NOLINT
+const int is_kept_apart = pthread_atfork([] { allocating.lock(); }, [] { allocating.unlock(); },
+                                         [] { allocating.unlock(); });
+std::unique_lock<std::mutex> keep_apart() { return std::unique_lock(allocating); }
+#else
+struct [[maybe_unused]] Nothing {};
+Nothing keep_apart() { return {}; }
+#endif
+
+/// Models are compiled in one thread while others step, and each fails for itself.
+TEST_F(InstabilityTest, ThreadsFailApart) {
+  const std::string broken = folder_.write("broken.xml", "<mujoco><body/></mujoco>");
+  const std::string cramped = folder_.write("cramped.xml", cramped_walker());
+  Stepper falling("Walker2d-v5", {{"xml_file", cramped}, {"terminate_when_unhealthy", false}});
+  Stepper scattered("Walker2d-v4", {{"reset_noise_scale", 1e6}});
+  std::atomic<bool> is_compiled{false};
+  const auto compile = [&] {
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_NE(refusal_of(broken).find("XML Error"), std::string::npos) << refusal_of(broken);
+      EXPECT_EQ(refusal_of(cramped), "nothing thrown");
+    }
+    is_compiled = true;
+  };
+  const auto overflow = [&] {
+    for (int i = 0; i < 20 || !is_compiled; ++i) {
+      {
+        const auto apart = keep_apart();
+        falling.reset(1);
+      }
+      while (!falling.has_ended()) {
+        const auto apart = keep_apart();
+        falling.step(kRest);
+      }
+      EXPECT_STREQ(falling.result.error, "MuJoCo: Stack overflow");
+    }
+  };
+  const auto run_away = [&] {
+    for (std::uint64_t seed = 0; seed < 300 || !is_compiled; ++seed) {
+      const auto apart = keep_apart();
+      scattered.reset(seed);
+      scattered.step(kRest);
+      EXPECT_TRUE(scattered.result.terminated);
+    }
+  };
+  std::vector<std::thread> threads;
+  threads.emplace_back(compile);
+  threads.emplace_back(overflow);
+  threads.emplace_back(run_away);
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+}  // namespace walker::mujoco

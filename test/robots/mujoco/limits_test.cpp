@@ -1,0 +1,246 @@
+// The built-in models' contact pairs and buffer sizes change the cost of a step, not its result.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+
+#include "base/random.h"
+#include "robots/mujoco/library_physics.h"
+#include "robots/mujoco/model.h"
+#include "robots/mujoco/model_file.h"
+#include "robots/mujoco/player.h"
+#include "stepper.h"
+
+namespace walker::mujoco {
+namespace {
+
+constexpr double kPi = 3.141592653589793;
+
+using State = std::vector<double>;
+using Control = std::vector<double>;
+
+/// A built-in model, and what can come of it at most.
+struct Case {
+  const char* file;
+  int num_pairs;
+  int most_contacts;     // two for each pair of capsules, or of one and the floor
+  int most_constraints;  // four for each contact with friction, one without or for a joint's limit
+  State worst_position;  // all capsules in the ground from end to end, all joints beyond limits
+  int worst_contacts;    // there
+  int worst_constraints;
+};
+
+std::vector<Case> cases() {
+  const State walker2d{0, -2, kPi / 2, 0.6, 0.6, 1.0, 0.7, 0.5, -1.0};
+  const State hopper{0, -2, kPi / 2, 0.6, 0.6, 1.0};
+  return {{"walker2d_v4.xml", 7, 14, 62, walker2d, 14, 62},
+          {"walker2d_v5.xml", 7, 14, 62, walker2d, 14, 62},
+          {"hopper_v4.xml", 7, 14, 41, hopper, 8, 35},
+          {"hopper_v5.xml", 7, 14, 41, hopper, 8, 35}};
+}
+
+/// The most that any state so far needed of MuJoCo's buffers.
+struct Usage {
+  int contacts = 0;
+  int constraints = 0;
+  int stack = 0;  // [numbers]
+
+  void add(const mjData& data) {
+    contacts = std::max(contacts, data.maxuse_con);
+    constraints = std::max(constraints, data.maxuse_efc);
+    stack = std::max(stack, data.maxuse_stack);
+    for (const int warning : {mjWARN_CONTACTFULL, mjWARN_CNSTRFULL, mjWARN_VGEOMFULL}) {
+      ASSERT_EQ(data.warning[warning].number, 0) << mju_warningText(warning, 0);
+    }
+  }
+};
+
+/// Draws states that a walk never sees.
+class Violence {
+ public:
+  explicit Violence(std::uint64_t seed) : generator_(seed) {}
+
+  /// Anywhere, from high in the air to deep in the ground, with joints turned beyond their limits
+  /// and speeds up to `fastest`.
+  void draw(double fastest, State& position, State& velocity) {
+    for (std::size_t i = 0; i < position.size(); ++i) {
+      position[i] = generator_.uniform(-kPi, kPi);
+      velocity[i] = generator_.uniform(-fastest, fastest);
+    }
+    position[kBaseZ] = generator_.uniform(-2, 2);
+  }
+
+  /// Each motor full forward, full back or off.
+  void draw(Control& control) {
+    for (double& value : control) value = static_cast<double>(generator_.integers(-1, 2));
+  }
+
+  /// Quiet, brisk or violent [m/s, rad/s].
+  double draw_speed() {
+    constexpr std::array<double, 4> kSpeeds{0, 1, 20, 300};
+    return kSpeeds[static_cast<std::size_t>(generator_.integers(0, kSpeeds.size()))];
+  }
+
+ private:
+  Generator generator_;
+};
+
+class Limits : public testing::TestWithParam<Case> {
+ protected:
+  ModelPointer ours = load_model(GetParam().file);
+  State position = State(ours->nq);
+  State velocity = State(ours->nv);
+  Control control = Control(ours->nu);
+};
+
+TEST_P(Limits, FitTheSizes) {
+  EXPECT_LE(GetParam().most_contacts, ours->nconmax);
+  EXPECT_LE(GetParam().most_constraints, ours->njmax);
+}
+
+TEST_P(Limits, AreReachedByTheWorstCase) {
+  LibraryPhysics physics(ours);
+  Usage usage;
+  for (const double depth : {-2.0, -5.0, -20.0}) {
+    for (const double speed : {0.0, 30.0, -30.0}) {
+      position = GetParam().worst_position;
+      position[kBaseZ] = depth;
+      std::fill(velocity.begin(), velocity.end(), speed);
+      physics.reset(position.data(), velocity.data());
+      for (std::size_t i = 0; i < control.size(); ++i) control[i] = i % 2 == 0 ? 1 : -1;
+      usage.add(physics.data());
+      EXPECT_EQ(physics.data().ncon, GetParam().worst_contacts);
+      EXPECT_EQ(physics.data().nefc, GetParam().worst_constraints);
+      physics.step(control.data(), kFrameSkip);
+      usage.add(physics.data());
+    }
+  }
+  EXPECT_EQ(usage.contacts, GetParam().worst_contacts);
+  EXPECT_EQ(usage.constraints, GetParam().worst_constraints);
+  EXPECT_LT(usage.stack, ours->nstack / 4);
+}
+
+TEST_P(Limits, AreNotPassedByRandomViolence) {
+  LibraryPhysics physics(ours);
+  Violence violence(1);
+  Usage usage;
+  int unstable = 0;
+  for (int i = 0; i < 10000; ++i) {
+    violence.draw(violence.draw_speed(), position, velocity);
+    violence.draw(control);
+    physics.reset(position.data(), velocity.data());
+    usage.add(physics.data());
+    try {
+      physics.step(control.data(), 1);
+    } catch (const std::runtime_error&) {
+      ++unstable;
+    }
+    usage.add(physics.data());
+  }
+  EXPECT_GE(usage.contacts, GetParam().worst_contacts);
+  EXPECT_LE(usage.contacts, GetParam().most_contacts);
+  EXPECT_GE(usage.constraints, GetParam().worst_constraints);
+  EXPECT_LE(usage.constraints, GetParam().most_constraints);
+  EXPECT_LT(usage.stack, ours->nstack / 4);
+  EXPECT_LT(unstable, 100);
+}
+
+/// Against the same model without pairs and sizes: state, accelerations and warm start of the
+/// solver, after every engine step.
+class Equality : public Limits {
+ protected:
+  /// @returns the engine's words when it gives up
+  static std::string advance(LibraryPhysics& physics, const Control& control) {
+    try {
+      physics.step(control.data(), 1);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  void expect_equal() {
+    const mjData& data = pair_[0].data();
+    const mjData& expected = pair_[1].data();
+    ASSERT_EQ(data.ncon, expected.ncon);
+    ASSERT_EQ(data.nefc, expected.nefc);
+    for (int i = 0; i < ours->nv; ++i) {
+      ASSERT_EQ(data.qpos[i], expected.qpos[i]) << i;
+      ASSERT_EQ(data.qvel[i], expected.qvel[i]) << i;
+      ASSERT_EQ(data.qacc[i], expected.qacc[i]) << i;
+      ASSERT_EQ(data.qacc_warmstart[i], expected.qacc_warmstart[i]) << i;
+    }
+    most_contacts_ = std::max(most_contacts_, data.ncon);
+  }
+
+  Folder folder_;
+  ModelPointer stock_ = load_model(folder_.write("stock.xml", stock_text(GetParam().file)));
+  std::array<LibraryPhysics, 2> pair_{LibraryPhysics(ours), LibraryPhysics(stock_)};
+  int most_contacts_ = 0;
+};
+
+TEST_P(Equality, IsTestedAgainstAnotherModel) {
+  EXPECT_EQ(ours->npair, GetParam().num_pairs);
+  EXPECT_EQ(ours->opt.collision, mjCOL_PAIR);
+  EXPECT_EQ(stock_->npair, 0);
+  EXPECT_EQ(stock_->opt.collision, mjCOL_ALL);
+  EXPECT_GT(stock_->nconmax, ours->nconmax);
+  EXPECT_GT(stock_->njmax, ours->njmax);
+}
+
+TEST_P(Equality, HoldsInRandomAndViolentStates) {
+  constexpr int kStepsFromEach = 20;
+  constexpr int kWantedSteps = 50000;
+  Violence violence(2);
+  int steps = 0;
+  while (steps < kWantedSteps) {
+    violence.draw(violence.draw_speed(), position, velocity);
+    for (LibraryPhysics& physics : pair_) physics.reset(position.data(), velocity.data());
+    expect_equal();
+    for (int i = 0; i < kStepsFromEach; ++i) {
+      if (i % kFrameSkip == 0) violence.draw(control);
+      const std::string error = advance(pair_[0], control);
+      ASSERT_EQ(error, advance(pair_[1], control));
+      if (!error.empty()) break;
+      ++steps;
+      expect_equal();
+      if (HasFatalFailure()) return;
+    }
+  }
+  EXPECT_GE(most_contacts_, GetParam().worst_contacts);
+}
+
+std::string name_of(const testing::TestParamInfo<Case>& test) {
+  const std::string file = test.param.file;
+  return file.substr(0, file.find('.'));
+}
+
+INSTANTIATE_TEST_SUITE_P(BuiltIn, Limits, testing::ValuesIn(cases()), name_of);
+INSTANTIATE_TEST_SUITE_P(BuiltIn, Equality, testing::ValuesIn(cases()), name_of);
+
+/// As a learner sees it.
+TEST(StockModel, GivesTheSameEpisodes) {
+  const Folder folder;
+  const std::string file = folder.write("stock.xml", stock_text("walker2d_v5.xml"));
+  Stepper ours("Walker2d-v5", {{"terminate_when_unhealthy", false}});
+  Stepper stock("Walker2d-v5", {{"terminate_when_unhealthy", false}, {"xml_file", file}});
+  std::vector<double> action;
+  for (const char* kind : {"saturated", "random"}) {
+    Actions actions(kind, 5);
+    ours.reset(7);
+    stock.reset(7);
+    ASSERT_EQ(ours.observation, stock.observation);
+    while (!ours.has_ended()) {
+      actions.draw(ours.observation, action);
+      ours.step(action);
+      stock.step(action);
+      ASSERT_EQ(ours.row(), stock.row());
+    }
+    EXPECT_TRUE(stock.result.truncated);
+  }
+}
+
+}  // namespace
+}  // namespace walker::mujoco

@@ -1,0 +1,46 @@
+// Model files for tests, and the built-in models' texts to make them from.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include "robots/mujoco/builtin_models.h"
+#include "temporary_folder.h"
+
+namespace walker::mujoco {
+
+inline std::string builtin_text(const std::string& name) {
+  for (const BuiltinModel& model : builtin_models()) {
+    if (model.name == name) return model.text;
+  }
+  throw std::out_of_range(name);
+}
+
+/// `text` with `to` for every `from`. There must be one: a test that changes nothing tests nothing.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  std::size_t place = text.find(from);
+  if (place == std::string::npos) throw std::out_of_range(from + ": is not in the text");
+  for (; place != std::string::npos; place = text.find(from, place + to.size())) {
+    text.replace(place, from.size(), to);
+  }
+  return text;
+}
+
+/// `text` without what stands from `begin` to `end`, these included.
+inline std::string without(std::string text, const std::string& begin, const std::string& end) {
+  const std::size_t first = text.find(begin);
+  const std::size_t last = text.find(end, first);
+  if (last == std::string::npos) throw std::out_of_range(begin + ": is not in the text");
+  return text.erase(first, last + end.size() - first);
+}
+
+/// A built-in model that looks for contacts everywhere and takes MuJoCo's own buffer sizes.
+inline std::string stock_text(const std::string& name) {
+  std::string text = builtin_text(name);
+  text = replaced(text, " collision=\"predefined\"", "");
+  text = without(text, "<size", "/>");
+  text = without(text, "<contact>", "</contact>");
+  return without(text, "<pair", "/>");
+}
+
+}  // namespace walker::mujoco

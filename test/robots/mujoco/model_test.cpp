@@ -1,0 +1,238 @@
+// Our compiled models against Gymnasium's, field by field, to the bit.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iomanip>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "robots/mujoco/model.h"
+#include "recording.h"
+
+#include <mujoco/mjxmacro.h>
+
+namespace walker::mujoco {
+namespace {
+
+/// Values by field, as words of a recording: integers in decimal, others as bits of doubles.
+using Fields = std::map<std::string, std::vector<std::string>>;
+
+/// The fields that differ on purpose, and why. What is not named here is compared.
+std::map<std::string, std::string> different_fields(const std::string& id) {
+  const char* const pairs = "pairs say which geoms can touch, so that no others are tried";
+  const char* const sizes = "the buffers have the sizes that those pairs can need";
+  const char* const names = "where names are stored; the names themselves are compared";
+  const char* const looks = "a texture and a material that no geom has, and a light's -0";
+  std::map<std::string, std::string> fields = {
+      {"npair", pairs},           {"opt.collision", pairs}, {"pair_dim", pairs},
+      {"pair_geom1", pairs},      {"pair_geom2", pairs},    {"pair_signature", pairs},
+      {"pair_solref", pairs},     {"pair_solimp", pairs},   {"pair_margin", pairs},
+      {"pair_gap", pairs},        {"pair_friction", pairs}, {"njmax", sizes},
+      {"nconmax", sizes},         {"nstack", sizes},        {"nbuffer", sizes},
+      {"names", names},           {"nnames", names},        {"name_pairadr", names},
+      {"name_actuatoradr", names}};
+  if (id.rfind("Walker2d", 0) == 0) {
+    for (const char* const name :
+         {"ntex", "ntexdata", "nmat", "tex_type", "tex_height", "tex_width", "tex_adr", "tex_rgb",
+          "mat_texid", "mat_texuniform", "mat_texrepeat", "mat_emission", "mat_specular",
+          "mat_shininess", "mat_reflectance", "mat_rgba", "light_dir", "light_dir0"}) {
+      fields[name] = looks;
+    }
+    fields["name_texadr"] = names;
+    fields["name_matadr"] = names;
+  }
+  return fields;
+}
+
+/// Not recorded: texts and pictures.
+const std::set<std::string>& unrecorded_fields() {
+  static const std::set<std::string> fields = {"names", "text_data", "tex_rgb"};
+  return fields;
+}
+
+std::string word(int value) { return std::to_string(value); }
+
+std::string word(double value) {
+  std::ostringstream text;
+  text << std::hex << std::setw(16) << std::setfill('0') << to_bits(value);
+  return text.str();
+}
+
+template <typename T>
+std::vector<std::string> words(const T* values, int count) {
+  std::vector<std::string> result(count);
+  std::transform(values, values + count, result.begin(), [](T value) { return word(value); });
+  return result;
+}
+
+std::vector<std::string> names(const mjModel& model, mjtObj kind, int count) {
+  std::vector<std::string> result;
+  for (int i = 0; i < count; ++i) {
+    const char* const name = mj_id2name(&model, kind, i);
+    result.emplace_back(name == nullptr ? "-" : name);
+  }
+  return result;
+}
+
+/// All that a model is, by MuJoCo's own lists of its fields.
+Fields fields_of(const mjModel& model) {
+  Fields fields;
+#define X(name) fields[#name] = words(&model.name, 1);
+  MJMODEL_INTS
+#undef X
+#define X(type, name) fields["opt." #name] = words(&model.opt.name, 1);
+  MJOPTION_SCALARS
+#undef X
+#define X(name, count) fields["opt." #name] = words(&model.opt.name[0], count);
+  MJOPTION_VECTORS
+#undef X
+  MJMODEL_POINTERS_PREAMBLE((&model))
+#define X(type, name, rows, columns) fields[#name] = words(model.name, model.rows * (columns));
+  MJMODEL_POINTERS
+#undef X
+  // mjxmacro.h has no list of these.
+  fields["stat.meaninertia"] = words(&model.stat.meaninertia, 1);
+  fields["stat.meanmass"] = words(&model.stat.meanmass, 1);
+  fields["stat.meansize"] = words(&model.stat.meansize, 1);
+  fields["stat.extent"] = words(&model.stat.extent, 1);
+  fields["stat.center"] = words(&model.stat.center[0], 3);
+  fields["names.body"] = names(model, mjOBJ_BODY, model.nbody);
+  fields["names.joint"] = names(model, mjOBJ_JOINT, model.njnt);
+  fields["names.geom"] = names(model, mjOBJ_GEOM, model.ngeom);
+  fields["names.actuator"] = names(model, mjOBJ_ACTUATOR, model.nu);
+  return fields;
+}
+
+/// The recorded models of a robot by the environment that they belong to.
+std::map<std::string, Fields> recorded_models(const std::string& robot) {
+  Recording recording(robot + "_models.txt");
+  std::map<std::string, Fields> models;
+  Fields* fields = nullptr;
+  while (recording.has_more()) {
+    const auto name = recording.next<std::string>();
+    if (name == "model") {
+      fields = &models[recording.next<std::string>()];
+      continue;
+    }
+    std::vector<std::string>& values = (*fields)[name];
+    values.resize(recording.next<std::size_t>());
+    for (std::string& value : values) value = recording.next<std::string>();
+  }
+  return models;
+}
+
+/// "Gymnasium's environment, our model".
+class Models : public testing::TestWithParam<std::pair<const char*, const char*>> {
+ protected:
+  const std::string robot =
+      std::string(GetParam().second).substr(0, std::string(GetParam().second).find('_'));
+  const Fields theirs = recorded_models(robot).at(GetParam().first);
+  const std::map<std::string, std::string> different = different_fields(GetParam().first);
+  const Fields ours = fields_of(*load_model(GetParam().second));
+};
+
+TEST_P(Models, AreGymnasiumsInEveryFieldThatMatters) {
+  std::size_t compared = 0;
+  for (const auto& [name, values] : ours) {
+    if (different.count(name) != 0 || unrecorded_fields().count(name) != 0) continue;
+    ASSERT_EQ(theirs.count(name), 1U) << name << " is not recorded";
+    const std::vector<std::string>& expected = theirs.at(name);
+    ASSERT_EQ(values.size(), expected.size()) << name;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      EXPECT_EQ(values[i], expected[i]) << name << "[" << i << "]";
+    }
+    compared += values.size();
+  }
+  EXPECT_GT(compared, robot == "walker2d" ? 1500U : 1000U);
+}
+
+/// No field hides behind the list of differences, or is recorded in vain.
+TEST_P(Models, DifferWhereTheListSaysSo) {
+  for (const auto& [name, reason] : different) {
+    ASSERT_EQ(ours.count(name), 1U) << name;
+    if (unrecorded_fields().count(name) != 0) continue;
+    EXPECT_NE(ours.at(name), theirs.at(name)) << name << " does not differ: " << reason;
+  }
+  for (const auto& [name, values] : theirs) EXPECT_EQ(ours.count(name), 1U) << name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, Models,
+                         testing::Values(std::pair("Walker2d-v4", "walker2d_v4.xml"),
+                                         std::pair("Walker2d-v5", "walker2d_v5.xml"),
+                                         std::pair("Hopper-v4", "hopper_v4.xml"),
+                                         std::pair("Hopper-v5", "hopper_v5.xml")),
+                         [](const auto& test) {
+                           std::string name = test.param.first;
+                           return name.erase(name.find('-'), 1);
+                         });
+
+/// A pair of geoms with what MuJoCo makes of a contact between them.
+using Contact = std::map<std::string, std::vector<double>>;
+
+/// The contacts that the geoms' masks allow, by the rules for geoms of equal priority and solver
+/// parameters: the larger dimension and friction, the larger margin and gap. A body and its parent
+/// never touch, unless that is the world.
+std::map<std::set<int>, Contact> contacts_by_masks(const mjModel& model) {
+  std::map<std::set<int>, Contact> contacts;
+  const auto largest = [](const mjtNum* values, int first, int second) {
+    return std::max(values[first], values[second]);
+  };
+  for (int i = 0; i < model.ngeom; ++i) {
+    for (int k = i + 1; k < model.ngeom; ++k) {
+      const bool touch = (model.geom_contype[i] & model.geom_conaffinity[k]) != 0 ||
+                         (model.geom_contype[k] & model.geom_conaffinity[i]) != 0;
+      const int first = model.geom_bodyid[i];
+      const int second = model.geom_bodyid[k];
+      if (!touch || (first != 0 && model.body_parentid[second] == first)) continue;
+      const double slide = largest(model.geom_friction, 3 * i, 3 * k);
+      const double spin = largest(model.geom_friction, 3 * i + 1, 3 * k + 1);
+      const double roll = largest(model.geom_friction, 3 * i + 2, 3 * k + 2);
+      const double dimension = std::max(model.geom_condim[i], model.geom_condim[k]);
+      contacts[{i, k}] = {
+          {"dimension", {dimension}},
+          {"friction", {slide, slide, spin, roll, roll}},
+          {"margin", {largest(model.geom_margin, i, k)}},
+          {"gap", {largest(model.geom_gap, i, k)}},
+          {"solref", {at(model.geom_solref, k, mjNREF), at(model.geom_solref, k + 1, mjNREF)}},
+          {"solimp", {at(model.geom_solimp, k, mjNIMP), at(model.geom_solimp, k + 1, mjNIMP)}}};
+    }
+  }
+  return contacts;
+}
+
+std::map<std::set<int>, Contact> contacts_by_pairs(const mjModel& model) {
+  std::map<std::set<int>, Contact> contacts;
+  for (int i = 0; i < model.npair; ++i) {
+    contacts[{model.pair_geom1[i], model.pair_geom2[i]}] = {
+        {"dimension", {static_cast<double>(model.pair_dim[i])}},
+        {"friction", {at(model.pair_friction, i, 5), at(model.pair_friction, i + 1, 5)}},
+        {"margin", {model.pair_margin[i]}},
+        {"gap", {model.pair_gap[i]}},
+        {"solref", {at(model.pair_solref, i, mjNREF), at(model.pair_solref, i + 1, mjNREF)}},
+        {"solimp", {at(model.pair_solimp, i, mjNIMP), at(model.pair_solimp, i + 1, mjNIMP)}}};
+  }
+  return contacts;
+}
+
+/// The pairs are what Gymnasium's models come to without them.
+TEST_P(Models, PairsAreTheContactsThatTheMasksAllow) {
+  const ModelPointer model = load_model(GetParam().second);
+  EXPECT_EQ(contacts_by_pairs(*model), contacts_by_masks(*model));
+  EXPECT_EQ(model->npair, 7);
+}
+
+/// What the comparison can tell apart.
+TEST(RecordedModels, OfTheTwoVersionsDifferInTheFrictionOfTheRightFoot) {
+  const std::map<std::string, Fields> recorded = recorded_models("walker2d");
+  std::set<std::string> differing;
+  for (const auto& [name, values] : recorded.at("Walker2d-v4")) {
+    if (values != recorded.at("Walker2d-v5").at(name)) differing.insert(name);
+  }
+  EXPECT_EQ(differing, std::set<std::string>{"geom_friction"});
+}
+
+}  // namespace
+}  // namespace walker::mujoco

@@ -1,0 +1,204 @@
+// Observations made of measurements against the environment's own, also for other models.
+#include "walker_sim/observation_builder.h"
+#include "walker_sim/agent.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "error_message.h"
+#include "robots/mujoco/model_file.h"
+#include "robots/mujoco/other_walker.h"
+#include "robots/mujoco/player.h"
+#include "observer.h"
+
+namespace walker::mujoco {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kBound = 1e-12;  // observation_builder.h states it
+
+/// What a test of closeness must have met on its way.
+struct Seen {
+  int steps = 0;
+  double largest_turn = 0;  // [rad]
+  double furthest = 0;      // [m]
+  double fastest = 0;       // of the torso [m/s]
+};
+
+void watch(const Observer& observer, Seen& seen) {
+  // Counted from the end, for x may stand first.
+  const double pitch = observer.walker.observation[observer.walker.observation.size() - 16];
+  const Vector3& velocity = observer.measurements.linear_velocity;
+  ++seen.steps;
+  seen.largest_turn = std::max(seen.largest_turn, std::abs(pitch));
+  seen.furthest = std::max(seen.furthest, observer.measurements.position[0]);
+  seen.fastest = std::max(seen.fastest, std::hypot(velocity[0], velocity[2]));
+}
+
+/// Plays episodes; every observation must be within the bound.
+void expect_equal_observations(Observer& observer, const std::string& kind, std::uint64_t seeds,
+                               Seen& seen) {
+  const std::unique_ptr<Agent> heuristic =
+      make_agent("heuristic", make("Walker2d-v5")->specification(), 0);
+  for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+    Actions actions(kind == "heuristic" ? "zero" : kind, seed);
+    std::vector<double> action(kJointCount);
+    observer.reset(seed);
+    ASSERT_LE(observer.largest_difference(), kBound) << kind << ", seed " << seed;
+    while (!observer.walker.has_ended()) {
+      actions.draw(observer.walker.observation, action);
+      // The gait was found for observations without x.
+      const std::vector<double>& all = observer.walker.observation;
+      if (kind == "heuristic") action = heuristic->act({all.end() - 17, all.end()});
+      observer.step(action);
+      watch(observer, seen);
+      ASSERT_LE(observer.largest_difference(), kBound)
+          << kind << ", seed " << seed << " after " << seen.steps << " steps in all";
+    }
+  }
+}
+
+struct Case {
+  std::string id;
+  bool exclude_positions;
+};
+
+class ObservationBuilderTest : public testing::TestWithParam<Case> {
+ protected:
+  static Parameters parameters() {
+    return {{"exclude_current_positions_from_observation", GetParam().exclude_positions}};
+  }
+};
+
+TEST_P(ObservationBuilderTest, MakesTheEnvironmentsObservationOfEveryStep) {
+  Observer observer(GetParam().id, parameters());
+  Seen seen;
+  for (const char* kind : {"random", "heuristic", "balance", "smooth", "saturated"}) {
+    expect_equal_observations(observer, kind, 5, seen);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(seen.steps, 3000);
+  EXPECT_GT(seen.furthest, 10) << "nobody walked";
+}
+
+TEST_P(ObservationBuilderTest, FollowsSomersaultsAndClippedVelocities) {
+  Parameters lively = parameters();
+  lively["terminate_when_unhealthy"] = false;
+  lively["reset_noise_scale"] = 3.0;  // within half a turn
+  Observer observer(GetParam().id, lively);
+  Seen seen;
+  for (const char* kind : {"random", "saturated", "smooth"}) {
+    expect_equal_observations(observer, kind, 6, seen);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(seen.largest_turn, 2 * M_PI) << "no somersault";
+  EXPECT_GT(seen.fastest, 10) << "nothing to clip";
+}
+
+INSTANTIATE_TEST_SUITE_P(Ids, ObservationBuilderTest,
+                         testing::Values(Case{"Walker2d-v4", true}, Case{"Walker2d-v4", false},
+                                         Case{"Walker2d-v5", true}, Case{"Walker2d-v5", false}),
+                         [](const testing::TestParamInfo<Case>& of) {
+                           return of.param.id.substr(9) +
+                                  (of.param.exclude_positions ? "" : "_with_x");
+                         });
+
+/// Its root joints count from elsewhere than the world's origin, and its actuators stand in another
+/// order than its joints.
+TEST(OtherModels, AreReadForWhereTheirRootJointsBegin) {
+  std::string text = other_walker_text();
+  text = replaced(text, "name=\"x\" type=\"slide\"", "name=\"x\" type=\"slide\" ref=\"-3\"");
+  text = replaced(text, "name=\"pitch\" type=\"hinge\"", "name=\"pitch\" type=\"hinge\" ref=\"4\"");
+  // Axes that are the world's but for rounding.
+  text = replaced(text, "0.9800665778412416 0 0.19866933079506122", "0.98 0 0.1987");
+  text = replaced(text, "-0.19866933079506122 0 0.9800665778412416", "-0.1986 0 0.9801");
+  const Folder folder;
+  Observer observer("Walker2d-v5", {{"xml_file", folder.write("other.xml", text)},
+                                    {"exclude_current_positions_from_observation", false},
+                                    {"terminate_when_unhealthy", false}});
+  Seen seen;
+  for (const char* kind : {"random", "saturated", "smooth"}) {
+    expect_equal_observations(observer, kind, 4, seen);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(seen.steps, 10000);
+  observer.reset(0);
+  EXPECT_NEAR(observer.built[0], -3, 0.1);
+  EXPECT_NEAR(observer.built[1], 1.1, 0.1);
+  EXPECT_NEAR(observer.built[2], 4, 0.1);
+}
+
+/// A walker in the middle of a fall, whose measurements a test changes.
+class MeasurementsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    observer_.reset(1);
+    for (int i = 0; i < 15; ++i) observer_.step({0.4, -0.2, 0.1, 0.3, -0.5, 0.2});
+    measurements_ = observer_.measurements;
+  }
+
+  std::vector<std::size_t> changed_by(const std::function<void(Measurements&)>& change) const {
+    return observer_.changed_by(measurements_, change);
+  }
+
+  std::string refusal(const std::function<void(Measurements&)>& change) {
+    Measurements other = measurements_;
+    change(other);
+    return message_of<std::invalid_argument>(
+        [&] { observer_.builder->build(other, observer_.built.data()); });
+  }
+
+  Observer observer_{"Walker2d-v4", {{"exclude_current_positions_from_observation", false}}};
+  Measurements measurements_;
+};
+
+using Places = std::vector<std::size_t>;
+
+TEST_F(MeasurementsTest, EachGoesIntoItsPlace) {
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    EXPECT_EQ(changed_by([i](Measurements& m) { m.joint_position[i] += 0.1; }),
+              Places{kBaseJoints + i});
+    EXPECT_EQ(changed_by([i](Measurements& m) { m.joint_velocity[i] = 1; }),
+              Places{kDegreesOfFreedom + kBaseJoints + i});
+  }
+  constexpr std::size_t kX = kDegreesOfFreedom + kBaseX;
+  constexpr std::size_t kZ = kDegreesOfFreedom + kBaseZ;
+  EXPECT_EQ(changed_by([](Measurements& m) { m.position[0] += 0.1; }), Places{kBaseX});
+  EXPECT_EQ(changed_by([](Measurements& m) { m.position[2] += 0.1; }), Places{kBaseZ});
+  EXPECT_EQ(changed_by([](Measurements& m) { m.linear_velocity[0] += 0.1; }), (Places{kX, kZ}));
+  EXPECT_EQ(changed_by([](Measurements& m) { m.linear_velocity[2] += 0.1; }), (Places{kX, kZ}));
+  EXPECT_EQ(changed_by([](Measurements& m) { m.angular_velocity[1] += 0.1; }),
+            Places{kDegreesOfFreedom + kBasePitch});
+  EXPECT_EQ(changed_by([](Measurements& m) {
+              m.orientation = {0, std::sin(0.3), 0, std::cos(0.3)};
+            }),
+            (Places{kBasePitch, kX, kZ}));
+}
+
+TEST_F(MeasurementsTest, ContactsAreCheckedThoughTheObservationHasNone) {
+  EXPECT_EQ(changed_by([](Measurements& m) { m.contacts[0] ^= 1; }), Places{});
+  EXPECT_EQ(refusal([](Measurements& m) { m.contacts.clear(); }),
+            "contacts has 0 values; must have 2, one per contact link");
+}
+
+TEST_F(MeasurementsTest, WhatIsWrongIsRefused) {
+  EXPECT_EQ(refusal([](Measurements& m) { m.position[0] = kNaN; }),
+            "position[0] = nan m; must be finite");
+  EXPECT_EQ(refusal([](Measurements& m) { m.position[2] = kNaN; }),
+            "position[2] = nan m; must be finite");
+  EXPECT_EQ(refusal([](Measurements& m) { m.joint_position[3] = kNaN; }),
+            "joint_position[3] (thigh_left_joint) = nan rad; must be finite");
+  EXPECT_EQ(refusal([](Measurements& m) { m.joint_velocity.resize(4); }),
+            "joint_velocity has 4 values; must have 6, one per joint");
+  EXPECT_EQ(refusal([](Measurements& m) { m.ranges.push_back(1); }),
+            "ranges has 1 values; must have 0, one per ray");
+}
+
+}  // namespace
+}  // namespace walker::mujoco

@@ -1,0 +1,164 @@
+// Robots on MuJoCo go on from saved states, to the bit, whatever makes the steps.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <tuple>
+
+#include "kernel_variable.h"
+#include "robots/mujoco/model_file.h"
+#include "robots/mujoco/player.h"
+#include "saved_states.h"
+
+namespace walker::mujoco {
+namespace {
+
+/// Id, the kernel that saves and the one that loads, and the kind of actions.
+class SavedStateTest : public testing::TestWithParam<
+                           std::tuple<std::string, const char*, const char*, std::string>> {};
+
+TEST_P(SavedStateTest, GoesOnAlike) {
+  const auto& [id, saver, loader, kind] = GetParam();
+  Stepper original = make_by(saver, id);
+  Stepper untouched = make_by(saver, id);  // nothing is ever saved of it
+  Stepper other = make_by(loader, id);     // whatever it was doing
+  original.reset(21);
+  untouched.reset(21);
+  other.reset(5);
+  const auto num_joints = static_cast<int>(original.environment->specification().action_size());
+  Actions actions(kind, 1, num_joints);
+  std::vector<double> action;
+  std::mt19937 random(3);
+  for (int time = 0; time < 5; ++time) {
+    for (auto i = random() % 60; i > 0; --i) {
+      if (original.has_ended()) {
+        original.reset();
+        untouched.reset();
+        continue;
+      }
+      actions.draw(original.observation, action);
+      original.step(action);
+      untouched.step(action);
+    }
+    const State state = save(original);
+    Stepper fresh = make_by(loader, id);
+    load(fresh, state);
+    load(other, state);
+    ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched)) << "time " << time;
+    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, Actions(kind, time, num_joints)))
+        << "time " << time;
+    load(other, state);  // back
+    ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched)) << "time " << time;
+    Stepper twin = make_by(saver, id);  // by what it was saved by
+    load(twin, state);
+    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(twin, other, Actions(kind, time, num_joints)))
+        << "time " << time;
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<SavedStateTest::ParamType>& info) {
+  const auto word = [](const char* kernel) {
+    return std::string(kernel == nullptr ? "kernel" : kernel);
+  };
+  std::string name = std::get<0>(info.param) + "_" + word(std::get<1>(info.param)) + "_to_" +
+                     word(std::get<2>(info.param)) + "_" + std::get<3>(info.param);
+  name.erase(name.find('-'), 1);
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Walker2d, SavedStateTest,
+                         testing::Combine(testing::Values("Walker2d-v4", "Walker2d-v5"),
+                                          testing::Values(nullptr, "off"),
+                                          testing::Values(nullptr, "off"),
+                                          testing::Values("random", "balance")),
+                         name_of);
+
+INSTANTIATE_TEST_SUITE_P(Hopper, SavedStateTest,
+                         testing::Combine(testing::Values("Hopper-v4", "Hopper-v5"),
+                                          testing::Values(nullptr), testing::Values(nullptr),
+                                          testing::Values("random", "balance", "saturated")),
+                         name_of);
+
+std::string refusal(Stepper& walker, const State& state) {
+  try {
+    load(walker, state);
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+/// Bytes of a state follow from the state alone.
+TEST(SavedState, HasTheSameBytesWhateverMakesTheSteps) {
+  Stepper by_kernel = make_by(nullptr, "Walker2d-v5");
+  Stepper by_library = make_by("off", "Walker2d-v5");
+  by_kernel.reset(3);
+  by_library.reset(3);
+  Actions actions("saturated", 2);
+  std::vector<double> action;
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_EQ(save(by_kernel), save(by_library)) << i << " steps";
+    if (by_kernel.has_ended()) {
+      by_kernel.reset();
+      by_library.reset();
+    }
+    actions.draw(by_kernel.observation, action);
+    by_kernel.step(action);
+    by_library.step(action);
+  }
+}
+
+TEST(SavedState, OfAChangedModelIsRefused) {
+  const Folder folder;
+  const std::string text = builtin_text("walker2d_v5.xml");
+  const Parameters parameters{{"xml_file", folder.write("walker.xml", text)}};
+  Stepper walker("Walker2d-v5", parameters);
+  walker.reset(1);
+  Stepper alike("Walker2d-v5", parameters);
+  load(alike, save(walker));
+  folder.write("walker.xml", replaced(text, "gear=\"100\"", "gear=\"90\""));
+  Stepper changed("Walker2d-v5", parameters);
+  EXPECT_EQ(refusal(changed, save(walker)),
+            "the state is of another model than this Walker2d-v5; has a file changed that its "
+            "parameters name?");
+}
+
+TEST(SavedState, AfterAnUnstableSimulation) {
+  const Folder folder;
+  const std::string model = folder.write(
+      "strong.xml", replaced(builtin_text("walker2d_v5.xml"), "gear=\"100\"", "gear=\"1e14\""));
+  const Parameters parameters{{"xml_file", model}};
+  Stepper walker("Walker2d-v5", parameters);
+  walker.reset(1);
+  const State state = save(walker);
+  walker.step(std::vector<double>(6, 1));
+  ASSERT_STRNE(walker.result.error, "");
+  Stepper fresh("Walker2d-v5", parameters);
+  load(fresh, save(walker));
+  EXPECT_STREQ(fresh.result.error, walker.result.error);
+  EXPECT_STREQ(fresh.result.end_reason, "the simulation failed");
+  EXPECT_THROW(fresh.step(std::vector<double>(6)), ResetNeeded);
+  load(walker, state);  // of which no warning is left
+  load(fresh, state);
+  expect_alike_from_here(walker, fresh, Actions("zero", 1));
+}
+
+TEST(SavedState, AnothersIsRefused) {
+  Stepper walker("Walker2d-v5");
+  walker.reset(1);
+  const State before = save(walker);
+  EXPECT_EQ(refusal(walker, save(Stepper("Walker2d-v4"))),
+            "the state is of another environment: id = Walker2d-v4 there; here it is Walker2d-v5");
+  EXPECT_EQ(refusal(walker, save(Stepper("Walker2d-v5", {{"healthy_reward", 0.5}}))),
+            "the state is of another environment: parameter healthy_reward = 0.5 there; here it "
+            "is 1.0");
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    State flipped = before;
+    flipped[i] ^= std::byte{4};
+    EXPECT_NE(refusal(walker, flipped), "") << "byte " << i;
+    EXPECT_NE(refusal(walker, State(before.begin(), before.begin() + i)), "") << i << " bytes";
+  }
+  EXPECT_EQ(save(walker), before) << "what is refused changes nothing";
+}
+
+}  // namespace
+}  // namespace walker::mujoco

@@ -1,0 +1,378 @@
+// Models of a user's own: which are refused, in what words, and that the others work.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "error_message.h"
+#include "robots/mujoco/model.h"
+#include "robots/mujoco/model_file.h"
+#include "robots/mujoco/other_walker.h"
+#include "stepper.h"
+
+namespace walker::mujoco {
+namespace {
+
+namespace fs = std::filesystem;
+
+class XmlFileTest : public testing::Test {
+ protected:
+  /// MuJoCo would write a log file where the process runs.
+  void SetUp() override {
+    fs::current_path(elsewhere_.path());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+  }
+
+  void TearDown() override {
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    fs::current_path(home_);
+    EXPECT_TRUE(fs::is_empty(elsewhere_.path()));
+  }
+
+  static std::string refusal_of_path(const std::string& path) {
+    return message_of<std::invalid_argument>([&] { make("Walker2d-v5", {{"xml_file", path}}); });
+  }
+
+  /// What is said about a file after its name, or all that is said where the name is missing.
+  std::string refusal(const std::string& text) const {
+    const std::string file = folder_.write("model.xml", text);
+    const std::string message = refusal_of_path(file);
+    const std::string begin = "parameter xml_file = " + file + ": ";
+    EXPECT_EQ(message.rfind(begin, 0), 0U) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message.substr(std::min(begin.size(), message.size()));
+  }
+
+  /// The refusal of Gymnasium's walker with `to` for `from`.
+  std::string refusal_with(const std::string& from, const std::string& to) const {
+    return refusal(replaced(stock_text("walker2d_v5.xml"), from, to));
+  }
+
+  void expect_words(const std::string& message, const std::vector<std::string>& words) {
+    for (const std::string& word : words) {
+      EXPECT_NE(message.find(word), std::string::npos) << word << " is not in: " << message;
+    }
+  }
+
+  Folder folder_;
+
+ private:
+  Folder elsewhere_;
+  fs::path home_ = fs::current_path();
+};
+
+// ---------------------------------------------------------------- what MuJoCo refuses
+
+TEST_F(XmlFileTest, AFileThatIsNotThereIsNamed) {
+  for (const std::string& path : {folder_.path("missing.xml"), folder_.path("no/such/folder.xml"),
+                                  std::string("walker2d_v3.xml"), std::string()}) {
+    const std::string message = refusal_of_path(path);
+    expect_words(message, {"parameter xml_file = " + path + ": ", "ile"});
+    EXPECT_GT(message.size(), path.size() + 30) << message << ": says why";
+  }
+  expect_words(refusal_of_path(folder_.path()), {folder_.path() + ": ", "XML"});
+}
+
+TEST_F(XmlFileTest, WhatIsNoModelIsRefusedInMuJoCosWords) {
+  expect_words(refusal(""), {"XML"});
+  expect_words(refusal("not a model"), {"XML"});
+  expect_words(refusal("<mujoco><worldbody></mujoco>"), {"XML"});
+  expect_words(refusal("<html><body/></html>"), {"nrecognized", "html"});
+  expect_words(refusal(std::string(5000, 'x')), {"XML"});
+  expect_words(refusal(std::string("\0\1\2", 3)), {"XML"});
+}
+
+TEST_F(XmlFileTest, AnErrorInsideIsToldInMuJoCosWordsWithItsLine) {
+  expect_words(refusal_with("<option ", "<opinion "), {"Schema violation", "opinion", "line 1"});
+  expect_words(refusal_with("integrator=\"RK4\"", "integrator=\"RK5\""), {"RK5", "line"});
+  expect_words(refusal_with("joint=\"leg_joint\"", "joint=\"arm_joint\""), {"arm_joint", "line"});
+  expect_words(refusal_with("density=\"1000\"", "density=\"0\""), {"mass and inertia"});
+  expect_words(refusal_with("size=\"0.04 0.25\"", "size=\"-1\""), {"size", "must be positive"});
+  expect_words(refusal_with("<worldbody>", "<include file=\"nothing.xml\"/><worldbody>"),
+               {"nothing.xml"});
+  expect_words(refusal_with("name=\"leg\"", "name=\"foot\""), {"foot"});
+}
+
+/// MuJoCo's own error handler would end the process.
+TEST_F(XmlFileTest, BuffersThatAreTooSmallAreRefused) {
+  const std::string text =
+      replaced(builtin_text("walker2d_v5.xml"), "nstack=\"8000\"", "nstack=\"10\"");
+  expect_words(refusal(text), {"tack overflow"});
+}
+
+// ---------------------------------------------------------------- what we refuse
+
+TEST_F(XmlFileTest, OtherNumbersOfJointsAreRefusedWithTheirs) {
+  const std::string rule = "; must be nq = nv = 9, nu = 6, na = 0, as in walker2d_v5.xml";
+  EXPECT_EQ(refusal("<mujoco/>"), "nq = 0, nv = 0, nu = 0, na = 0" + rule);
+  EXPECT_EQ(refusal_with("<motor joint=\"leg_joint\"/>", ""),
+            "nq = 9, nv = 9, nu = 5, na = 0" + rule);
+  EXPECT_EQ(refusal_with("<motor joint=\"foot_left_joint\"/>",
+                         "<general joint=\"foot_left_joint\" dyntype=\"filter\"/>"),
+            "nq = 9, nv = 9, nu = 6, na = 1" + rule);
+  EXPECT_EQ(refusal(replaced(other_walker_text(), "<worldbody>",
+                             "<worldbody><body><freejoint/><geom size=\"1\"/></body>")),
+            "nq = 16, nv = 15, nu = 6, na = 0" + rule);
+  const std::string ball =
+      replaced(stock_text("walker2d_v5.xml"), "name=\"foot_left_joint\" ", "name=\"b\" ");
+  EXPECT_EQ(refusal(replaced(without(ball, "<motor joint=\"foot_left_joint\"", "/>"), "name=\"b\" ",
+                             "name=\"b\" type=\"ball\" limited=\"false\" ")),
+            "nq = 12, nv = 11, nu = 5, na = 0" + rule);
+}
+
+TEST_F(XmlFileTest, OtherKindsOfJointsAreRefusedByName) {
+  const std::string root =
+      "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)";
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"hinge\" axis=\"1 0 0\""), root);
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"0 0 1\"", "type=\"hinge\" axis=\"0 0 1\""), root);
+  EXPECT_EQ(refusal_with("name=\"rooty\"", "name=\"rooty\" type=\"slide\""), root);
+  EXPECT_EQ(refusal_with("name=\"leg_joint\"", "name=\"leg_joint\" type=\"slide\""),
+            "joint leg_joint: must be a hinge, and the only joint of its body");
+  EXPECT_EQ(refusal_with("name=\"rooty\"", "name=\"rooty\" pos=\"0 0 0.1\""),
+            "joint rooty: must turn about the trunk's origin (pos 0 0 0)");
+}
+
+TEST_F(XmlFileTest, ATrunkWithOtherAxesIsRefused) {
+  const std::string reason =
+      "the trunk must slide along the world's x, then z, and turn about its y";
+  EXPECT_EQ(refusal_with("name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 0 1\""), reason);
+  EXPECT_EQ(refusal_with("name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 -1 0\""),
+            reason);
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"0 1 0\""), reason);
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"-1 0 0\""),
+            reason);
+  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"0 0 1\"", "type=\"slide\" axis=\"1 0 0.01\""),
+            reason);
+  EXPECT_EQ(refusal_with("<body name=\"torso\" pos=\"0 0 1.25\"",
+                         "<body name=\"torso\" pos=\"0 0 1.25\" euler=\"0 10 0\""),
+            reason);
+}
+
+/// The pitch on a body of its own, below the two slides'.
+TEST_F(XmlFileTest, ATrunkOfTwoBodiesIsRefused) {
+  const std::string hinge = "<joint class=\"root\" name=\"rooty\" axis=\"0 1 0\"/>";
+  std::string text = replaced(stock_text("walker2d_v5.xml"), hinge,
+                              "<geom size=\"0.1 0.1\"/><body name=\"upper\">" + hinge);
+  text = replaced(text, "</worldbody>", "</body></worldbody>");
+  EXPECT_EQ(refusal(text),
+            "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
+}
+
+/// Two hinges on one body, and none on the other.
+TEST_F(XmlFileTest, ALimbWithTwoJointsIsRefused) {
+  const std::string foot = "<joint name=\"foot_joint\" pos=\"-0.2 0 0.1\" range=\"-45 45\"/>";
+  std::string text = replaced(stock_text("walker2d_v5.xml"), foot, "");
+  text = replaced(text, "<geom name=\"leg_geom\"",
+                  "<joint name=\"foot_joint\" range=\"-45 45\"/><geom name=\"leg_geom\"");
+  EXPECT_EQ(refusal(text), "joint leg_joint: must be a hinge, and the only joint of its body");
+}
+
+/// A lever beside the walker would hang on nothing that the specification knows.
+TEST_F(XmlFileTest, ALimbThatHangsOnTheWorldIsRefused) {
+  std::string text = stock_text("walker2d_v5.xml");
+  text = without(text, "<joint name=\"foot_left_joint\"", "/>");
+  text = replaced(text, "</worldbody>",
+                  "<body name=\"lever\"><joint name=\"foot_left_joint\" range=\"0 1\"/>"
+                  "<geom size=\"0.1 0.1\"/></body></worldbody>");
+  EXPECT_EQ(refusal(text), "joint foot_left_joint: must carry a limb of the trunk");
+}
+
+TEST_F(XmlFileTest, OtherActuatorsAreRefusedByName) {
+  const std::string motor = "<motor joint=\"leg_joint\"/>";
+  EXPECT_EQ(refusal_with(motor, "<motor name=\"knee\" joint=\"thigh_joint\"/>"),
+            "actuator knee: drives a joint that actuator number 0 drives already");
+  EXPECT_EQ(refusal_with(motor, "<motor joint=\"rooty\"/>"),
+            "actuator number 1: must drive one of the six hinges");
+  EXPECT_EQ(refusal_with(motor, "<motor joint=\"leg_joint\" ctrllimited=\"false\"/>"),
+            "actuator number 1: must have a ctrlrange");
+  const std::string rule = "actuator number 1: must be a motor";
+  const std::string range = "joint=\"leg_joint\" ctrllimited=\"true\" ctrlrange=\"-1 1\"/>";
+  EXPECT_EQ(refusal_with(motor, "<position " + range), rule);
+  EXPECT_EQ(refusal_with(motor, "<velocity " + range), rule);
+  EXPECT_EQ(refusal_with(motor, "<general biastype=\"affine\" " + range), rule);
+  EXPECT_EQ(refusal_with(motor, "<general gaintype=\"affine\" " + range), rule);
+  EXPECT_EQ(refusal_with(motor, "<motor joint=\"leg_joint\" gear=\"0\"/>"),
+            "actuator number 1: must have a gear other than 0");
+  const std::string tendon =
+      "<tendon><fixed name=\"t\"><joint joint=\"leg_joint\" coef=\"1\"/>"
+      "</fixed></tendon><actuator>";
+  EXPECT_EQ(refusal(replaced(replaced(stock_text("walker2d_v5.xml"), "<actuator>", tendon), motor,
+                             "<motor tendon=\"t\"/>")),
+            "actuator number 1: must drive one of the six hinges");
+}
+
+/// MuJoCo would work for hours, or smash its stack.
+TEST_F(XmlFileTest, SettingsWithoutMeasureAreRefused) {
+  const struct {
+    const char *setting, *reason;
+  } cases[] = {
+      {"<option iterations='2147483647' tolerance='0'/>",
+       "option iterations = 2147483647: must be in [0, 10000]"},
+      {"<option noslip_iterations='10001'/>",
+       "option noslip_iterations = 10001: must be in [0, 10000]"},
+      {"<option mpr_iterations='10001'/>", "option mpr_iterations = 10001: must be in [0, 10000]"},
+      {"<visual><global offwidth='2147483647'/></visual>",
+       "global offwidth = 2147483647: must be in [1, 16384]"},
+      {"<visual><global offheight='0'/></visual>", "global offheight = 0: must be in [1, 16384]"},
+      {"<visual><quality shadowsize='2147483647'/></visual>",
+       "quality shadowsize = 2147483647: must be in [0, 16384]"},
+      {"<visual><quality offsamples='-1'/></visual>",
+       "quality offsamples = -1: must be in [0, 64]"},
+      {"<visual><quality numslices='100000'/></visual>",
+       "quality numslices = 100000: must be in [1, 1000]"},
+      {"<visual><quality numstacks='0'/></visual>", "quality numstacks = 0: must be in [1, 1000]"},
+      {"<visual><quality numquads='1001'/></visual>",
+       "quality numquads = 1001: must be in [1, 1000]"},
+  };
+  for (const auto& one : cases) {
+    EXPECT_EQ(refusal_with("<worldbody>", std::string(one.setting) + "<worldbody>"), one.reason);
+  }
+}
+
+/// Simulation time has whole nanoseconds, and must grow.
+TEST_F(XmlFileTest, AStepOfNoTimeIsRefused) {
+  expect_words(refusal_with("timestep=\"0.002\"", "timestep=\"1e-9\""), {"timestep = 1e-09 s"});
+}
+
+// ---------------------------------------------------------------- what works
+
+TEST_F(XmlFileTest, AnotherWalkerWalks) {
+  Stepper walker("Walker2d-v5", {{"xml_file", folder_.write("m.xml", other_walker_text())},
+                                 {"terminate_when_unhealthy", false}});
+  const Specification& specification = walker.environment->specification();
+  EXPECT_EQ(specification.observation_size(), 17U);
+  EXPECT_EQ(specification.action_low, (std::vector<double>{-1, -0.4F, -2, -1, -1, -1}));
+  EXPECT_EQ(specification.action_high, (std::vector<double>{1, 1.2F, -1, 1, 1, 1}));
+  EXPECT_EQ(specification.effort_per_action, (std::vector<double>{-30, 50, 10, 50, 20, 7}));
+  EXPECT_EQ(specification.dt, 0.003 * 4);
+  Sensors sensors;
+  walker.reset(0);
+  for (int i = 0; i < 200; ++i) {
+    walker.step({0.5, 2, -3, -1, 7, 0.25});  // limited to 0.5, 1.2, -2, -1, 1, 0.25
+    ASSERT_STREQ(walker.result.error, "");
+    walker.environment->sense(sensors);
+    const double expected[] = {-15, 60, -20, -50, 20, 1.75};
+    for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(sensors.joint_effort[k], expected[k], 1e-12);
+  }
+}
+
+TEST_F(XmlFileTest, TheBuiltInModelsAreTakenFromFilesAsWell) {
+  Stepper ours("Walker2d-v5");
+  Stepper same("Walker2d-v5",
+               {{"xml_file", folder_.write("m.xml", builtin_text("walker2d_v5.xml"))}});
+  ours.reset(1);
+  same.reset(1);
+  while (!ours.has_ended()) {
+    ours.step({1, 0.5, 0, -0.5, -1, 0.25});
+    same.step({1, 0.5, 0, -0.5, -1, 0.25});
+    EXPECT_EQ(ours.row(), same.row());
+  }
+}
+
+/// MuJoCo computes the same for a hinge, also where its axis is turned.
+TEST_F(XmlFileTest, AMotorMayDriveItsHingeInTheParentsFrame) {
+  const std::string text = stock_text("walker2d_v5.xml");
+  Stepper stock("Walker2d-v5", {{"xml_file", folder_.write("m.xml", text)}});
+  Stepper turned("Walker2d-v5",
+                 {{"xml_file", folder_.write("n.xml", replaced(text, "<motor joint",
+                                                               "<motor jointinparent"))}});
+  EXPECT_EQ(turned.environment->specification().effort_per_action,
+            stock.environment->specification().effort_per_action);
+  stock.reset(1);
+  turned.reset(1);
+  while (!stock.has_ended()) {
+    stock.step({1, 0.5, 0, -0.5, -1, 0.25});
+    turned.step({1, 0.5, 0, -0.5, -1, 0.25});
+    EXPECT_EQ(stock.row(), turned.row());
+  }
+}
+
+TEST_F(XmlFileTest, PathsAreTakenAsTheyCome) {
+  const std::string text = builtin_text("walker2d_v4.xml");
+  fs::create_directory(folder_.path("pfad mit \xc3\xa4\xc3\xb6\xc3\xbc"));
+  const std::string odd =
+      folder_.write("pfad mit \xc3\xa4\xc3\xb6\xc3\xbc/l\xc3\xa4ufer 1%s.xml", text);
+  EXPECT_EQ(refusal_of_path(odd), "nothing thrown");
+  const fs::path old = fs::current_path();
+  fs::current_path(folder_.path());
+  folder_.write("plain.xml", text);
+  EXPECT_EQ(refusal_of_path("plain.xml"), "nothing thrown");
+  EXPECT_EQ(refusal_of_path("./plain.xml"), "nothing thrown");
+  fs::current_path(old);
+}
+
+/// A file may include another one that lies beside it, wherever the process runs.
+TEST_F(XmlFileTest, IncludesAreFoundBesideTheFile) {
+  const std::string text = stock_text("walker2d_v5.xml");
+  const std::string begin = "<actuator>";
+  const std::string motors =
+      text.substr(text.find(begin), text.find("</mujoco>") - text.find(begin));
+  folder_.write("motors.xml", "<mujocoinclude>" + motors + "</mujocoinclude>");
+  const std::string file =
+      folder_.write("main.xml", replaced(text, motors, "<include file=\"motors.xml\"/>"));
+  EXPECT_EQ(refusal_of_path(file), "nothing thrown");
+}
+
+TEST_F(XmlFileTest, ATildeIsTheHomeFolder) {
+  const char* const home = std::getenv("HOME");
+  const std::string old = home == nullptr ? "" : home;
+  setenv("HOME", folder_.path().c_str(), 1);
+  folder_.write("walker.xml", builtin_text("walker2d_v5.xml"));
+  EXPECT_EQ(refusal_of_path("~/walker.xml"), "nothing thrown");
+  expect_words(refusal_of_path("~/missing.xml"), {"parameter xml_file = ~/missing.xml: "});
+  if (home == nullptr) {
+    unsetenv("HOME");
+  } else {
+    setenv("HOME", old.c_str(), 1);
+  }
+}
+
+// ---------------------------------------------------------------- sharing
+
+TEST_F(XmlFileTest, EnvironmentsOfOneModelShareIt) {
+  EXPECT_EQ(load_model("walker2d_v5.xml"), load_model("walker2d_v5.xml"));
+  EXPECT_NE(load_model("walker2d_v4.xml"), load_model("walker2d_v5.xml"));
+  const std::string file = folder_.write("m.xml", other_walker_text());
+  const ModelPointer model = load_model(file);
+  EXPECT_EQ(load_model(file), model);
+  const long users = model.use_count();
+  const auto first = make("Walker2d-v5", {{"xml_file", file}});
+  const auto second = make("Walker2d-v5", {{"xml_file", file}});
+  EXPECT_EQ(model.use_count(), users + 2);
+}
+
+TEST_F(XmlFileTest, AModelThatNobodyUsesIsDropped) {
+  const std::weak_ptr<const mjModel> model =
+      load_model(folder_.write("m.xml", other_walker_text()));
+  EXPECT_TRUE(model.expired());
+}
+
+/// The old environment keeps the old model.
+TEST_F(XmlFileTest, AChangedFileIsCompiledAnew) {
+  const std::string text = builtin_text("walker2d_v5.xml");
+  const std::string file = folder_.write("m.xml", text);
+  const auto old = make("Walker2d-v5", {{"xml_file", file}});
+  folder_.write("m.xml", replaced(text, "gear=\"100\"", "gear=\"70\""));
+  fs::last_write_time(file, fs::last_write_time(file) + std::chrono::seconds(1));
+  const auto changed = make("Walker2d-v5", {{"xml_file", file}});
+  EXPECT_EQ(old->specification().effort_per_action[0], 100);
+  EXPECT_EQ(changed->specification().effort_per_action[0], 70);
+  fs::remove(file);
+  expect_words(refusal_of_path(file), {file});
+}
+
+/// A refusal leaves nothing behind that would refuse the corrected file.
+TEST_F(XmlFileTest, ACorrectedFileIsTaken) {
+  const std::string file = folder_.write("m.xml", "<mujoco/>");
+  EXPECT_NE(refusal_of_path(file), "nothing thrown");
+  folder_.write("m.xml", builtin_text("walker2d_v5.xml"));
+  EXPECT_EQ(refusal_of_path(file), "nothing thrown");
+}
+
+}  // namespace
+}  // namespace walker::mujoco

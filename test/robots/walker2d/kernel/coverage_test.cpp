@@ -1,0 +1,116 @@
+// Which models the kernel takes: a field of which another bit would follow is never overlooked.
+#include "robots/walker2d/kernel/coverage.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "robots/mujoco/model.h"
+#include "robots/mujoco/model_file.h"
+#include "temporary_folder.h"
+#include "robots/walker2d/kernel/model_fields.h"
+
+namespace walker::walker2d {
+namespace {
+
+struct DeleteModel {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+};
+
+std::unique_ptr<mjModel, DeleteModel> copy(const std::string& xml_file) {
+  return std::unique_ptr<mjModel, DeleteModel>(
+      mj_copyModel(nullptr, mujoco::load_model(xml_file).get()));
+}
+
+template <typename T>
+void change(T& value) {
+  if constexpr (std::is_floating_point_v<T>) {
+    value = std::nextafter(value, 1e9);
+  } else {
+    value = static_cast<T>(value + 1);
+  }
+}
+
+TEST(CoverageTest, TheBuiltInWalkersAreCovered) {
+  EXPECT_EQ(why_not_covered(*mujoco::load_model("walker2d_v4.xml")), "");
+  EXPECT_EQ(why_not_covered(*mujoco::load_model("walker2d_v5.xml")), "");
+}
+
+TEST(CoverageTest, AnotherRobotIsNot) {
+  EXPECT_EQ(why_not_covered(*mujoco::load_model("hopper_v5.xml")), "nq");
+}
+
+/// Each number of each field, by one unit in its last place.
+TEST(CoverageTest, EveryFieldIsNamedThatIsAnother) {
+  const auto model = copy("walker2d_v5.xml");
+  int num_changes = 0;
+  const auto expect_named = [&](auto& value, const std::string& field) {
+    const auto before = value;
+    change(value);
+    EXPECT_EQ(why_not_covered(*model), field);
+    value = before;
+    ++num_changes;
+  };
+#define CHANGE_COUNT(name) expect_named(model->name, #name);
+  WALKER_SIM_MODEL_COUNTS(CHANGE_COUNT)
+#define CHANGE_NUMBER(type, part, name) expect_named(model->part.name, #part "." #name);
+  WALKER_SIM_MODEL_NUMBERS(CHANGE_NUMBER)
+  expect_named(model->opt.gravity[2], "opt.gravity");
+  expect_named(model->opt.wind[0], "opt.wind");
+#define CHANGE_ARRAY(type, name, rows, columns) \
+  for (int i = 0; i < model->rows * (columns); ++i) expect_named(model->name[i], #name);
+  WALKER_SIM_MODEL_ARRAYS(CHANGE_ARRAY)
+  EXPECT_GT(num_changes, 700);
+  EXPECT_EQ(why_not_covered(*model), "");
+}
+
+/// MuJoCo then fails where the kernel would go on.
+TEST(CoverageTest, SmallerBuffersAreNotCovered) {
+  const auto model = copy("walker2d_v5.xml");
+  for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
+    ++*size;
+    EXPECT_EQ(why_not_covered(*model), "");
+    *size -= 2;
+    EXPECT_NE(why_not_covered(*model), "");
+    ++*size;
+  }
+}
+
+/// A trial holds the data of many worlds.
+TEST(CoverageTest, MuchLargerBuffersAreNotCovered) {
+  const auto model = copy("walker2d_v5.xml");
+  for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
+    const int built_in = *size;
+    *size = 100 * built_in;
+    EXPECT_EQ(why_not_covered(*model), "");
+    ++*size;
+    EXPECT_NE(why_not_covered(*model), "");
+    *size = built_in;
+  }
+  model->nuserdata = 1;
+  EXPECT_EQ(why_not_covered(*model), "nuserdata");
+}
+
+/// The friction of each limb may be any; across the plane as along it, which one row stands for.
+TEST(CoverageTest, FrictionIsFreeButTheSameBothWays) {
+  const auto model = copy("walker2d_v5.xml");
+  constexpr std::size_t kLimb = 3;
+  mjtNum* const friction = &model->pair_friction[5 * kLimb];
+  friction[0] = friction[1] = 0.3;
+  EXPECT_EQ(why_not_covered(*model), "");
+  EXPECT_EQ(ground_of(*model).friction[kLimb], 0.3);
+  friction[1] = 0.4;
+  EXPECT_EQ(why_not_covered(*model), "pair_friction");
+}
+
+/// Gymnasium's own files find their contacts otherwise.
+TEST(CoverageTest, GymnasiumsFilesAreNotCovered) {
+  const Folder folder;
+  const std::string file = folder.write("walker.xml", mujoco::stock_text("walker2d_v5.xml"));
+  EXPECT_NE(why_not_covered(*mujoco::load_model(file)), "");
+}
+
+}  // namespace
+}  // namespace walker::walker2d

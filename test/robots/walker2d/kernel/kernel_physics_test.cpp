@@ -1,0 +1,266 @@
+// A walker stepped by the kernel and one stepped by the library are the same in all that anybody
+// sees.
+#include "robots/walker2d/kernel/kernel_physics.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "bits.h"
+#include "error_message.h"
+#include "kernel_variable.h"
+#include "robots/mujoco/library_physics.h"
+#include "robots/mujoco/model.h"
+#include "walker_sim/agent.h"
+
+namespace walker::walker2d {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kSize = 9;
+constexpr int kMotors = 6;
+
+using State = std::vector<double>;
+
+std::string stepper_of(const Stepper& walker) {
+  const std::string& version = walker.environment->specification().engine_version;
+  return version.substr(version.find(", stepped by "));
+}
+
+/// All that is published, drawn or measured.
+State senses(Environment& environment) {
+  Sensors sensors;
+  environment.sense(sensors);
+  State all = sensors.joint_position;
+  const auto add = [&all](const auto& numbers) {
+    all.insert(all.end(), numbers.begin(), numbers.end());
+  };
+  add(sensors.joint_velocity);
+  add(sensors.joint_effort);
+  for (const Pose& pose : sensors.link_poses) {
+    add(pose.position);
+    add(pose.orientation);
+  }
+  add(sensors.contacts);
+  add(sensors.linear_velocity);
+  add(sensors.linear_acceleration);
+  add(sensors.angular_velocity);
+  Scene scene;
+  environment.scene(scene);
+  all.push_back(scene.floor->z);
+  return all;
+}
+
+void expect_same(Stepper& one, Stepper& other) {
+  ASSERT_EQ(to_bits(one.row()), to_bits(other.row()));
+  ASSERT_STREQ(one.result.end_reason, other.result.end_reason);
+  ASSERT_STREQ(one.result.error, other.result.error);
+}
+
+class EnvironmentTest : public testing::TestWithParam<const char*> {
+ protected:
+  std::mt19937_64 random_{5};
+
+  State any_action(double largest) {
+    std::uniform_real_distribution<double> unit(-largest, largest);
+    State action(kMotors);
+    for (double& value : action) value = double{static_cast<float>(unit(random_))};
+    return action;
+  }
+
+  /// Both walkers through some episodes.
+  template <typename Act>
+  void compare(Stepper& one, Stepper& other, int episodes, int steps, const Act& act) {
+    for (int episode = 0; episode < episodes; ++episode) {
+      const std::optional<std::uint64_t> seed =
+          episode % 2 == 0 ? std::optional<std::uint64_t>(episode) : std::nullopt;
+      one.reset(seed);
+      other.reset(seed ? seed : std::nullopt);
+      ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
+      for (int i = 0; i < steps && !one.has_ended(); ++i) {
+        if (i % 7 == 0) {
+          ASSERT_EQ(to_bits(senses(*one.environment)), to_bits(senses(*other.environment)));
+        }
+        const State action = act(one);
+        one.step(action);
+        other.step(action);
+        SCOPED_TRACE("episode " + std::to_string(episode) + ", step " + std::to_string(i));
+        ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
+      }
+    }
+  }
+};
+
+TEST_P(EnvironmentTest, TheSpecificationSaysWhatSteps) {
+  EXPECT_EQ(stepper_of(make_by("sse2", GetParam())), ", stepped by the kernel for sse2");
+  EXPECT_EQ(stepper_of(make_by("off", GetParam())),
+            ", stepped by the library: WALKER_SIM_KERNEL is off");
+}
+
+TEST_P(EnvironmentTest, RandomEpisodesAreTheSame) {
+  Stepper one = make_by(nullptr, GetParam());
+  Stepper other = make_by("off", GetParam());
+  compare(one, other, 40, 1000, [&](const Stepper&) { return any_action(1); });
+}
+
+TEST_P(EnvironmentTest, TheGaitsEpisodesAreTheSame) {
+  Stepper one = make_by(nullptr, GetParam());
+  Stepper other = make_by("off", GetParam());
+  const auto gait = make_agent("heuristic", one.environment->specification(), 0);
+  compare(one, other, 2, 1000,
+          [&](const Stepper& walker) { return gait->act(walker.observation); });
+}
+
+TEST_P(EnvironmentTest, ActionsBeyondTheirRangeAreTheSame) {
+  const Parameters endless{{"terminate_when_unhealthy", false}};
+  Stepper one = make_by(nullptr, GetParam(), endless);
+  Stepper other = make_by("off", GetParam(), endless);
+  int step = 0;
+  compare(one, other, 2, 400,
+          [&](const Stepper&) { return any_action(++step % 50 == 0 ? 1e30 : 3); });
+}
+
+/// From any state: some of them so wild that MuJoCo gives up, which both say in the same words.
+TEST_P(EnvironmentTest, WildStartsAreTheSame) {
+  for (const double noise : {0.0, 0.3, 3.0, 1e4, 1e6}) {
+    const Parameters wild{{"terminate_when_unhealthy", false}, {"reset_noise_scale", noise}};
+    Stepper one = make_by(nullptr, GetParam(), wild);
+    Stepper other = make_by("off", GetParam(), wild);
+    compare(one, other, 20, 5, [&](const Stepper&) { return any_action(1); });
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Walkers, EnvironmentTest, testing::Values("Walker2d-v4", "Walker2d-v5"));
+
+TEST(KernelEnvironmentTest, OtherNumbersOfFramesAreTheSame) {
+  for (const std::int64_t frames : {1, 3, 17}) {
+    const Parameters parameters{{"frame_skip", frames}};
+    Stepper one = make_by(nullptr, "Walker2d-v5", parameters);
+    Stepper other = make_by("off", "Walker2d-v5", parameters);
+    one.reset(3);
+    other.reset(3);
+    for (int i = 0; i < 60 && !one.has_ended(); ++i) {
+      one.step(State(kMotors, 0.5));
+      other.step(State(kMotors, 0.5));
+      ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
+    }
+  }
+}
+
+/// A walker by each of both, as the engine itself is given states and controls.
+class KernelPhysicsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const KernelVariable variable(nullptr);
+    kernel_ = make_kernel_physics(model_);
+    library_ = std::make_unique<mujoco::LibraryPhysics>(model_);
+    ASSERT_EQ(kernel_->stepper().rfind("the kernel for ", 0), 0U) << kernel_->stepper();
+  }
+
+  void reset(const State& position, const State& velocity) {
+    kernel_->reset(position.data(), velocity.data());
+    library_->reset(position.data(), velocity.data());
+    expect_same_state();
+  }
+
+  /// @return what both have thrown
+  std::string step(const State& control, int count = 4) {
+    const auto words = [&](mujoco::Physics& physics) {
+      return message_of<std::runtime_error>([&] { physics.step(control.data(), count); });
+    };
+    const std::string message = words(*kernel_);
+    EXPECT_EQ(message, words(*library_));
+    expect_same_state();
+    return message;
+  }
+
+  void expect_same_state() const {
+    for (int i = 0; i < kSize; ++i) {
+      ASSERT_EQ(to_bits(kernel_->position()[i]), to_bits(library_->position()[i])) << i;
+      ASSERT_EQ(to_bits(kernel_->velocity()[i]), to_bits(library_->velocity()[i])) << i;
+    }
+  }
+
+  mujoco::ModelPointer model_ = mujoco::load_model("walker2d_v5.xml");
+  State standing_{model_->qpos0, model_->qpos0 + kSize};
+  std::unique_ptr<mujoco::Physics> kernel_;
+  std::unique_ptr<mujoco::Physics> library_;
+};
+
+TEST_F(KernelPhysicsTest, NegativeZerosStayAsTheLibraryHasThem) {
+  State position = standing_;
+  for (const std::size_t i : {0U, 2U, 4U, 8U}) position[i] = -0.0;
+  reset(position, State(kSize, -0.0));
+  for (int i = 0; i < 100; ++i) step(State(kMotors, i % 2 == 0 ? 0.0 : -0.0));
+}
+
+TEST_F(KernelPhysicsTest, DenormalsAreKept) {
+  reset(standing_, State(kSize, 5e-324));
+  for (int i = 0; i < 100; ++i) step(State(kMotors, -1e-310));
+}
+
+/// MuJoCo limits what is too large and warns of what is no number. The next episode is as if
+/// nothing had been.
+TEST_F(KernelPhysicsTest, BadControlsAreTheLibrarys) {
+  for (const double bad : {kInfinity, -kInfinity, 1e11, kNan}) {
+    reset(standing_, State(kSize, 0.1));
+    EXPECT_EQ(step(State(kMotors, 0.1)), "nothing thrown");
+    State control(kMotors, 0.1);
+    control[4] = bad;
+    const bool is_refused = step(control).find("CTRL") != std::string::npos;
+    EXPECT_EQ(is_refused, std::isnan(bad)) << bad;
+  }
+  reset(standing_, State(kSize, 0.1));
+  EXPECT_EQ(step(State(kMotors, 1e9)), "nothing thrown");
+}
+
+TEST_F(KernelPhysicsTest, BadStatesAreTheLibrarys) {
+  for (const double bad : {kNan, kInfinity, 2e10, 1e150}) {
+    for (int i = 0; i < kSize; ++i) {
+      State position = standing_;
+      position[i] = bad;
+      reset(position, State(kSize, 0.1));
+      step(State(kMotors, 0.1));
+      State velocity(kSize, 0.1);
+      velocity[i] = bad;
+      reset(standing_, velocity);
+      step(State(kMotors, 0.1));
+    }
+  }
+  reset(standing_, State(kSize, 0.1));
+  EXPECT_EQ(step(State(kMotors, 0.1)), "nothing thrown");
+}
+
+/// Looking between steps changes nothing.
+TEST_F(KernelPhysicsTest, MeasuresWhatTheLibraryMeasures) {
+  reset(standing_, State(kSize, 0.5));
+  State control(kMotors, 0);
+  for (int i = 0; i < 300; ++i) {
+    for (int k = 0; k < kMotors; ++k) control[k] = std::sin(0.3 * i + k);
+    step(control);
+    State seen[2];
+    const mujoco::Physics* const both[] = {kernel_.get(), library_.get()};
+    for (int side = 0; side < 2; ++side) {
+      both[side]->measure([&](const mjData& data) {
+        State& all = seen[side];
+        all.assign(data.xpos, data.xpos + std::ptrdiff_t{3} * model_->nbody);
+        all.insert(all.end(), data.xquat, data.xquat + std::ptrdiff_t{4} * model_->nbody);
+        all.insert(all.end(), data.xaxis, data.xaxis + std::ptrdiff_t{3} * model_->njnt);
+        all.insert(all.end(), data.qfrc_actuator, data.qfrc_actuator + kSize);
+        for (int k = 0; k < data.ncon; ++k) {
+          all.push_back(data.contact[k].geom2);
+          all.push_back(data.contact[k].dist);
+        }
+      });
+    }
+    ASSERT_EQ(to_bits(seen[0]), to_bits(seen[1])) << i;
+  }
+}
+
+}  // namespace
+}  // namespace walker::walker2d

@@ -1,0 +1,129 @@
+// The kernel's bits are the library's. WALKER_SIM_TEST_STEPS sets how many steps each way of
+// driving is compared in (docs/walker2d_speed.md).
+#include "robots/walker2d/kernel/kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <random>
+#include <tuple>
+
+#include "bits.h"
+#include "robots/walker2d/kernel/altered.h"
+#include "robots/walker2d/kernel/coverage.h"
+#include "robots/walker2d/kernel/run.h"
+
+namespace walker::walker2d {
+namespace {
+
+long steps_of_each() {
+  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
+  return text != nullptr ? std::strtol(text, nullptr, 10) : 2500;
+}
+
+/// Of steps that are left to the library: where somebody walks or falls, none.
+double allowed_share(const std::string& mode) {
+  if (mode == "wild") return 0.2;
+  return mode == "extreme" || mode == "rest" || mode == "tiny" ? 1 : 0;
+}
+
+class KernelTest : public testing::TestWithParam<std::tuple<std::string, std::string>> {};
+
+TEST_P(KernelTest, HasTheLibrarysBits) {
+  const auto [file, mode] = GetParam();
+  const std::vector<Contestant> all = contestants();
+  ASSERT_FALSE(all.empty()) << "no kernel for this processor";
+  const long steps = steps_of_each();
+  const Report report = run(all, file, mode, steps);
+  ASSERT_GE(report.steps, steps);
+  std::cout << report.steps << " steps each, up to " << report.most_contacts << " contacts, "
+            << report.warnings << " warnings\n";
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Tally& tally = report.tallies[i];
+    std::cout << all[i].name << ": " << tally.different << " differ, " << tally.flagged
+              << " left to the library\n";
+    EXPECT_EQ(tally.different, 0) << all[i].name << ": " << tally.first_different;
+    EXPECT_EQ(tally.missed, 0) << all[i].name;
+    EXPECT_LE(tally.flagged, allowed_share(mode) * static_cast<double>(report.steps))
+        << all[i].name;
+  }
+}
+
+std::string name_of(const testing::TestParamInfo<KernelTest::ParamType>& info) {
+  const std::string file = std::get<0>(info.param);
+  return file.substr(0, file.find('.')) + "_" + std::get<1>(info.param);
+}
+
+INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
+                         testing::Combine(testing::Values("walker2d_v4.xml", "walker2d_v5.xml"),
+                                          testing::ValuesIn(modes())),
+                         name_of);
+
+/// The comparison sees what is wrong by one rounding.
+TEST(KernelControlTest, AFoldedPowIsNoticed) {
+  const Kernel& kernel = kernel_with_folded_pow;
+  const Report report = run({{"", &kernel, kernel.step}}, "walker2d_v5.xml", "random", 5000);
+  EXPECT_GT(report.tallies[0].different, 0);
+}
+
+TEST(KernelControlTest, AFusedAdditionIsNoticed) {
+  const Kernel& kernel = kernel_with_fused_add;
+  const Report report = run({{"", &kernel, kernel.step}}, "walker2d_v5.xml", "random", 1000);
+  EXPECT_GT(report.tallies[0].different, 0);
+}
+
+class KernelGroupTest : public testing::Test {
+ protected:
+  std::vector<World> draw(const Kernel& kernel, std::size_t count) {
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::vector<World> worlds(count);
+    for (World& world : worlds) {
+      for (double& value : world.position) value = 0.5 * unit(random_);
+      for (double& value : world.velocity) value = 5 * unit(random_);
+      world.position[1] += 1.1;
+      kernel.start(world, ground_);
+      for (double& value : world.torque) value = 100 * unit(random_);
+    }
+    return worlds;
+  }
+
+  static void expect_same(const World& one, const World& other) {
+    EXPECT_EQ(one.is_flagged, other.is_flagged);
+    EXPECT_EQ(one.pattern, other.pattern);
+    for (const auto part : {&World::position, &World::velocity, &World::warm_start}) {
+      for (std::size_t i = 0; i < World::kSize; ++i) {
+        EXPECT_EQ(to_bits((one.*part)[i]), to_bits((other.*part)[i]));
+      }
+    }
+  }
+
+  std::mt19937_64 random_{3};
+  Ground ground_ = ground_of(*mujoco::load_model("walker2d_v5.xml"));
+};
+
+/// Whatever worlds share a vector, and however many there are.
+TEST_F(KernelGroupTest, NoResultDependsOnTheOthers) {
+  for (const Kernel* kernel : kernels()) {
+    for (std::size_t count = 1; count <= 40; ++count) {
+      SCOPED_TRACE(kernel->instruction_set + (" of " + std::to_string(count)));
+      std::vector<World> together = draw(*kernel, count);
+      std::vector<World> apart = together;
+      std::vector<World*> pointers(count);
+      std::transform(together.begin(), together.end(), pointers.begin(),
+                     [](World& world) { return &world; });
+      std::shuffle(pointers.begin(), pointers.end(), random_);
+      kernel->step(pointers.data(), count, 3, ground_);
+      for (std::size_t i = 0; i < count; ++i) {
+        World* const world = &apart[i];
+        kernel->step_singly(&world, 1, 3, ground_);
+        expect_same(*world, together[i]);
+      }
+      if (HasFailure()) return;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace walker::walker2d

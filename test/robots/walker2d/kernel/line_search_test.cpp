@@ -1,0 +1,77 @@
+// Where the line search has not arrived after as many evaluations as MuJoCo makes, it gives up: in
+// walks it arrives before that.
+#define WALKER_SIM_INSTRUCTION_SET tested
+#include "robots/walker2d/kernel/line_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace walker::walker2d::kernel {
+namespace {
+
+constexpr double kTolerance = 1e-9;
+constexpr int kBefore = 2;  // the start and the first step, which are the caller's
+
+TEST(LineSearch, GivesUpOnADescentWithoutEnd) {
+  int evaluations = kBefore;
+  const auto evaluate = [&](Point<double>& point) {
+    ++evaluations;
+    point = {point.alpha, -point.alpha, -1, 1};
+  };
+  const double alpha = search_on(evaluate, {0, 0, -1, 1}, {1, -1, -1, 1}, kTolerance);
+  EXPECT_EQ(evaluations, 50);
+  EXPECT_EQ(alpha, 1 + 50 - kBefore);
+}
+
+/// The slope leaps from -1 to 1 where the minimum is, so that no point is flat.
+TEST(LineSearch, GivesUpOnABracketThatOnlyNarrows) {
+  constexpr double kMinimum = 0.3;
+  int evaluations = kBefore;
+  const auto value_at = [](double alpha) -> Point<double> {
+    const double way = alpha - kMinimum;
+    return {alpha, std::abs(way) + way * way / 2, way + std::copysign(1, way), 1};
+  };
+  const auto evaluate = [&](Point<double>& point) {
+    ++evaluations;
+    point = value_at(point.alpha);
+  };
+  const double alpha = search_on(evaluate, value_at(-1), value_at(0), kTolerance);
+  EXPECT_EQ(evaluations, 50);
+  EXPECT_NEAR(alpha, kMinimum, 1e-6);
+}
+
+/// The slope is the steeper the nearer the minimum is, so no candidate narrows the bracket, and the
+/// first middle is the end.
+TEST(LineSearch, EndsInTheMiddleWhereNothingNarrowsTheBracket) {
+  const auto value_at = [](double alpha) -> Point<double> {
+    return {alpha, 2 * std::abs(alpha) - alpha * alpha / 2,
+            std::copysign(2 - std::abs(alpha), alpha), 0.5};
+  };
+  for (const double side : {-1, 1}) {
+    int evaluations = kBefore;
+    const auto evaluate = [&](Point<double>& point) {
+      ++evaluations;
+      point = value_at(point.alpha);
+    };
+    EXPECT_EQ(search_on(evaluate, value_at(1.5 * side), value_at(side), kTolerance), 0);
+    EXPECT_EQ(evaluations, kBefore + 3);
+  }
+}
+
+/// Two halves of parabolas: each side's Newton step leads to the minimum.
+TEST(LineSearch, FindsTheMinimumBetweenTwoParabolas) {
+  const auto evaluate = [](Point<double>& point) {
+    const double way = point.alpha - 0.3;
+    const double steepness = way < 0 ? 1 : 8;
+    point = {point.alpha, steepness * way * way / 2, steepness * way, steepness};
+  };
+  Point<double> start{0, 0, 0, 0};
+  evaluate(start);
+  Point<double> first{0.5, 0, 0, 0};
+  evaluate(first);
+  EXPECT_NEAR(search_on(evaluate, start, first, kTolerance), 0.3, kTolerance);
+}
+
+}  // namespace
+}  // namespace walker::walker2d::kernel

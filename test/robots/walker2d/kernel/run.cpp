@@ -1,0 +1,285 @@
+#include "robots/walker2d/kernel/run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <sstream>
+
+#include "bits.h"
+#include "robots/walker2d/kernel/coverage.h"
+#include "walker_sim/agent.h"
+#include "walker_sim/registry.h"
+
+namespace walker::walker2d {
+namespace {
+
+constexpr std::size_t kWorlds = 61;  // so that the last group of lanes is never full
+constexpr int kFrames = 4;
+constexpr int kSize = World::kSize;
+
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+struct Mode {
+  std::function<void(Random&, mjData&)> begin;
+  std::function<void(Random&, std::size_t world, mjData&)> drive;
+  std::function<bool(Random&, const mjData&)> ends;
+};
+
+void begin_near_standing(Random& random, mjData& data) {
+  for (int i = 0; i < kSize; ++i) {
+    data.qpos[i] += uniform(random, -0.005, 0.005);
+    data.qvel[i] = uniform(random, -0.005, 0.005);
+  }
+}
+
+void begin_violently(Random& random, mjData& data) {
+  begin_near_standing(random, data);
+  for (int i = 0; i < kSize; ++i) {
+    if (i > 2) data.qpos[i] += uniform(random, -0.5, 0.5);
+    data.qvel[i] = uniform(random, -10, 10);
+  }
+}
+
+/// Some of them -0, which a user may set as well.
+void begin_tiny(Random& random, mjData& data) {
+  for (int i = 0; i < kSize; ++i) {
+    data.qpos[i] += random() % 3 == 0 ? 0 : uniform(random, -1e-308, 1e-308);
+    data.qvel[i] = random() % 3 == 0 ? -0.0 : uniform(random, -1e-308, 1e-308);
+  }
+}
+
+/// Of any size up to the given power of ten.
+void begin_anyhow(Random& random, double largest_power, mjData& data) {
+  const double speed = std::pow(10.0, uniform(random, -3.5, largest_power));
+  for (int i = 0; i < kSize; ++i) {
+    data.qpos[i] = i == 1 ? uniform(random, -1.25, 1.25) : uniform(random, -2, 2);
+    data.qvel[i] = speed * uniform(random, -1, 1);
+  }
+}
+
+void drive_randomly(Random& random, std::size_t /*world*/, mjData& data) {
+  std::generate_n(data.ctrl, World::kMotors, [&] { return uniform(random, -1, 1); });
+}
+
+void drive_violently(Random& random, std::size_t /*world*/, mjData& data) {
+  std::generate_n(data.ctrl, World::kMotors, [&] {
+    const double sign = random() % 2 == 0 ? 1.5 : -1.5;
+    return random() % 3 == 0 ? sign * uniform(random, -1, 1) : sign;
+  });
+}
+
+void drive_symmetrically(Random& random, std::size_t world, mjData& data) {
+  for (int motor = 0; motor < 3; ++motor) {
+    const double control = world % 2 == 0 ? static_cast<double>(random() % 3) - 1 : 0;
+    data.ctrl[motor] = data.ctrl[motor + 3] = control;
+  }
+}
+
+/// With a little noise, or all worlds would walk alike.
+void drive_by_gait(Random& random, std::size_t /*world*/, mjData& data) {
+  static const auto kEnvironment = make("Walker2d-v5");
+  static const auto kGait = make_agent("heuristic", kEnvironment->specification(), 0);
+  std::vector<double> observation(data.qpos + 1, data.qpos + kSize);
+  std::transform(data.qvel, data.qvel + kSize, std::back_inserter(observation),
+                 [](double speed) { return std::clamp(speed, -10.0, 10.0); });
+  const std::vector<double>& action = kGait->act(observation);
+  std::transform(action.begin(), action.end(), data.ctrl, [&](double control) {
+    return static_cast<float>(control + uniform(random, -0.05, 0.05));
+  });
+}
+
+bool ends_by_fall(Random& random, const mjData& data) {
+  const double z = data.qpos[1];
+  const double angle = data.qpos[2];
+  return !(z > 0.8 && z < 2 && angle > -1 && angle < 1) || random() % 1000 == 0;
+}
+
+bool ends_seldom(Random& random, const mjData& /*data*/) { return random() % 400 == 0; }
+
+bool ends_at_once(Random& /*random*/, const mjData& /*data*/) { return true; }
+
+const std::map<std::string, Mode>& all_modes() {
+  const auto begin_wildly = [](Random& random, mjData& data) { begin_anyhow(random, 3.5, data); };
+  const auto begin_extremely = [](Random& random, mjData& data) {
+    begin_anyhow(random, 10.5, data);
+  };
+  static const std::map<std::string, Mode> kModes{
+      {"random", {begin_near_standing, drive_randomly, ends_by_fall}},
+      {"violent", {begin_violently, drive_violently, ends_by_fall}},
+      {"endless", {begin_violently, drive_violently, ends_seldom}},
+      {"rest", {[](Random&, mjData&) {}, drive_symmetrically, ends_seldom}},
+      {"tiny", {begin_tiny, drive_symmetrically, ends_seldom}},
+      {"wild", {begin_wildly, drive_violently, ends_at_once}},
+      {"extreme", {begin_extremely, drive_violently, ends_at_once}},
+      {"gait", {begin_near_standing, drive_by_gait, ends_by_fall}},
+  };
+  return kModes;
+}
+
+bool has_warned(const mjData& data) {
+  return std::any_of(std::begin(data.warning), std::end(data.warning),
+                     [](const mjWarningStat& warning) { return warning.number > 0; });
+}
+
+bool is_as(const World& world, const mjData& data) {
+  const auto is_equal = [](const auto& ours, const mjtNum* theirs) {
+    return std::equal(ours.begin(), ours.end(), theirs,
+                      [](double a, double b) { return to_bits(a) == to_bits(b); });
+  };
+  return is_equal(world.position, data.qpos) && is_equal(world.velocity, data.qvel) &&
+         is_equal(world.warm_start, data.qacc_warmstart);
+}
+
+void copy(const mjData& data, World& world) {
+  std::copy_n(data.qpos, kSize, world.position.begin());
+  std::copy_n(data.qvel, kSize, world.velocity.begin());
+  std::copy_n(data.qacc_warmstart, kSize, world.warm_start.begin());
+}
+
+/// A contestant's worlds.
+struct Side {
+  explicit Side(Contestant who) : contestant(std::move(who)) {
+    for (World& world : worlds) pointers.push_back(&world);
+  }
+
+  Contestant contestant;
+  std::vector<World> worlds = std::vector<World>(kWorlds);
+  std::vector<World*> pointers;
+  Tally tally;
+};
+
+class Run {
+ public:
+  Run(const std::vector<Contestant>& all, const std::string& xml_file, const Mode& mode)
+      : model_(mujoco::load_model(xml_file)), ground_(ground_of(*model_)), mode_(mode) {
+    for (const Contestant& contestant : all) {
+      sides_.push_back(std::make_unique<Side>(contestant));
+    }
+    for (std::size_t i = 0; i < kWorlds; ++i) {
+      data_.push_back(mujoco::make_data(*model_));
+      begin(i);
+    }
+  }
+
+  Report run(long steps) {
+    while (report_.steps < steps) {
+      for (std::size_t i = 0; i < kWorlds; ++i) drive(i);
+      for (const auto& side : sides_) {
+        side->contestant.step(side->pointers.data(), kWorlds, kFrames, ground_);
+      }
+      for (std::size_t i = 0; i < kWorlds; ++i) step(i);
+      report_.steps += kWorlds;
+    }
+    for (const auto& side : sides_) report_.tallies.push_back(side->tally);
+    return report_;
+  }
+
+ private:
+  void begin(std::size_t i) {
+    mjData& data = *data_[i];
+    mj_resetData(model_.get(), &data);
+    mode_.begin(random_, data);
+    for (const auto& side : sides_) {
+      copy(data, side->worlds[i]);
+      side->contestant.kernel->start(side->worlds[i], ground_);
+    }
+    mj_forward(model_.get(), &data);
+    compare("start", i);
+  }
+
+  void drive(std::size_t i) {
+    mjData& data = *data_[i];
+    mode_.drive(random_, i, data);
+    for (const auto& side : sides_) {
+      for (std::size_t motor = 0; motor < World::kMotors; ++motor) {
+        side->worlds[i].torque[motor] = 100 * std::clamp(data.ctrl[motor], -1.0, 1.0);
+      }
+    }
+  }
+
+  void step(std::size_t i) {
+    mjData& data = *data_[i];
+    for (int frame = 0; frame < kFrames; ++frame) {
+      mj_step(model_.get(), &data);
+      report_.most_contacts = std::max(report_.most_contacts, data.ncon);
+    }
+    // As LibraryPhysics does.
+    mj_checkPos(model_.get(), &data);
+    mj_checkVel(model_.get(), &data);
+    compare("step", i);
+    report_.warnings += has_warned(data) ? 1 : 0;
+    if (has_warned(data) || mode_.ends(random_, data)) begin(i);
+  }
+
+  void compare(const char* what, std::size_t i) {
+    const mjData& data = *data_[i];
+    for (const auto& side : sides_) {
+      World& world = side->worlds[i];
+      Tally& tally = side->tally;
+      if (world.is_flagged) {
+        ++tally.flagged;
+      } else if (has_warned(data)) {
+        ++tally.missed;
+      } else if (!is_as(world, data)) {
+        if (tally.different++ == 0) tally.first_different = describe(what, world, data);
+      } else {
+        continue;
+      }
+      copy(data, world);
+    }
+  }
+
+  std::string describe(const char* what, const World& world, const mjData& data) const {
+    std::ostringstream text;
+    text << what << " after " << report_.steps << ", " << data.ncon << " contacts, " << data.nefc
+         << " rows:" << std::hexfloat;
+    for (int k = 0; k < kSize; ++k) {
+      text << "\n  " << world.position[k] << " " << data.qpos[k] << "  " << world.velocity[k] << " "
+           << data.qvel[k] << "  " << world.warm_start[k] << " " << data.qacc_warmstart[k];
+    }
+    return text.str();
+  }
+
+  mujoco::ModelPointer model_;
+  Ground ground_;
+  const Mode& mode_;
+  Random random_{11};
+  std::vector<std::unique_ptr<Side>> sides_;
+  std::vector<mujoco::DataPointer> data_;
+  Report report_;
+};
+
+}  // namespace
+
+std::vector<Contestant> contestants() {
+  std::vector<Contestant> all;
+  for (const Kernel* kernel : kernels()) {
+    const std::string name = kernel->instruction_set;
+    all.push_back({name, kernel, kernel->step});
+    all.push_back({name + ", one world at a time", kernel, kernel->step_singly});
+  }
+  return all;
+}
+
+const std::vector<std::string>& modes() {
+  static const std::vector<std::string> kNames = [] {
+    std::vector<std::string> names;
+    for (const auto& [name, mode] : all_modes()) names.push_back(name);
+    return names;
+  }();
+  return kNames;
+}
+
+Report run(const std::vector<Contestant>& contestants, const std::string& xml_file,
+           const std::string& mode, long steps) {
+  return Run(contestants, xml_file, all_modes().at(mode)).run(steps);
+}
+
+}  // namespace walker::walker2d

@@ -1,0 +1,74 @@
+// Which kernel is chosen.
+#include "robots/walker2d/kernel/trial.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+#include "error_message.h"
+#include "kernel_variable.h"
+#include "robots/mujoco/model.h"
+#include "robots/walker2d/kernel/altered.h"
+
+namespace walker::walker2d {
+namespace {
+
+TEST(TrialTest, EveryKernelIsAsTheLibrary) {
+  ASSERT_FALSE(kernels().empty());
+  for (const char* file : {"walker2d_v4.xml", "walker2d_v5.xml"}) {
+    for (const Kernel* kernel : kernels()) {
+      EXPECT_TRUE(is_as_library(*kernel, *mujoco::load_model(file))) << kernel->instruction_set;
+    }
+  }
+}
+
+TEST(TrialTest, AKernelWithOtherBitsIsRefused) {
+  EXPECT_FALSE(is_as_library(kernel_with_fused_add, *mujoco::load_model("walker2d_v5.xml")));
+}
+
+void flag_all(World* const* worlds, std::size_t count, int /*steps*/, const Ground& /*ground*/) {
+  for (std::size_t i = 0; i < count; ++i) worlds[i]->is_flagged = true;
+}
+
+/// It would be right, and slower than none.
+TEST(TrialTest, AKernelThatAnswersForNothingIsRefused) {
+  const Kernel kernel{"none", 1, flag_all, flag_all,
+                      [](World& world, const Ground& /*ground*/) { world.is_flagged = true; }};
+  EXPECT_FALSE(is_as_library(kernel, *mujoco::load_model("walker2d_v5.xml")));
+}
+
+TEST(TrialTest, TheFirstKernelIsChosen) {
+  const KernelVariable variable(nullptr);
+  const KernelChoice choice = choose_kernel(*mujoco::load_model("walker2d_v5.xml"));
+  EXPECT_EQ(choice.kernel, kernels().front());
+  EXPECT_EQ(choice.why_none, "");
+}
+
+TEST(TrialTest, TheUserMayAskForAnother) {
+  const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
+  for (const Kernel* kernel : kernels()) {
+    const KernelVariable variable(kernel->instruction_set);
+    EXPECT_EQ(choose_kernel(*model).kernel, kernel);
+  }
+  const KernelVariable variable("off");
+  EXPECT_EQ(choose_kernel(*model).kernel, nullptr);
+  EXPECT_EQ(choose_kernel(*model).why_none, "WALKER_SIM_KERNEL is off");
+}
+
+TEST(TrialTest, WhatThereIsNotIsRefusedByName) {
+  const KernelVariable variable("sse3");
+  const std::string message = message_of<std::invalid_argument>(
+      [] { choose_kernel(*mujoco::load_model("walker2d_v5.xml")); });
+  EXPECT_EQ(message.rfind("WALKER_SIM_KERNEL = sse3: must be one of off, ", 0), 0U) << message;
+  EXPECT_NE(message.find("sse2"), std::string::npos) << message;
+}
+
+TEST(TrialTest, AnotherModelIsTheLibrarys) {
+  const KernelChoice choice = choose_kernel(*mujoco::load_model("hopper_v5.xml"));
+  EXPECT_EQ(choice.kernel, nullptr);
+  EXPECT_EQ(choice.why_none, "the model has another nq");
+}
+
+}  // namespace
+}  // namespace walker::walker2d

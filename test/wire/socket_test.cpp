@@ -1,0 +1,125 @@
+// Deadlines and signals where no wait ever ends: a peer that always has something to say, or to
+// take.
+#include "wire/socket.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <string>
+
+#include "client/scripted_server.h"
+#include "error_message.h"
+#include "walker_sim/client.h"
+
+namespace walker {
+namespace {
+
+using test::Peer;
+using test::ScriptedServer;
+
+constexpr std::chrono::seconds kHang{10};  // as long lasts only what is broken
+
+using Use = std::function<void(Socket&, const Deadline&)>;
+
+/// Uses a connection to a peer again and again.
+/// @return the SocketError that ends it, or "nothing thrown"
+std::string end_of_use(const ScriptedServer::Script& peer, const Use& use,
+                       std::chrono::milliseconds timeout,
+                       const std::function<bool()>& is_interrupted = kNeverInterrupted) {
+  const ScriptedServer server({peer});
+  const auto begin = std::chrono::steady_clock::now();
+  const Deadline deadline{begin + timeout, is_interrupted};
+  Socket socket("127.0.0.1", server.port(), deadline);
+  return message_of<SocketError>([&] {
+    while (std::chrono::steady_clock::now() < begin + kHang) use(socket, deadline);
+  });
+}
+
+/// Never lets the other side wait: it gives more at a time than is taken from it.
+void babble(Peer& peer) {
+  const std::string words(1 << 16, 'x');
+  while (!peer.has_ended()) peer.give(words);
+}
+
+void swallow(Peer& peer) {
+  std::string words(1 << 16, '\0');
+  while (peer.take(words)) continue;
+}
+
+void receive_one(Socket& socket, const Deadline& deadline) {
+  char byte = 0;
+  socket.receive(&byte, 1, deadline);
+}
+
+void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
+
+/// Else what the process prints would go to the server.
+TEST(Socket, TakesNoStandardDescriptorThatIsClosed) {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  socklen_t size = sizeof(address);
+  ASSERT_EQ(listen(listener, 1), 0);  // on any port
+  ASSERT_EQ(getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  std::array<int, 3> saved{};
+  for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+    saved[standard] = fcntl(standard, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    close(standard);
+  }
+  std::array<bool, 3> is_taken{};
+  {
+    const Deadline deadline(std::chrono::steady_clock::now() + kHang);
+    const Socket socket("127.0.0.1", ntohs(address.sin_port), deadline);
+    for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+      is_taken[standard] = fcntl(standard, F_GETFD) != -1;
+    }
+  }
+  for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
+    dup2(saved[standard], standard);
+    close(saved[standard]);
+  }
+  close(listener);
+  EXPECT_EQ(is_taken, (std::array<bool, 3>{}));
+}
+
+TEST(Socket, GivesUpAtTheDeadlineWhileSomethingComes) {
+  EXPECT_EQ(end_of_use(babble, receive_one, std::chrono::milliseconds(50)), "timed out");
+}
+
+TEST(Socket, GivesUpAtTheDeadlineWhileItMaySend) {
+  EXPECT_EQ(end_of_use(swallow, send_one, std::chrono::milliseconds(50)), "timed out");
+}
+
+/// The signal comes beside all waits, so that it interrupts none.
+TEST(Socket, IsInterruptedWhileSomethingComes) {
+  const auto always = [] { return true; };
+  EXPECT_THROW(end_of_use(babble, receive_one, 2 * kHang, always), Interrupted);
+  EXPECT_THROW(end_of_use(swallow, send_one, 2 * kHang, always), Interrupted);
+}
+
+TEST(Socket, IsInterruptedByASignalThatCameBeforeItsWait) {
+  const auto always = [] { return true; };
+  const auto silent = [](Peer& peer) { peer.sees_end(); };
+  EXPECT_THROW(end_of_use(silent, receive_one, kHang, always), Interrupted);
+}
+
+/// It costs the caller's time, so it is not done for every piece.
+TEST(Socket, LooksForSignalsNowAndThenOnly) {
+  std::atomic<int> looks{0};
+  const std::function<bool()> count = [&] {
+    ++looks;
+    return false;
+  };
+  constexpr int kPeriods = 5;
+  EXPECT_EQ(end_of_use(babble, receive_one, kPeriods * kLookPeriod, count), "timed out");
+  EXPECT_LE(looks, kPeriods);
+}
+
+}  // namespace
+}  // namespace walker
