@@ -1,10 +1,10 @@
 # Suites in Python, test/NAME.py, in the devel space where there is one. They compare with the NumPy and
 # Gymnasium of that Python. Included by tests.cmake.
 set(short_suites
-  core/exported_symbols_test
+  base/exported_symbols_test
   simd/symbols_test
-  core/pool_gymnasium_test
-  core/random_numpy_test
+  episode/pool_gymnasium_test
+  base/random_numpy_test
   docs_test
   exports_test
   mutation/mutation_test
@@ -22,14 +22,14 @@ set(short_suites
   python/refusals_ros_test
   python/vector_environment_test
   readme_test
-  mujoco/spaces_gymnasium_test)
+  robots/mujoco/spaces_gymnasium_test)
 # The pinned Box2D only: its bits, and its hidden symbols.
 set(pinned_suites
-  bipedal_walker/coexistence_test
-  bipedal_walker/episodes_gymnasium_test
-  bipedal_walker/renderer_gymnasium_test
-  core/pool_gymnasium_test
-  mujoco/no_avx_test
+  robots/bipedal_walker/coexistence_test
+  robots/bipedal_walker/episodes_gymnasium_test
+  robots/bipedal_walker/renderer_gymnasium_test
+  episode/pool_gymnasium_test
+  robots/mujoco/no_avx_test
   python/bits_bipedal_walker_test
   python/commands_evaluate_test
   python/commands_hash_test
@@ -38,8 +38,8 @@ set(pinned_suites
   python/shipped_policies_test
   soak/soak_test)
 # They take a minute, and begin early so that none is left alone at the end.
-set(slow_suites bench/bench_test mujoco/episodes_gymnasium_test mujoco/renderer_gymnasium_test
-  bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
+set(slow_suites bench/bench_test robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
+  robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # They start masters and servers, or look at what was built for ROS.
 set(ros_suites bench/bench_test exports_test programs_test readme_test rviz/rviz_test soak/soak_test)
 # stages.cmake runs them, in virtual environments of their own.

@@ -1,4 +1,4 @@
-"""Drives what steps our environments: rollout.cpp, and core/pool_rollout.cpp for a pool."""
+"""Drives what steps our environments: rollout.cpp, and episode/pool_rollout.cpp for a pool."""
 
 import os
 import subprocess

@@ -69,7 +69,7 @@ function(walker_sim_add_unit_tests room)
       test/${folder}/*_test.cpp)
     list(APPEND files ${found})
   endforeach()
-  set(program ${room}_tests)
+  get_filename_component(program ${room}_tests NAME)
   set(chosen "")
   foreach(file ${files} ${add_ALSO})
     get_filename_component(name ${file} NAME_WE)
@@ -86,13 +86,13 @@ function(walker_sim_add_unit_tests room)
     WALKER_SIM_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_link_libraries(${program} PRIVATE ${add_LIBRARIES} walker_sim_flags GTest::GTest
     Threads::Threads ${CMAKE_DL_LIBS})
-  if(room STREQUAL "core")
+  if(room STREQUAL "base")
     target_precompile_headers(${program} PRIVATE <gtest/gtest.h> <algorithm> <array> <cmath>
       <functional> <map> <memory> <optional> <stdexcept> <string> <thread> <vector>)
   elseif(walker_sim_server IN_LIST add_LIBRARIES)
     walker_sim_compile_as(walker_sim_agents ${program})
   else()
-    target_precompile_headers(${program} REUSE_FROM core_tests)
+    target_precompile_headers(${program} REUSE_FROM base_tests)
   endif()
   foreach(file ${chosen})
     get_filename_component(name ${file} NAME_WE)
@@ -118,20 +118,22 @@ set(not_in_this_build pool_race_test)
 if(WALKER_SIM_INSTRUMENT)
   set(not_in_this_build small_stack_test) # functions take more of the stack there
 endif()
-walker_sim_add_unit_tests(core LIBRARIES ${core_libraries} WITH simd LEFT_OUT ${not_in_this_build})
-walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} LEFT_OUT service_types_test)
+walker_sim_add_unit_tests(base LIBRARIES ${core_libraries} WITH simd)
+walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${not_in_this_build}
+  ALSO test/robots/agent_test.cpp test/robots/registry_test.cpp)
+walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} WITH wire LEFT_OUT service_types_test)
 walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
 set(for_other_processors "")
 if(NOT bipedal_walker_kernels)
   set(for_other_processors kernel_test rotation_test trial_test)
 endif()
-walker_sim_add_unit_tests(bipedal_walker LIBRARIES ${core_libraries}
+walker_sim_add_unit_tests(robots/bipedal_walker LIBRARIES ${core_libraries}
   LEFT_OUT shortcuts_test ${not_these_engines} ${for_other_processors})
 set(for_other_processors "")
 if(NOT walker2d_kernels)
   set(for_other_processors kernel_group_test kernel_physics_test kernel_test trial_test)
 endif()
-walker_sim_add_unit_tests(mujoco LIBRARIES ${core_libraries} WITH hopper walker2d
+walker_sim_add_unit_tests(robots/mujoco LIBRARIES ${core_libraries} WITH robots/hopper robots/walker2d
   LEFT_OUT ${for_other_processors})
 # walker_sim_register_variant(NAME ROOM FILE LABEL VARIABLE...): a file of a room's tests again, in
 # another environment. What is long there takes other numbers on the same ways through the code, and hours
@@ -150,10 +152,10 @@ endfunction()
 if(walker2d_kernels)
   # Every recorded episode without Walker2d's kernel, too, and with the one that all processors can run.
   foreach(kernel off sse2)
-    walker_sim_register_variant(mujoco_recordings_test_kernel_${kernel} mujoco recordings_test short
+    walker_sim_register_variant(robots_mujoco_recordings_test_kernel_${kernel} mujoco recordings_test short
       WALKER_SIM_KERNEL=${kernel})
   endforeach()
-  walker_sim_register_variant(walker2d_kernel_kernel_test_long mujoco kernel_test long
+  walker_sim_register_variant(robots_walker2d_kernel_kernel_test_long mujoco kernel_test long
     WALKER_SIM_TEST_STEPS=30000)
   foreach(name altered_add altered_pow)
     set_source_files_properties(test/robots/walker2d/kernel/${name}.cpp PROPERTIES
@@ -166,11 +168,11 @@ if(bipedal_walker_kernels)
   set(shards 7) # not a multiple of 4: every fourth of its cases is the longest
   foreach(shard RANGE 1 ${shards})
     math(EXPR index "${shard} - 1")
-    walker_sim_register_variant(bipedal_walker_kernel_kernel_test_long_${shard} bipedal_walker
+    walker_sim_register_variant(robots_bipedal_walker_kernel_kernel_test_long_${shard} bipedal_walker
       kernel_test long WALKER_SIM_TEST_STEPS=100000 GTEST_TOTAL_SHARDS=${shards}
       GTEST_SHARD_INDEX=${index})
   endforeach()
-  walker_sim_register_variant(bipedal_walker_kernel_rotation_test_long bipedal_walker rotation_test long
+  walker_sim_register_variant(robots_bipedal_walker_kernel_rotation_test_long bipedal_walker rotation_test long
     WALKER_SIM_TEST_ALL_ANGLES=1)
   target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/run.cpp)
 endif()
@@ -192,7 +194,7 @@ include(test/fuzz/fuzz.cmake)
 
 # ---------------------------------------------------------------- programs that tests and benchmarks call
 # They step environments for the comparison with Gymnasium, which drives them through a pipe.
-foreach(program rollout core/pool_rollout)
+foreach(program rollout episode/pool_rollout)
   get_filename_component(name ${program} NAME)
   add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/${program}.cpp)
   list(APPEND core_tools walker_sim_${name})

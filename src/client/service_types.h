@@ -8,10 +8,6 @@
 
 namespace walker {
 
-/// As which node the client introduces itself, to servers with its process number; it registers
-/// nowhere.
-constexpr const char* kCallerId = "/walker_sim_client";
-
 struct ServiceType {
   const char* name;  ///< below the server's
   const char* type;

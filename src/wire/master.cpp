@@ -7,7 +7,6 @@
 #include <locale>
 #include <utility>
 
-#include "client/service_types.h"
 #include "base/printable_text.h"
 #include "walker_sim/client.h"
 

@@ -11,6 +11,9 @@
 
 namespace walker {
 
+/// Name under which this package's clients call a master. They register nowhere.
+constexpr const char* kCallerId = "/walker_sim_client";
+
 /// Where something listens.
 struct Endpoint {
   std::string host;

@@ -1,4 +1,4 @@
-"""Our random numbers against the NumPy that is installed. core/random_test.cpp: recorded ones."""
+"""Our random numbers against the NumPy that is installed. base/random_test.cpp: recorded ones."""
 
 import numpy as np
 import pytest

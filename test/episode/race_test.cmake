@@ -1,4 +1,4 @@
-# core_pool_race_test: the pool's threads under ThreadSanitizer, which sees what was compiled for it.
+# episode_pool_race_test: the pool's threads under ThreadSanitizer, which sees what was compiled for it.
 # So the core and Box2D are compiled anew, from the same sources with the same options; MuJoCo's
 # library stays as it is.
 function(walker_sim_add_race_copy target)
@@ -20,11 +20,11 @@ walker_sim_add_race_copy(walker_sim_core_objects)
 # Or Make would generate a header for both at the same time.
 add_dependencies(walker_sim_core_objects_race walker_sim_core_objects)
 
-add_executable(core_pool_race_test EXCLUDE_FROM_ALL
+add_executable(episode_pool_race_test EXCLUDE_FROM_ALL
   test/unit_test_main.cpp test/episode/thread_pool_test.cpp test/episode/pool_race_test.cpp)
-target_include_directories(core_pool_race_test PRIVATE include src test)
-target_compile_options(core_pool_race_test PRIVATE -fsanitize=thread -g)
-target_link_options(core_pool_race_test PRIVATE -fsanitize=thread)
-target_link_libraries(core_pool_race_test PRIVATE box2d_pinned_race walker_sim_core_objects_race
-  walker_sim_mujoco walker_sim_flags GTest::GTest Threads::Threads ${CMAKE_DL_LIBS})
-walker_sim_register_gtest(core_pool_race_test core_pool_race_test long)
+target_include_directories(episode_pool_race_test PRIVATE include src test)
+target_compile_options(episode_pool_race_test PRIVATE -fsanitize=thread -g)
+target_link_options(episode_pool_race_test PRIVATE -fsanitize=thread)
+target_link_libraries(episode_pool_race_test PRIVATE box2d_pinned_race walker_sim_core_objects_race
+  walker_sim_wire walker_sim_mujoco walker_sim_flags GTest::GTest Threads::Threads ${CMAKE_DL_LIBS})
+walker_sim_register_gtest(episode_pool_race_test episode_pool_race_test long)

@@ -1,4 +1,4 @@
-// In place of client/socket.cpp: connections whose peers say what a fuzzer made up. A piece of it
+// In place of wire/socket.cpp: connections whose peers say what a fuzzer made up. A piece of it
 // may be read after each connection and each request; where no piece is left, the peer closes.
 #pragma once
 

@@ -77,7 +77,7 @@ def test_part_of_a_statement_is_not_left_out():
 
 
 def test_one_line_changes():
-    for each in operators.breaks_of("src/core/area.cpp", BODY):
+    for each in operators.breaks_of("src/base/area.cpp", BODY):
         new = operators.broken(BODY, each).splitlines()
         differing = [i for i, line in enumerate(BODY.splitlines(), 1) if new[i - 1] != line]
         assert differing == [each.number], each
@@ -85,14 +85,14 @@ def test_one_line_changes():
 
 
 def test_another_line_there_is_an_error():
-    each = operators.breaks_of("src/core/area.cpp", BODY)[0]
-    with pytest.raises(ValueError, match=r"src/core/area\.cpp:4"):
+    each = operators.breaks_of("src/base/area.cpp", BODY)[0]
+    with pytest.raises(ValueError, match=r"src/base/area\.cpp:4"):
         operators.broken("\n" + BODY, each)
 
 
 def test_an_id_is_of_the_words():
-    before = operators.breaks_of("src/core/area.cpp", BODY)
-    after = operators.breaks_of("src/core/area.cpp", "int one = 1;\n" + BODY)
+    before = operators.breaks_of("src/base/area.cpp", BODY)
+    after = operators.breaks_of("src/base/area.cpp", "int one = 1;\n" + BODY)
     assert {each.id for each in before} < {each.id for each in after}
     assert len({each.id for each in after}) == len(after)
 
@@ -147,23 +147,23 @@ def runner(tmp_path):
 
 
 def test_finds_what_fails(runner):
-    tests = [a_test("core_a", "true"), a_test("core_b", "exit 3"), a_test("core_c", "true")]
-    assert runner.first_failure(tests) == ("core_b", "status 3")
+    tests = [a_test("base_a", "true"), a_test("base_b", "exit 3"), a_test("base_c", "true")]
+    assert runner.first_failure(tests) == ("base_b", "status 3")
     assert runner.first_failure([tests[0], tests[2]]) is None
 
 
 def test_finds_what_hangs(runner, monkeypatch):
     monkeypatch.setattr(suite, "LEAST", 0.2)
     monkeypatch.setattr(suite, "UNKNOWN", 0.2)
-    failure = runner.first_failure([a_test("core_hangs", "sleep 1000 & wait")])
-    assert failure.test == "core_hangs"
+    failure = runner.first_failure([a_test("base_hangs", "sleep 1000 & wait")])
+    assert failure.test == "base_hangs"
     assert failure.why.startswith("not within ")
 
 
 def test_a_failure_has_to_be_one_alone_too(runner, tmp_path):
     once = f"test -e {tmp_path}/once || {{ touch {tmp_path}/once; exit 1; }}"
     also = f"sleep 0.1; touch {tmp_path}/also"
-    assert runner.first_failure([a_test("core_once", once), a_test("core_also", also)]) is None
+    assert runner.first_failure([a_test("base_once", once), a_test("base_also", also)]) is None
     assert (tmp_path / "also").exists()  # which was put off
 
 
@@ -172,7 +172,7 @@ def test_a_failure_has_to_be_one_alone_too(runner, tmp_path):
     [
         ("[ RUN      ] Area.IsFlat\n[  FAILED  ] Area.IsFlat (0 ms)\n", "Area.IsFlat"),
         ("[ RUN      ] Area.First\n[       OK ] Area.First\n[ RUN      ] Area.Dies\n", "Area.Dies"),
-        ("FAILED test/core/area_test.py::test_area - assert 1 == 2\n", "test_area"),
+        ("FAILED test/base/area_test.py::test_area - assert 1 == 2\n", "test_area"),
         ("\x1b[31m[walker_sim.rosunit-area_test/test_area][FAILURE]----\x1b[0m\n", "test_area"),
         ("killed\n", ""),
     ],
@@ -182,11 +182,11 @@ def test_names_the_case(text, case):
 
 
 def test_likely_ones_come_first():
-    names = ["core_slow_test", "core_area_test", "core_quick_test"]
+    names = ["base_slow_test", "base_area_test", "base_quick_test"]
     tests = [a_test(name, "true") for name in names]
-    seconds = {"core_slow_test": 9, "core_area_test": 20, "core_quick_test": 1}
-    ranked = suite.ranked(tests, "src/core/area.cpp", seconds)
-    assert [test.name for test in ranked] == ["core_area_test", "core_quick_test", "core_slow_test"]
+    seconds = {"base_slow_test": 9, "base_area_test": 20, "base_quick_test": 1}
+    ranked = suite.ranked(tests, "src/base/area.cpp", seconds)
+    assert [test.name for test in ranked] == ["base_area_test", "base_quick_test", "base_slow_test"]
 
 
 def test_every_room_has_tests():
@@ -194,11 +194,11 @@ def test_every_room_has_tests():
 
 
 def test_what_is_built_is_what_runs():
-    command = "python3 run_tests.py x.xml --return-code '/x/lib/walker_sim/core_tests --file=a.cpp'"
-    unit = suite.Test("core_a", command.split(), {}, None, True)
+    command = "python3 run_tests.py x.xml --return-code '/x/lib/walker_sim/base_tests --file=a.cpp'"
+    unit = suite.Test("base_a", command.split(), {}, None, True)
     caller = a_test("python_keywords_test", "true", is_unit=False)
     tests = [unit, caller, a_test("server_a", "true")]
-    assert suite.targets("units", suite.concerned(tests, "units", "core")) == ["core_tests"]
+    assert suite.targets("units", suite.concerned(tests, "units", "base")) == ["base_tests"]
     assert suite.concerned(tests, "callers", "core") == tests[1:]
 
 
@@ -208,9 +208,9 @@ def trials(tree, monkeypatch, tmp_path_factory):
     copy = tmp_path_factory.mktemp("copy")
     monkeypatch.setattr(mutate, "ROOT", tree)
     mutate.copy_tree(tree, copy)
-    product = f"grep -q 'a \\* b' {copy}/src/core/area.cpp"
-    compiles = f"grep -q 'int area' {copy}/src/core/area.cpp"
-    tests = [a_test("core_product", product), a_test("server_area", compiles, is_unit=False)]
+    product = f"grep -q 'a \\* b' {copy}/src/base/area.cpp"
+    compiles = f"grep -q 'int area' {copy}/src/base/area.cpp"
+    tests = [a_test("base_product", product), a_test("server_area", compiles, is_unit=False)]
     monkeypatch.setattr(suite, "tests_of", lambda build: tests)
     monkeypatch.setattr(mutate.Trials, "build", lambda self, targets: True)
     kept = tmp_path_factory.mktemp("kept") / "mutation.json"
@@ -226,7 +226,7 @@ def test_a_sure_kill_is_caught(tree, trials):
     known = trials()
     assert known.attempt("units", find(tree, "return a / b;")) == "caught"
     (verdict,) = known.verdicts.values()
-    assert "core_product" in verdict["by"]
+    assert "base_product" in verdict["by"]
 
 
 def test_a_sure_survivor_lives(tree, trials, capsys):
@@ -245,14 +245,14 @@ def test_a_sure_survivor_lives(tree, trials, capsys):
 
 def test_what_does_not_compile_is_no_break(tree, trials, monkeypatch):
     known, each = trials(), find(tree, "return a / b;")
-    known.check_baseline("units", "core")
+    known.check_baseline("units", "base")
     monkeypatch.setattr(mutate.Trials, "build", lambda self, targets: False)
     assert known.attempt("units", each) == "does not compile"
     assert not known.is_open("callers", each)
 
 
 def test_without_a_break_all_must_pass(tree, trials, monkeypatch):
-    fails = [a_test("core_fails", "exit 1")]
+    fails = [a_test("base_fails", "exit 1")]
     monkeypatch.setattr(suite, "tests_of", lambda build: fails)
     with pytest.raises(SystemExit, match="without a break, core_fails fails"):
         trials().attempt("units", find(tree, "return a / b;"))

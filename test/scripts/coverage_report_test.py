@@ -42,7 +42,7 @@ def test_rooms_are_counted_apart_and_together(tmp_path):
         ),
     )
     assert done.returncode == 0, done.stderr
-    assert row(done.stdout, "src/core") == "1 of      2 lines  50.00 %"
+    assert row(done.stdout, "src/episode") == "1 of      2 lines  50.00 %"
     assert row(done.stdout, "core") == "39 of     40 lines  97.50 %"
     assert row(done.stdout, "server") == "94 of    100 lines  94.00 %  below 95 %"
     assert report.startswith(done.stdout.rstrip())
@@ -70,7 +70,7 @@ def test_a_line_is_run_where_an_instance_of_its_template_is(tmp_path):
 @pytest.mark.parametrize("mark", ["gcovr/noncode", "gcovr/excluded"])
 def test_what_is_left_out_is_in_neither_number(tmp_path, mark):
     done, _ = run(tmp_path, file_of("src/episode/pool.cpp", [(1, 0)], **{mark: True}))
-    assert row(done.stdout, "src/core") == "0 of      0 lines   0.00 %"
+    assert row(done.stdout, "src/episode") == "0 of      0 lines   0.00 %"
 
 
 def test_the_report_names_the_lines(tmp_path):

@@ -48,7 +48,7 @@ constexpr std::size_t kMostHeldBytes = std::size_t{256} << 20U;
 /// made printable.
 void log_client(SharedBySessions& shared, const char* what, const std::string& why);
 
-/// Speaks TCPROS (client/tcpros.h) on a non-blocking socket. It never waits: what has not come is
+/// Speaks TCPROS (wire/tcpros.h) on a non-blocking socket. It never waits: what has not come is
 /// read when it comes, what the client does not take is written when it does. Until then its next
 /// requests stay in the socket, so that a client that never reads holds one answer of memory and
 /// nobody else; so they do while its answer is pending. Memory for a request grows with the bytes

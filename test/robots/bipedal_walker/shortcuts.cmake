@@ -23,18 +23,18 @@ function(walker_sim_add_shortcut name)
     WALKER_SIM_RECORDINGS="${CMAKE_CURRENT_SOURCE_DIR}/test/recordings")
   # Object files come before the library's members of the same content.
   target_link_libraries(walker_sim_shortcut_${name}
-    PRIVATE box2d_plain walker_sim_mujoco Threads::Threads ${CMAKE_DL_LIBS})
-  target_compile_definitions(bipedal_walker_shortcuts_test PRIVATE
+    PRIVATE walker_sim_wire box2d_plain walker_sim_mujoco Threads::Threads ${CMAKE_DL_LIBS})
+  target_compile_definitions(robots_bipedal_walker_shortcuts_test PRIVATE
     "WALKER_SIM_SHORTCUT_${name}=\"$<TARGET_FILE:walker_sim_shortcut_${name}>\"")
-  add_dependencies(bipedal_walker_shortcuts_test walker_sim_shortcut_${name})
+  add_dependencies(robots_bipedal_walker_shortcuts_test walker_sim_shortcut_${name})
 endfunction()
 
-add_executable(bipedal_walker_shortcuts_test EXCLUDE_FROM_ALL
+add_executable(robots_bipedal_walker_shortcuts_test EXCLUDE_FROM_ALL
   test/unit_test_main.cpp test/robots/bipedal_walker/shortcuts_test.cpp)
-target_include_directories(bipedal_walker_shortcuts_test PRIVATE test)
-target_link_libraries(bipedal_walker_shortcuts_test PRIVATE walker_sim_core_objects walker_sim_flags
+target_include_directories(robots_bipedal_walker_shortcuts_test PRIVATE test)
+target_link_libraries(robots_bipedal_walker_shortcuts_test PRIVATE walker_sim_core_objects walker_sim_flags
   GTest::GTest Threads::Threads ${CMAKE_DL_LIBS})
-walker_sim_register_gtest(bipedal_walker_shortcuts_test bipedal_walker_shortcuts_test long)
+walker_sim_register_gtest(robots_bipedal_walker_shortcuts_test robots_bipedal_walker_shortcuts_test long)
 walker_sim_add_shortcut(none)
 walker_sim_add_shortcut(blocks b2BlockAllocator)
 walker_sim_add_shortcut(broad_phase broad_phase)

@@ -51,7 +51,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   list(FILTER box2d_sources EXCLUDE
     REGEX "/b2(BlockAllocator|Distance|Island|TimeOfImpact|Timer)\\.cpp$")
   set(box2d_replacements b2BlockAllocator b2Island b2Timer counters)
-  set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_pinned)
+  set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/robots/bipedal_walker/box2d_pinned)
   foreach(name ${box2d_replacements})
     list(APPEND box2d_sources ${box2d_ours}/${name}.cpp)
   endforeach()
@@ -73,7 +73,7 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   endif()
   foreach(library box2d_plain box2d_pinned)
     target_include_directories(${library}
-      SYSTEM PUBLIC ${box2d_source} ${CMAKE_CURRENT_SOURCE_DIR}/src/bipedal_walker/box2d_without_python
+      SYSTEM PUBLIC ${box2d_source} ${CMAKE_CURRENT_SOURCE_DIR}/src/robots/bipedal_walker/box2d_without_python
       PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
     target_compile_options(${library} PRIVATE ${box2d_options})
     set_target_properties(${library} PROPERTIES

@@ -1,0 +1,33 @@
+# What the catkin package and the wheel install.
+if(WALKER_SIM_ROS)
+  install(TARGETS walker_sim_core
+    ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
+    LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
+    RUNTIME DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})
+  install(TARGETS ${node_targets} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+  if(WALKER_SIM_PYTHON)
+    install(TARGETS walker_sim_python
+      ARCHIVE DESTINATION ${CATKIN_PACKAGE_PYTHON_DESTINATION}
+      LIBRARY DESTINATION ${CATKIN_PACKAGE_PYTHON_DESTINATION}
+      RUNTIME DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})
+  endif()
+  catkin_install_python(PROGRAMS src/nodes/view.py
+    DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+  install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
+  install(DIRECTORY assets config launch urdf DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+  install(FILES LICENSE NOTICE DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+  if(mujoco_dir)
+    install(FILES ${mujoco_library} DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION})
+    install(FILES ${mujoco_licences}
+      DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION}/licenses/mujoco)
+  endif()
+elseif(SKBUILD)
+  install(TARGETS walker_sim_python LIBRARY DESTINATION walker_sim)
+  # Where walker_sim/files.py looks for them.
+  install(DIRECTORY assets/policies DESTINATION walker_sim/share/assets)
+  install(DIRECTORY config/training DESTINATION walker_sim/share/config)
+  if(mujoco_dir)
+    install(FILES ${mujoco_library} DESTINATION walker_sim)
+    install(FILES ${mujoco_licences} DESTINATION ${SKBUILD_METADATA_DIR}/licenses/mujoco)
+  endif()
+endif()

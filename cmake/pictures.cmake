@@ -1,0 +1,19 @@
+# walker_sim_pictures: headers of the libraries that draw. The libraries themselves are loaded when the
+# first picture is drawn.
+find_path(CAIRO_INCLUDE_DIR cairo.h PATH_SUFFIXES cairo)
+find_path(EGL_INCLUDE_DIR EGL/egl.h)
+find_path(OSMESA_INCLUDE_DIR GL/osmesa.h)
+if(NOT CAIRO_INCLUDE_DIR OR NOT EGL_INCLUDE_DIR OR NOT OSMESA_INCLUDE_DIR)
+  message(FATAL_ERROR "headers for job pictures: cairo.h in ${CAIRO_INCLUDE_DIR}, EGL/egl.h in "
+    "${EGL_INCLUDE_DIR}, GL/osmesa.h in ${OSMESA_INCLUDE_DIR}; all must be there: install "
+    "libcairo2-dev, libegl-dev and libosmesa6-dev")
+endif()
+add_library(walker_sim_pictures INTERFACE)
+target_include_directories(walker_sim_pictures
+  SYSTEM INTERFACE ${CAIRO_INCLUDE_DIR} ${EGL_INCLUDE_DIR} ${OSMESA_INCLUDE_DIR})
+
+# Of policies; headers only.
+find_package(Eigen3 QUIET NO_MODULE)
+if(NOT TARGET Eigen3::Eigen)
+  message(FATAL_ERROR "headers for job policies: Eigen/Core; install libeigen3-dev")
+endif()

@@ -1,0 +1,26 @@
+# The extension module walker_sim._core.
+# What image_transport depends on may have found a Python without its headers.
+unset(Python_FOUND)
+unset(Python3_FOUND)
+find_package(pybind11 REQUIRED)
+include(src/python/sources.cmake)
+add_library(walker_sim_python MODULE ${python_sources})
+pybind11_extension(walker_sim_python)
+set_target_properties(walker_sim_python PROPERTIES OUTPUT_NAME _core CXX_VISIBILITY_PRESET hidden
+  VISIBILITY_INLINES_HIDDEN ON)
+target_link_libraries(walker_sim_python PRIVATE pybind11::module walker_sim_core_objects
+  Threads::Threads ${CMAKE_DL_LIBS} "-Wl,--exclude-libs,ALL")
+# Beside the messages in the devel space. Without ROS: in a folder that the files in src/python
+# take for a part of their package where it is on the path too.
+if(WALKER_SIM_ROS)
+  set(python_package ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_PYTHON_DESTINATION})
+  file(RELATIVE_PATH way_to_libraries
+    /${CATKIN_PACKAGE_PYTHON_DESTINATION} /${CATKIN_PACKAGE_LIB_DESTINATION})
+  set(python_rpath "$ORIGIN/${way_to_libraries}")
+else()
+  set(python_package ${CMAKE_CURRENT_BINARY_DIR}/python/walker_sim)
+  file(WRITE ${python_package}/__init__.py "")
+  set(python_rpath "$ORIGIN")
+endif()
+set_target_properties(walker_sim_python PROPERTIES
+  LIBRARY_OUTPUT_DIRECTORY ${python_package} INSTALL_RPATH "${python_rpath}")

@@ -1,0 +1,1 @@
+walker_sim_sources(core_sources client messages service_connection)

@@ -1,0 +1,1 @@
+walker_sim_sources(server_sources link_tree planar_shapes urdf)

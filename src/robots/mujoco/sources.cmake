@@ -1,0 +1,11 @@
+walker_sim_sources(core_sources
+  camera compile_apart healthy_robot healthy_robot_registration layout library_physics links mjcf_size model
+  observation_builder offscreen_context physics planar_base planar_robot processor renderer scratch sense
+  specification)
+list(APPEND core_sources ${CMAKE_CURRENT_BINARY_DIR}/builtin_models.cpp)
+set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/specification.cpp PROPERTIES
+  COMPILE_DEFINITIONS "WALKER_SIM_MUJOCO_ORIGIN=\" (${mujoco_origin})\"")
+if(mujoco_dir) # MuJoCo's own releases; distributions compile for every processor
+  set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/processor.cpp PROPERTIES
+    COMPILE_DEFINITIONS WALKER_SIM_MUJOCO_NEEDS_AVX)
+endif()

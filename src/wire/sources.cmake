@@ -1,0 +1,1 @@
+walker_sim_sources(wire_sources master socket tcpros xml_rpc)
