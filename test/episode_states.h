@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bits.h"
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 
 namespace walker {
 

@@ -1,4 +1,4 @@
-// An environment whose episodes are recorded and restored, as a server has it.
+// An environment whose episodes are recorded and restored, as in a server.
 #pragma once
 
 #include <chrono>
@@ -8,22 +8,28 @@
 #include <optional>
 #include <vector>
 
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 
 namespace walker {
 
-/// A recorder, and a scratch environment in which records are repeated.
+/// An episode, and a scratch one in which records are repeated.
 class Restorable {
  public:
   Restorable(const std::function<std::unique_ptr<Environment>()>& make, std::uint64_t first_seed)
-      : recorder_(make(), {0, first_seed}), scratch_(make()) {}
+      : environment_(make()), scratch_environment_(make()) {
+    EpisodeOptions options;
+    options.records_actions = true;
+    scratch_.configure(options);
+    options.first_seed = first_seed;
+    episode_.configure(options);
+  }
 
-  void reset(std::optional<std::uint64_t> seed) { recorder_.reset(seed); }
-  void step(const std::vector<double>& action) { recorder_.step(action); }
-  const Specification& specification() const { return recorder_.specification(); }
-  const EpisodeState& state() const { return recorder_.state(); }
-  const Sensors& sensors() { return recorder_.sensors(); }
-  EpisodeRecord record() const { return recorder_.record(); }
+  void reset(std::optional<std::uint64_t> seed) { episode_.reset(seed); }
+  void step(const std::vector<double>& action) { episode_.step(action); }
+  const Specification& specification() const { return episode_.specification(); }
+  const EpisodeState& state() const { return episode_.state(); }
+  const Sensors& sensors() { return episode_.sensors(); }
+  EpisodeRecord record() const { return episode_.record(); }
 
   void begin_restore(const EpisodeRecord& record) {
     record_ = record;
@@ -32,7 +38,7 @@ class Restorable {
   bool go_on_restoring(std::chrono::steady_clock::time_point until) {
     return scratch_.repeat(record_, until);
   }
-  void finish_restore() { recorder_.take_over(scratch_); }
+  void finish_restore() { episode_.take_over(scratch_); }
 
   void restore(const EpisodeRecord& record) {
     begin_restore(record);
@@ -41,8 +47,10 @@ class Restorable {
   }
 
  private:
-  EpisodeRecorder recorder_;
-  EpisodeRecorder scratch_;
+  std::unique_ptr<Environment> environment_;
+  std::unique_ptr<Environment> scratch_environment_;
+  Episode& episode_ = episode_of(*environment_);
+  Episode& scratch_ = episode_of(*scratch_environment_);
   EpisodeRecord record_;
 };
 

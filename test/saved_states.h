@@ -16,12 +16,12 @@ using State = std::vector<std::byte>;
 
 inline State save(const Stepper& walker) {
   State state;
-  walker.environment->save_state(walker.result, state);
+  walker.environment->save_state(state);
   return state;
 }
 
 inline Progress load(Stepper& walker, const State& state) {
-  return walker.environment->load_state(state.data(), state.size(), &walker.result);
+  return walker.environment->load_state(state.data(), state.size(), walker.result);
 }
 
 /// All that sensors and scene tell.

@@ -15,6 +15,8 @@
 
 namespace walker {
 
+class Robot;
+
 /// How an environment type enters the registry: its folder fills this, registry.cpp lists it.
 struct Registration {
   std::string id;
@@ -25,8 +27,8 @@ struct Registration {
   /// Reward of a step that ends an episode in a failure; one that ends with another has arrived.
   /// None: every end but the time limit's is of one kind.
   std::optional<double> failure_reward;
-  /// Builds an environment from its complete parameters.
-  std::function<std::unique_ptr<Environment>(const std::string& id, const Parameters&)> create;
+  /// Builds a robot from its complete parameters (src/robots/robot.h).
+  std::function<std::unique_ptr<Robot>(const std::string& id, const Parameters&)> create;
   /// Builds what makes that environment's observation out of sensors' measurements.
   std::function<std::unique_ptr<ObservationBuilder>(const std::string& id, const Parameters&)>
       create_observation_builder;
@@ -52,8 +54,8 @@ WALKER_SIM_EXPORT const Registration& find_registration(const std::string& id);
 /// Parameters that `make` takes for this id, `max_episode_steps` included.
 WALKER_SIM_EXPORT std::vector<ParameterDescription> parameter_descriptions(const std::string& id);
 
-/// Creates an environment with the rules of an episode around it: the time limit, refused steps
-/// outside an episode, checked actions.
+/// Creates an environment. It keeps the time limit, and refuses steps outside an episode and
+/// malformed actions.
 /// @throws std::invalid_argument for an unknown id or parameter or a value out of range
 WALKER_SIM_EXPORT std::unique_ptr<Environment> make(const std::string& id,
                                                     const Parameters& given = {});

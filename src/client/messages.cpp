@@ -124,12 +124,12 @@ std::size_t batch_bytes(const ServerSpecification& server) {
 }
 
 std::size_t record_bytes(const ServerSpecification& server) {
-  return std::size_t{kMostRecordedSteps} * server.action_size * sizeof(double) +
+  return std::size_t{kMaxRecordedSteps} * server.action_size * sizeof(double) +
          kMostSpecificationBytes + kOtherBytes;
 }
 
 std::size_t needed_bytes(ServiceIndex service, const ServerSpecification& server) {
-  constexpr std::size_t kPictureBytes = std::size_t{kMostPixels} * kMostPixels * sizeof(float);
+  constexpr std::size_t kPictureBytes = std::size_t{kMaxPixels} * kMaxPixels * sizeof(float);
   switch (service) {
     case kGetSpec:
       return kMostSpecificationBytes;
@@ -163,9 +163,9 @@ void read(Reader& reader, ServerSpecification& told) {
               told.joint_names, told.info_names, told.mode, told.autoreset_mode, told.engine,
               told.engine_version, told.engine_path, told.version);
   reader.finish();
-  if (told.num_envs < 1 || told.num_envs > kMostEnvironments) {
+  if (told.num_envs < 1 || told.num_envs > kMaxEnvironments) {
     fail("num_envs is " + std::to_string(told.num_envs) + "; must be in [1, " +
-         std::to_string(kMostEnvironments) + "]");
+         std::to_string(kMaxEnvironments) + "]");
   }
   check_size("parameter_values", told.parameter_values.size(), told.parameter_names.size());
   check_size("observation_low", told.observation_low.size(), told.observation_size);

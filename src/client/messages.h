@@ -110,9 +110,9 @@ class Reader {
     std::uint32_t size = 0;
     take(size);
     require(size, tcpros::kLengthBytes);  // before memory for it is asked for
-    if (size > kMostTexts) {
+    if (size > kMaxTexts) {
       throw std::runtime_error("its answer's array has " + std::to_string(size) +
-                               " texts; must have at most " + std::to_string(kMostTexts));
+                               " texts; must have at most " + std::to_string(kMaxTexts));
     }
     values.resize(size);
     for (std::string& value : values) take(value);

@@ -5,7 +5,10 @@
 #include <stdexcept>
 
 #include "base/engine_release.h"
+#include "base/limits.h"
 #include "base/random.h"
+#include "episode/episode.h"
+#include "episode/failure.h"
 
 namespace walker {
 namespace {
@@ -77,6 +80,68 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
                                 std::to_string(record.num_steps) + " steps of " +
                                 std::to_string(specification.action_size()));
   }
+}
+
+EpisodeRecord Episode::record() const {
+  if (!state_.has_begun()) throw std::logic_error("there is no episode yet; reset first");
+  if (state_.failed_at_reset()) {
+    throw std::logic_error(std::string("there is no episode: ") + kResetFailed + "; reset first");
+  }
+  if (was_loaded_) {
+    throw std::logic_error(
+        "the episode goes on from a saved state; how it came there is not known");
+  }
+  if (state_.step > kMaxRecordedSteps) {
+    throw std::logic_error("the episode has " + std::to_string(state_.step) +
+                           " steps; the record was given up after " +
+                           std::to_string(kMaxRecordedSteps));
+  }
+  EpisodeRecord record = describe_origin(specification());
+  record.seed = state_.seed;
+  record.generator_state = state_.generator_state;
+  record.num_steps = state_.step;
+  record.actions = actions_;
+  record.episode_return = state_.episode_return;
+  check_repeatable(record, specification());
+  return record;
+}
+
+void Episode::begin(const EpisodeRecord& record) {
+  check_repeatable(record, specification());
+  if (record.num_steps > kMaxRecordedSteps) {
+    throw std::invalid_argument("the record has " + std::to_string(record.num_steps) +
+                                " steps; must have at most " + std::to_string(kMaxRecordedSteps));
+  }
+  begin(record.generator_state, record.seed);
+  if (state_.failed_at_reset()) {
+    throw std::invalid_argument("the reset of the record: " + state_.error);
+  }
+}
+
+bool Episode::repeat(const std::vector<double>& actions,
+                     std::chrono::steady_clock::time_point until) {
+  const std::size_t size = specification().action_size();
+  const std::size_t num_steps = actions.size() / size;
+  while (state_.step < num_steps) {
+    try {
+      step(&actions[state_.step * size], size);
+    } catch (const std::exception& error) {
+      throw std::invalid_argument("step " + std::to_string(state_.step + 1) +
+                                  " of the record: " + error.what());
+    }
+    if (std::chrono::steady_clock::now() >= until) break;
+  }
+  return state_.step >= num_steps;
+}
+
+bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until) {
+  if (!repeat(record.actions, until)) return false;
+  if (state_.episode_return != record.episode_return) {
+    throw std::invalid_argument("episode_return = " + to_string(record.episode_return) +
+                                " in the record; repeated here it is " +
+                                to_string(state_.episode_return));
+  }
+  return true;
 }
 
 }  // namespace walker

@@ -1,23 +1,26 @@
 #include "walker_sim/pool.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "base/checks.h"
+#include "base/interruption.h"
+#include "base/limits.h"
 #include "episode/parking.h"
-#include "episode/pool_members.h"
+#include "episode/failure.h"
+#include "episode/pool_slot.h"
 #include "episode/thread_pool.h"
 
 namespace walker {
 namespace {
 
-static_assert(Environment::kLargestGroup <= ThreadPool::kLargestGroup);
+constexpr std::size_t kMaxThreads = 1024;
 
-constexpr std::size_t kMostEnvironments = 1U << 20U;
-constexpr std::size_t kMostThreads = 1024;
+std::string name_of(std::size_t index) { return "environment " + std::to_string(index) + ": "; }
 
 void check_range(const char* name, std::size_t value, std::size_t lowest, std::size_t highest) {
   if (value < lowest || value > highest) {
@@ -28,19 +31,19 @@ void check_range(const char* name, std::size_t value, std::size_t lowest, std::s
 }
 
 PoolOptions complete(PoolOptions options) {
-  check_range("num_envs", options.num_envs, 1, kMostEnvironments);
-  check_range("num_threads", options.num_threads, 0, kMostThreads);
+  check_range("num_envs", options.num_envs, 1, kMaxPoolSize);
+  check_range("num_threads", options.num_threads, 0, kMaxThreads);
   check_range("batch_size", options.batch_size, 0, options.num_envs);
   if (options.num_threads == 0) {
-    options.num_threads = std::min({num_processors(), kMostThreads, options.num_envs});
+    options.num_threads = std::min({num_processors(), kMaxThreads, options.num_envs});
   }
   if (options.batch_size == 0) options.batch_size = options.num_envs;
   return options;
 }
 
-/// One for each thread: in smaller ones, worlds that are stepped together have less in common,
-/// which costs more than the end of a step, where a thread that is done waits for another's group.
-std::size_t largest_group(const PoolOptions& options) {
+/// One group per thread: worlds of smaller groups have less in common, which costs more than a thread
+/// that has finished waiting for another's group.
+std::size_t max_group(const PoolOptions& options) {
   return (options.batch_size + options.num_threads - 1) / options.num_threads;
 }
 
@@ -80,27 +83,67 @@ struct Pool::Implementation {
   Implementation(const std::function<std::unique_ptr<Environment>()>& make,
                  const PoolOptions& given)
       : options(complete(given)),
-        members(make, options.num_envs, options.autoreset_mode),
+        slots(make_slots(make, options)),
         is_under_way(options.num_envs),
         last_list(options.num_envs),
         all(options.num_envs),
         arrived(options.num_envs),
-        group_size(std::min(members.group_size(), largest_group(options))),
+        group_size(std::min(slots[0].episode().group_size(), max_group(options))),
         threads(options.num_envs, options.num_threads, group_size,
                 [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
     std::iota(all.begin(), all.end(), 0U);
   }
 
+  static std::vector<PoolSlot> make_slots(
+      const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options) {
+    std::vector<PoolSlot> slots;
+    slots.reserve(options.num_envs);
+    for (std::uint32_t i = 0; i < options.num_envs; ++i) {
+      check_interruption();
+      slots.emplace_back(make(), i, options.autoreset_mode);
+      const Episode& episode = slots[i].episode();
+      const Episode& first = slots[0].episode();
+      if (!episode.is_like(first)) {
+        throw std::invalid_argument(name_of(i) + episode.specification().id +
+                                    "; must be as the first one, " + first.specification().id +
+                                    " with the same parameters");
+      }
+    }
+    return slots;
+  }
+
+  const Specification& specification() const { return slots[0].episode().specification(); }
+
   void work(const std::uint32_t* indices, std::size_t count) {
     if (task.is_reset) {
       std::for_each(indices, indices + count,
-                    [this](std::uint32_t i) { members.reset(i, task.seeds[i]); });
+                    [this](std::uint32_t i) { slots[i].reset(task.seeds[i]); });
     } else {
-      members.step(indices, count, task.actions);
+      step(indices, count);
     }
     if (!task.batch) return;
     std::for_each(indices, indices + count,
-                  [this](std::uint32_t i) { members.write(i, *task.batch, i); });
+                  [this](std::uint32_t i) { slots[i].write(*task.batch, i); });
+  }
+
+  /// Steps environments together, or resets those whose reset is due.
+  void step(const std::uint32_t* indices, std::size_t count) {
+    std::array<Episode::GroupStep, kMaxGroupSize> steps;
+    std::array<PoolSlot*, kMaxGroupSize> stepped;
+    std::size_t num_steps = 0;
+    const std::size_t action_size = specification().action_size();
+    for (std::size_t i = 0; i < count; ++i) {
+      PoolSlot& slot = slots[indices[i]];
+      if (slot.is_reset_by_step()) {
+        slot.reset(std::nullopt);
+        continue;
+      }
+      slot.begin_step();
+      steps[num_steps] = {&slot.episode(), task.actions + indices[i] * action_size};
+      stepped[num_steps++] = &slot;
+    }
+    Episode::step_group(steps.data(), num_steps);
+    for (std::size_t i = 0; i < num_steps; ++i) stepped[i]->finish_step();
   }
 
   std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
@@ -115,13 +158,13 @@ struct Pool::Implementation {
 
   void begin_sending() {
     if (num_under_way != 0) return;  // the threads are reading the task
-    sent_actions.resize(options.num_envs * members.specification().action_size());
+    sent_actions.resize(options.num_envs * specification().action_size());
     task = {};
     task.actions = sent_actions.data();
   }
 
   void take_actions(const double* actions, const std::uint32_t* environments, std::size_t count) {
-    const std::size_t size = members.specification().action_size();
+    const std::size_t size = specification().action_size();
     for (std::size_t i = 0; i < count; ++i) {
       std::copy_n(actions + i * size, size, &sent_actions[environments[i] * size]);
     }
@@ -137,50 +180,63 @@ struct Pool::Implementation {
     threads.start(num_groups(count));
   }
 
-  void need_none_under_way(const char* call) const {
+  void require_none_under_way(const char* call) const {
     if (num_under_way == 0) return;
     throw std::logic_error(std::string(call) + ": " + std::to_string(num_under_way) +
                            " environments are under way; receive them first");
   }
 
-  void need_at_rest(std::size_t index) const {
+  void require_at_rest(std::size_t index) const {
     if (index >= options.num_envs) {
-      throw std::invalid_argument("environment " + std::to_string(index) + ": must be in [0, " +
+      throw std::invalid_argument(name_of(index) + "must be in [0, " +
                                   std::to_string(options.num_envs - 1) + "]");
     }
     if (is_under_way[index] != 0) {
-      throw std::logic_error("environment " + std::to_string(index) +
-                             ": is under way; receive it first");
+      throw std::logic_error(name_of(index) + "is under way; receive it first");
     }
   }
 
-  /// The members, when this one is not under way.
-  const PoolMembers& member_at_rest(std::size_t index) const {
-    need_at_rest(index);
-    return members;
+  const PoolSlot& slot_at_rest(std::size_t index) const {
+    require_at_rest(index);
+    return slots[index];
   }
 
   void check_list(const std::uint32_t* environments, std::size_t count) {
     ++num_lists;
     for (const std::uint32_t* index = environments; index != environments + count; ++index) {
-      need_at_rest(*index);
+      require_at_rest(*index);
       if (std::exchange(last_list[*index], num_lists) == num_lists) {
-        throw std::invalid_argument("environment " + std::to_string(*index) + ": listed twice");
+        throw std::invalid_argument(name_of(*index) + "listed twice");
       }
     }
   }
 
-  void check_steps(const double* actions, const std::uint32_t* environments,
-                   std::size_t count) const {
-    const std::size_t size = members.specification().action_size();
+  void check_steps(const double* actions, const std::uint32_t* environments, std::size_t count) {
+    const std::size_t size = specification().action_size();
+    // Once every episode has begun, only `disabled` refuses steps. Not looking saves loading what
+    // other threads' processors have in their caches.
+    const bool is_looked_at = !all_have_begun || options.autoreset_mode == AutoresetMode::disabled;
     for (std::size_t i = 0; i < count; ++i) {
-      check_action_of(environments[i], members.specification(), actions + i * size);
-      members.need_episode(environments[i]);
+      check_action_of(environments[i], specification(), actions + i * size);
+      if (is_looked_at) require_episode(environments[i]);
     }
+    all_have_begun = all_have_begun || count == slots.size();
+  }
+
+  /// @throws ResetNeeded naming the environment if a step neither steps nor resets it
+  void require_episode(std::size_t index) const {
+    const Episode& episode = slots[index].episode();
+    const EpisodeState& state = episode.state();
+    const bool has_autoreset = options.autoreset_mode != AutoresetMode::disabled;
+    if (state.has_begun() && (has_autoreset || !state.has_ended())) return;
+    throw ResetNeeded(name_of(index) +
+                      (state.failed_at_reset() ? kResetFailed : episode.step_refusal()) +
+                      "; reset first");
   }
 
   PoolOptions options;
-  PoolMembers members;
+  std::vector<PoolSlot> slots;
+  bool all_have_begun = false;
   Task task;
   std::size_t num_under_way = 0;
   std::vector<std::uint8_t> is_under_way;
@@ -200,7 +256,7 @@ Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const Pool
 Pool::~Pool() = default;
 
 const Specification& Pool::specification() const {
-  return implementation_->members.specification();
+  return implementation_->specification();
 }
 
 const PoolOptions& Pool::options() const { return implementation_->options; }
@@ -208,7 +264,7 @@ const PoolOptions& Pool::options() const { return implementation_->options; }
 void Pool::reset(const std::vector<std::uint32_t>& environments,
                  const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch) {
   Implementation& pool = *implementation_;
-  pool.need_none_under_way("reset");
+  pool.require_none_under_way("reset");
   const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
   pool.check_list(listed.data(), listed.size());
   if (!seeds.empty() && seeds.size() != listed.size()) {
@@ -226,7 +282,7 @@ void Pool::reset(const std::vector<std::uint32_t>& environments,
 
 void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
   Implementation& pool = *implementation_;
-  pool.need_none_under_way("step");
+  pool.require_none_under_way("step");
   check_actions_size(specification(), size, pool.options.num_envs);
   pool.check_steps(actions, pool.all.data(), pool.all.size());
   Implementation::Task task;
@@ -238,7 +294,7 @@ void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
 void Pool::step(const double* actions, const std::uint32_t* environments, std::size_t count,
                 const Batch& batch) {
   Implementation& pool = *implementation_;
-  pool.need_none_under_way("step");
+  pool.require_none_under_way("step");
   if (count == 0) throw std::invalid_argument("step: no environment is listed");
   pool.check_list(environments, count);
   pool.check_steps(actions, environments, count);
@@ -246,7 +302,7 @@ void Pool::step(const double* actions, const std::uint32_t* environments, std::s
   pool.take_actions(actions, environments, count);
   pool.run(pool.task, environments, count);
   for (std::size_t row = 0; row < count; ++row) {
-    pool.members.write(environments[row], batch, row);
+    pool.slots[environments[row]].write(batch, row);
   }
 }
 
@@ -267,7 +323,7 @@ void Pool::send_resets(const std::vector<std::uint32_t>& environments) {
   pool.check_list(listed.data(), listed.size());
   pool.begin_sending();
   for (const std::uint32_t index : listed) {
-    pool.members.request_reset(index);
+    pool.slots[index].request_reset();
     pool.put_under_way(index);
   }
   pool.start_sent(listed.size());
@@ -284,43 +340,57 @@ void Pool::recv(const Batch& batch, std::uint32_t* environments) {
   pool.threads.collect(size, environments);
   for (std::size_t row = 0; row < size; ++row) {
     pool.is_under_way[environments[row]] = 0;
-    pool.members.write(environments[row], batch, row);
+    pool.slots[environments[row]].write(batch, row);
   }
   pool.num_under_way -= size;
 }
 
 void Pool::save_state(std::size_t index, std::vector<std::byte>& state) const {
-  implementation_->member_at_rest(index).save_state(index, state);
+  implementation_->slot_at_rest(index).episode().save_state(state);
 }
 
 void Pool::load_states(const std::vector<std::uint32_t>& environments,
                        const std::vector<std::vector<std::byte>>& states, const Batch& batch) {
   Implementation& pool = *implementation_;
-  pool.need_none_under_way("load_states");
+  pool.require_none_under_way("load_states");
   const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
   pool.check_list(listed.data(), listed.size());
   if (states.size() != listed.size()) {
     throw std::invalid_argument(std::to_string(states.size()) + " states; must be " +
                                 std::to_string(listed.size()) + " as the environments");
   }
-  pool.members.load_states(listed, states);
-  for (const std::uint32_t index : listed) pool.members.write(index, batch, index);
+  std::vector<std::function<void()>> loads(states.size());
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    try {
+      loads[i] = pool.slots[listed[i]].episode().read_state(states[i].data(), states[i].size());
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(name_of(listed[i]) + error.what());
+    }
+  }
+  pool.all_have_begun = false;
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    loads[i]();
+    pool.slots[listed[i]].forget_final();
+    pool.slots[listed[i]].write(batch, listed[i]);
+  }
 }
 
 Environment& Pool::environment(std::size_t index) {
-  return implementation_->member_at_rest(index).environment(index);
+  return implementation_->slot_at_rest(index).episode();
 }
 
 const char* Pool::error(std::size_t index) const {
-  return implementation_->member_at_rest(index).error(index);
+  const EpisodeState& outcome = implementation_->slot_at_rest(index).outcome();
+  return outcome.failed_at_reset() ? "" : outcome.error.c_str();
 }
 
 const char* Pool::reset_error(std::size_t index) const {
-  return implementation_->member_at_rest(index).reset_error(index);
+  const EpisodeState& state = implementation_->slot_at_rest(index).episode().state();
+  return state.failed_at_reset() ? state.error.c_str() : "";
 }
 
 const char* Pool::end_reason(std::size_t index) const {
-  return implementation_->member_at_rest(index).end_reason(index);
+  return implementation_->slot_at_rest(index).outcome().bare_end_reason();
 }
 
 }  // namespace walker

@@ -1,3 +1,3 @@
 walker_sim_sources(core_sources
-  environment episode_record episode_recorder episode_rules failure parking pool pool_members
-  renderer state_header thread_pool)
+  episode episode_record failure make parking pool pool_slot renderer saved_state state_header
+  thread_pool)

@@ -13,7 +13,7 @@
 namespace walker {
 
 /// Another one where the order or the meaning of any field changes.
-constexpr std::uint32_t kStateFormat = 1;
+constexpr std::uint32_t kStateFormat = 2;
 
 /// FNV-1a over words of eight bytes, the last one filled up with zeros. Every step can be undone,
 /// so that no change within a word is missed.

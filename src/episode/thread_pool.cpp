@@ -82,7 +82,7 @@ void ThreadPool::run(std::size_t thread) {
 }
 
 bool ThreadPool::work_once(std::size_t thread) {
-  std::array<std::uint32_t, kLargestGroup> items;
+  std::array<std::uint32_t, kMaxGroupSize> items;
   for (std::size_t i = 0; i < queues_.size(); ++i) {
     WorkQueue& queue = queues_[(thread + i) % queues_.size()];
     const std::size_t count = queue.take(items.data(), group_size_);

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/limits.h"
 #include "episode/parking.h"
 #include "episode/work_queue.h"
 
@@ -22,14 +23,12 @@ namespace walker {
 /// (parking.h).
 class ThreadPool {
  public:
-  static constexpr std::size_t kLargestGroup = 64;
-
   /// Works on some items; must not throw. What it writes, whoever collects the items sees.
   using Work = std::function<void(const std::uint32_t* items, std::size_t count)>;
 
   /// @param num_items   0 .. num_items - 1
   /// @param num_threads at least 1, the caller's among them
-  /// @param group_size  most items that `work` gets at once, 1 .. kLargestGroup
+  /// @param group_size  most items that `work` gets at once, 1 .. kMaxGroupSize
   ThreadPool(std::size_t num_items, std::size_t num_threads, std::size_t group_size, Work work);
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;

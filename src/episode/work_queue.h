@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace walker {
+#include "base/limits.h"
 
-constexpr std::size_t kCacheLine = 64;  ///< what different threads write shares none [bytes]
+namespace walker {
 
 /// A ring. The producer never puts more items than `capacity` before some are taken.
 class WorkQueue {

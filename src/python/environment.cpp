@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "base/engine_release.h"
-#include "episode/episode_recorder.h"
+#include "base/limits.h"
+#include "episode/episode.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -45,11 +46,13 @@ bool have_equal_bits(const std::vector<double>& a, const std::vector<double>& b)
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
 }
 
-/// Keeps the actions where these are the only way to copy and store an episode.
-EpisodeRecorder make_recorder(std::unique_ptr<Environment> environment) {
-  RecorderOptions options;
-  options.keeps_actions = !environment->can_save_state();
-  return EpisodeRecorder(std::move(environment), options);
+/// Records actions if these are the only way to copy and store an episode.
+std::unique_ptr<Episode> make_recorded(const std::string& id, const Parameters& parameters) {
+  std::unique_ptr<Episode> episode = make_episode(id, parameters);
+  EpisodeOptions options;
+  options.records_actions = !episode->can_save_state();
+  episode->configure(options);
+  return episode;
 }
 
 /// An environment that can be copied and stored. One thread at a time is let in; the others wait
@@ -60,33 +63,33 @@ class RecordedEnvironment {
   RecordedEnvironment(std::string id, const py::dict& parameters)
       : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
-        recorder_(make_recorder(make(id_, parameters_))) {}
+        episode_(make_recorded(id_, parameters_)) {}
 
-  py::dict specification() const { return to_dict(recorder_.specification()); }
+  py::dict specification() const { return to_dict(episode_->specification()); }
 
   /// Begins an episode from a generator's state.
   /// @return the generator's state afterwards
   GeneratorState reset(const GeneratorState& generator_state, py::handle observation,
                        py::handle info) {
-    const EpisodeState& state = recorder_.state();
+    const EpisodeState& state = episode_->state();
     Output observations(observation, "observation", state.observation.size());
     Output infos(info, "info", state.info.size());
     const Unlocked unlocked(mutex_);
     begin(generator_state);
     observations.take(state.observation.data());
     infos.take(state.info.data());
-    return recorder_.generator_state();
+    return episode_->generator_state();
   }
 
   /// @return reward, terminated, truncated, and the engine's error or an empty text
   std::tuple<double, bool, bool, std::string> step(py::handle action, py::handle observation,
                                                    py::handle info) {
-    const EpisodeState& state = recorder_.state();
+    const EpisodeState& state = episode_->state();
     const Input actions(action, "action");
     Output observations(observation, "observation", state.observation.size());
     Output infos(info, "info", state.info.size());
     const Unlocked unlocked(mutex_);
-    recorder_.step(actions.data(), actions.size());
+    episode_->step(actions.data(), actions.size());
     observations.take(state.observation.data());
     infos.take(state.info.data());
     return {state.reward, state.terminated, state.truncated, state.error};
@@ -97,7 +100,7 @@ class RecordedEnvironment {
   StateCapture capture() {
     StateCapture captured;
     const Unlocked unlocked(mutex_);
-    recorder_.capture(captured);
+    episode_->capture(captured);
     return captured;
   }
 
@@ -109,8 +112,8 @@ class RecordedEnvironment {
     std::vector<std::byte> bytes;
     {
       const Unlocked unlocked(mutex_);
-      if (generator_state) recorder_.set_generator_state(*generator_state);
-      if (recorder_.can_save_state()) recorder_.save_state(bytes);
+      if (generator_state) episode_->set_generator_state(*generator_state);
+      if (episode_->can_save_state()) episode_->save_state(bytes);
     }
     return bytes.empty() ? py::object(way_to_state()) : py::object(to_bytes(bytes));
   }
@@ -119,14 +122,14 @@ class RecordedEnvironment {
   /// @return the generator's state; all zero: there is none
   /// @throws ValueError naming what is wrong; then nothing has changed
   GeneratorState set_state(const py::object& state) {
-    if (py::isinstance<py::tuple>(state) && !recorder_.can_save_state()) {
+    if (py::isinstance<py::tuple>(state) && !episode_->can_save_state()) {
       go_the_way(state);
     } else {
       const std::vector<std::byte> bytes = to_state_bytes(state);
       const Unlocked unlocked(mutex_);
-      recorder_.load_state(bytes.data(), bytes.size());
+      episode_->load_state(bytes.data(), bytes.size());
     }
-    return recorder_.generator_state();
+    return episode_->generator_state();
   }
 
   /// As Environment::set_coordinates.
@@ -146,7 +149,7 @@ class RecordedEnvironment {
 
   /// For pickle and copy.
   py::tuple stored() {
-    return py::make_tuple(version(), engine_of(recorder_.specification()), id_, parameters_,
+    return py::make_tuple(version(), engine_of(episode_->specification()), id_, parameters_,
                           get_state(std::nullopt));
   }
 
@@ -156,7 +159,7 @@ class RecordedEnvironment {
     if (stored.size() != kFields) throw py::value_error("this is no stored environment");
     auto environment = std::make_unique<RecordedEnvironment>(stored[2].cast<std::string>(),
                                                              stored[3].cast<py::dict>());
-    const std::string engine = engine_of(environment->recorder_.specification());
+    const std::string engine = engine_of(environment->episode_->specification());
     if (stored[0].cast<std::string>() != version() || stored[1].cast<std::string>() != engine) {
       throw py::value_error("stored by walker_sim " + stored[0].cast<std::string>() + " on " +
                             stored[1].cast<std::string>() + "; this is walker_sim " + version() +
@@ -168,28 +171,29 @@ class RecordedEnvironment {
 
  private:
   py::tuple way_to_state() const {
-    const EpisodeState& state = recorder_.state();
-    const Specification& specification = recorder_.specification();
+    const EpisodeState& state = episode_->state();
+    const Specification& specification = episode_->specification();
     const bool has_begun = state.episode != 0 && !state.failed_at_reset();
     if (has_begun && !specification.episodes_are_independent) {
       throw py::value_error(
           "with reuse_world an episode depends on those before it, so it cannot be copied or "
           "stored; only an environment before its first reset can");
     }
-    if (state.step > EpisodeRecorder::kMostRecordedSteps) {
+    if (state.step > kMaxRecordedSteps) {
       throw py::value_error("an episode of more than " +
-                            std::to_string(EpisodeRecorder::kMostRecordedSteps) +
+                            std::to_string(kMaxRecordedSteps) +
                             " steps cannot be copied or stored");
     }
-    return py::make_tuple(has_begun, state.generator_state, to_bytes(recorder_.actions()),
-                          to_bytes(state.observation), recorder_.generator_state());
+    return py::make_tuple(has_begun, state.generator_state, to_bytes(episode_->actions()),
+                          to_bytes(state.observation), episode_->generator_state());
   }
 
   /// In an environment of its own, whose episode then takes the place of this one's.
   void go_the_way(const py::tuple& way) {
     constexpr std::size_t kFields = 5;
     if (way.size() != kFields) throw py::value_error("this is no state");
-    EpisodeRecorder repeated(make(id_, parameters_));
+    const std::unique_ptr<Episode> scratch = make_recorded(id_, parameters_);
+    Episode& repeated = *scratch;
     bool has_begun = false;
     GeneratorState first_state{};
     std::vector<double> actions;
@@ -217,19 +221,19 @@ class RecordedEnvironment {
     }
     if (generator_state != GeneratorState{}) repeated.set_generator_state(generator_state);
     const Unlocked unlocked(mutex_);
-    recorder_.take_over(repeated);
+    episode_->take_over(repeated);
   }
 
   /// @throws std::runtime_error with the engine's words where it fails
   void begin(const GeneratorState& generator_state) {
-    recorder_.begin(generator_state, std::nullopt);
-    if (recorder_.state().failed_at_reset()) throw std::runtime_error(recorder_.state().error);
+    episode_->begin(generator_state, std::nullopt);
+    if (episode_->state().failed_at_reset()) throw std::runtime_error(episode_->state().error);
   }
 
   std::string id_;
   Parameters parameters_;
   mutable std::mutex mutex_;
-  EpisodeRecorder recorder_;
+  std::unique_ptr<Episode> episode_;
 };
 
 }  // namespace

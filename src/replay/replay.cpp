@@ -88,9 +88,9 @@ std::string compare_versions(const walker_sim::EnvironmentSpec& recorded,
 }  // namespace
 
 Replay::Replay(const walker_sim::EnvironmentSpec& spec)
-    : recorder_(make(spec.id, parameters_of(spec))),
-      other_versions_(compare_versions(spec, recorder_.specification())) {
-  if (recorder_.specification().episodes_are_independent) return;
+    : episode_(make_episode(spec.id, parameters_of(spec))),
+      other_versions_(compare_versions(spec, episode_->specification())) {
+  if (episode_->specification().episodes_are_independent) return;
   throw std::invalid_argument(
       "its episodes depend on those before them (parameter reuse_world), so none can be repeated "
       "alone");
@@ -106,12 +106,12 @@ void Replay::begin(const walker_sim::Episode& beginning, const std::vector<doubl
     return;
   }
   try {
-    recorder_.begin(state, seed);
+    episode_->begin(state, seed);
   } catch (const std::exception& error) {
     difference_ = std::string("at the beginning: ") + error.what();
     return;
   }
-  const std::size_t size = recorder_.specification().action_size();
+  const std::size_t size = episode_->specification().action_size();
   for (std::size_t i = 0; i < actions.size() && difference_.empty(); i += size) {
     const auto first = actions.begin() + static_cast<std::ptrdiff_t>(i);
     step({first, first + static_cast<std::ptrdiff_t>(std::min(size, actions.size() - i))});
@@ -120,10 +120,10 @@ void Replay::begin(const walker_sim::Episode& beginning, const std::vector<doubl
 
 void Replay::step(const std::vector<double>& action) {
   try {
-    recorder_.step(action);
+    episode_->step(action);
   } catch (const std::exception& error) {
     // A refused action, or one after the repeated episode's end.
-    difference_ = "at step " + std::to_string(recorder_.state().step + 1) +
+    difference_ = "at step " + std::to_string(episode_->state().step + 1) +
                   ", which is refused: " + error.what();
   }
 }
@@ -133,7 +133,7 @@ void Replay::compare(const walker_sim::Transition& recorded) {
   if (!is_at_beginning_) step(recorded.action);
   is_at_beginning_ = false;
   if (!difference_.empty()) return;
-  const EpisodeState& repeated = recorder_.state();
+  const EpisodeState& repeated = episode_->state();
   Comparison comparison;
   comparison.compare<std::size_t>("step", recorded.step, repeated.step);
   comparison.compare("error", recorded.error, repeated.error);  // before what follows from it
@@ -142,14 +142,14 @@ void Replay::compare(const walker_sim::Transition& recorded) {
   comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);
   comparison.compare("terminated", recorded.terminated != 0, repeated.terminated);
   comparison.compare("truncated", recorded.truncated != 0, repeated.truncated);
-  comparison.compare("info", recorded.info, repeated.info, recorder_.specification().info_names);
+  comparison.compare("info", recorded.info, repeated.info, episode_->specification().info_names);
   if (comparison.first().empty()) return;
   difference_ = "at step " + std::to_string(recorded.step) + ": " + comparison.first();
 }
 
 void Replay::compare_end(const walker_sim::Episode& recorded) {
   if (!difference_.empty()) return;
-  const EpisodeState& repeated = recorder_.state();
+  const EpisodeState& repeated = episode_->state();
   Comparison comparison;
   comparison.compare<std::size_t>("length", recorded.length, repeated.step);
   comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);

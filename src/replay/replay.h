@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
@@ -41,7 +41,7 @@ class Replay {
  private:
   void step(const std::vector<double>& action);
 
-  EpisodeRecorder recorder_;
+  std::unique_ptr<Episode> episode_;
   std::string other_versions_;
   std::string difference_;
   bool is_at_beginning_ = false;

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "robots/bipedal_walker/registration.h"
-#include "episode/episode_rules.h"
 #include "base/parameter_text.h"
 #include "robots/hopper/registration.h"
 #include "robots/walker2d/registration.h"
@@ -47,11 +46,6 @@ std::vector<ParameterDescription> parameter_descriptions(const std::string& id) 
                           "steps", "Step on which the time limit truncates an episode; 0: never.",
                           0, std::numeric_limits<std::uint32_t>::max()});
   return descriptions;
-}
-
-std::unique_ptr<Environment> make(const std::string& id, const Parameters& given) {
-  const Parameters complete = complete_parameters(parameter_descriptions(id), given);
-  return std::make_unique<EpisodeRules>(find_registration(id).create(id, complete));
 }
 
 std::unique_ptr<ObservationBuilder> make_observation_builder(const std::string& id,

@@ -1,4 +1,4 @@
-walker_sim_sources(core_sources agent registry)
+walker_sim_sources(core_sources agent registry robot)
 # The version goes to the file that returns it: the others are compiled alike for all engines, with ROS and
 # without, so that a compiler cache serves every build.
 set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/registry.cpp PROPERTIES

@@ -35,9 +35,9 @@ class CheckedStream : public ros::serialization::Stream {
     constexpr std::size_t kLeastBytes = is_simple ? sizeof(Element) : sizeof(count);
     if (count > getLength() / kLeastBytes) ros::serialization::throwStreamOverrun();
     // In memory a text has eight times the bytes of an empty one's length.
-    if (!is_simple && count > kMostTexts) {
+    if (!is_simple && count > kMaxTexts) {
       throw std::runtime_error("an array has " + std::to_string(count) + " elements; at most " +
-                               std::to_string(kMostTexts) + " texts or messages are taken");
+                               std::to_string(kMaxTexts) + " texts or messages are taken");
     }
     ros::serialization::deserialize(*this, field);
   }

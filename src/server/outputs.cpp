@@ -11,9 +11,9 @@ constexpr bool kLatched = true;
 
 }  // namespace
 
-Outputs::Outputs(ros::NodeHandle& node, Environments& environments, const ServerOptions& options,
+Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options,
                  const RenderThread::MakeRenderer& make_renderer)
-    : shown_(environments.shown()),
+    : shown_(episode(pool, options.shown_environment)),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),
       recorder_watch_(options.recorder),
@@ -36,7 +36,7 @@ Outputs::Outputs(ros::NodeHandle& node, Environments& environments, const Server
       static_transforms_publisher_(
           node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
       markers_(node, shown_, frames_.odometry),
-      camera_(node, environments, frames_, options, make_renderer) {
+      camera_(node, pool, frames_, options, make_renderer) {
   if (shown_.specification().range_finder.num_rays != 0) {
     scan_.publisher = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
@@ -66,8 +66,6 @@ void Outputs::publish_step(ros::Time stamp) {
 }
 
 void Outputs::publish_state(ros::Time stamp) {
-  stamp_ = stamp;
-  is_converted_ = false;
   const EpisodeState& state = shown_.state();
   if (state.error.empty()) {
     publish_sensors(stamp);
@@ -81,7 +79,7 @@ void Outputs::publish_state(ros::Time stamp) {
     observation_.message.data = state.observation;
     observation_.publish();
   }
-  if (transition_.is_heard()) transition_.publisher.publish(transition());
+  transition_.publish_if_heard(state, frames_, stamp);
 }
 
 void Outputs::publish_sensors(ros::Time stamp) {
@@ -103,16 +101,10 @@ void Outputs::publish_episode(ros::Time stamp) {
   episode_.publish();
 }
 
-const walker_sim::Transition& Outputs::transition() {
-  if (!std::exchange(is_converted_, true))
-    to_message(shown_.state(), frames_, stamp_, transition_.message);
-  return transition_.message;
-}
-
-walker_sim::Transition Outputs::take_transition() {
-  transition();
-  is_converted_ = false;
-  return std::move(transition_.message);
+walker_sim::Transition Outputs::message(const EpisodeState& state, ros::Time stamp) const {
+  walker_sim::Transition message;
+  to_message(state, frames_, stamp, message);
+  return message;
 }
 
 walker_sim::EnvironmentSpec Outputs::spec() const {

@@ -1,4 +1,4 @@
-// What is told of a state: topics, markers, pictures, and the transition that answers a call.
+// What is made of a state: topics, markers, pictures, and the transition that answers a call.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -7,7 +7,7 @@
 #include <std_msgs/Float64MultiArray.h>
 
 #include "server/camera/camera.h"
-#include "server/environments/environments.h"
+#include "server/environments.h"
 #include "server/markers/marker_topics.h"
 #include "server/parameter_reader.h"
 #include "server/topics/converters.h"
@@ -19,8 +19,8 @@ namespace walker {
 /// Publishes the states of the environment that is shown, each topic only where somebody listens.
 class Outputs {
  public:
-  /// @param environments outlive this
-  Outputs(ros::NodeHandle& node, Environments& environments, const ServerOptions& options,
+  /// @param pool outlives this
+  Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options,
           const RenderThread::MakeRenderer& make_renderer);
 
   /// Latched: the specification and the static transforms.
@@ -35,9 +35,7 @@ class Outputs {
   /// The state after a step; at the episode's end also the episode (latched).
   void publish_step(ros::Time stamp);
 
-  /// Of the state that was published last, for a reply: converted once, be it published or not.
-  walker_sim::Transition take_transition();
-
+  walker_sim::Transition message(const EpisodeState& state, ros::Time stamp) const;
   walker_sim::EnvironmentSpec spec() const;
   /// @param record of the present episode
   walker_sim::EpisodeRecord message(EpisodeRecord record, ros::Time stamp) const;
@@ -67,9 +65,8 @@ class Outputs {
   void publish_state(ros::Time stamp);
   void publish_sensors(ros::Time stamp);
   void publish_episode(ros::Time stamp);
-  const walker_sim::Transition& transition();
 
-  EpisodeRecorder& shown_;
+  Episode& shown_;
   ServerOptions options_;
   Frames frames_;
   RecorderWatch recorder_watch_;  // of the topics from which a bag is replayed
@@ -82,8 +79,6 @@ class Outputs {
   Topic<std_msgs::Float64> reward_;
   Topic<std_msgs::Float64MultiArray> observation_;
   Topic<walker_sim::Transition> transition_;
-  bool is_converted_ = false;  // the transition
-  ros::Time stamp_;            // of the state
   Topic<walker_sim::Episode> episode_;
   Topic<tf2_msgs::TFMessage> transforms_;
   ros::Publisher restored_publisher_;

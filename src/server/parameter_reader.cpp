@@ -97,7 +97,7 @@ std::vector<ParameterDescription> server_parameters() {
       {"env", std::string("BipedalWalker-v3"), "", "Id of the environment.", 0, 0},
       {"mode", std::string("free"), "", "Who steps: free (the server) or lockstep (~step).", 0, 0},
       {"num_envs", std::int64_t{1}, "", "Environments in this server; more than one in lock-step.",
-       1, kMostEnvironments},
+       1, kMaxEnvironments},
       {"num_threads", std::int64_t{0}, "",
        "Threads that step several environments; 0: one per processor.", 0, kMostThreads},
       {"autoreset_mode", std::string("next_step"), "",
@@ -105,7 +105,7 @@ std::vector<ParameterDescription> server_parameters() {
        0, 0},
       {"shown_environment", std::int64_t{0}, "",
        "Index of the environment that the topics tell of, below num_envs.", 0,
-       kMostEnvironments - 1},
+       kMaxEnvironments - 1},
       {"seed", std::string(), "",
        "Of the first reset, where that brings none, as decimal text; empty: drawn and reported. "
        "Environment i takes seed + i.",

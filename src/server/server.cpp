@@ -1,5 +1,6 @@
 #include "server/server.h"
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -37,9 +38,11 @@
 namespace walker {
 namespace {
 
+constexpr std::chrono::seconds kRecorderStarts{3};  // one that is started with the server is faster
+
 /// Of the longest episode that is recorded, with the texts of its specification.
 std::size_t most_record_bytes(const Specification& specification) {
-  return kMostRecordedSteps * specification.action_size() * sizeof(double) + kMostRecordTextBytes;
+  return kMaxRecordedSteps * specification.action_size() * sizeof(double) + kMaxRecordTextBytes;
 }
 
 /// Whose callbacks come through `queue`.
@@ -49,11 +52,12 @@ ros::NodeHandle make_node(WakingQueue& queue) {
   return node;
 }
 
-ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Simulation& simulation) {
+ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive,
+                                     Simulation& simulation) {
   return subscribe_checked<std_msgs::Float64MultiArray>(
       node, "effort_command", 1,
-      [&simulation](const auto& message, const auto& agent) {
-        simulation.take_command(message->data, agent);
+      [&drive](const auto& message, const auto& agent) {
+        drive.take_command(message->data, agent);
       },
       [&simulation](const auto& reason) { simulation.refuse_command("effort command: " + reason); },
       ros::TransportHints().tcpNoDelay());
@@ -150,17 +154,17 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
                const MakeRenderer& make_renderer)
     : options_(options),
       node_(make_node(callbacks_)),
-      environments_(options, make_environment),
-      clock_(options.publish_clock ? SimulationClock(node_, environments_.specification().dt)
-                                   : SimulationClock(environments_.specification().dt)),
-      outputs_(node_, environments_, options, make_renderer),
-      simulation_(options, environments_, clock_, outputs_),
+      pool_(make_pool(options, make_environment)),
+      clock_(options.publish_clock ? SimulationClock(node_, pool_.specification().dt)
+                                   : SimulationClock(pool_.specification().dt)),
+      outputs_(node_, pool_, options, make_renderer),
+      simulation_(options, pool_, clock_, outputs_),
       restores_(simulation_, outputs_, make_environment),
-      loop_(options, simulation_, restores_, port_, callbacks_),
-      diagnostics_(node_, options, simulation_, loop_, outputs_),
-      effort_subscriber_(subscribe_to_efforts(node_, simulation_)) {
+      drive_(make_drive(options, simulation_)),
+      diagnostics_(node_, options, simulation_, *drive_, outputs_),
+      effort_subscriber_(subscribe_to_efforts(node_, *drive_, simulation_)) {
   if (options_.recorder.empty()) offer_services();
-  const Specification& specification = environments_.specification();
+  const Specification& specification = pool_.specification();
   ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
                                 << specification.engine << " " << specification.engine_version
                                 << " from " << specification.engine_path << ", mode "
@@ -172,17 +176,42 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
 void Server::run() {
   const bool on_wall_time = !options_.publish_clock && !ros::Time::isSimTime();
   if (on_wall_time) clock_.catch_up(ros::Time::now());
-  // A first time above zero, so that nobody waits for one before the first reset. Who follows has
-  // the time of /clock instead.
-  if (!loop_.follows_clock()) clock_.advance();
+  // A first time above zero, so that nobody waits for one before the first reset.
+  if (!drive_->follows_clock()) clock_.advance();
   outputs_.publish_constants(clock_.now());
   if (!options_.recorder.empty()) {
-    // Without services until then, so that nobody's reset comes too early: a client waits for them.
-    loop_.wait_for(outputs_.recorder_watch());
+    // Without services until then, so that no reset comes too early: clients wait for services.
+    wait_for_recorder();
     if (!ros::ok()) return;
     offer_services();
   }
-  loop_.run();
+  drive_->start();
+  while (ros::ok()) {
+    serve(drive_->until_due(Drive::Clock::now()));
+    if (ros::ok()) drive_->step_if_due();
+  }
+}
+
+void Server::wait_for_recorder() {
+  const RecorderWatch& recorder = outputs_.recorder_watch();
+  std::string complaint = recorder.complaint();
+  ROS_INFO_STREAM("Waiting for the recorder: " << complaint);
+  Drive::Clock::time_point is_late = Drive::Clock::now() + kRecorderStarts;
+  while (ros::ok() && !complaint.empty()) {
+    if (Drive::Clock::now() >= is_late) {
+      ROS_WARN_STREAM("Nothing moves yet: " << complaint);
+      is_late += kRecorderStarts;
+    }
+    serve(Drive::kIdle);
+    complaint = recorder.complaint();
+  }
+}
+
+/// Waits for requests and callbacks, and answers those that have come.
+void Server::serve(Drive::Clock::duration longest) {
+  if (restores_.are_in_flight()) longest = Drive::Clock::duration::zero();
+  if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
+  if (restores_.go_on()) drive_->restart_schedule();
 }
 
 void Server::offer_services() {
@@ -195,20 +224,20 @@ void Server::offer_services() {
 void Server::offer_steps() {
   advertise<walker_sim::Reset>(port_, "reset", [this](const auto& request, auto& response) {
     const std::optional<std::uint64_t> seed = request.seed;
-    loop_.reset(request.has_seed != 0 ? seed : std::nullopt);
-    response.transition = outputs_.take_transition();
+    const EpisodeState& state = drive_->reset(request.has_seed != 0 ? seed : std::nullopt);
+    response.transition = outputs_.message(state, clock_.now());
   });
   advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
-    loop_.refuse_while_it_runs("step");
-    simulation_.step(request.action);
-    simulation_.note_stepping(port_.caller());
-    response.transition = outputs_.take_transition();
+    drive_->require_steps_by_service("step");
+    const EpisodeState& state = simulation_.step(request.action);
+    simulation_.record_stepping(port_.caller());
+    response.transition = outputs_.message(state, clock_.now());
   });
   advertise<walker_sim::StepMany>(port_, "step_many", [this](const auto& request, auto& response) {
-    loop_.refuse_while_it_runs("step_many");
-    simulation_.step_many(request, response);
-    simulation_.note_stepping(port_.caller());
-    response.transition = outputs_.take_transition();
+    drive_->require_steps_by_service("step_many");
+    const EpisodeState& state = simulation_.step_many(request, response);
+    simulation_.record_stepping(port_.caller());
+    response.transition = outputs_.message(state, clock_.now());
   });
   constexpr std::size_t kResetBytes =
       sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(std::uint64_t);
@@ -216,17 +245,17 @@ void Server::offer_steps() {
       port_, "reset_batch",
       [this](const auto& request, auto& response) {
         simulation_.reset_batch(request, response);
-        loop_.restart_schedule();
+        drive_->restart_schedule();
       },
-      environments_.size() * kResetBytes);
+      pool_.options().num_envs * kResetBytes);
   advertise<walker_sim::StepBatch>(
       port_, "step_batch",
       [this](const auto& request, auto& response) {
-        loop_.refuse_while_it_runs("step_batch");
+        drive_->require_steps_by_service("step_batch");
         simulation_.step_batch(request.actions, response);
-        simulation_.note_stepping(port_.caller());
+        simulation_.record_stepping(port_.caller());
       },
-      environments_.size() * environments_.specification().action_size() * sizeof(double));
+      pool_.options().num_envs * pool_.specification().action_size() * sizeof(double));
 }
 
 void Server::offer_records() {
@@ -240,7 +269,7 @@ void Server::offer_records() {
   advertise_pending<walker_sim::Restore>(
       port_, "restore",
       [this](const auto& request, const auto& reply) { restores_.add(request.record, reply); },
-      most_record_bytes(environments_.specification()));
+      most_record_bytes(pool_.specification()));
   advertise_pending<walker_sim::Render>(port_, "render",
                                         [this](const auto& request, const auto& reply) {
                                           outputs_.camera().render(request, clock_.now(), reply);
@@ -250,31 +279,31 @@ void Server::offer_records() {
 void Server::offer_pace() {
   advertise<walker_sim::SetRealTimeFactor>(port_, "set_real_time_factor",
                                            [this](const auto& request, auto& /*response*/) {
-                                             loop_.set_real_time_factor(request.factor);
+                                             drive_->set_real_time_factor(request.factor);
                                            });
-  advertise_trigger(port_, "pause", [this] { return loop_.pause(); });
-  advertise_trigger(port_, "unpause", [this] { return loop_.unpause(); });
+  advertise_trigger(port_, "pause", [this] { return drive_->pause(); });
+  advertise_trigger(port_, "unpause", [this] { return drive_->unpause(); });
 }
 
 void Server::offer_gazebo_services() {
-  const auto reset = [this] { loop_.reset(std::nullopt); };
-  advertise_empty(port_, "pause_physics", [this] { loop_.pause(); });
+  const auto reset = [this] { drive_->reset(std::nullopt); };
+  advertise_empty(port_, "pause_physics", [this] { drive_->pause(); });
   advertise_empty(port_, "unpause_physics", [this] {
-    const std::string outcome = loop_.unpause();
+    const std::string outcome = drive_->unpause();
     // A client that now waits for something to move would wait in vain.
-    if (options_.mode == Mode::lockstep) throw std::logic_error(outcome);
+    if (drive_->stands_still()) throw std::logic_error(outcome);
   });
   advertise_empty(port_, "reset_simulation", reset);
   advertise_empty(port_, "reset_world", reset);
-  const Specification& specification = environments_.specification();
+  const Specification& specification = pool_.specification();
   advertise<gazebo::GetPhysicsProperties>(
       port_, "get_physics_properties", [&](const auto& /*request*/, auto& response) {
-        gazebo::get_physics_properties(specification, loop_, response);
+        gazebo::get_physics_properties(specification, *drive_, response);
       });
   advertise<gazebo::SetPhysicsProperties>(
       port_, "set_physics_properties", [&](const auto& request, auto& response) {
         try {
-          gazebo::set_physics_properties(request, specification, loop_, response);
+          gazebo::set_physics_properties(request, specification, *drive_, response);
         } catch (const std::exception& error) {
           // Gazebo takes what it is given, so clients seldom look at the answer.
           static Throttle throttle;

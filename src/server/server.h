@@ -4,11 +4,11 @@
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 
-#include "server/environments/environments.h"
-#include "server/environments/restores.h"
-#include "server/loop.h"
+#include "server/environments.h"
+#include "server/drive/drive.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
+#include "server/restores.h"
 #include "server/simulation.h"
 #include "server/time/simulation_clock.h"
 #include "server/topics/diagnostics.h"
@@ -17,7 +17,7 @@
 
 namespace walker {
 
-/// Environments on ROS, from their loop to their outputs. Services, callbacks, steps and publishing
+/// Environments on ROS, from their drive to their outputs. Services, callbacks, steps and publishing
 /// all happen in the thread that calls `run`, so that nothing moves while a service answers. Only
 /// pictures are drawn elsewhere.
 class Server {
@@ -35,6 +35,9 @@ class Server {
   void run();
 
  private:
+  void wait_for_recorder();
+  void serve(Drive::Clock::duration longest);
+
   // The private services. What a call throws becomes `status_message`.
   void offer_services();
   void offer_steps();
@@ -47,13 +50,13 @@ class Server {
   ServerOptions options_;
   WakingQueue callbacks_;
   ros::NodeHandle node_;
-  Environments environments_;
+  Pool pool_;
   SimulationClock clock_;
   Outputs outputs_;
   Simulation simulation_;
   Restores restores_;
   ServicePort port_;
-  Loop loop_;
+  std::unique_ptr<Drive> drive_;
   Diagnostics diagnostics_;
   ros::Subscriber effort_subscriber_;
 };

@@ -6,72 +6,58 @@
 
 #include <ros/console.h>
 
-#include "episode/failure.h"
 #include "ros/throttle.h"
 
 namespace walker {
 namespace {
 
-// As many as a topic's queue keeps for who wants each of them (Outputs), and so few that nobody
-// else waits for long.
-constexpr std::uint32_t kMostSteps = 100;
+// As many as the queues of topics keep (Outputs), and so few that no other request waits for long.
+constexpr std::uint32_t kMaxSteps = 100;
 
 }  // namespace
 
-Simulation::Simulation(const ServerOptions& options, Environments& environments,
-                       SimulationClock& clock, Outputs& outputs)
+Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock& clock,
+                       Outputs& outputs)
     : options_(options),
-      environments_(environments),
+      pool_(pool),
+      shown_(episode(pool, options.shown_environment)),
       clock_(clock),
       outputs_(outputs),
-      command_(environments.specification(), options.command_timeout,
+      command_(pool.specification(), options.command_timeout,
                options.real_time_factor == 0),
-      batch_calls_(environments, options_, counters_, episodes_) {}
+      batch_calls_(pool, options_, counters_, episodes_) {}
 
-void Simulation::reset(std::optional<std::uint64_t> seed) {
+const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed) {
   clock_.require();
-  EpisodeRecorder& environment = environments_.only("reset");
-  const bool failed_before = environment.state().failed_at_reset();
+  Episode& environment = single_episode(pool_, "reset");
   environment.reset(seed);
   stepping_agents_.clear();
   ++counters_.resets;
-  if (environment.state().failed_at_reset()) {
-    ++counters_.simulation_errors;
-    if (!failed_before) log_failed_reset();
-  }
-  tell_reset();
+  if (environment.state().failed_at_reset()) ++counters_.simulation_errors;
+  publish_reset();
+  return environment.state();
 }
 
-/// A free-running server goes on by itself. It logs the first of a row of failures; in lock-step
-/// the answer tells, and in either diagnostics do all the time.
-void Simulation::log_failed_reset() const {
-  if (options_.mode == Mode::lockstep) return;
-  ROS_ERROR_STREAM("No episode: " << kResetFailed << ": " << shown().state().error << "; "
-                                  << (options_.auto_reset
-                                          ? "running, it is reset again after a second, and ~reset "
-                                            "begins an episode at once"
-                                          : "~reset begins the next"));
-}
-
-void Simulation::step(const std::vector<double>& action) {
-  make_step(action);
+const EpisodeState& Simulation::step(const std::vector<double>& action) {
+  const EpisodeState& state = make_step(action);
   count_if_clamped(action);
+  return state;
 }
 
-void Simulation::step_many(const walker_sim::StepMany::Request& request,
-                           walker_sim::StepMany::Response& response) {
-  if (request.steps < 1 || request.steps > kMostSteps) {
+const EpisodeState& Simulation::step_many(const walker_sim::StepMany::Request& request,
+                                          walker_sim::StepMany::Response& response) {
+  if (request.steps < 1 || request.steps > kMaxSteps) {
     throw std::invalid_argument("steps = " + std::to_string(request.steps) + "; must be in [1, " +
-                                std::to_string(kMostSteps) + "]");
+                                std::to_string(kMaxSteps) + "]");
   }
   clock_.require(static_cast<int>(request.steps));
-  const EpisodeState& state = environments_.only("step_many").state();
+  const EpisodeState& state = single_episode(pool_, "step_many").state();
   do {
-    make_step(request.action);
-    count_if_clamped(request.action);
+    step(request.action);
     ++response.steps;
     response.total_reward += state.reward;
   } while (response.steps < request.steps && !state.has_ended());
+  return state;
 }
 
 void Simulation::step_by_command() {
@@ -86,9 +72,9 @@ void Simulation::step_by_command() {
   make_step(command_.action());
 }
 
-void Simulation::make_step(const std::vector<double>& action) {
+const EpisodeState& Simulation::make_step(const std::vector<double>& action) {
   clock_.require();
-  EpisodeRecorder& environment = environments_.only("step");
+  Episode& environment = single_episode(pool_, "step");
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   environment.step(action);
   timing_.step_took(StepTiming::Clock::now() - begin);
@@ -96,7 +82,8 @@ void Simulation::make_step(const std::vector<double>& action) {
   const EpisodeState& state = environment.state();
   if (!state.error.empty()) ++counters_.simulation_errors;
   if (state.has_ended()) episodes_.add(state);
-  tell_step();
+  publish_step();
+  return state;
 }
 
 void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
@@ -107,7 +94,7 @@ void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
   batch_calls_.reset(request, response);
   stepping_agents_.clear();
   if (state.episode != episode) {
-    tell_reset();
+    publish_reset();
   } else {
     advance_time();
   }
@@ -121,27 +108,29 @@ void Simulation::step_batch(const std::vector<double>& actions,
   timing_.step_took(StepTiming::Clock::now() - begin);
   const EpisodeState& state = shown().state();
   if (state.step == 0) {
-    tell_reset();
+    publish_reset();
   } else {
-    tell_step();
+    publish_step();
   }
   const std::uint32_t episode = state.episode;
   batch_calls_.reset_ended(response);
-  if (state.episode != episode) tell_reset();
+  if (state.episode != episode) publish_reset();
 }
 
 walker_sim::EpisodeRecord Simulation::snapshot() const {
-  return outputs_.message(environments_.only("snapshot").record(), clock_.now());
+  return outputs_.message(single_episode(pool_, "snapshot").record(), clock_.now());
 }
 
-void Simulation::restore(EpisodeRecorder& repeated) {
+const EpisodeState& Simulation::restore(Episode& repeated) {
   clock_.require();
-  environments_.only("restore").take_over(repeated);
+  Episode& environment = single_episode(pool_, "restore");
+  environment.take_over(repeated);
   ++counters_.resets;
   command_.clear();
   stepping_agents_.clear();
   advance_time();
   outputs_.publish_restored(snapshot(), clock_.now());
+  return environment.state();
 }
 
 void Simulation::advance_time() {
@@ -149,27 +138,23 @@ void Simulation::advance_time() {
   ++counters_.advances;
 }
 
-void Simulation::tell_step() {
+void Simulation::publish_step() {
   advance_time();
   outputs_.publish_step(clock_.now());
 }
 
-/// Of the shown environment. A command was meant for the episode before.
-void Simulation::tell_reset() {
+/// The held command is cleared: it was meant for the episode before.
+void Simulation::publish_reset() {
   command_.clear();
   advance_time();
   outputs_.publish_reset(clock_.now());
 }
 
 void Simulation::take_command(const std::vector<double>& efforts, const std::string& agent) {
-  if (options_.mode == Mode::lockstep) {
-    refuse_command("effort command: in mode lockstep only ~step drives the walker");
-    return;
-  }
   try {
     const bool takes_a_place = command_.state() == EffortCommand::State::held;
     command_.set(efforts, clock_.now().toNSec());
-    if (takes_a_place) note_agent(agent);
+    if (takes_a_place) record_commanding(agent);
     commanding_agent_ = agent;
     count_if_clamped(command_.action());
   } catch (const std::exception& error) {
@@ -177,8 +162,8 @@ void Simulation::take_command(const std::vector<double>& efforts, const std::str
   }
 }
 
-/// Of a command that takes the place of one that is held.
-void Simulation::note_agent(const std::string& agent) {
+/// A command takes the place of one that is held.
+void Simulation::record_commanding(const std::string& agent) {
   if (agent == commanding_agent_) return;
   ++counters_.contested_commands;
   static Throttle throttle;
@@ -188,7 +173,7 @@ void Simulation::note_agent(const std::string& agent) {
                   << counters_.contested_commands << " such commands so far)");
 }
 
-void Simulation::note_stepping(const std::string& agent) {
+void Simulation::record_stepping(const std::string& agent) {
   if (!stepping_agents_.note(agent)) return;
   ++counters_.contested_steps;
   static Throttle throttle;
@@ -206,7 +191,7 @@ void Simulation::refuse_command(const std::string& reason) {
 }
 
 void Simulation::count_if_clamped(const std::vector<double>& action) {
-  if (is_clamped(environments_.specification(), action.data())) ++counters_.clamped_commands;
+  if (is_clamped(pool_.specification(), action.data())) ++counters_.clamped_commands;
 }
 
 }  // namespace walker

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "server/environments/batch_calls.h"
-#include "server/environments/environments.h"
+#include "server/batch_calls.h"
+#include "server/environments.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
 #include "server/stepping_agents.h"
@@ -19,24 +19,23 @@
 
 namespace walker {
 
-/// The environments in their time. Each call moves them, then the clock, and tells what came of it.
+/// The environments in their time. Each call moves them, then the clock, and publishes the outcome.
 class Simulation {
  public:
   /// What it is given but the options outlives it.
-  Simulation(const ServerOptions& options, Environments& environments, SimulationClock& clock,
-             Outputs& outputs);
+  Simulation(const ServerOptions& options, Pool& pool, SimulationClock& clock, Outputs& outputs);
 
-  // Each throws a std::exception that says why not; then nothing has changed. With many
-  // environments those that are for one throw.
+  // Each throws a std::exception with the reason if it cannot be done; then nothing has changed.
+  // Those for one environment throw if there are many, and return its state.
 
-  /// Begins an episode. Without a seed the generator continues. Where the engine fails, it has
-  /// ended with that.
-  void reset(std::optional<std::uint64_t> seed);
+  /// Begins an episode. Without a seed the generator continues. If the engine fails, the episode
+  /// has ended with that.
+  const EpisodeState& reset(std::optional<std::uint64_t> seed);
   /// Makes exactly one step.
-  void step(const std::vector<double>& action);
-  /// Repeats an action, at the most to the episode's end.
-  void step_many(const walker_sim::StepMany::Request& request,
-                 walker_sim::StepMany::Response& response);
+  const EpisodeState& step(const std::vector<double>& action);
+  /// Repeats an action, at most to the episode's end.
+  const EpisodeState& step_many(const walker_sim::StepMany::Request& request,
+                                walker_sim::StepMany::Response& response);
   /// The same as `step` by the effort command that is held.
   void step_by_command();
   /// Begins episodes of several environments. An engine that fails concerns its own alone.
@@ -47,20 +46,19 @@ class Simulation {
   /// The present episode.
   walker_sim::EpisodeRecord snapshot() const;
   /// An episode that was repeated takes the present one's place.
-  void restore(EpisodeRecorder& repeated);
+  const EpisodeState& restore(Episode& repeated);
 
   /// Holds an effort command, or counts it as refused. One that takes the place of another agent's
   /// is counted as contested.
   /// @param agent name of the node that has sent it
   void take_command(const std::vector<double>& efforts, const std::string& agent);
   void refuse_command(const std::string& reason);
-  /// Of a call that has stepped. Where two agents do so within an episode, it is counted as
-  /// contested.
-  /// @param agent name of the node that has called
-  void note_stepping(const std::string& agent);
+  /// Counts a step as contested if two agents step within an episode.
+  /// @param agent name of the node whose call has stepped
+  void record_stepping(const std::string& agent);
 
-  const EpisodeRecorder& shown() const { return environments_.shown(); }
-  Environments& environments() const { return environments_; }
+  const Episode& shown() const { return shown_; }
+  Pool& pool() const { return pool_; }
   SimulationClock& clock() const { return clock_; }
   EffortCommand& command() { return command_; }
   const EpisodeStatistics& episodes() const { return episodes_; }
@@ -69,15 +67,15 @@ class Simulation {
 
  private:
   void advance_time();
-  void tell_step();
-  void tell_reset();
-  void make_step(const std::vector<double>& action);
-  void log_failed_reset() const;
+  void publish_step();
+  void publish_reset();
+  const EpisodeState& make_step(const std::vector<double>& action);
   void count_if_clamped(const std::vector<double>& action);
-  void note_agent(const std::string& agent);
+  void record_commanding(const std::string& agent);
 
   ServerOptions options_;
-  Environments& environments_;
+  Pool& pool_;
+  const Episode& shown_;
   SimulationClock& clock_;
   Outputs& outputs_;
   EffortCommand command_;

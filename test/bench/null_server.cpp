@@ -1,10 +1,10 @@
-// The server as a node whose environment does nothing at a step: what is left is the transport.
-// Takes the parameters of `server`; resets are the environment's own, steps repeat the observation.
-#include <algorithm>
+// The server as a node whose robot does nothing at a step: what is left is the transport. Takes the
+// parameters of `server`; resets are the robot's own, steps repeat the observation.
 #include <memory>
 #include <utility>
-#include <vector>
 
+#include "episode/episode.h"
+#include "robots/robot.h"
 #include "ros/node_main.h"
 #include "server/server.h"
 #include "walker_sim/registry.h"
@@ -12,38 +12,23 @@
 namespace walker::bench {
 namespace {
 
-/// An environment in which nothing moves and no episode ends.
-class Frozen : public Environment {
+/// A robot that does not move and whose episodes do not end.
+class Frozen : public Robot {
  public:
-  explicit Frozen(std::unique_ptr<Environment> environment)
-      : environment_(std::move(environment)),
-        observation_(environment_->specification().observation_size()),
-        info_(environment_->specification().info_names.size()) {}
+  explicit Frozen(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {}
 
-  const Specification& specification() const override { return environment_->specification(); }
-
-  void reset(std::optional<std::uint64_t> seed, Result& result) override {
-    environment_->reset(seed, result);
-    std::copy_n(result.observation, observation_.size(), observation_.begin());
-    std::copy_n(result.info, info_.size(), info_.begin());
-  }
-
-  void step(const double* /*action*/, std::size_t /*size*/, Result& result) override {
-    std::copy(observation_.begin(), observation_.end(), result.observation);
-    std::copy(info_.begin(), info_.end(), result.info);
-  }
-
-  void sense(Sensors& sensors) override { environment_->sense(sensors); }
-  void scene(Scene& scene) const override { environment_->scene(scene); }
-  GeneratorState generator_state() const override { return environment_->generator_state(); }
-  void set_generator_state(const GeneratorState& state) override {
-    environment_->set_generator_state(state);
-  }
+  const Specification& specification() const override { return robot_->specification(); }
+  void reset(Generator& generator, double* info) override { robot_->reset(generator, info); }
+  void step(RobotStep& step) override { step.reward = 0; }
+  void observe(double* observation) const override { robot_->observe(observation); }
+  void sense(Sensors& sensors) override { robot_->sense(sensors); }
+  void scene(Scene& scene) const override { robot_->scene(scene); }
+  bool can_save() const override { return false; }
+  void save(StateWriter& writer) const override { robot_->save(writer); }
+  std::function<void()> load(StateReader& reader) override { return robot_->load(reader); }
 
  private:
-  std::unique_ptr<Environment> environment_;
-  std::vector<double> observation_;  // right after the reset
-  std::vector<double> info_;
+  std::unique_ptr<Robot> robot_;
 };
 
 }  // namespace
@@ -52,11 +37,14 @@ class Frozen : public Environment {
 int main(int argc, char** argv) {
   return walker::run_node(argc, argv, "walker_sim", [] {
     const walker::ServerOptions options = walker::read_server_options();
+    const walker::Registration& registration = walker::find_registration(options.id);
+    const walker::Parameters parameters = walker::complete_parameters(
+        walker::parameter_descriptions(options.id), options.environment);
     walker::Server server(
         options,
-        [&options] {
-          return std::make_unique<walker::bench::Frozen>(
-              walker::make(options.id, options.environment));
+        [&] {
+          return std::make_unique<walker::Episode>(std::make_unique<walker::bench::Frozen>(
+              registration.create(options.id, parameters)));
         },
         [&options](const walker::Parameters& camera) {
           return walker::make_renderer(options.id, options.environment, camera);

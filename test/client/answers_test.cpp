@@ -248,7 +248,7 @@ TEST(Answers, AreNoLongerThanTheyNeedToBe) {
   EXPECT_LT(most_answer_bytes(kSnapshot, server), 10000000 + kMostSpecificationBytes);
   EXPECT_LT(most_answer_bytes(kRender, server), 70 * kMebibyte);
   ServerSpecification large = server;
-  large.num_envs = kMostEnvironments;
+  large.num_envs = kMaxEnvironments;
   large.observation_size = 500000;
   EXPECT_EQ(most_answer_bytes(kStepBatch, large), tcpros::kMostMessageBytes);
 }
@@ -256,7 +256,7 @@ TEST(Answers, AreNoLongerThanTheyNeedToBe) {
 /// In memory a text has eight times the bytes of an empty one's length.
 TEST(Answers, OfTooManyTextsAreNotTaken) {
   ServerSpecification told = test::example_specification();
-  told.info_names.resize(kMostTexts + 1);
+  told.info_names.resize(kMaxTexts + 1);
   EXPECT_EQ(specification_refusal(test::answer(test::to_bytes(told))),
             "its answer's array has 4097 texts; must have at most 4096" + kLost);
 }

@@ -436,7 +436,7 @@ std::int64_t largest_memory() {
 
 TEST(Client, GivesMemoryToWhatComesOnly) {
   ServerSpecification large = test::example_specification();
-  large.num_envs = kMostEnvironments;
+  large.num_envs = kMaxEnvironments;
   large.observation_size = 500;
   large.observation_low.assign(500, -1);
   large.observation_high.assign(500, 1);
@@ -444,7 +444,7 @@ TEST(Client, GivesMemoryToWhatComesOnly) {
   ScriptedWalker walker(
       {test::answering(kStepBatch, {test::Message().number('\1').number(kAnnounced).bytes()})}, 30,
       {}, large);
-  const std::vector<double> actions(kMostEnvironments);
+  const std::vector<double> actions(kMaxEnvironments);
   BatchTransition batch;
   const std::int64_t before = largest_memory();
   EXPECT_EQ(message_of<ConnectionError>(

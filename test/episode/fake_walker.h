@@ -6,14 +6,14 @@
 #include <stdexcept>
 #include <vector>
 
-#include "bare_environment.h"
-#include "episode/episode_rules.h"
+#include "bare_robot.h"
+#include "episode/episode.h"
 
 namespace walker {
 
 /// Two joints. Its observation is the number of the episode and the steps in it, its reward the sum
-/// of the action, its info the seed (-1: none).
-class FakeWalker : public BareEnvironment {
+/// of the action, its info the seed below 100 that its generator began with (-1: none).
+class FakeWalker : public BareRobot {
  public:
   FakeWalker() {
     specification_.id = "Fake-v0";
@@ -25,27 +25,25 @@ class FakeWalker : public BareEnvironment {
     specification_.info_names = {"seed"};
   }
 
-  void reset(std::optional<std::uint64_t> seed, Result& result) override {
+  void reset(Generator& generator, double* info) override {
     if (reset_fails) throw std::runtime_error("no ground");
     ++episode;
     steps = 0;
-    result.reward = 0;
-    result.terminated = false;
-    result.truncated = false;
-    result.end_reason = "";
-    result.error = "";
-    show(seed ? static_cast<double>(*seed) : -1, result);
+    info[0] = seed_of(generator);
+    generator.random();
   }
-  void step(const double* action, std::size_t /*size*/, Result& result) override {
+  void step(RobotStep& step) override {
     if (step_fails) throw std::runtime_error("the engine gave up");
     ++steps;
     ++all_steps;
-    result.reward = action[0] + action[1];
-    result.terminated = steps == length;
-    result.truncated = false;
-    result.end_reason = result.terminated ? "fell" : "";
-    result.error = "";
-    show(-1, result);
+    step.reward = step.action[0] + step.action[1];
+    step.terminated = steps == length;
+    step.end_reason = step.terminated ? "fell" : "";
+    step.info[0] = -1;
+  }
+  void observe(double* observation) const override {
+    observation[0] = episode;
+    observation[1] = steps;
   }
 
   int length = 1000;  ///< of its episodes
@@ -56,10 +54,11 @@ class FakeWalker : public BareEnvironment {
   int all_steps = 0;
 
  private:
-  void show(double seed, Result& result) const {
-    result.observation[0] = episode;
-    result.observation[1] = steps;
-    result.info[0] = seed;
+  static int seed_of(const Generator& generator) {
+    for (int seed = 0; seed < 100; ++seed) {
+      if (Generator(static_cast<std::uint64_t>(seed)).state() == generator.state()) return seed;
+    }
+    return -1;
   }
 };
 
@@ -69,7 +68,7 @@ struct Fakes {
   std::unique_ptr<Environment> operator()() {
     auto walker = std::make_unique<Walker>();
     all->push_back(walker.get());
-    return std::make_unique<EpisodeRules>(std::move(walker));
+    return std::make_unique<Episode>(std::move(walker));
   }
   Walker& operator[](std::size_t index) const { return *(*all)[index]; }
 

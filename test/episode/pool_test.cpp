@@ -120,8 +120,8 @@ TEST_F(PoolTest, EnvironmentsMustBeAlike) {
   };
   int made = 0;
   const auto make = [&]() -> std::unique_ptr<Environment> {
-    if (++made < 3) return std::make_unique<EpisodeRules>(std::make_unique<FakeWalker>());
-    return std::make_unique<EpisodeRules>(std::make_unique<Other>());
+    if (++made < 3) return std::make_unique<Episode>(std::make_unique<FakeWalker>());
+    return std::make_unique<Episode>(std::make_unique<Other>());
   };
   PoolOptions options;
   options.num_envs = 3;

@@ -17,14 +17,13 @@ using Values = std::vector<double>;
 /// Solves three at a time, and keeps how many each call had.
 class TogetherWalker : public FakeWalker {
  public:
-  void step_together(StepCall* const* calls, std::size_t count,
-                     std::size_t size) noexcept override {
+  void step_group(RobotStep* const* steps, std::size_t count) noexcept override {
     counts->push_back(count);
-    FakeWalker::step_together(calls, count, size);
+    FakeWalker::step_group(steps, count);
   }
-  void step(const double* action, std::size_t size, Result& result) override {
-    FakeWalker::step(action, size, result);
-    result.reward += 1000;
+  void step(RobotStep& step) override {
+    FakeWalker::step(step);
+    step.reward += 1000;
   }
   std::size_t group_size() const override { return 3; }
 
@@ -61,7 +60,7 @@ class TogetherTest : public testing::Test {
   std::unique_ptr<PoolArrays> arrays_;
 };
 
-TEST_F(TogetherTest, GroupsOfTheTypesSizeReachItThroughTheRules) {
+TEST_F(TogetherTest, GroupsOfTheTypesSizeReachIt) {
   step();
   EXPECT_EQ(counts_, (std::vector<std::size_t>{3, 3, 1}));
   EXPECT_EQ(arrays().rewards, (Values{1001, 1005, 1009, 1013, 1017, 1021, 1025}));

@@ -45,7 +45,7 @@ void go_on(Walker& walker) {
     accept(refusal);
   }
   std::vector<std::byte> state;
-  walker.environment->save_state(walker.result, state);
+  walker.environment->save_state(state);
 }
 
 void run(const std::uint8_t* data, std::size_t size) {
@@ -60,7 +60,7 @@ void run(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kHeaderBytes = 28;  // magic, format, size, checksum
   if ((which & kAsItIs) == 0 && state.size() >= kHeaderBytes) StateOrigin::seal(state, 0);
   try {
-    if (!walker.environment->load_state(state.data(), state.size(), &walker.result).has_begun)
+    if (!walker.environment->load_state(state.data(), state.size(), walker.result).has_begun)
       return;
   } catch (const std::invalid_argument&) {
     return;

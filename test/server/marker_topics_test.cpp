@@ -15,7 +15,7 @@
 
 #include <ros/callback_queue.h>
 
-#include "bare_environment.h"
+#include "bare_robot.h"
 #include "server/inbox.h"
 
 namespace walker::test {
@@ -25,7 +25,7 @@ using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
 /// A walker of one link on ground and floor, that counts who looks.
-class CountingWalker : public BareEnvironment {
+class CountingWalker : public BareRobot {
  public:
   CountingWalker() {
     specification_.id = "Fake-v0";
@@ -35,10 +35,10 @@ class CountingWalker : public BareEnvironment {
     scene_.floor = Floor{0, 0.5, {{{1, 1, 1, 1}, {0, 0, 0, 1}}}};
   }
 
-  void reset(std::optional<std::uint64_t> /*seed*/, Result& /*result*/) override {
+  void reset(Generator& /*generator*/, double* /*info*/) override {
     if (is_broken) throw std::runtime_error("NaN");
   }
-  void step(const double* /*action*/, std::size_t /*size*/, Result& /*result*/) override {}
+  void step(RobotStep& /*step*/) override {}
   void sense(Sensors& sensors) override {
     ++sensed;
     sensors = sensors_;
@@ -72,9 +72,9 @@ class MarkerTopicsTest : public testing::Test {
   MarkerTopicsTest() : MarkerTopicsTest(std::make_unique<CountingWalker>()) {}
 
   explicit MarkerTopicsTest(std::unique_ptr<CountingWalker> walker)
-      : walker_(*walker), recorder_(std::move(walker)) {
+      : walker_(*walker), episode_(std::move(walker)) {
     node_.setCallbackQueue(&callbacks_);
-    topics_ = std::make_unique<MarkerTopics>(node_, recorder_, "odom");
+    topics_ = std::make_unique<MarkerTopics>(node_, episode_, "odom");
   }
 
   /// A new viewer, with what it is shown as it comes.
@@ -96,14 +96,14 @@ class MarkerTopicsTest : public testing::Test {
 
   void begin_episode() {
     stamp_ += ros::Duration(1);
-    recorder_.reset(1);
+    episode_.reset(1);
     topics_->begin_episode(stamp_);
     topics_->publish_state(stamp_);
   }
 
   void step() {
     stamp_ += ros::Duration(1);
-    recorder_.step({});
+    episode_.step({});
     topics_->publish_state(stamp_);
   }
 
@@ -119,7 +119,7 @@ class MarkerTopicsTest : public testing::Test {
   ros::CallbackQueue callbacks_;
   ros::NodeHandle node_;
   CountingWalker& walker_;
-  EpisodeRecorder recorder_;
+  Episode episode_;
   ros::Time stamp_{100};
   std::unique_ptr<MarkerTopics> topics_;
 };
@@ -182,7 +182,7 @@ TEST_F(MarkerTopicsTest, NothingIsShownBeforeTheFirstEpisodeNorOfABrokenSimulati
   Inbox<MarkerArray> states(viewers_, "state_markers");
   for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
   walker_.is_broken = true;
-  recorder_.reset(1);
+  episode_.reset(1);
   Inbox<MarkerArray> others(viewers_, "state_markers");
   for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
   EXPECT_EQ(walker_.sensed + walker_.scenes, 0);

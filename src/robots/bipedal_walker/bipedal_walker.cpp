@@ -35,67 +35,56 @@ BipedalWalker::BipedalWalker(const Options& options) : options_(options) {
   specification_ = make_specification(options, stepper_of(choice));
 }
 
-void BipedalWalker::reset(std::optional<std::uint64_t> seed, Result& result) {
-  if (seed) {
-    generator_.emplace(*seed);
-  } else if (!generator_) {
-    generator_.emplace(draw_seed());
-  }
+void BipedalWalker::reset(Generator& generator, double* /*info*/) {
   renew_world();
   // The order of draws is Gymnasium's: terrain, clouds, push.
-  terrain_origin_ = generator_->state();
-  terrain_ = generate_terrain(*generator_, options_.hardcore);
-  clouds_ = generate_clouds(*generator_);
-  physics_->build(terrain_, generator_->uniform(-kInitialPush, kInitialPush));
+  terrain_origin_ = generator.state();
+  terrain_ = generate_terrain(generator, options_.hardcore);
+  clouds_ = generate_clouds(generator);
+  physics_->build(terrain_, generator.uniform(-kInitialPush, kInitialPush));
   reward_.restart();
   // Gymnasium's reset ends with a step without torque and drops its reward and flags.
   const std::array<double, kJointCount> no_torque{};
   advance(no_torque.data());
-  score(no_torque.data());
-  result = {result.observation, result.info};
-  observe(result.observation);
+  reward(no_torque.data());
 }
 
-void BipedalWalker::step(const double* action, std::size_t /*size*/, Result& result) {
-  advance(action);
-  finish_step(action, result);
+void BipedalWalker::step(RobotStep& step) {
+  advance(step.action);
+  finish_step(step);
 }
 
-void BipedalWalker::step_together(StepCall* const* calls, std::size_t count,
-                                  std::size_t size) noexcept {
-  static_assert(kLargestGroup <= kMostTogether);
-  if (count == 1 || kernel_ == nullptr) return Environment::step_together(calls, count, size);
-  const auto walker_of = [](const StepCall& call) -> BipedalWalker& {
-    return static_cast<BipedalWalker&>(*call.environment);
+void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexcept {
+  if (count == 1 || kernel_ == nullptr) return Robot::step_group(steps, count);
+  const auto walker_of = [](const RobotStep& step) -> BipedalWalker& {
+    return static_cast<BipedalWalker&>(*step.robot);
   };
-  std::array<WorldCall, kLargestGroup> steps;
-  std::array<StepCall*, kLargestGroup> members;
-  std::size_t num_steps = 0;
-  for (StepCall* const* call = calls; call != calls + count; ++call) {
-    BipedalWalker& walker = walker_of(**call);
+  std::array<WorldCall, kMaxGroupSize> calls;
+  std::array<RobotStep*, kMaxGroupSize> members;
+  std::size_t num_calls = 0;
+  for (RobotStep* const* step = steps; step != steps + count; ++step) {
+    BipedalWalker& walker = walker_of(**step);
     if (walker.kernel_ != kernel_) {
-      Environment::step_together(call, 1, size);
+      Robot::step_group(step, 1);
       continue;
     }
-    walker.begin_step((*call)->action);
-    steps[num_steps].physics = &*walker.physics_;
-    members[num_steps++] = *call;
+    walker.begin_step((*step)->action);
+    calls[num_calls].physics = &*walker.physics_;
+    members[num_calls++] = *step;
   }
-  if (num_steps != 0) bipedal_walker::step_together(*kernel_, steps.data(), num_steps);
-  for (std::size_t i = 0; i < num_steps; ++i) {
-    StepCall& call = *members[i];
-    BipedalWalker& walker = walker_of(call);
+  if (num_calls != 0) step_together(*kernel_, calls.data(), num_calls);
+  for (std::size_t i = 0; i < num_calls; ++i) {
+    RobotStep& step = *members[i];
+    BipedalWalker& walker = walker_of(step);
     try {
-      if (steps[i].failure) std::rethrow_exception(steps[i].failure);
+      if (calls[i].failure) std::rethrow_exception(calls[i].failure);
       cast_lidar(*walker.physics_, walker.terrain_, walker.lidar_);
-      walker.finish_step(call.action, *call.result);
+      walker.finish_step(step);
     } catch (...) {
-      call.failure = walker.break_world();
+      step.failure = walker.break_world();
     }
   }
 }
-
-std::size_t BipedalWalker::group_size() const { return kernel_ != nullptr ? kLargestGroup : 1; }
 
 void BipedalWalker::renew_world() {
   if (physics_ && options_.reuse_world && !world_is_broken_) {
@@ -128,11 +117,10 @@ std::exception_ptr BipedalWalker::break_world() {
   return std::make_exception_ptr(std::runtime_error("Box2D failed an assertion"));
 }
 
-void BipedalWalker::finish_step(const double* action, Result& result) {
-  result = {result.observation, result.info};
-  observe(result.observation);
-  result.reward = score(action);
-  judge(result);
+void BipedalWalker::finish_step(RobotStep& step) {
+  step.reward = reward(step.action);
+  step.end_reason = end_reason();
+  step.terminated = step.end_reason[0] != '\0';
 }
 
 void BipedalWalker::observe(double* observation) const {
@@ -152,23 +140,19 @@ void BipedalWalker::observe(double* observation) const {
   write_observation(observed, observation);
 }
 
-double BipedalWalker::score(const double* action) {
+double BipedalWalker::reward(const double* action) {
   const b2Body& hull = physics_->hull();
   const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
   return reward_.of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action);
 }
 
-void BipedalWalker::judge(Result& result) const {
+/// @return static text; empty if the episode goes on
+const char* BipedalWalker::end_reason() const {
   const auto x = double{physics_->hull().GetPosition().x};
   constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
-  if (physics_->hull_has_touched()) {
-    result.end_reason = "hull touched the ground";
-  } else if (x < 0) {
-    result.end_reason = "hull left the terrain";
-  } else if (x > kFarEnd) {
-    result.end_reason = "arrived at the far end";
-  }
-  result.terminated = result.end_reason[0] != '\0';
+  if (physics_->hull_has_touched()) return "hull touched the ground";
+  if (x < 0) return "hull left the terrain";
+  return x > kFarEnd ? "arrived at the far end" : "";
 }
 
 void BipedalWalker::sense(Sensors& sensors) {
@@ -209,11 +193,5 @@ void BipedalWalker::sense(Sensors& sensors) {
 }
 
 void BipedalWalker::scene(Scene& scene) const { describe_scene(terrain_, clouds_, scene); }
-
-GeneratorState BipedalWalker::generator_state() const {
-  return generator_ ? generator_->state() : GeneratorState{};
-}
-
-void BipedalWalker::set_generator_state(const GeneratorState& state) { generator_.emplace(state); }
 
 }  // namespace walker::bipedal_walker

@@ -13,32 +13,30 @@
 #include "robots/bipedal_walker/reward.h"
 #include "robots/bipedal_walker/specification.h"
 #include "robots/bipedal_walker/terrain.h"
-#include "base/random.h"
-#include "walker_sim/environment.h"
+#include "robots/robot.h"
 
 namespace walker::bipedal_walker {
 
 /// Gymnasium's BipedalWalker, to the bit: observations are float32 values, rewards float32 values
 /// but for the constant -100 of a fall.
-class BipedalWalker : public Environment {
+class BipedalWalker : public Robot {
  public:
   explicit BipedalWalker(const Options& options);
 
   const Specification& specification() const override { return *specification_; }
-  void reset(std::optional<std::uint64_t> seed, Result& result) override;
+  void reset(Generator& generator, double* info) override;
 
-  /// @throws std::runtime_error when Box2D fails an assertion; then only a reset is allowed
-  void step(const double* action, std::size_t size, Result& result) override;
-  /// By a kernel, where there is one (`specification().engine_version` says so).
-  void step_together(StepCall* const* calls, std::size_t count, std::size_t size) noexcept override;
-  std::size_t group_size() const override;
+  /// @throws std::runtime_error if Box2D fails an assertion
+  void step(RobotStep& step) override;
+  /// By a kernel, if there is one (`specification().engine_version` says so).
+  void step_group(RobotStep* const* steps, std::size_t count) noexcept override;
+  std::size_t group_size() const override { return kernel_ != nullptr ? kMaxGroupSize : 1; }
+  void observe(double* observation) const override;
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
-  GeneratorState generator_state() const override;
-  void set_generator_state(const GeneratorState& state) override;
-  bool can_save_state() const override;
-  void save_state(const Result& last, std::vector<std::byte>& state) const override;
-  Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
+  bool can_save() const override;
+  void save(StateWriter& writer) const override;
+  std::function<void()> load(StateReader& reader) override;
 
  private:
   friend class BrokenWorldTest;  // breaks the world
@@ -46,22 +44,20 @@ class BipedalWalker : public Environment {
   void renew_world();
   bool has_world() const { return physics_ && !world_is_broken_; }
   void begin_step(const double* action);
-  void finish_step(const double* action, Result& result);
+  void finish_step(RobotStep& step);
   void advance(const double* action);
   std::exception_ptr break_world();
-  void observe(double* observation) const;
-  double score(const double* action);
-  void judge(Result& result) const;
+  double reward(const double* action);
+  const char* end_reason() const;
 
   Options options_;
   const Kernel* kernel_;  // of worlds that are stepped together; null: none
   std::shared_ptr<const Specification> specification_;
-  std::optional<Generator> generator_;  // none before the first reset
   // None before the first reset. In place, for a world is 100 kB of which a step hardly touches
   // any: it takes no memory as long as nothing else has used its place.
   std::optional<Physics> physics_;
-  bool world_is_broken_ = false;     // the engine failed: the next reset needs a new world
-  GeneratorState terrain_origin_{};  // the generator's, from which terrain and clouds were drawn
+  bool world_is_broken_ = false;     // the engine failed: the next reset makes a new world
+  GeneratorState terrain_origin_{};  // of the generator before it drew terrain and clouds
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;

@@ -250,8 +250,8 @@ class SideView : public Renderer {
 
 std::vector<ParameterDescription> camera_parameters() {
   return {
-      {"width", std::int64_t{600}, "pixels", "Of the picture.", 1, kMostPixels},
-      {"height", std::int64_t{400}, "pixels", "Of the picture.", 1, kMostPixels},
+      {"width", std::int64_t{600}, "pixels", "Of the picture.", 1, kMaxPixels},
+      {"height", std::int64_t{400}, "pixels", "Of the picture.", 1, kMaxPixels},
   };
 }
 

@@ -25,13 +25,10 @@ LidarScan read_lidar(StateReader& reader) {
 
 }  // namespace
 
-bool BipedalWalker::can_save_state() const { return WorldState::can_be_saved(); }
+bool BipedalWalker::can_save() const { return WorldState::can_be_saved(); }
 
-/// Terrain and clouds are drawn again, from where they were drawn.
-void BipedalWalker::save_state(const Result& last, std::vector<std::byte>& state) const {
-  if (!can_save_state()) return Environment::save_state(last, state);  // throws
-  StateWriter writer(state);
-  write_generator(generator_, writer);
+/// Terrain and clouds are not written: they are drawn again from the generator's state.
+void BipedalWalker::save(StateWriter& writer) const {
   writer.number(std::uint8_t{has_world()});
   if (!has_world()) return;
   writer.numbers(terrain_origin_.data(), terrain_origin_.size());
@@ -44,17 +41,12 @@ void BipedalWalker::save_state(const Result& last, std::vector<std::byte>& state
   WorldState::save(*physics_, writer);
 }
 
-Progress BipedalWalker::load_state(const std::byte* state, std::size_t size, Result* last) {
-  if (!can_save_state()) return Environment::load_state(state, size, last);  // throws
-  StateReader reader(state, size);
-  const std::optional<Generator> generator = read_generator(reader);
+std::function<void()> BipedalWalker::load(StateReader& reader) {
   if (!reader.flag()) {  // the next reset makes a world
-    reader.finish();
-    if (last == nullptr) return {};
-    generator_ = generator;
-    physics_.reset();
-    world_is_broken_ = false;
-    return {};
+    return [this] {
+      physics_.reset();
+      world_is_broken_ = false;
+    };
   }
   const GeneratorState terrain_origin = read_generator_state(reader);
   const bool has_shaping = reader.flag();
@@ -67,29 +59,27 @@ Progress BipedalWalker::load_state(const std::byte* state, std::size_t size, Res
   Terrain terrain;
   Clouds clouds{};
   if (!is_same_terrain) {
-    Generator drawn(terrain_origin);
-    terrain = generate_terrain(drawn, options_.hardcore);
-    clouds = generate_clouds(drawn);
+    Generator generator(terrain_origin);
+    terrain = generate_terrain(generator, options_.hardcore);
+    clouds = generate_clouds(generator);
   }
-  const WorldState world = WorldState::read(reader, is_same_terrain ? terrain_ : terrain);
-  reader.finish();
-  if (last == nullptr) return {};
-  // From here on nothing fails but for want of memory.
-  if (!is_same_terrain) {
-    world_is_broken_ = true;  // until it stands
-    physics_.emplace();
-    physics_->build(terrain, 0);
-    world_is_broken_ = false;
-    terrain_origin_ = terrain_origin;
-    terrain_ = std::move(terrain);
-    clouds_ = clouds;
-  }
-  world.put_into(*physics_);
-  generator_ = generator;
-  reward_.set_previous_shaping(has_shaping ? std::optional<double>(shaping) : std::nullopt);
-  velocity_before_step_ = velocity_before_step;
-  lidar_ = lidar;
-  return {};
+  WorldState world = WorldState::read(reader, is_same_terrain ? terrain_ : terrain);
+  return [this, is_same_terrain, terrain_origin, clouds, has_shaping, shaping, velocity_before_step, lidar,
+          terrain = std::move(terrain), world = std::move(world)] {
+    if (!is_same_terrain) {
+      world_is_broken_ = true;  // until it is built
+      physics_.emplace();
+      physics_->build(terrain, 0);
+      world_is_broken_ = false;
+      terrain_origin_ = terrain_origin;
+      terrain_ = terrain;
+      clouds_ = clouds;
+    }
+    world.put_into(*physics_);
+    reward_.set_previous_shaping(has_shaping ? std::optional<double>(shaping) : std::nullopt);
+    velocity_before_step_ = velocity_before_step;
+    lidar_ = lidar;
+  };
 }
 
 }  // namespace walker::bipedal_walker

@@ -17,7 +17,7 @@ struct Options {
   std::string id;
   bool hardcore = false;
   bool reuse_world = false;
-  std::uint32_t max_episode_steps = 0;  ///< for the specification; EpisodeRules enforces it
+  std::uint32_t max_episode_steps = 0;  ///< for the specification; the episode enforces it
 };
 
 /// Builds a walker once and reads masses, shapes, joints and limits from its bodies. Walkers with

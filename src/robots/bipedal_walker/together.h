@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <exception>
 
+#include "base/limits.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
 
 namespace walker::bipedal_walker {
@@ -16,12 +17,10 @@ struct WorldCall {
   std::exception_ptr failure;  ///< what `step` would have thrown
 };
 
-constexpr std::size_t kMostTogether = 64;
-
 /// Advances distinct worlds by a step, each as `Physics::step` does it, to the bit.
 ///
 /// box2d_any/ steps one after the other; box2d_pinned/ leaves the solvers to the kernel.
-/// @param count at most kMostTogether
+/// @param count at most kMaxGroupSize
 void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept;
 
 }  // namespace walker::bipedal_walker

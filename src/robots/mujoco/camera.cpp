@@ -61,8 +61,8 @@ std::vector<ParameterDescription> camera_parameters(double distance) {
   constexpr double kTurn = 360;
   constexpr std::int64_t kSize = 480;
   return {
-      {"width", kSize, "pixels", "Of the picture.", 1, kMostPixels},
-      {"height", kSize, "pixels", "Of the picture.", 1, kMostPixels},
+      {"width", kSize, "pixels", "Of the picture.", 1, kMaxPixels},
+      {"height", kSize, "pixels", "Of the picture.", 1, kMaxPixels},
       {"camera_id", std::int64_t{-1}, "", "Index of a camera of the model; -1: by camera_name.", -1,
        std::numeric_limits<std::int32_t>::max()},
       {"camera_name", std::string(kTrackingCamera), "",

@@ -75,22 +75,22 @@ void HealthyRobot::write_reset_info(double* info) const {
   info[kDistanceZ] = position()[kBaseZ] - model().qpos0[kBaseZ];
 }
 
-void HealthyRobot::conclude_step(const double* action, double x_velocity, Result& result) const {
+void HealthyRobot::conclude_step(double x_velocity, RobotStep& step) const {
   const char* const illness = why_unhealthy();
   const bool is_healthy = illness[0] == '\0';
-  const RewardTerms terms = reward_of_step(reward_, x_velocity, is_healthy, action, model().nu);
-  result.reward = terms.total();
-  result.terminated = !is_healthy && reward_.terminate_when_unhealthy;
-  result.end_reason = result.terminated ? illness : "";
+  const RewardTerms terms = reward_of_step(reward_, x_velocity, is_healthy, step.action, model().nu);
+  step.reward = terms.total();
+  step.terminated = !is_healthy && reward_.terminate_when_unhealthy;
+  step.end_reason = step.terminated ? illness : "";
   if (is_v5_) {
-    write_reset_info(result.info);
-    result.info[kVelocityX] = x_velocity;
-    result.info[kRewardForward] = terms.forward;
-    result.info[kRewardControl] = terms.control;
-    result.info[kRewardSurvive] = terms.survive;
+    write_reset_info(step.info);
+    step.info[kVelocityX] = x_velocity;
+    step.info[kRewardForward] = terms.forward;
+    step.info[kRewardControl] = terms.control;
+    step.info[kRewardSurvive] = terms.survive;
   } else {
-    result.info[0] = position()[kBaseX];
-    result.info[1] = x_velocity;
+    step.info[0] = position()[kBaseX];
+    step.info[1] = x_velocity;
   }
 }
 

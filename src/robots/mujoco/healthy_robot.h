@@ -93,7 +93,7 @@ class HealthyRobot : public PlanarRobot {
 
  private:
   void write_reset_info(double* info) const override;
-  void conclude_step(const double* action, double x_velocity, Result& result) const override;
+  void conclude_step(double x_velocity, RobotStep& step) const override;
   const char* why_unhealthy() const;
 
   RewardOptions reward_;

@@ -102,7 +102,7 @@ PlanarOptions to_options(const Version& version, const Parameters& given) {
   return options;
 }
 
-std::unique_ptr<Environment> create(const Version& version, const Parameters& given) {
+std::unique_ptr<Robot> create(const Version& version, const Parameters& given) {
   const RewardOptions reward{value_of<double>(given, "forward_reward_weight"),
                              value_of<double>(given, "ctrl_cost_weight"),
                              value_of<double>(given, "healthy_reward"),

@@ -103,16 +103,16 @@ void check_settings(const mjModel& model) {
     int most;
   };
   constexpr int kMostIterations = 10000;
-  constexpr int kMostPixels = 16384;
+  constexpr int kMaxPixels = 16384;
   constexpr int kMostFacets = 1000;
   const auto& quality = model.vis.quality;
   for (const Setting& setting : {
            Setting{"option iterations", model.opt.iterations, 0, kMostIterations},
            Setting{"option noslip_iterations", model.opt.noslip_iterations, 0, kMostIterations},
            Setting{"option mpr_iterations", model.opt.mpr_iterations, 0, kMostIterations},
-           Setting{"global offwidth", model.vis.global.offwidth, 1, kMostPixels},
-           Setting{"global offheight", model.vis.global.offheight, 1, kMostPixels},
-           Setting{"quality shadowsize", quality.shadowsize, 0, kMostPixels},
+           Setting{"global offwidth", model.vis.global.offwidth, 1, kMaxPixels},
+           Setting{"global offheight", model.vis.global.offheight, 1, kMaxPixels},
+           Setting{"quality shadowsize", quality.shadowsize, 0, kMaxPixels},
            Setting{"quality offsamples", quality.offsamples, 0, 64},
            Setting{"quality numslices", quality.numslices, 1, kMostFacets},
            Setting{"quality numstacks", quality.numstacks, 1, kMostFacets},

@@ -5,8 +5,6 @@
 
 #include "base/checks.h"
 #include "base/engine_release.h"
-#include "base/generator_bytes.h"
-#include "base/state_bytes.h"
 #include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/planar_base.h"
@@ -54,60 +52,55 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
   specification_.engine_version += kSteppedBy + physics_->stepper();
 }
 
-void PlanarRobot::reset(std::optional<std::uint64_t> seed, Result& result) {
-  if (seed) {
-    generator_.emplace(*seed);
-  } else if (!generator_) {
-    generator_.emplace(draw_seed());
-  }
+void PlanarRobot::reset(Generator& generator, double* info) {
   // The order of draws is Gymnasium's: positions, velocities.
-  draw_noise(first_position_);
-  draw_noise(velocity_before_step_);
+  draw_noise(generator, first_position_);
+  draw_noise(generator, velocity_before_step_);
   std::transform(first_position_.begin(), first_position_.end(), model().qpos0,
                  first_position_.begin(), std::plus<>());
   physics_->reset(first_position_.data(), velocity_before_step_.data());
-  write_first_result(result);
+  write_first_info(info);
 }
 
-void PlanarRobot::write_first_result(Result& result) const {
-  result = {result.observation, result.info};
-  write_observation(model(), options_, position(), velocity(), result.observation);
-  std::fill_n(result.info, specification_.info_names.size(),
-              std::numeric_limits<double>::quiet_NaN());
-  write_reset_info(result.info);
+void PlanarRobot::write_first_info(double* info) const {
+  std::fill_n(info, specification_.info_names.size(), std::numeric_limits<double>::quiet_NaN());
+  write_reset_info(info);
 }
 
-void PlanarRobot::draw_noise(std::vector<double>& noise) {
+void PlanarRobot::draw_noise(Generator& generator, std::vector<double>& noise) const {
   const double scale = options_.reset_noise_scale;
-  for (double& value : noise) value = generator_->uniform(-scale, scale);
+  for (double& value : noise) value = generator.uniform(-scale, scale);
 }
 
-void PlanarRobot::step(const double* action, std::size_t /*size*/, Result& result) {
+void PlanarRobot::step(RobotStep& step) {
   remember_state();
-  physics_->step(action, options_.frame_skip);
-  finish_step(action, result);
+  physics_->step(step.action, options_.frame_skip);
+  finish_step(step);
 }
 
-void PlanarRobot::step_together(StepCall* const* calls, std::size_t count,
-                                std::size_t /*size*/) noexcept {
-  const auto robot_of = [](const StepCall& call) -> PlanarRobot& {
-    return static_cast<PlanarRobot&>(*call.environment);
+void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcept {
+  const auto robot_of = [](const RobotStep& step) -> PlanarRobot& {
+    return static_cast<PlanarRobot&>(*step.robot);
   };
-  std::array<PhysicsCall, kLargestGroup> steps;
+  std::array<PhysicsCall, kMaxGroupSize> calls;
   for (std::size_t i = 0; i < count; ++i) {
-    PlanarRobot& robot = robot_of(*calls[i]);
+    PlanarRobot& robot = robot_of(*steps[i]);
     robot.remember_state();
-    steps[i].physics = robot.physics_.get();
-    steps[i].control = calls[i]->action;
+    calls[i].physics = robot.physics_.get();
+    calls[i].control = steps[i]->action;
   }
-  physics_->step_together(steps.data(), count, options_.frame_skip);
+  physics_->step_together(calls.data(), count, options_.frame_skip);
   for (std::size_t i = 0; i < count; ++i) {
-    if (steps[i].failure) {
-      calls[i]->failure = steps[i].failure;
+    if (calls[i].failure) {
+      steps[i]->failure = calls[i].failure;
     } else {
-      robot_of(*calls[i]).finish_step(calls[i]->action, *calls[i]->result);
+      robot_of(*steps[i]).finish_step(*steps[i]);
     }
   }
+}
+
+void PlanarRobot::observe(double* observation) const {
+  write_observation(model(), options_, position(), velocity(), observation);
 }
 
 void PlanarRobot::remember_state() {
@@ -115,10 +108,8 @@ void PlanarRobot::remember_state() {
   std::copy_n(velocity(), model().nv, velocity_before_step_.begin());
 }
 
-void PlanarRobot::finish_step(const double* action, Result& result) const {
-  result = {result.observation, result.info};
-  write_observation(model(), options_, position(), velocity(), result.observation);
-  conclude_step(action, (position()[kBaseX] - x_before_step_) / specification_.dt, result);
+void PlanarRobot::finish_step(RobotStep& step) const {
+  conclude_step((position()[kBaseX] - x_before_step_) / specification_.dt, step);
 }
 
 void PlanarRobot::sense(Sensors& sensors) {
@@ -132,19 +123,13 @@ void PlanarRobot::scene(Scene& scene) const {
   physics_->measure([&](const mjData& data) { describe_scene(model(), data, scene); });
 }
 
-GeneratorState PlanarRobot::generator_state() const {
-  return generator_ ? generator_->state() : GeneratorState{};
-}
-
 std::uint64_t PlanarRobot::model_fingerprint() const {
   if (!model_fingerprint_) model_fingerprint_ = fingerprint(model());
   return *model_fingerprint_;
 }
 
-void PlanarRobot::save_state(const Result& /*last*/, std::vector<std::byte>& state) const {
-  StateWriter writer(state);
+void PlanarRobot::save(StateWriter& writer) const {
   writer.number(model_fingerprint());
-  write_generator(generator_, writer);
   writer.number(x_before_step_);
   writer.numbers(velocity_before_step_.data(), velocity_before_step_.size());
   std::vector<double> values(physics_->state_size());
@@ -152,30 +137,25 @@ void PlanarRobot::save_state(const Result& /*last*/, std::vector<std::byte>& sta
   writer.numbers(values.data(), values.size());
 }
 
-Progress PlanarRobot::load_state(const std::byte* state, std::size_t size, Result* last) {
-  StateReader reader(state, size);
+std::function<void()> PlanarRobot::load(StateReader& reader) {
   if (reader.number<std::uint64_t>() != model_fingerprint()) {
     throw std::invalid_argument("the state is of another model than this " + specification_.id +
                                 "; has a file changed that its parameters name?");
   }
-  std::optional<Generator> generator = read_generator(reader);
   const auto x_before_step = reader.number<double>();
   std::vector<double> velocity_before_step(velocity_before_step_.size());
   reader.numbers(velocity_before_step.data(), velocity_before_step.size());
   std::vector<double> values(physics_->state_size());
   reader.numbers(values.data(), values.size());
-  reader.finish();
-  if (last == nullptr) return {};
-  // From here on nothing fails.
-  generator_ = generator;
-  x_before_step_ = x_before_step;
-  velocity_before_step_.swap(velocity_before_step);
-  physics_->load(values.data());
-  return {};
+  return [this, x_before_step, velocity_before_step, values] {
+    x_before_step_ = x_before_step;
+    velocity_before_step_ = velocity_before_step;
+    physics_->load(values.data());
+  };
 }
 
 void PlanarRobot::set_coordinates(const std::vector<double>& position,
-                                  const std::vector<double>& velocity, Result& result) {
+                                  const std::vector<double>& velocity, double* info) {
   check_coordinates("qpos", position, model().nq);
   check_coordinates("qvel", velocity, model().nv);
   std::vector<double> state(physics_->state_size());
@@ -185,7 +165,7 @@ void PlanarRobot::set_coordinates(const std::vector<double>& position,
   forward(model(), state.data());
   physics_->load(state.data());
   velocity_before_step_ = velocity;
-  write_first_result(result);
+  write_first_info(info);
 }
 
 }  // namespace walker::mujoco

@@ -10,10 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/random.h"
 #include "robots/mujoco/layout.h"
 #include "robots/mujoco/physics.h"
-#include "walker_sim/environment.h"
+#include "robots/robot.h"
 
 namespace walker::mujoco {
 
@@ -31,7 +30,7 @@ struct PlanarOptions {
   double velocity_limit = std::numeric_limits<double>::infinity();
   std::vector<std::string> info_names;
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
-  std::uint32_t max_episode_steps = 0;  ///< for the specification; EpisodeRules enforces it
+  std::uint32_t max_episode_steps = 0;  ///< for the specification; the episode enforces it
 };
 
 /// Positions, without the trunk's x where that is excluded, then velocities, these limited.
@@ -39,28 +38,26 @@ struct PlanarOptions {
 void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
                        const double* velocity, double* observation);
 
-/// Stepped, observed and measured; what a step is worth, and when the episode ends, a robot adds.
-class PlanarRobot : public Environment {
+/// Steps, observes and measures; a robot adds reward and termination.
+class PlanarRobot : public Robot {
  public:
-  /// @throws std::invalid_argument when the model is none of such a robot
+  /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
   explicit PlanarRobot(const PlanarOptions& options);
 
   const Specification& specification() const override { return specification_; }
-  void reset(std::optional<std::uint64_t> seed, Result& result) override;
+  void reset(Generator& generator, double* info) override;
 
-  /// @throws std::runtime_error when the simulation is unstable; then only a reset is allowed
-  void step(const double* action, std::size_t size, Result& result) override;
-  void step_together(StepCall* const* calls, std::size_t count, std::size_t size) noexcept override;
+  /// @throws std::runtime_error if the simulation is unstable
+  void step(RobotStep& step) override;
+  void step_group(RobotStep* const* steps, std::size_t count) noexcept override;
   std::size_t group_size() const override { return physics_->group_size(); }
+  void observe(double* observation) const override;
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
-  GeneratorState generator_state() const override;
-  void set_generator_state(const GeneratorState& state) override { generator_.emplace(state); }
-  bool can_save_state() const override { return true; }
-  void save_state(const Result& last, std::vector<std::byte>& state) const override;
-  Progress load_state(const std::byte* state, std::size_t size, Result* last) override;
+  void save(StateWriter& writer) const override;
+  std::function<void()> load(StateReader& reader) override;
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,
-                       Result& result) override;
+                       double* info) override;
 
  protected:
   const mjModel& model() const { return physics_->model(); }
@@ -73,21 +70,20 @@ class PlanarRobot : public Environment {
   virtual void write_reset_info(double* info) const = 0;
 
   /// Reward, info, and whether and why the step ends the episode.
-  /// @param action     as given, not limited to the actuators' ranges
   /// @param x_velocity of the trunk, mean over the step [m/s]
-  virtual void conclude_step(const double* action, double x_velocity, Result& result) const = 0;
+  /// @param step       its action is as given, not limited to the actuators' ranges
+  virtual void conclude_step(double x_velocity, RobotStep& step) const = 0;
 
   std::uint64_t model_fingerprint() const;
-  void draw_noise(std::vector<double>& noise);
-  void write_first_result(Result& result) const;
+  void draw_noise(Generator& generator, std::vector<double>& noise) const;
+  void write_first_info(double* info) const;
   void remember_state();
-  void finish_step(const double* action, Result& result) const;
+  void finish_step(RobotStep& step) const;
 
   PlanarOptions options_;
   std::unique_ptr<Physics> physics_;
   Layout layout_;
   Specification specification_;
-  std::optional<Generator> generator_;        // none before the first reset
   std::vector<double> first_position_;        // of this episode
   double x_before_step_ = 0;                  // of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel

@@ -58,9 +58,10 @@ std::uint64_t period_of(double rate) {
 
 }  // namespace
 
-ServerCamera::ServerCamera(ros::NodeHandle& node, Environments& environments, Frames frames,
+ServerCamera::ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
                            const ServerOptions& options, RenderThread::MakeRenderer make_renderer)
-    : environments_(environments),
+    : pool_(pool),
+      shown_(episode(pool, options.shown_environment)),
       frames_(std::move(frames)),
       options_(options),
       period_(period_of(options.camera_rate)),
@@ -72,7 +73,7 @@ void ServerCamera::show(ros::Time stamp) {
   // One picture at most of each period of simulation time.
   const std::uint64_t turn = stamp.toNSec() / period_;
   if (turn == last_turn_ || publisher_.getNumSubscribers() == 0) return;
-  if (!environments_.shown().state().error.empty()) return;  // there is nothing to be seen
+  if (!shown_.state().error.empty()) return;  // there is nothing to be seen
   last_turn_ = turn;
   try {
     ask_for_picture(stamp);
@@ -85,7 +86,7 @@ void ServerCamera::show(ros::Time stamp) {
 
 void ServerCamera::ask_for_picture(ros::Time stamp) {
   RenderJob job;
-  environments_.shown().capture(job.captured);
+  shown_.capture(job.captured);
   job.camera = options_.camera;
   job.may_be_skipped = true;
   job.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
@@ -107,11 +108,11 @@ void ServerCamera::publish(const Camera& camera, Image& image, ros::Time stamp) 
 
 void ServerCamera::render(const walker_sim::Render::Request& request, ros::Time stamp,
                           const Reply<walker_sim::Render::Response>& reply) {
-  environments_.check_index("environment", request.environment);
+  check_environment(pool_, "environment", request.environment);
   RenderJob job;
   job.channels = channels_of(request.encoding);
   job.camera = camera_of(request, options_);
-  environments_[request.environment].capture(job.captured);
+  episode(pool_, request.environment).capture(job.captured);
   job.is_wanted = [reply] { return reply.is_awaited(); };
   job.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
     walker_sim::Render::Response response;

@@ -13,7 +13,7 @@
 
 #include "ros/throttle.h"
 #include "server/camera/render_thread.h"
-#include "server/environments/environments.h"
+#include "server/environments.h"
 #include "server/parameter_reader.h"
 #include "server/topics/converters.h"
 #include "server/transport/pending_answer.h"
@@ -24,8 +24,8 @@ namespace walker {
 /// Captures states; a thread of its own renders them and publishes or replies.
 class ServerCamera {
  public:
-  /// @param environments outlive this
-  ServerCamera(ros::NodeHandle& node, Environments& environments, Frames frames,
+  /// @param pool outlives this
+  ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
                const ServerOptions& options, RenderThread::MakeRenderer make_renderer);
 
   /// Offers the shown environment's state to the topics, which take it where somebody subscribes
@@ -44,7 +44,8 @@ class ServerCamera {
   void ask_for_picture(ros::Time stamp);
   void publish(const Camera& camera, Image& image, ros::Time stamp);
 
-  Environments& environments_;
+  Pool& pool_;
+  Episode& shown_;
   Frames frames_;
   ServerOptions options_;
   std::uint64_t period_;         // of simulation time [ns]

@@ -7,7 +7,7 @@
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 #include "server/markers/state_markers.h"
 
 namespace walker {
@@ -18,7 +18,7 @@ namespace walker {
 class MarkerTopics {
  public:
   /// @param frame odometry frame
-  MarkerTopics(ros::NodeHandle& node, EpisodeRecorder& shown, std::string frame);
+  MarkerTopics(ros::NodeHandle& node, Episode& shown, std::string frame);
   MarkerTopics(const MarkerTopics&) = delete;
   MarkerTopics& operator=(const MarkerTopics&) = delete;
   ~MarkerTopics() = default;
@@ -30,14 +30,14 @@ class MarkerTopics {
   void publish_state(ros::Time stamp);
 
  private:
-  bool has_state() const { return shown_.has_episode() && shown_.state().error.empty(); }
+  bool has_state() const { return shown_.state().has_begun() && shown_.state().error.empty(); }
   double floor_center();
   visualization_msgs::MarkerArray make_scene();
   visualization_msgs::MarkerArray make_state();
   void move_floor();
   std_msgs::Header header() const;
 
-  EpisodeRecorder& shown_;
+  Episode& shown_;
   std::string frame_;
   ros::Publisher scene_publisher_;
   ros::Publisher state_publisher_;

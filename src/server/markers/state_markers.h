@@ -11,7 +11,7 @@
 #include <visualization_msgs/Marker.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 

@@ -11,7 +11,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <string>
 
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 #include "server/parameter_reader.h"
 #include "walker_sim/Contacts.h"
 #include "walker_sim/EnvironmentSpec.h"

@@ -46,8 +46,8 @@ const char* to_text(EffortCommand::State state) {
 }  // namespace
 
 Diagnostics::Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulation& simulation,
-                         const Loop& loop, const Outputs& outputs)
-    : options_(std::move(options)), simulation_(simulation), loop_(loop), outputs_(outputs) {
+                         const Drive& drive, const Outputs& outputs)
+    : options_(std::move(options)), simulation_(simulation), drive_(drive), outputs_(outputs) {
   updater_.setHardwareID(simulation_.shown().specification().id);
   updater_.add("simulation", this, &Diagnostics::describe_simulation);
   updater_.add("pace", this, &Diagnostics::describe_pace);
@@ -81,16 +81,16 @@ void Diagnostics::describe_simulation(Status& status) {
   } else if (errors > 0) {
     status.summary(DiagnosticStatus::ERROR,
                    "simulation failed " + counted(errors, "time") + " since the last report");
-  } else if (!simulation_.shown().has_episode()) {
+  } else if (!simulation_.shown().state().has_begun()) {
     status.summary(DiagnosticStatus::OK, "waits for the first reset");
   } else if (state.has_ended()) {
     status.summary(DiagnosticStatus::OK, state.end_reason);
   } else {
-    status.summary(DiagnosticStatus::OK, loop_.is_paused() ? "paused" : "running");
+    status.summary(DiagnosticStatus::OK, drive_.is_paused() ? "paused" : "running");
   }
   const std::string unrecorded = outputs_.recorder_watch().complaint();
   if (!unrecorded.empty()) {
-    const bool waits = !simulation_.shown().has_episode();
+    const bool waits = !simulation_.shown().state().has_begun();
     status.mergeSummary(DiagnosticStatus::WARN,
                         (waits ? "nothing moves yet: " : "not recorded: ") + unrecorded);
   }
@@ -101,7 +101,7 @@ void Diagnostics::describe_simulation(Status& status) {
   status.add("version", version());
   status.add("mode", walker::to_text(options_.mode));
   status.add("num_envs", options_.num_envs);
-  status.add("paused", loop_.is_paused());
+  status.add("paused", drive_.is_paused());
   status.add("episode", state.episode);
   status.add("step", state.step);
   status.add("episode_return", state.episode_return);
@@ -120,31 +120,22 @@ double Diagnostics::real_time_factor() const {
   return wall.count() > 0 ? simulated / wall.count() : 0;
 }
 
-/// What sets the pace.
-const char* Diagnostics::pace() const {
-  if (options_.mode == Mode::lockstep) return "who calls ~step sets the pace";
-  if (loop_.is_paused()) return "paused";
-  if (loop_.follows_clock()) return "follows /clock";
-  return loop_.pacer().real_time_factor() == 0 ? "as fast as it goes" : "keeps up";
-}
-
 void Diagnostics::describe_pace(Status& status) {
   const double factor = real_time_factor();
   const std::uint64_t missed = simulation_.counters().missed_deadlines - reported_.missed_deadlines;
-  status.summary(DiagnosticStatus::OK, pace());
+  status.summary(DiagnosticStatus::OK, drive_.pace());
   if (missed > 0) {
     status.mergeSummary(DiagnosticStatus::WARN,
                         sentence("cannot keep up: ", counted(missed, "deadline"),
                                  " missed since the last report, ", factor, " times real time"));
   }
-  const std::string waiting = loop_.is_paused() ? "" : loop_.follower().complaint();
+  const std::string waiting = drive_.complaint();
   if (!waiting.empty()) status.mergeSummary(DiagnosticStatus::WARN, waiting);
   const std::string unreserved = simulation_.clock().complaint();
   if (!unreserved.empty()) status.mergeSummary(DiagnosticStatus::WARN, unreserved);
   status.add("real_time_factor", factor);
-  const bool sets_the_pace = options_.mode == Mode::free && !loop_.follows_clock();
-  status.add("real_time_factor_wanted",
-             sets_the_pace ? sentence(loop_.pacer().real_time_factor()) : "-");
+  const std::optional<double> wanted = drive_.real_time_factor();
+  status.add("real_time_factor_wanted", wanted ? sentence(*wanted) : "-");
   status.add("missed_deadlines", simulation_.counters().missed_deadlines);
   const StepTiming::Report timing = simulation_.timing().report();
   add_microseconds(status, "jitter_p50_us", timing.jitter, &StepTiming::Jitter::median);
@@ -158,8 +149,7 @@ void Diagnostics::describe_pace(Status& status) {
 void Diagnostics::describe_commands(Status& status) {
   const ServerCounters& counters = simulation_.counters();
   const EffortCommand::State state = simulation_.command().state();
-  const bool takes_commands = options_.mode == Mode::free;
-  const std::string text = takes_commands ? to_text(state) : "refused: ~step drives the walker";
+  const std::string text = drive_.takes_commands() ? to_text(state) : "refused: ~step drives the walker";
   status.summary(DiagnosticStatus::OK, "effort command: " + text);
   const std::uint64_t refused = counters.refused_commands - reported_.refused_commands;
   if (refused > 0) {

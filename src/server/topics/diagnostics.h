@@ -7,7 +7,7 @@
 #include <ros/node_handle.h>
 #include <ros/wall_timer.h>
 
-#include "server/loop.h"
+#include "server/drive/drive.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
 #include "server/simulation.h"
@@ -21,7 +21,7 @@ class Diagnostics {
   /// What it is given but the options outlives it.
   /// @param simulation whose timing each report begins anew
   Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulation& simulation,
-              const Loop& loop, const Outputs& outputs);
+              const Drive& drive, const Outputs& outputs);
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -32,13 +32,12 @@ class Diagnostics {
   void describe_commands(Status& status);
   void describe_episodes(Status& status);
   double real_time_factor() const;
-  const char* pace() const;
 
   const EpisodeState& state() const { return simulation_.shown().state(); }
 
   ServerOptions options_;
   Simulation& simulation_;
-  const Loop& loop_;
+  const Drive& drive_;
   const Outputs& outputs_;
   diagnostic_updater::Updater updater_;
   ros::WallTimer timer_;

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 
 namespace walker {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "robots/bipedal_walker/bipedal_walker.h"
-#include "episode/episode_rules.h"
+#include "episode/episode.h"
 
 namespace walker::bipedal_walker {
 
@@ -25,7 +25,7 @@ class BrokenWorldTest : public testing::Test {
     options.reuse_world = reuse_world;
     auto walker = std::make_unique<BipedalWalker>(options);
     walker_ = walker.get();
-    rules_ = std::make_unique<EpisodeRules>(std::move(walker));
+    episode_ = std::make_unique<Episode>(std::move(walker));
     result_.observation = observation_.data();
   }
 
@@ -36,20 +36,20 @@ class BrokenWorldTest : public testing::Test {
   void walk_until_the_end() {
     const std::array<double, kJointCount> action{};  // it falls
     for (int i = 0; i < 500 && !result_.terminated; ++i) {
-      rules_->step(action.data(), action.size(), result_);
+      episode_->step(action.data(), action.size(), result_);
     }
   }
 
   std::array<double, kObservationSize> observation_{};
   Result result_;
   FailingFilter filter_;
-  std::unique_ptr<EpisodeRules> rules_;
+  std::unique_ptr<Episode> episode_;
   BipedalWalker* walker_ = nullptr;
 };
 
 TEST_F(BrokenWorldTest, EndsTheEpisodeAndSaysWhy) {
   make(false);
-  rules_->reset(1, result_);
+  episode_->reset(1, result_);
   break_world();
   walk_until_the_end();
   EXPECT_TRUE(result_.terminated);
@@ -57,18 +57,18 @@ TEST_F(BrokenWorldTest, EndsTheEpisodeAndSaysWhy) {
   EXPECT_STREQ(result_.error, "Box2D failed an assertion");
   EXPECT_EQ(result_.reward, 0);
   Sensors sensors;
-  EXPECT_THROW(rules_->sense(sensors), ResetNeeded);
+  EXPECT_THROW(episode_->sense(sensors), ResetNeeded);
 }
 
 TEST_F(BrokenWorldTest, TheNextResetRepairsIt) {
   for (const bool reuse_world : {false, true}) {
     make(reuse_world);
-    rules_->reset(1, result_);
+    episode_->reset(1, result_);
     const auto start = observation_;
     break_world();
     walk_until_the_end();
     ASSERT_STRNE(result_.error, "");
-    rules_->reset(1, result_);
+    episode_->reset(1, result_);
     EXPECT_EQ(observation_, start);
     EXPECT_STREQ(result_.error, "");
     EXPECT_FALSE(result_.terminated);
@@ -79,30 +79,30 @@ TEST_F(BrokenWorldTest, TheNextResetRepairsIt) {
 
 TEST_F(BrokenWorldTest, AResetThatFailsSaysSo) {
   make(true);
-  rules_->reset(1, result_);
+  episode_->reset(1, result_);
   break_world();  // the filter stays with the world that is used again
-  EXPECT_THROW(rules_->reset(2, result_), std::runtime_error);
+  EXPECT_THROW(episode_->reset(2, result_), std::runtime_error);
   EXPECT_THROW(walk_until_the_end(), ResetNeeded);
-  EXPECT_NO_THROW(rules_->reset(2, result_));
+  EXPECT_NO_THROW(episode_->reset(2, result_));
 }
 
 /// Of several that are stepped together.
 TEST_F(BrokenWorldTest, DisturbsNoOther) {
   constexpr std::size_t kWalkers = 5;
   constexpr std::size_t kBroken = 3;
-  struct Episode {
-    std::unique_ptr<EpisodeRules> rules;
+  struct Played {
+    std::unique_ptr<Episode> episode;
     std::array<double, kObservationSize> observation{};
     Result result;
   };
   const auto begin = [this] {
-    auto episodes = std::make_unique<std::array<Episode, kWalkers>>();
+    auto episodes = std::make_unique<std::array<Played, kWalkers>>();
     for (std::size_t i = 0; i < kWalkers; ++i) {
-      Episode& episode = (*episodes)[i];
+      Played& played = (*episodes)[i];
       make(false);
-      episode.rules = std::move(rules_);
-      episode.result.observation = episode.observation.data();
-      episode.rules->reset(i == kBroken ? 1 : 10 + i, episode.result);
+      played.episode = std::move(episode_);
+      played.result.observation = played.observation.data();
+      played.episode->reset(i == kBroken ? 1 : 10 + i, played.result);
       if (i == kBroken) break_world();
     }
     return episodes;
@@ -112,27 +112,29 @@ TEST_F(BrokenWorldTest, DisturbsNoOther) {
   const std::array<double, kJointCount> action{};
   bool has_failed = false;
   for (int step = 0; step < 200; ++step) {
-    std::vector<StepCall> calls;
-    calls.reserve(kWalkers);
+    std::vector<Episode::GroupStep> steps;
+    steps.reserve(kWalkers);
     for (std::size_t i = 0; i < kWalkers; ++i) {
-      Episode& one = (*together)[i];
-      Episode& other = (*apart)[i];
+      Played& one = (*together)[i];
+      Played& other = (*apart)[i];
       ASSERT_EQ(one.result.terminated, other.result.terminated) << i;
       if (one.result.terminated) {
         ASSERT_STREQ(one.result.error, other.result.error) << i;
         has_failed = has_failed || one.result.error[0] != '\0';
-        one.rules->reset(step, one.result);
-        other.rules->reset(step, other.result);
+        one.episode->reset(step, one.result);
+        other.episode->reset(step, other.result);
       }
-      calls.push_back({one.rules.get(), action.data(), &one.result, nullptr});
-      other.rules->step(action.data(), action.size(), other.result);
+      steps.push_back({one.episode.get(), action.data()});
+      other.episode->step(action.data(), action.size(), other.result);
     }
-    std::vector<StepCall*> pointers;
-    pointers.reserve(kWalkers);
-    for (StepCall& call : calls) pointers.push_back(&call);
-    (*together)[0].rules->step_together(pointers.data(), kWalkers, action.size());
+    Episode::step_group(steps.data(), kWalkers);
     for (std::size_t i = 0; i < kWalkers; ++i) {
-      EXPECT_FALSE(calls[i].failure) << "the rules tell it";
+      Played& one = (*together)[i];
+      const EpisodeState& state = one.episode->state();
+      std::copy(state.observation.begin(), state.observation.end(), one.observation.begin());
+      one.result.reward = state.reward;
+      one.result.terminated = state.terminated;
+      one.result.error = state.error.c_str();
       EXPECT_EQ((*together)[i].observation, (*apart)[i].observation) << i << " in step " << step;
       EXPECT_EQ((*together)[i].result.reward, (*apart)[i].result.reward);
     }

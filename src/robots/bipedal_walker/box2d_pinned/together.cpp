@@ -14,7 +14,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-static_assert(kMostTogether <= kMostIslands);
+static_assert(kMaxGroupSize <= kMostIslands);
 
 /// What is asked to be solved, those that have the most in common beside each other.
 template <typename Problem>
@@ -32,7 +32,7 @@ class Queue {
   }
 
  private:
-  std::array<Problem*, kMostTogether> problems_;
+  std::array<Problem*, kMaxGroupSize> problems_;
   std::ptrdiff_t count_ = 0;
 };
 
@@ -53,7 +53,7 @@ class Group {
  private:
   void solve_islands() {
     Queue<Island> islands;
-    std::array<bool, kMostTogether> is_waiting{};
+    std::array<bool, kMaxGroupSize> is_waiting{};
     for_each([&](std::size_t i) {
       steps_[i].start(calls_[i].physics->parts(), model_);
       is_waiting[i] = steps_[i].begin();
@@ -68,7 +68,7 @@ class Group {
   /// One impact of each world at a time, until no world has another one.
   void solve_impacts() {
     Queue<Impact> impacts;
-    std::array<bool, kMostTogether> is_waiting{};
+    std::array<bool, kMaxGroupSize> is_waiting{};
     for_each([&](std::size_t i) {
       impacts_[i].begin(calls_[i].physics->parts(), model_);
       is_waiting[i] = true;
@@ -103,8 +103,8 @@ class Group {
   WorldCall* calls_;
   std::size_t count_;
   Model model_;
-  std::array<WorldStep, kMostTogether> steps_;
-  std::array<WorldImpacts, kMostTogether> impacts_;
+  std::array<WorldStep, kMaxGroupSize> steps_;
+  std::array<WorldImpacts, kMaxGroupSize> impacts_;
 };
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Batches without a master: the account of the shown environment against an environment driven
 // alone, and replies whose memory is used again.
-#include "server/environments/batch_calls.h"
+#include "server/batch_calls.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "allocation_counter.h"
-#include "bare_environment.h"
+#include "bare_robot.h"
 #include "bits.h"
 #include "base/random.h"
 #include "cramped_walker.h"
@@ -29,12 +29,21 @@ namespace {
 constexpr std::uint32_t kShown = 2;
 constexpr std::uint64_t kSeed = 11;
 
+/// The episode of the shown environment, driven alone.
+std::unique_ptr<Episode> make_alone(const MakeEnvironment& make) {
+  std::unique_ptr<Episode> alone(&episode_of(*make().release()));
+  EpisodeOptions options;
+  options.first_seed = kSeed + kShown;
+  alone->configure(options);
+  return alone;
+}
+
 /// What a server has for its batches.
 struct Herd {
   Herd(const std::string& id, AutoresetMode mode, std::uint32_t num_envs = 4)
       : options(options_of(id, mode, num_envs)),
-        environments(options, [id] { return make(id); }),
-        calls(environments, options, counters, episodes) {}
+        pool(make_pool(options, [id] { return make(id); })),
+        calls(pool, options, counters, episodes) {}
 
   static ServerOptions options_of(const std::string& id, AutoresetMode mode,
                                   std::uint32_t num_envs) {
@@ -50,8 +59,8 @@ struct Herd {
   }
 
   std::vector<double> actions() {
-    const std::size_t size = environments.specification().action_size();
-    std::vector<double> all(environments.size() * size);
+    const std::size_t size = pool.specification().action_size();
+    std::vector<double> all(pool.options().num_envs * size);
     for (double& value : all) value = generator.uniform(-1.5, 1.5);
     return all;
   }
@@ -66,7 +75,7 @@ struct Herd {
   ServerOptions options;
   ServerCounters counters;
   EpisodeStatistics episodes;
-  Environments environments;
+  Pool pool;
   BatchCalls calls;
   Generator generator{1};
   walker_sim::StepBatch::Response reply;
@@ -78,7 +87,7 @@ void expect_same_account(const EpisodeState& shown, const EpisodeState& alone) {
   expect_same_state(shown, alone);
 }
 
-void expect_same(EpisodeRecorder& shown, EpisodeRecorder& alone) {
+void expect_same(Episode& shown, Episode& alone) {
   expect_same_account(shown.state(), alone.state());
   EXPECT_EQ(to_bits(shown.sensors().joint_position), to_bits(alone.sensors().joint_position));
   EXPECT_EQ(to_bits(shown.sensors().joint_velocity), to_bits(alone.sensors().joint_velocity));
@@ -101,9 +110,10 @@ class AnyBatch : public testing::TestWithParam<Case> {};
 TEST_P(AnyBatch, TheShownEnvironmentIsAsOneDrivenAlone) {
   const auto [id, mode] = GetParam();
   Herd herd(id, mode);
-  EpisodeRecorder& shown = herd.environments.shown();
-  EpisodeRecorder alone(make(id), {0, kSeed + kShown});
-  EXPECT_FALSE(shown.has_episode());
+  Episode& shown = episode(herd.pool, kShown);
+  const std::unique_ptr<Episode> own = make_alone([id = id] { return make_episode(id); });
+  Episode& alone = *own;
+  EXPECT_FALSE(shown.state().has_begun());
   herd.reset();
   alone.reset(std::nullopt);
   expect_same(shown, alone);
@@ -173,7 +183,7 @@ TEST(BatchCalls, AStatisticIsOfTheWholeEpisode) {
 }
 
 /// Each episode has two steps of reward 1. Resets fail where the test says so.
-class Brittle : public BareEnvironment {
+class Brittle : public BareRobot {
  public:
   explicit Brittle(const bool& resets_fail) : resets_fail_(resets_fail) {
     specification_.observation_low = {0};
@@ -184,24 +194,21 @@ class Brittle : public BareEnvironment {
     specification_.info_names = {"one"};
   }
 
-  void reset(std::optional<std::uint64_t> /*seed*/, Result& result) override {
+  void reset(Generator& /*generator*/, double* info) override {
     if (resets_fail_) throw std::runtime_error("broken");
     steps_ = 0;
-    result = {result.observation, result.info, 0, false, false, "", ""};
-    tell(result);
+    info[0] = 1;
   }
-  void step(const double* /*action*/, std::size_t /*size*/, Result& result) override {
+  void step(RobotStep& step) override {
     ++steps_;
-    result = {result.observation, result.info, 1, steps_ == 2, false, "over", ""};
-    tell(result);
+    step.reward = 1;
+    step.terminated = steps_ == 2;
+    step.end_reason = "over";
+    step.info[0] = 1;
   }
+  void observe(double* observation) const override { observation[0] = 10 + steps_; }
 
  private:
-  void tell(Result& result) const {
-    result.observation[0] = 10 + steps_;
-    result.info[0] = 1;
-  }
-
   const bool& resets_fail_;
   int steps_ = 0;
 };
@@ -217,11 +224,12 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
     options_ = Herd::options_of("Brittle", GetParam(), num_envs);
     options_.shown_environment = shown;
     int num_made = 0;
-    environments_.emplace(options_, [&] {
+    calls_.reset();
+    pool_ = std::unique_ptr<Pool>(new Pool(make_pool(options_, [&] {
       const bool may_fail = num_envs == 1 || num_made++ == 1;
-      return std::make_unique<Brittle>(may_fail ? fails_ : never_);
-    });
-    calls_.emplace(*environments_, options_, counters_, episodes_);
+      return std::make_unique<Episode>(std::make_unique<Brittle>(may_fail ? fails_ : never_));
+    })));
+    calls_.emplace(*pool_, options_, counters_, episodes_);
   }
   void reset(const Numbers& listed = {}) {
     walker_sim::ResetBatch::Request request;
@@ -232,7 +240,7 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
     calls_->step(Values(options_.num_envs), reply_);
     calls_->reset_ended(reply_);
   }
-  const EpisodeState& shown() { return environments_->shown().state(); }
+  const EpisodeState& shown() { return episode(*pool_, options_.shown_environment).state(); }
   void expect_shown_failed(std::uint32_t episode) {
     EXPECT_TRUE(shown().failed_at_reset());
     EXPECT_EQ(shown().episode, episode);
@@ -248,7 +256,7 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
   ServerOptions options_;
   ServerCounters counters_;
   EpisodeStatistics episodes_;
-  std::optional<Environments> environments_;
+  std::unique_ptr<Pool> pool_;
   std::optional<BatchCalls> calls_;
   walker_sim::ResetBatch::Response begun_;
   walker_sim::StepBatch::Response reply_;
@@ -293,7 +301,7 @@ TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
   step();
   EXPECT_EQ(reply_.status_message, "");
   EXPECT_EQ(reply_.steps[1], 1U);
-  EXPECT_EQ((*environments_)[1].state().episode_return, 1);
+  EXPECT_EQ(episode(*pool_, 1).state().episode_return, 1);
 }
 
 TEST_P(Failing, AtItsAutoresetLeavesTheOthersAlone) {
@@ -346,7 +354,7 @@ TEST_P(Failing, AnotherThanTheShownOneDoesNotConcernIt) {
   EXPECT_EQ(shown().episode_return, 1);
 }
 
-/// A server of one has no pool.
+/// A server of one environment is a pool of one.
 TEST_P(Failing, AloneIsTheSame) {
   serve(1, 0);
   fails_ = true;
@@ -354,13 +362,13 @@ TEST_P(Failing, AloneIsTheSame) {
   EXPECT_EQ(begun_.status_message, "environment 0: the simulation failed at its reset: broken");
   EXPECT_EQ(begun_.observations, Values{0});
   expect_shown_failed(1);
-  if (GetParam() == AutoresetMode::disabled) return;  // a step is refused by the rules
+  if (GetParam() == AutoresetMode::disabled) return;  // the step is refused
   step();
   EXPECT_EQ(reply_.status_message, "environment 0: the simulation failed at its reset: broken");
   EXPECT_EQ(reply_.terminated, Flags{1});
   EXPECT_EQ(reply_.steps, Numbers{0});
   EXPECT_EQ(reply_.episodes, Numbers{2});
-  EXPECT_EQ(reply_.final_environments.size(), GetParam() == AutoresetMode::same_step ? 1U : 0U);
+  EXPECT_EQ(reply_.final_pool.options().num_envs, GetParam() == AutoresetMode::same_step ? 1U : 0U);
   fails_ = false;
   step();
   EXPECT_EQ(reply_.status_message, "");
@@ -382,11 +390,12 @@ TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
   if (std::string(GetParam().id) != "Walker2d-v5") return;
   const CrampedWalker cramped;
   ServerOptions options = Herd::options_of("Walker2d-v5", mode, 4);
-  Environments environments(options, std::ref(cramped));
+  Pool pool = make_pool(options, std::ref(cramped));
   ServerCounters counters;
   EpisodeStatistics episodes;
-  BatchCalls calls(environments, options, counters, episodes);
-  EpisodeRecorder alone(cramped(), {0, kSeed + kShown});
+  BatchCalls calls(pool, options, counters, episodes);
+  const std::unique_ptr<Episode> own = make_alone(std::ref(cramped));
+  Episode& alone = *own;
   walker_sim::ResetBatch::Response begun;
   walker_sim::StepBatch::Response reply;
   calls.reset({}, begun);
@@ -403,12 +412,12 @@ TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
       alone.step(action);
     }
     calls.step(actions, reply);
-    expect_same_account(environments.shown().state(), alone.state());
+    expect_same_account(episode(pool, kShown).state(), alone.state());
     calls.reset_ended(reply);
     if (alone.state().has_ended() && !alone.state().failed_at_reset() &&
         mode == AutoresetMode::same_step) {
       alone.reset(std::nullopt);
-      expect_same_account(environments.shown().state(), alone.state());
+      expect_same_account(episode(pool, kShown).state(), alone.state());
     }
     failed += alone.state().failed_at_reset() ? 1 : 0;
   }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <deque>
-#include <optional>
+#include <memory>
 
 #include "server/outputs.h"
 #include "server/simulation.h"
@@ -41,7 +41,7 @@ class Restores {
 
   Simulation& simulation_;
   Outputs& outputs_;
-  std::optional<EpisodeRecorder> scratch_;  // none beside many
+  std::unique_ptr<Environment> scratch_;  // none beside many
   std::deque<Waiting> waiting_;             // the first is in flight
 };
 

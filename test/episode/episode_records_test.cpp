@@ -1,4 +1,4 @@
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "bare_environment.h"
+#include "bare_robot.h"
 #include "bits.h"
 #include "base/random.h"
 #include "cramped_walker.h"
@@ -226,13 +226,13 @@ INSTANTIATE_TEST_SUITE_P(Ids, AnyWalker,
                            return name;
                          });
 
-TEST(EpisodeRecorder, HasNoRecordBeforeTheFirstReset) {
+TEST(EpisodeRecords, HasNoRecordBeforeTheFirstReset) {
   const Restorable simulation = simulation_of("BipedalWalker-v3");
   EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
             "there is no episode yet; reset first");
 }
 
-TEST(EpisodeRecorder, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
+TEST(EpisodeRecords, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
   Restorable simulation = simulation_of("BipedalWalker-v3", {{"reuse_world", true}});
   simulation.reset(1);
   EXPECT_NE(message_of<std::exception>([&] { simulation.record(); }).find("reuse_world"),
@@ -240,7 +240,7 @@ TEST(EpisodeRecorder, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
 }
 
 /// A reset that the engine refuses is told like a step at which it fails.
-TEST(EpisodeRecorder, AResetThatFailsIsAnEpisodeThatHasEnded) {
+TEST(EpisodeRecords, AResetThatFailsIsAnEpisodeThatHasEnded) {
   const CrampedWalker cramped;
   Restorable simulation(std::ref(cramped), cramped.good_seed());
   Restorable fresh(std::ref(cramped), cramped.good_seed());
@@ -278,7 +278,7 @@ TEST(EpisodeRecorder, AResetThatFailsIsAnEpisodeThatHasEnded) {
 }
 
 /// It would fail for ever if the generator stood still.
-TEST(EpisodeRecorder, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
+TEST(EpisodeRecords, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
   const CrampedWalker cramped;
   Restorable simulation(std::ref(cramped), cramped.bad_seed());
   int resets = 0;
@@ -291,7 +291,7 @@ TEST(EpisodeRecorder, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
   EXPECT_FALSE(simulation.state().seed);
 }
 
-TEST(EpisodeRecorder, ARecordWhoseResetFailsChangesNothing) {
+TEST(EpisodeRecords, ARecordWhoseResetFailsChangesNothing) {
   const CrampedWalker cramped;
   Restorable simulation(std::ref(cramped), cramped.good_seed());
   simulation.reset(std::nullopt);
@@ -306,7 +306,7 @@ TEST(EpisodeRecorder, ARecordWhoseResetFailsChangesNothing) {
 }
 
 /// Goes on for ever and costs nothing.
-class Endless : public BareEnvironment {
+class Endless : public BareRobot {
  public:
   Endless() {
     specification_.id = "Endless";
@@ -314,16 +314,16 @@ class Endless : public BareEnvironment {
     specification_.action_high = {1};
   }
 
-  void reset(std::optional<std::uint64_t> /*seed*/, Result& /*result*/) override {}
-  void step(const double* /*action*/, std::size_t /*size*/, Result& /*result*/) override {}
+  void reset(Generator& /*generator*/, double* /*info*/) override {}
+  void step(RobotStep& /*step*/) override {}
 };
 
-TEST(EpisodeRecorder, GivesUpTheRecordOfAnEndlessEpisode) {
-  Restorable simulation([] { return std::make_unique<Endless>(); }, 1);
+TEST(EpisodeRecords, GivesUpTheRecordOfAnEndlessEpisode) {
+  Restorable simulation([] { return std::make_unique<Episode>(std::make_unique<Endless>()); }, 1);
   simulation.reset(1);
   const std::vector<double> action{0.5};
-  for (std::uint32_t i = 0; i < EpisodeRecorder::kMostRecordedSteps; ++i) simulation.step(action);
-  EXPECT_EQ(simulation.record().actions.size(), EpisodeRecorder::kMostRecordedSteps);
+  for (std::uint32_t i = 0; i < kMaxRecordedSteps; ++i) simulation.step(action);
+  EXPECT_EQ(simulation.record().actions.size(), kMaxRecordedSteps);
   simulation.step(action);
   EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
             "the episode has 1000001 steps; the record was given up after 1000000");
@@ -331,47 +331,19 @@ TEST(EpisodeRecorder, GivesUpTheRecordOfAnEndlessEpisode) {
   EXPECT_TRUE(simulation.record().actions.empty()) << "the next one has a record again";
 }
 
-TEST(EpisodeRecorder, RefusesARecordThatItCouldNotGiveItself) {
-  Restorable simulation([] { return std::make_unique<Endless>(); }, 1);
+TEST(EpisodeRecords, RefusesARecordThatItCouldNotGiveItself) {
+  Restorable simulation([] { return std::make_unique<Episode>(std::make_unique<Endless>()); }, 1);
   simulation.reset(1);
   EpisodeRecord record = simulation.record();
-  record.num_steps = EpisodeRecorder::kMostRecordedSteps + 1;
+  record.num_steps = kMaxRecordedSteps + 1;
   record.actions.assign(record.num_steps, 0.5);
   EXPECT_EQ(message_of<std::invalid_argument>([&] { simulation.restore(record); }),
             "the record has 1000001 steps; must have at most 1000000");
   EXPECT_EQ(simulation.state().episode, 1U);
-  record.num_steps = EpisodeRecorder::kMostRecordedSteps;
+  record.num_steps = kMaxRecordedSteps;
   record.actions.pop_back();
   simulation.restore(record);
   EXPECT_EQ(simulation.record().actions, record.actions);
-}
-
-/// As a pool holds it: a recorder in an environment's place.
-TEST_P(AnyWalker, ARecorderIsAsGoodAsTheEnvironmentInIt) {
-  Stepper plain(GetParam());
-  Stepper recorded(std::make_unique<EpisodeRecorder>(make(GetParam())));
-  for (Stepper* one : {&plain, &recorded}) {
-    one->reset(5);
-    one->step(std::vector<double>(one->environment->specification().action_size(), 0.5));
-  }
-  Environment& recorder = *recorded.environment;
-  EXPECT_EQ(recorder.group_size(), plain.environment->group_size());
-  EXPECT_EQ(recorder.generator_state(), plain.environment->generator_state());
-  ASSERT_EQ(recorder.can_save_state(), plain.environment->can_save_state());
-  if (recorder.can_save_state()) {
-    std::vector<std::byte> state;
-    std::vector<std::byte> same;
-    plain.environment->save_state(plain.result, state);
-    recorder.save_state(recorded.result, same);
-    EXPECT_EQ(same, state);
-  }
-  const GeneratorState generator_state = recorder.generator_state();
-  plain.reset(6);
-  plain.environment->set_generator_state(generator_state);
-  recorder.set_generator_state(generator_state);
-  plain.reset();
-  recorded.reset();
-  EXPECT_EQ(to_bits(recorded.row()), to_bits(plain.row()));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// ~reset_batch and ~step_batch: requests to the environments, rows of the replies from them.
+// ~reset_batch and ~step_batch: requests to the pool, and rows of the replies from it.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "ros/throttle.h"
-#include "server/environments/environments.h"
+#include "server/environments.h"
 #include "server/parameter_reader.h"
 #include "server/topics/episode_statistics.h"
 #include "walker_sim/ResetBatch.h"
@@ -21,7 +21,7 @@ namespace walker {
 class BatchCalls {
  public:
   /// What it is given outlives it.
-  BatchCalls(Environments& environments, const ServerOptions& options, ServerCounters& counters,
+  BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters& counters,
              EpisodeStatistics& episodes);
 
   /// @throws std::invalid_argument naming the field, its value and what is allowed; then
@@ -30,20 +30,23 @@ class BatchCalls {
              walker_sim::ResetBatch::Response& response);
 
   /// Steps all. Under same_step ended episodes stay as they are until `reset_ended`.
-  /// @throws as `Environments::step`; then the reply is of no meaning
+  /// @throws as `Pool::step`; then the reply has no meaning
   void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
 
   /// Begins the episodes that same_step wants after this step.
   void reset_ended(walker_sim::StepBatch::Response& response);
 
  private:
+  const EpisodeState& state_of(std::uint32_t environment) const {
+    return episode(pool_, environment).state();
+  }
   void check(const walker_sim::ResetBatch::Request& request) const;
   Batch rows_of(walker_sim::StepBatch::Response& response) const;
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
   void account_resets(const std::vector<std::uint32_t>& environments, std::string& status_message);
   void note_failure(std::uint32_t environment, const char* what, std::string& status_message);
 
-  Environments& environments_;
+  Pool& pool_;
   const Specification& specification_;
   const ServerOptions& options_;
   ServerCounters& counters_;

@@ -1,4 +1,4 @@
-#include "server/environments/restores.h"
+#include "server/restores.h"
 
 #include <algorithm>
 #include <chrono>
@@ -12,11 +12,15 @@ namespace walker {
 
 Restores::Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironment& make)
     : simulation_(simulation), outputs_(outputs) {
-  if (simulation.environments().size() == 1) scratch_.emplace(make());
+  if (simulation.pool().options().num_envs != 1) return;
+  scratch_ = make();
+  EpisodeOptions options;
+  options.records_actions = true;
+  episode_of(*scratch_).configure(options);
 }
 
 void Restores::add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply) {
-  simulation_.environments().only("restore");  // throws where there are many
+  single_episode(simulation_.pool(), "restore");  // throws if there are many
   // A client that has gone wants it no more, and its record takes memory.
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(),
                                 [](const Waiting& each) { return !each.reply.is_awaited(); }),
@@ -28,14 +32,15 @@ bool Restores::go_on() {
   while (!waiting_.empty() && !waiting_.front().reply.is_awaited()) waiting_.pop_front();
   if (waiting_.empty()) return false;
   Waiting& first = waiting_.front();
+  Episode& scratch = episode_of(*scratch_);
   Response response;
   try {
-    if (!std::exchange(first.has_begun, true)) scratch_->begin(first.record);
+    if (!std::exchange(first.has_begun, true)) scratch.begin(first.record);
     // Others wait for it, and so may a step that is due.
     constexpr std::chrono::milliseconds kSlice{1};
-    if (!scratch_->repeat(first.record, std::chrono::steady_clock::now() + kSlice)) return false;
-    simulation_.restore(*scratch_);
-    response.transition = outputs_.take_transition();
+    if (!scratch.repeat(first.record, std::chrono::steady_clock::now() + kSlice)) return false;
+    const EpisodeState& state = simulation_.restore(scratch);
+    response.transition = outputs_.message(state, simulation_.clock().now());
     response.success = 1;
   } catch (const std::exception& error) {
     response.status_message = printable(error.what());

@@ -1,4 +1,4 @@
-#include "server/environments/batch_calls.h"
+#include "server/batch_calls.h"
 
 #include <cstddef>
 #include <numeric>
@@ -30,14 +30,14 @@ std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch:
 
 }  // namespace
 
-BatchCalls::BatchCalls(Environments& environments, const ServerOptions& options,
-                       ServerCounters& counters, EpisodeStatistics& episodes)
-    : environments_(environments),
-      specification_(environments.specification()),
+BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters& counters,
+                       EpisodeStatistics& episodes)
+    : pool_(pool),
+      specification_(pool.specification()),
       options_(options),
       counters_(counters),
       episodes_(episodes),
-      all_(environments.size()) {
+      all_(pool.options().num_envs) {
   std::iota(all_.begin(), all_.end(), 0U);
 }
 
@@ -49,11 +49,12 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   check(request);
   const std::vector<std::uint32_t>& listed =
       request.environments.empty() ? all_ : request.environments;
-  environments_.reset(listed, seeds_of(request));
+  pool_.reset(listed, seeds_of(request), {});
   account_resets(listed, response.status_message);
   for (const std::uint32_t environment : listed) {
-    append(environments_[environment].state().observation, response.observations);
-    append(environments_[environment].state().info, response.info);
+    const EpisodeState& state = state_of(environment);
+    append(state.observation, response.observations);
+    append(state.info, response.info);
   }
 }
 
@@ -61,7 +62,7 @@ void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
   const std::vector<std::uint32_t>& listed = request.environments;
   std::vector<bool> is_listed(all_.size());
   for (std::size_t i = 0; i < listed.size(); ++i) {
-    environments_.check_index(element("environments", i), listed[i]);
+    check_environment(pool_, element("environments", i), listed[i]);
     if (is_listed[listed[i]]) {
       throw std::invalid_argument(element("environments", i) + " = " + std::to_string(listed[i]) +
                                   "; is listed before, and each may be listed once");
@@ -84,7 +85,7 @@ void BatchCalls::step(const std::vector<double>& actions,
   response.final_observations.clear();
   response.final_info.clear();
   response.status_message.clear();
-  environments_.step(actions, rows_of(response));
+  pool_.step(actions.data(), actions.size(), rows_of(response));
   account(actions, response);
 }
 
@@ -114,7 +115,7 @@ void BatchCalls::account(const std::vector<double>& actions,
                          walker_sim::StepBatch::Response& response) {
   ended_.clear();
   for (const std::uint32_t environment : all_) {
-    const EpisodeState& state = environments_[environment].state();
+    const EpisodeState& state = state_of(environment);
     const bool has_ended =
         response.terminated[environment] != 0 || response.truncated[environment] != 0;
     if (response.steps[environment] == 0) {
@@ -143,7 +144,7 @@ void BatchCalls::note_failure(std::uint32_t environment, const char* what,
                               std::string& status_message) {
   ++counters_.simulation_errors;
   const std::string words =
-      std::to_string(environment) + ": " + what + ": " + environments_[environment].state().error;
+      std::to_string(environment) + ": " + what + ": " + state_of(environment).error;
   if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << words);
   if (!status_message.empty()) status_message += '\n';
   status_message += "environment " + words;
@@ -153,7 +154,7 @@ void BatchCalls::account_resets(const std::vector<std::uint32_t>& environments,
                                 std::string& status_message) {
   counters_.resets += environments.size();
   for (const std::uint32_t environment : environments) {
-    if (environments_[environment].state().error.empty()) continue;
+    if (state_of(environment).error.empty()) continue;
     note_failure(environment, kResetFailed, status_message);
   }
 }
@@ -164,7 +165,7 @@ void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
   rows.rewards = nullptr;  // these stay those of the last step
   rows.terminated = nullptr;
   rows.truncated = nullptr;
-  environments_.reset(ended_, {}, rows);
+  pool_.reset(ended_, {}, rows);
   account_resets(ended_, response.status_message);
 }
 

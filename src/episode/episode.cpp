@@ -1,0 +1,263 @@
+#include "episode/episode.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <stdexcept>
+#include <typeinfo>
+#include <utility>
+
+#include "base/checks.h"
+#include "episode/failure.h"
+
+namespace walker {
+
+const char* EpisodeState::bare_end_reason() const {
+  const std::size_t colon = end_reason.find(": ");
+  return colon == std::string::npos ? "" : &end_reason[colon + 2];
+}
+
+Episode::Episode(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {
+  state_.action.reserve(specification().action_size());
+  state_.observation.resize(specification().observation_size());
+  state_.info.resize(specification().info_names.size());
+  state_.end_reason.reserve(kMaxEndReason);
+  step_.robot = robot_.get();
+  step_.info = state_.info.data();
+}
+
+void Episode::configure(const EpisodeOptions& options) {
+  options_ = options;
+  if (!options.records_actions) return;
+  const std::size_t steps = std::min(specification().max_episode_steps, kMaxRecordedSteps);
+  actions_.reserve(steps * specification().action_size());
+}
+
+std::string Episode::step_refusal() const {
+  if (!state_.has_begun()) return "there is no episode yet";
+  if (!state_.has_ended()) return "";
+  if (!state_.error.empty()) return kStepFailed;
+  return "the episode ended after " + std::to_string(state_.step) + " steps";
+}
+
+void Episode::reset(std::optional<std::uint64_t> seed) {
+  if (!seed && !state_.has_begun()) seed = options_.first_seed;
+  if (seed) {
+    generator_.emplace(*seed);
+  } else if (!generator_) {
+    generator_.emplace(draw_seed());
+  }
+  begin_episode(generator_->state(), seed);
+}
+
+void Episode::begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed) {
+  generator_.emplace(generator_state);
+  begin_episode(generator_state, seed);
+}
+
+void Episode::begin_episode(const GeneratorState& generator_state,
+                            std::optional<std::uint64_t> seed) {
+  ++state_.episode;
+  state_.step = 0;
+  state_.action.clear();
+  state_.reward = 0;
+  state_.episode_return = 0;
+  state_.terminated = false;
+  state_.truncated = false;
+  state_.end_reason.clear();
+  state_.error.clear();
+  state_.seed = seed;
+  state_.generator_state = generator_state;
+  actions_.clear();
+  was_loaded_ = false;
+  sensors_are_fresh_ = false;
+  try {
+    robot_->reset(*generator_, state_.info.data());
+    robot_->observe(state_.observation.data());
+  } catch (...) {
+    // Nothing depends on what was before.
+    std::fill(state_.observation.begin(), state_.observation.end(), 0);
+    fail(kResetFailed, std::current_exception());
+  }
+}
+
+void Episode::step(const double* action, std::size_t size) {
+  const std::string refusal = step_refusal();
+  if (!refusal.empty()) throw ResetNeeded("step: " + refusal + "; reset first");
+  check_action(specification(), action, size);
+  prepare(action);
+  try {
+    robot_->step(step_);
+  } catch (...) {
+    step_.failure = std::current_exception();
+  }
+  conclude();
+}
+
+bool Episode::is_like(const Episode& other) const {
+  const Specification& a = specification();
+  const Specification& b = other.specification();
+  const Robot& robot = *robot_;
+  const Robot& other_robot = *other.robot_;
+  return typeid(robot) == typeid(other_robot) && a.id == b.id && a.parameters == b.parameters &&
+         a.observation_size() == b.observation_size() && a.action_size() == b.action_size() &&
+         a.info_names == b.info_names;
+}
+
+std::size_t Episode::group_size() const {
+  return std::clamp<std::size_t>(robot_->group_size(), 1, kMaxGroupSize);
+}
+
+void Episode::step_group(const GroupStep* steps, std::size_t count) noexcept {
+  if (count == 0) return;
+  std::array<RobotStep*, kMaxGroupSize> robot_steps;
+  for (std::size_t i = 0; i < count; ++i) {
+    steps[i].episode->prepare(steps[i].action);
+    robot_steps[i] = &steps[i].episode->step_;
+  }
+  steps[0].episode->robot_->step_group(robot_steps.data(), count);
+  for (std::size_t i = 0; i < count; ++i) steps[i].episode->conclude();
+}
+
+void Episode::prepare(const double* action) {
+  const std::size_t size = specification().action_size();
+  state_.action.assign(action, action + size);
+  step_.action = action;
+  step_.terminated = false;
+  step_.end_reason = "";
+  if (options_.records_actions && !was_loaded_ && state_.step < kMaxRecordedSteps) {
+    actions_.insert(actions_.end(), action, action + size);
+  } else if (!actions_.empty()) {
+    actions_ = {};
+  }
+}
+
+/// Takes the outcome of the robot's step.
+void Episode::conclude() {
+  ++state_.step;
+  sensors_are_fresh_ = false;
+  if (step_.failure) {
+    fail(kStepFailed, std::exchange(step_.failure, nullptr));
+    return;
+  }
+  robot_->observe(state_.observation.data());
+  state_.reward = step_.reward;
+  state_.episode_return += step_.reward;
+  state_.terminated = step_.terminated;
+  const std::uint32_t limit = specification().max_episode_steps;
+  state_.truncated = limit != 0 && state_.step >= limit;
+  if (state_.terminated) {
+    end(step_.end_reason);
+  } else if (state_.truncated) {
+    end((std::to_string(limit) + " steps").c_str());
+  }
+}
+
+void Episode::end(const char* reason) {
+  state_.end_reason.assign(state_.terminated ? "terminated: " : "truncated: ");
+  state_.end_reason.append(reason);
+}
+
+/// Ends the episode without reward and info; the observation stays as it is.
+void Episode::fail(const char* reason, const std::exception_ptr& thrown) {
+  std::fill(state_.info.begin(), state_.info.end(), std::numeric_limits<double>::quiet_NaN());
+  state_.reward = 0;
+  state_.terminated = true;
+  state_.truncated = false;
+  state_.error = message_of(thrown);
+  end(reason);
+}
+
+const Sensors& Episode::sensors() {
+  if (!sensors_are_fresh_) {
+    sense(sensors_);
+    sensors_are_fresh_ = true;
+  }
+  return sensors_;
+}
+
+const Scene& Episode::scene() {
+  scene(scene_);
+  return scene_;
+}
+
+void Episode::take_over(Episode& other) {
+  other.state_.episode = other.state_.has_begun() ? state_.episode + 1 : 0;
+  other.state_.environment = state_.environment;
+  std::swap(robot_, other.robot_);
+  std::swap(state_, other.state_);
+  std::swap(step_, other.step_);
+  std::swap(generator_, other.generator_);
+  std::swap(actions_, other.actions_);
+  std::swap(was_loaded_, other.was_loaded_);
+  sensors_are_fresh_ = false;
+  other.sensors_are_fresh_ = false;
+}
+
+void Episode::reset(std::optional<std::uint64_t> seed, Result& result) {
+  reset(seed);
+  copy_to(result);
+  if (state_.failed_at_reset()) throw std::runtime_error(state_.error);
+}
+
+void Episode::step(const double* action, std::size_t size, Result& result) {
+  step(action, size);
+  copy_to(result);
+}
+
+void Episode::copy_to(Result& result) const {
+  std::copy(state_.observation.begin(), state_.observation.end(), result.observation);
+  std::copy(state_.info.begin(), state_.info.end(), result.info);
+  result.reward = state_.reward;
+  result.terminated = state_.terminated;
+  result.truncated = state_.truncated;
+  result.end_reason = state_.bare_end_reason();
+  result.error = state_.error.c_str();
+}
+
+void Episode::sense(Sensors& sensors) {
+  require_state("sense");
+  robot_->sense(sensors);
+}
+
+void Episode::scene(Scene& scene) const {
+  require_state("scene");
+  robot_->scene(scene);
+}
+
+void Episode::require_state(const char* call) const {
+  if (state_.has_begun() && state_.error.empty()) return;
+  throw ResetNeeded(std::string(call) + ": " + step_refusal() + "; reset first");
+}
+
+void Episode::set_coordinates(const std::vector<double>& position,
+                              const std::vector<double>& velocity) {
+  require_state("set_state");
+  robot_->set_coordinates(position, velocity, state_.info.data());
+  robot_->observe(state_.observation.data());
+  state_.reward = 0;
+  state_.terminated = false;
+  state_.truncated = false;
+  state_.end_reason.clear();
+  actions_.clear();
+  was_loaded_ = true;
+  sensors_are_fresh_ = false;
+}
+
+void Episode::set_coordinates(const std::vector<double>& position,
+                              const std::vector<double>& velocity, Result& result) {
+  set_coordinates(position, velocity);
+  copy_to(result);
+}
+
+std::optional<bool> Episode::is_healthy() const {
+  const std::optional<bool> is_healthy = robot_->is_healthy();
+  if (is_healthy) require_state("is_healthy");
+  return is_healthy;
+}
+
+GeneratorState Episode::generator_state() const {
+  return generator_ ? generator_->state() : GeneratorState{};
+}
+
+}  // namespace walker

@@ -1,0 +1,112 @@
+// The saved states of an episode: its phase and last outcome, its generator, then the robot's state.
+#include <stdexcept>
+#include <utility>
+
+#include "base/generator_bytes.h"
+#include "base/state_bytes.h"
+#include "episode/episode.h"
+
+namespace walker {
+namespace {
+
+/// As a state has them.
+enum class Phase : std::uint8_t { before_reset, running, ended, failed };
+
+Phase phase_of(const EpisodeState& state) {
+  if (!state.has_begun()) return Phase::before_reset;
+  if (!state.has_ended()) return Phase::running;
+  return state.error.empty() ? Phase::ended : Phase::failed;
+}
+
+void write(const EpisodeState& state, StateWriter& writer) {
+  writer.number(phase_of(state));
+  if (!state.has_begun()) return;
+  writer.number(state.step);
+  writer.number(state.episode_return);
+  writer.numbers(state.observation.data(), state.observation.size());
+  writer.numbers(state.info.data(), state.info.size());
+  writer.number(state.reward);
+  writer.number(std::uint8_t{state.terminated});
+  writer.number(std::uint8_t{state.truncated});
+  writer.text(state.bare_end_reason());
+  writer.text(state.error);
+}
+
+/// @param state has vectors of the right sizes; `episode` becomes 0 or 1
+void read(StateReader& reader, EpisodeState& state) {
+  const auto number = reader.number<std::uint8_t>();
+  if (number > static_cast<std::uint8_t>(Phase::failed)) {
+    refuse_state("its phase is " + std::to_string(number));
+  }
+  const Phase phase{number};
+  if (phase == Phase::before_reset) return;
+  state.episode = 1;
+  state.step = reader.number<std::uint32_t>();
+  state.episode_return = reader.number<double>();
+  reader.numbers(state.observation.data(), state.observation.size());
+  reader.numbers(state.info.data(), state.info.size());
+  state.reward = reader.number<double>();
+  state.terminated = reader.flag();
+  state.truncated = reader.flag();
+  const std::string end_reason = reader.text();
+  if (state.has_ended()) {
+    state.end_reason = (state.terminated ? "terminated: " : "truncated: ") + end_reason;
+  }
+  state.error = reader.text();
+  if (phase != phase_of(state)) refuse_state("its phase is not that of its outcome");
+}
+
+[[noreturn]] void refuse_to_save(const Specification& specification) {
+  throw std::logic_error("the state of " + specification.id + " on " + specification.engine + " " +
+                         specification.engine_version +
+                         " cannot be saved; its episode can only be repeated");
+}
+
+}  // namespace
+
+const StateOrigin& Episode::origin() const {
+  if (!origin_) origin_.emplace(specification());
+  return *origin_;
+}
+
+void Episode::save_state(std::vector<std::byte>& state) const {
+  if (!can_save_state()) refuse_to_save(specification());
+  const std::size_t begin = origin().begin(state);
+  StateWriter writer(state);
+  write(state_, writer);
+  write_generator(generator_, writer);
+  robot_->save(writer);
+  StateOrigin::seal(state, begin);
+}
+
+std::function<void()> Episode::read_state(const std::byte* state, std::size_t size) {
+  if (!can_save_state()) refuse_to_save(specification());
+  StateReader reader = origin().open(state, size);
+  EpisodeState read_state;
+  read_state.observation.resize(state_.observation.size());
+  read_state.info.resize(state_.info.size());
+  read(reader, read_state);
+  const std::optional<Generator> generator = read_generator(reader);
+  std::function<void()> load_robot = robot_->load(reader);
+  reader.finish();
+  return [this, read_state = std::move(read_state), generator, load_robot = std::move(load_robot)] {
+    load_robot();
+    generator_ = generator;
+    const std::uint32_t next_episode = state_.episode + 1;
+    const std::uint32_t environment = state_.environment;
+    state_ = read_state;  // keeps the buffers that others point to
+    state_.environment = environment;
+    if (state_.has_begun()) state_.episode = next_episode;
+    actions_.clear();
+    was_loaded_ = state_.has_begun();
+    sensors_are_fresh_ = false;
+  };
+}
+
+Progress Episode::load_state(const std::byte* state, std::size_t size, Result& result) {
+  load_state(state, size);
+  if (state_.has_begun()) copy_to(result);
+  return {state_.has_begun(), state_.step, state_.episode_return};
+}
+
+}  // namespace walker

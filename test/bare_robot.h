@@ -1,0 +1,25 @@
+// What the robots that tests make up have in common.
+#pragma once
+
+#include <stdexcept>
+
+#include "robots/robot.h"
+
+namespace walker {
+
+/// Has nothing to observe or to sense and cannot be saved; derived classes fill the specification.
+class BareRobot : public Robot {
+ public:
+  const Specification& specification() const override { return specification_; }
+  void observe(double* /*observation*/) const override {}
+  void sense(Sensors& /*sensors*/) override {}
+  void scene(Scene& /*scene*/) const override {}
+  bool can_save() const override { return false; }
+  void save(StateWriter& /*writer*/) const override { throw std::logic_error("save"); }
+  std::function<void()> load(StateReader& /*reader*/) override { throw std::logic_error("load"); }
+
+ protected:
+  Specification specification_;
+};
+
+}  // namespace walker
