@@ -30,12 +30,12 @@
 #include <string>
 #include <vector>
 
-#include "robots/bipedal_walker/bipedal_walker.h"
-#include "robots/bipedal_walker/heuristic.h"
-#include "robots/bipedal_walker/terrain_numbers.h"
 #include "base/parameter_text.h"
 #include "base/random.h"
 #include "pipe.h"
+#include "robots/bipedal_walker/bipedal_walker.h"
+#include "robots/bipedal_walker/heuristic.h"
+#include "robots/bipedal_walker/terrain_numbers.h"
 #include "stepper.h"
 
 namespace {

@@ -9,13 +9,13 @@
 #include <tuple>
 #include <utility>
 
+#include "base/shortest_text.h"
 #include "client/forks.h"
-#include "wire/master.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
 #include "client/service_types.h"
-#include "base/shortest_text.h"
 #include "walker_sim/parameters.h"
+#include "wire/master.h"
 
 namespace walker {
 namespace {

@@ -11,12 +11,12 @@
 #include <string_view>
 #include <vector>
 
-#include "client/service_types.h"
-#include "wire/tcpros.h"
 #include "base/limits.h"
 #include "base/printable_text.h"
+#include "client/service_types.h"
 #include "walker_sim/client.h"
 #include "walker_sim/parameters.h"
+#include "wire/tcpros.h"
 
 namespace walker {
 

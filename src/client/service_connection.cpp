@@ -3,8 +3,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "client/messages.h"
 #include "base/printable_text.h"
+#include "client/messages.h"
 
 namespace walker {
 

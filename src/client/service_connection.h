@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <string>
 
-#include "wire/master.h"
 #include "client/messages.h"
 #include "client/service_types.h"
+#include "wire/master.h"
 #include "wire/socket.h"
 #include "wire/tcpros.h"
 

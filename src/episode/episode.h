@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "base/random.h"
 #include "base/limits.h"
+#include "base/random.h"
 #include "episode/episode_record.h"
 #include "episode/state_header.h"
 #include "robots/robot.h"
@@ -35,8 +35,9 @@ struct EpisodeState {
   double episode_return = 0;
   bool terminated = false;
   bool truncated = false;
-  std::string end_reason;  ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
-  std::string error;       ///< why the engine had to end the episode; empty if it did not
+  std::string
+      end_reason;     ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
+  std::string error;  ///< why the engine had to end the episode; empty if it did not
   std::optional<std::uint64_t> seed;  ///< the episode began with it; none: the generator continued
   GeneratorState generator_state{};   ///< before the reset
 
@@ -57,9 +58,9 @@ struct EpisodeOptions {
 /// an episode, and calls the robot only when it may be called.
 ///
 /// The time limit sets `truncated` on step `max_episode_steps` (0: never), also if that step
-/// terminates. An engine that fails at a step ends the episode: `terminated` with `error`, reward 0,
-/// no info, the observation as it was. One that fails at a reset leaves an episode that ended before
-/// its first step, with an observation of zeros. After either, only a reset is allowed.
+/// terminates. An engine that fails at a step ends the episode: `terminated` with `error`, reward
+/// 0, no info, the observation as it was. One that fails at a reset leaves an episode that ended
+/// before its first step, with an observation of zeros. After either, only a reset is allowed.
 ///
 /// Aligned so that episodes in the hands of different threads share no cache line.
 class WALKER_SIM_EXPORT Episode final : public Environment {

@@ -10,8 +10,8 @@
 #include "base/checks.h"
 #include "base/interruption.h"
 #include "base/limits.h"
-#include "episode/parking.h"
 #include "episode/failure.h"
+#include "episode/parking.h"
 #include "episode/pool_slot.h"
 #include "episode/thread_pool.h"
 
@@ -41,8 +41,8 @@ PoolOptions complete(PoolOptions options) {
   return options;
 }
 
-/// One group per thread: worlds of smaller groups have less in common, which costs more than a thread
-/// that has finished waiting for another's group.
+/// One group per thread: worlds of smaller groups have less in common, which costs more than a
+/// thread that has finished waiting for another's group.
 std::size_t max_group(const PoolOptions& options) {
   return (options.batch_size + options.num_threads - 1) / options.num_threads;
 }
@@ -94,8 +94,8 @@ struct Pool::Implementation {
     std::iota(all.begin(), all.end(), 0U);
   }
 
-  static std::vector<PoolSlot> make_slots(
-      const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options) {
+  static std::vector<PoolSlot> make_slots(const std::function<std::unique_ptr<Environment>()>& make,
+                                          const PoolOptions& options) {
     std::vector<PoolSlot> slots;
     slots.reserve(options.num_envs);
     for (std::uint32_t i = 0; i < options.num_envs; ++i) {
@@ -255,9 +255,7 @@ Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const Pool
 
 Pool::~Pool() = default;
 
-const Specification& Pool::specification() const {
-  return implementation_->specification();
-}
+const Specification& Pool::specification() const { return implementation_->specification(); }
 
 const PoolOptions& Pool::options() const { return implementation_->options; }
 

@@ -1,4 +1,5 @@
-// The saved states of an episode: its phase and last outcome, its generator, then the robot's state.
+// The saved states of an episode: its phase and last outcome, its generator, then the robot's
+// state.
 #include <stdexcept>
 #include <utility>
 

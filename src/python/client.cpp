@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "client/forks.h"
 #include "base/checks.h"
+#include "client/forks.h"
 #include "episode/failure.h"
 #include "python/arrays.h"
 #include "python/bindings.h"

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <string>
 
-#include "episode/episode_record.h"
 #include "base/printable_text.h"
+#include "episode/episode_record.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {

@@ -137,14 +137,14 @@ class RecordedEnvironment {
     const Input positions(position, "qpos");
     const Input velocities(velocity, "qvel");
     const Unlocked unlocked(mutex_);
-    recorder_.set_coordinates({positions.data(), positions.data() + positions.size()},
+    episode_->set_coordinates({positions.data(), positions.data() + positions.size()},
                               {velocities.data(), velocities.data() + velocities.size()});
   }
 
   /// None: the environment does not tell. @throws ResetNeeded
   std::optional<bool> is_healthy() {
     const Unlocked unlocked(mutex_);
-    return recorder_.is_healthy();
+    return episode_->is_healthy();
   }
 
   /// For pickle and copy.
@@ -180,8 +180,7 @@ class RecordedEnvironment {
           "stored; only an environment before its first reset can");
     }
     if (state.step > kMaxRecordedSteps) {
-      throw py::value_error("an episode of more than " +
-                            std::to_string(kMaxRecordedSteps) +
+      throw py::value_error("an episode of more than " + std::to_string(kMaxRecordedSteps) +
                             " steps cannot be copied or stored");
     }
     return py::make_tuple(has_begun, state.generator_state, to_bytes(episode_->actions()),

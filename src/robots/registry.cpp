@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "robots/bipedal_walker/registration.h"
 #include "base/parameter_text.h"
+#include "robots/bipedal_walker/registration.h"
 #include "robots/hopper/registration.h"
 #include "robots/walker2d/registration.h"
 

@@ -48,8 +48,8 @@ class Robot {
   /// @throws std::exception with the engine's message
   virtual void step(RobotStep& step) = 0;
 
-  /// Makes the steps of several robots of this type, each to the bit as `step` makes it. A type that
-  /// advances many worlds together faster than one after the other overrides this.
+  /// Makes the steps of several robots of this type, each to the bit as `step` makes it. A type
+  /// that advances many worlds together faster than one after the other overrides this.
   /// @param steps at most kMaxGroupSize, of distinct robots, without a failure
   virtual void step_group(RobotStep* const* steps, std::size_t count) noexcept;
 

@@ -24,12 +24,12 @@
 #include <ros/network.h>
 #include <ros/this_node.h>
 
-#include "wire/master.h"
 #include "base/interruption.h"
 #include "base/printable_text.h"
 #include "base/standard_descriptors.h"
 #include "ros/library_fixes.h"
 #include "ros/listening.h"
+#include "wire/master.h"
 
 namespace walker {
 namespace {

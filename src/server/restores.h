@@ -42,7 +42,7 @@ class Restores {
   Simulation& simulation_;
   Outputs& outputs_;
   std::unique_ptr<Environment> scratch_;  // none beside many
-  std::deque<Waiting> waiting_;             // the first is in flight
+  std::deque<Waiting> waiting_;           // the first is in flight
 };
 
 }  // namespace walker

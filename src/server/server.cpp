@@ -52,8 +52,7 @@ ros::NodeHandle make_node(WakingQueue& queue) {
   return node;
 }
 
-ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive,
-                                     Simulation& simulation) {
+ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive, Simulation& simulation) {
   return subscribe_checked<std_msgs::Float64MultiArray>(
       node, "effort_command", 1,
       [&drive](const auto& message, const auto& agent) {

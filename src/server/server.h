@@ -4,8 +4,8 @@
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 
-#include "server/environments.h"
 #include "server/drive/drive.h"
+#include "server/environments.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
 #include "server/restores.h"
@@ -17,9 +17,9 @@
 
 namespace walker {
 
-/// Environments on ROS, from their drive to their outputs. Services, callbacks, steps and publishing
-/// all happen in the thread that calls `run`, so that nothing moves while a service answers. Only
-/// pictures are drawn elsewhere.
+/// Environments on ROS, from their drive to their outputs. Services, callbacks, steps and
+/// publishing all happen in the thread that calls `run`, so that nothing moves while a service
+/// answers. Only pictures are drawn elsewhere.
 class Server {
  public:
   using MakeRenderer = RenderThread::MakeRenderer;

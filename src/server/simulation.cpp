@@ -23,8 +23,7 @@ Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock
       shown_(episode(pool, options.shown_environment)),
       clock_(clock),
       outputs_(outputs),
-      command_(pool.specification(), options.command_timeout,
-               options.real_time_factor == 0),
+      command_(pool.specification(), options.command_timeout, options.real_time_factor == 0),
       batch_calls_(pool, options_, counters_, episodes_) {}
 
 const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed) {

@@ -43,8 +43,8 @@ int main(int argc, char** argv) {
     walker::Server server(
         options,
         [&] {
-          return std::make_unique<walker::Episode>(std::make_unique<walker::bench::Frozen>(
-              registration.create(options.id, parameters)));
+          return std::make_unique<walker::Episode>(
+              std::make_unique<walker::bench::Frozen>(registration.create(options.id, parameters)));
         },
         [&options](const walker::Parameters& camera) {
           return walker::make_renderer(options.id, options.environment, camera);

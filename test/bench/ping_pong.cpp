@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
+#include "base/checked.h"
 #include "bench/arguments.h"
 #include "bench/round_trips.h"
-#include "base/checked.h"
 
 namespace walker::bench {
 namespace {

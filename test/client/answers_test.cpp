@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/limits.h"
 #include "client/messages.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
-#include "base/limits.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
 

@@ -15,10 +15,10 @@
 #include <thread>
 #include <vector>
 
+#include "base/limits.h"
 #include "bits.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
-#include "base/limits.h"
 #include "error_message.h"
 
 namespace walker {

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "wire/tcpros.h"
 #include "base/checked.h"
+#include "wire/tcpros.h"
 
 namespace walker::test {
 

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "bare_robot.h"
-#include "bits.h"
 #include "base/random.h"
+#include "bits.h"
 #include "cramped_walker.h"
 #include "episode_states.h"
 #include "error_message.h"

@@ -3,8 +3,8 @@
 // reset in one thread while others step in the others.
 #include <gtest/gtest.h>
 
-#include "episode/pool_arrays.h"
 #include "base/random.h"
+#include "episode/pool_arrays.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "episode/fake_walker.h"
 #include "base/interruption.h"
+#include "episode/fake_walker.h"
 #include "episode/pool_arrays.h"
 #include "error_message.h"
 

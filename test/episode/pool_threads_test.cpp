@@ -6,9 +6,9 @@
 #include <ostream>
 #include <string>
 
+#include "base/random.h"
 #include "bits.h"
 #include "episode/pool_arrays.h"
-#include "base/random.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

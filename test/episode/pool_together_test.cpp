@@ -17,9 +17,9 @@ using Values = std::vector<double>;
 /// Solves three at a time, and keeps how many each call had.
 class TogetherWalker : public FakeWalker {
  public:
-  void step_group(RobotStep* const* steps, std::size_t count) noexcept override {
+  void step_group(RobotStep* const* group, std::size_t count) noexcept override {
     counts->push_back(count);
-    FakeWalker::step_group(steps, count);
+    FakeWalker::step_group(group, count);
   }
   void step(RobotStep& step) override {
     FakeWalker::step(step);

@@ -1,10 +1,10 @@
 // What comes on the connection to a master: HTTP, XML-RPC in it, and a service's address in that.
 #include <string>
 
-#include "wire/master.h"
 #include "fuzz/scripted_socket.h"
 #include "fuzz/target.h"
 #include "walker_sim/client.h"
+#include "wire/master.h"
 
 namespace walker::fuzz {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "wire/socket.h"
 #include "fuzz/target.h"
 #include "walker_sim/client.h"
+#include "wire/socket.h"
 
 namespace walker {
 namespace {

@@ -16,8 +16,8 @@
 
 #include "allocation_counter.h"
 #include "bare_robot.h"
-#include "bits.h"
 #include "base/random.h"
+#include "bits.h"
 #include "cramped_walker.h"
 #include "episode_states.h"
 #include "error_message.h"
@@ -111,8 +111,8 @@ TEST_P(AnyBatch, TheShownEnvironmentIsAsOneDrivenAlone) {
   const auto [id, mode] = GetParam();
   Herd herd(id, mode);
   Episode& shown = episode(herd.pool, kShown);
-  const std::unique_ptr<Episode> own = make_alone([id = id] { return make_episode(id); });
-  Episode& alone = *own;
+  const std::unique_ptr<Episode> driven_alone = make_alone([id = id] { return make_episode(id); });
+  Episode& alone = *driven_alone;
   EXPECT_FALSE(shown.state().has_begun());
   herd.reset();
   alone.reset(std::nullopt);
@@ -368,7 +368,7 @@ TEST_P(Failing, AloneIsTheSame) {
   EXPECT_EQ(reply_.terminated, Flags{1});
   EXPECT_EQ(reply_.steps, Numbers{0});
   EXPECT_EQ(reply_.episodes, Numbers{2});
-  EXPECT_EQ(reply_.final_pool.options().num_envs, GetParam() == AutoresetMode::same_step ? 1U : 0U);
+  EXPECT_EQ(reply_.final_environments.size(), GetParam() == AutoresetMode::same_step ? 1U : 0U);
   fails_ = false;
   step();
   EXPECT_EQ(reply_.status_message, "");
@@ -394,8 +394,8 @@ TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
   ServerCounters counters;
   EpisodeStatistics episodes;
   BatchCalls calls(pool, options, counters, episodes);
-  const std::unique_ptr<Episode> own = make_alone(std::ref(cramped));
-  Episode& alone = *own;
+  const std::unique_ptr<Episode> driven_alone = make_alone(std::ref(cramped));
+  Episode& alone = *driven_alone;
   walker_sim::ResetBatch::Response begun;
   walker_sim::StepBatch::Response reply;
   calls.reset({}, begun);

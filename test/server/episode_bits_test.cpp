@@ -6,8 +6,8 @@
 
 #include <ros/ros.h>
 
-#include "robots/bipedal_walker/heuristic.h"
 #include "base/random.h"
+#include "robots/bipedal_walker/heuristic.h"
 #include "server/inbox.h"
 #include "server/remote.h"
 #include "server/twin.h"

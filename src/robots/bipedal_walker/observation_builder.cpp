@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "robots/bipedal_walker/observation.h"
-#include "robots/bipedal_walker/specification.h"
 #include "base/checks.h"
 #include "base/unwrapped_angle.h"
+#include "robots/bipedal_walker/observation.h"
+#include "robots/bipedal_walker/specification.h"
 
 namespace walker::bipedal_walker {
 namespace {

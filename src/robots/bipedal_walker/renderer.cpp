@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/limits.h"
 #include "robots/bipedal_walker/canvas.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/specification.h"
-#include "base/limits.h"
 
 namespace walker::bipedal_walker {
 namespace {

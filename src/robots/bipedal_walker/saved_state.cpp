@@ -1,8 +1,8 @@
 // The state of a BipedalWalker as bytes: what it remembers itself, and its world.
-#include "robots/bipedal_walker/bipedal_walker.h"
-#include "robots/bipedal_walker/world_state.h"
 #include "base/generator_bytes.h"
 #include "base/state_bytes.h"
+#include "robots/bipedal_walker/bipedal_walker.h"
+#include "robots/bipedal_walker/world_state.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -64,8 +64,8 @@ std::function<void()> BipedalWalker::load(StateReader& reader) {
     clouds = generate_clouds(generator);
   }
   WorldState world = WorldState::read(reader, is_same_terrain ? terrain_ : terrain);
-  return [this, is_same_terrain, terrain_origin, clouds, has_shaping, shaping, velocity_before_step, lidar,
-          terrain = std::move(terrain), world = std::move(world)] {
+  return [this, is_same_terrain, terrain_origin, clouds, has_shaping, shaping, velocity_before_step,
+          lidar, terrain = std::move(terrain), world = std::move(world)] {
     if (!is_same_terrain) {
       world_is_broken_ = true;  // until it is built
       physics_.emplace();

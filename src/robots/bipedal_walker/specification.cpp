@@ -9,9 +9,9 @@
 #include <mutex>
 #include <tuple>
 
+#include "base/engine_release.h"
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/physics.h"
-#include "base/engine_release.h"
 
 namespace walker::bipedal_walker {
 namespace {

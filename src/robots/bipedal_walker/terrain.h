@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "robots/bipedal_walker/constants.h"
 #include "base/random.h"
+#include "robots/bipedal_walker/constants.h"
 
 namespace walker::bipedal_walker {
 

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/state_bytes.h"
 #include "robots/bipedal_walker/box2d.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
 #include "robots/bipedal_walker/terrain.h"
-#include "base/state_bytes.h"
 
 namespace walker::bipedal_walker {
 

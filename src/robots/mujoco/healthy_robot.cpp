@@ -78,7 +78,8 @@ void HealthyRobot::write_reset_info(double* info) const {
 void HealthyRobot::conclude_step(double x_velocity, RobotStep& step) const {
   const char* const illness = why_unhealthy();
   const bool is_healthy = illness[0] == '\0';
-  const RewardTerms terms = reward_of_step(reward_, x_velocity, is_healthy, step.action, model().nu);
+  const RewardTerms terms =
+      reward_of_step(reward_, x_velocity, is_healthy, step.action, model().nu);
   step.reward = terms.total();
   step.terminated = !is_healthy && reward_.terminate_when_unhealthy;
   step.end_reason = step.terminated ? illness : "";

@@ -25,8 +25,8 @@ namespace walker {
 class ServerCamera {
  public:
   /// @param pool outlives this
-  ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
-               const ServerOptions& options, RenderThread::MakeRenderer make_renderer);
+  ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames, const ServerOptions& options,
+               RenderThread::MakeRenderer make_renderer);
 
   /// Offers the shown environment's state to the topics, which take it where somebody subscribes
   /// and it is time for a picture.

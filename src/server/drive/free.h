@@ -18,9 +18,7 @@ class FreeDrive : public RunningDrive {
   const char* pace() const override;
 
  private:
-  Clock::duration until_step(Clock::time_point now) const override {
-    return pacer_.remaining(now);
-  }
+  Clock::duration until_step(Clock::time_point now) const override { return pacer_.remaining(now); }
   void step_if_due(Clock::time_point now) override;
 
   Pacer pacer_;

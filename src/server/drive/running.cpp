@@ -23,8 +23,7 @@ bool RunningDrive::waits_to_reset_again(Clock::time_point now) const {
 
 Drive::Clock::duration RunningDrive::until_due(Clock::time_point now) const {
   if (!runs()) return kIdle;
-  const Clock::duration due =
-      waits_to_reset_again(now) ? resets_again_at_ - now : until_step(now);
+  const Clock::duration due = waits_to_reset_again(now) ? resets_again_at_ - now : until_step(now);
   return std::clamp<Clock::duration>(due, {}, kIdle);
 }
 
@@ -61,9 +60,10 @@ void RunningDrive::begin_episode(std::optional<std::uint64_t> seed) {
 
 void RunningDrive::require_steps_by_service(const std::string& service) const {
   if (is_paused_) return;
-  throw std::logic_error(service + (runs() ? ": mode is free and the simulation runs; call ~pause "
-                                             "first, or start with mode lockstep"
-                                           : ": the episode has ended, and ~reset begins the next"));
+  throw std::logic_error(service + (runs()
+                                        ? ": mode is free and the simulation runs; call ~pause "
+                                          "first, or start with mode lockstep"
+                                        : ": the episode has ended, and ~reset begins the next"));
 }
 
 std::string RunningDrive::pause() {

@@ -1,8 +1,8 @@
 // What Gazebo's physics properties are here.
 #pragma once
 
-#include "server/gazebo/physics_messages.h"
 #include "server/drive/drive.h"
+#include "server/gazebo/physics_messages.h"
 #include "walker_sim/specification.h"
 
 namespace walker::gazebo {

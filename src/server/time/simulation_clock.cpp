@@ -14,10 +14,10 @@
 #include <ros/this_node.h>
 #include <rosgraph_msgs/Clock.h>
 
-#include "wire/master.h"
-#include "wire/socket.h"
 #include "base/shortest_text.h"
 #include "server/time/reserved_until.h"
+#include "wire/master.h"
+#include "wire/socket.h"
 
 namespace walker {
 namespace {

@@ -149,7 +149,8 @@ void Diagnostics::describe_pace(Status& status) {
 void Diagnostics::describe_commands(Status& status) {
   const ServerCounters& counters = simulation_.counters();
   const EffortCommand::State state = simulation_.command().state();
-  const std::string text = drive_.takes_commands() ? to_text(state) : "refused: ~step drives the walker";
+  const std::string text =
+      drive_.takes_commands() ? to_text(state) : "refused: ~step drives the walker";
   status.summary(DiagnosticStatus::OK, "effort command: " + text);
   const std::uint64_t refused = counters.refused_commands - reported_.refused_commands;
   if (refused > 0) {

@@ -9,8 +9,8 @@
 
 #include <ros/serialization.h>
 
-#include "wire/tcpros.h"
 #include "server/transport/waking.h"
+#include "wire/tcpros.h"
 
 namespace walker {
 

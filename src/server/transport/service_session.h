@@ -9,9 +9,9 @@
 #include <memory>
 #include <string>
 
-#include "wire/tcpros.h"
 #include "ros/throttle.h"
 #include "server/transport/pending_answer.h"
+#include "wire/tcpros.h"
 
 namespace walker {
 

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "robots/bipedal_walker/bipedal_walker.h"
 #include "episode/episode.h"
+#include "robots/bipedal_walker/bipedal_walker.h"
 
 namespace walker::bipedal_walker {
 

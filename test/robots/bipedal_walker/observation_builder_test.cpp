@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "robots/bipedal_walker/player.h"
 #include "error_message.h"
 #include "observer.h"
+#include "robots/bipedal_walker/player.h"
 
 namespace walker::bipedal_walker {
 namespace {

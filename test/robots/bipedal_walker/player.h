@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "robots/bipedal_walker/bipedal_walker.h"
-#include "robots/bipedal_walker/heuristic.h"
 #include "base/random.h"
 #include "recording.h"
+#include "robots/bipedal_walker/bipedal_walker.h"
+#include "robots/bipedal_walker/heuristic.h"
 #include "stepper.h"
 
 namespace walker::bipedal_walker {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <set>
 
-#include "robots/bipedal_walker/player.h"
 #include "recorded_episode.h"
+#include "robots/bipedal_walker/player.h"
 
 namespace walker::bipedal_walker {
 namespace {

@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
-#include "robots/bipedal_walker/player.h"
 #include "error_message.h"
 #include "pictures.h"
+#include "robots/bipedal_walker/player.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

@@ -4,8 +4,8 @@
 #include <random>
 #include <tuple>
 
-#include "robots/bipedal_walker/player.h"
 #include "episode/state_header.h"
+#include "robots/bipedal_walker/player.h"
 #include "saved_states.h"
 
 namespace walker::bipedal_walker {

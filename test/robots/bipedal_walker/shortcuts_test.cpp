@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "robots/bipedal_walker/shortcut_rows.h"
 #include "bits.h"
+#include "robots/bipedal_walker/shortcut_rows.h"
 
 namespace walker::bipedal_walker {
 namespace {

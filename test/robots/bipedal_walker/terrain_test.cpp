@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "robots/bipedal_walker/terrain_numbers.h"
 #include "recording.h"
+#include "robots/bipedal_walker/terrain_numbers.h"
 
 namespace walker::bipedal_walker {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "robots/mujoco/model.h"
 #include "recording.h"
+#include "robots/mujoco/model.h"
 
 #include <mujoco/mjxmacro.h>
 

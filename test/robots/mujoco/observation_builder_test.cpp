@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "error_message.h"
+#include "observer.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
 #include "robots/mujoco/player.h"
-#include "observer.h"
 
 namespace walker::mujoco {
 namespace {

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "base/parameter_text.h"
-#include "robots/mujoco/player.h"
 #include "recorded_episode.h"
+#include "robots/mujoco/player.h"
 #include "stepper.h"
 
 namespace walker::mujoco {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "pose_algebra.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/player.h"
-#include "pose_algebra.h"
 #include "stepper.h"
 #include "walker_sim/renderer.h"
 

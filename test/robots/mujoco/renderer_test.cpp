@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "error_message.h"
-#include "robots/mujoco/player.h"
 #include "pictures.h"
+#include "robots/mujoco/player.h"
 #include "stepper.h"
 #include "walker_sim/registry.h"
 

@@ -9,11 +9,11 @@
 #include <limits>
 #include <utility>
 
+#include "pose_algebra.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
 #include "robots/mujoco/player.h"
-#include "pose_algebra.h"
 #include "stepper.h"
 
 namespace walker::mujoco {

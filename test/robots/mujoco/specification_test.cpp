@@ -9,11 +9,11 @@
 #include <map>
 
 #include "base/random.h"
+#include "pose_algebra.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
 #include "robots/mujoco/walker2d_sizes.h"
-#include "pose_algebra.h"
 #include "solid_integral.h"
 #include "stepper.h"
 

@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "robots/bipedal_walker/physics.h"
-#include "robots/bipedal_walker/together.h"
 #include "base/bits.h"
 #include "base/random.h"
+#include "robots/bipedal_walker/physics.h"
+#include "robots/bipedal_walker/together.h"
 
 namespace walker::bipedal_walker {
 namespace {

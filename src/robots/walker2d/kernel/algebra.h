@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "simd/vector.h"
 #include "robots/walker2d/kernel/trigonometry.h"
 #include "robots/walker2d/model_constants.h"
+#include "simd/vector.h"
 
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {

@@ -5,9 +5,9 @@
 #include <new>
 #include <type_traits>
 
-#include "simd/workspace.h"
 #include "robots/walker2d/kernel/kernel.h"
 #include "robots/walker2d/kernel/solver.h"
+#include "simd/workspace.h"
 
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {

@@ -8,8 +8,8 @@
 // the Apache License 2.0 (NOTICE); the functions that a part restates are named beside it.
 #pragma once
 
-#include "simd/vector.h"
 #include "robots/walker2d/kernel/algebra.h"
+#include "simd/vector.h"
 
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {

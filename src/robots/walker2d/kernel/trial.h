@@ -2,8 +2,8 @@
 #pragma once
 
 #include "robots/mujoco/engine.h"
-#include "simd/choose_kernel.h"
 #include "robots/walker2d/kernel/kernel.h"
+#include "simd/choose_kernel.h"
 
 namespace walker::walker2d {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <tuple>
 
+#include "base/random.h"
 #include "robots/bipedal_walker/kernel/world_words.h"
 #include "robots/bipedal_walker/physics.h"
-#include "base/random.h"
 
 namespace walker::bipedal_walker {
 namespace {

@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
-#include "robots/bipedal_walker/kernel/kernel.h"
 #include "base/bits.h"
+#include "robots/bipedal_walker/kernel/kernel.h"
 
 namespace walker::bipedal_walker {
 namespace {

@@ -9,12 +9,12 @@
 #include <sstream>
 #include <utility>
 
+#include "base/random.h"
 #include "robots/bipedal_walker/heuristic.h"
 #include "robots/bipedal_walker/kernel/world_words.h"
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/terrain.h"
 #include "robots/bipedal_walker/together.h"
-#include "base/random.h"
 
 namespace walker::bipedal_walker {
 namespace {

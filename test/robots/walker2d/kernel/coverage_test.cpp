@@ -9,8 +9,8 @@
 
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
-#include "temporary_folder.h"
 #include "robots/walker2d/kernel/model_fields.h"
+#include "temporary_folder.h"
 
 namespace walker::walker2d {
 namespace {
