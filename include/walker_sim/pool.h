@@ -14,6 +14,8 @@
 
 namespace walker {
 
+class PoolSlot;
+
 /// What becomes of an episode that has ended, as Gymnasium's vector environments name it.
 enum class AutoresetMode {
   next_step,  ///< the environment's next step is a reset: its action is ignored, its reward is 0
@@ -135,10 +137,12 @@ class WALKER_SIM_EXPORT Pool {
   void load_states(const std::vector<std::uint32_t>& environments,
                    const std::vector<std::vector<std::byte>>& states, const Batch& batch);
 
-  /// An environment to be looked at: who steps or resets it past the pool confuses the pool. This
-  /// and the next three throw std::invalid_argument for an index that is none, std::logic_error for
-  /// an environment that is under way.
+  /// An environment, whose state may also be changed by itself. This and the next four throw
+  /// std::invalid_argument for an index out of range, std::logic_error for an environment that is
+  /// under way.
   Environment& environment(std::size_t index);
+  /// What its last call gave (src/episode/pool_slot.h), for bindings that read rows in place.
+  const PoolSlot& slot(std::size_t index) const;
   /// Why the simulation had to end the episode in the environment's last step; empty: it had not
   /// to.
   const char* error(std::size_t index) const;

@@ -47,6 +47,16 @@ void check_environments(const char* field, const std::vector<std::uint32_t>& env
   }
 }
 
+void check_failures(const std::vector<std::uint32_t>& environments,
+                    const std::vector<std::string>& failures, std::size_t num_envs) {
+  check_size("failures", failures.size(), environments.size());
+  for (std::size_t i = 0; i < environments.size(); ++i) {
+    if (environments[i] < num_envs) continue;
+    fail(element("failed_environments", i, environments[i]) +
+         "; must be below num_envs = " + std::to_string(num_envs));
+  }
+}
+
 }  // namespace
 
 void refuse(std::string_view reason) {
@@ -56,14 +66,12 @@ void refuse(std::string_view reason) {
 namespace {
 
 /// The beginning of an answer: whether the server did what it was asked to.
-/// @returns the server's words; they lie in the answer
-/// @throws RequestRefused with them
-std::string_view read_outcome(Reader& reader) {
+/// @throws RequestRefused with the server's message
+void read_outcome(Reader& reader) {
   bool success = false;
   reader.read(success);
-  const std::string_view words = reader.text();
-  if (!success) refuse(words);
-  return words;
+  const std::string_view message = reader.text();
+  if (!success) refuse(message);
 }
 
 /// std_msgs/Header, of which the stamp matters.
@@ -114,13 +122,13 @@ std::size_t transition_bytes(const ServerSpecification& server) {
   return values * sizeof(double) + kOtherBytes;
 }
 
-/// With the final rows, and a line of a kibibyte for each environment whose engine failed.
+/// With the final rows, and texts of two kibibytes for each environment whose engine failed.
 std::size_t batch_bytes(const ServerSpecification& server) {
-  constexpr std::size_t kLine = 1024;
+  constexpr std::size_t kTexts = 2048;
   constexpr std::size_t kNumbers =
-      sizeof(double) + 2 * sizeof(std::uint8_t) + 3 * sizeof(std::uint32_t);
+      sizeof(double) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint32_t);
   const std::size_t values = std::size_t{server.observation_size} + server.info_names.size();
-  return server.num_envs * (2 * values * sizeof(double) + kNumbers + kLine) + kOtherBytes;
+  return server.num_envs * (2 * values * sizeof(double) + kNumbers + kTexts) + kOtherBytes;
 }
 
 std::size_t record_bytes(const ServerSpecification& server) {
@@ -201,19 +209,25 @@ void read_record(Reader& reader, std::vector<std::uint8_t>& record) {
 }
 
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset) {
-  reset.status_message = to_utf8(read_outcome(reader));
-  reader.read(reset.observations, reset.info);
+  read_outcome(reader);
+  reader.read(reset.observations, reset.info, reset.failed_environments);
+  reader.read_texts(reset.failures, rows);
   reader.finish();
+  check_failures(reset.failed_environments, reset.failures, server.num_envs);
   check_size("observations", reset.observations.size(), rows * server.observation_size);
   check_size("info", reset.info.size(), rows * server.info_names.size());
 }
 
 void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch) {
-  batch.status_message = to_utf8(read_outcome(reader));
+  read_outcome(reader);
   reader.read(batch.observations, batch.rewards, batch.terminated, batch.truncated, batch.episodes,
-              batch.steps, batch.info, batch.final_environments, batch.final_observations,
-              batch.final_info);
+              batch.steps, batch.info, batch.failed_environments, batch.failed_at_reset);
+  reader.read_texts(batch.failures, std::size_t{2} * server.num_envs);
+  reader.read(batch.final_environments, batch.final_observations, batch.final_info);
   reader.finish();
+  check_failures(batch.failed_environments, batch.failures, server.num_envs);
+  check_size("failed_at_reset", batch.failed_at_reset.size(), batch.failures.size());
+  check_flags("failed_at_reset", batch.failed_at_reset);
   const std::size_t rows = server.num_envs;
   check_size("observations", batch.observations.size(), rows * server.observation_size);
   check_size("rewards", batch.rewards.size(), rows);

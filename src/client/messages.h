@@ -72,6 +72,19 @@ class Reader {
     return {reinterpret_cast<const char*>(bytes(size, 1)), size};
   }
 
+  /// An array of at most `max` texts.
+  void read_texts(std::vector<std::string>& values, std::size_t max) {
+    std::uint32_t size = 0;
+    take(size);
+    require(size, tcpros::kLengthBytes);  // before memory for it is asked for
+    if (size > max) {
+      throw std::runtime_error("its answer's array has " + std::to_string(size) +
+                               " texts; must have at most " + std::to_string(max));
+    }
+    values.resize(size);
+    for (std::string& value : values) take(value);
+  }
+
   /// What has not been read yet.
   std::vector<std::uint8_t> rest() {
     std::vector<std::uint8_t> left(next_, end_);
@@ -106,17 +119,7 @@ class Reader {
     if (size > 0) std::memcpy(values.data(), begin, size * sizeof(Number));
   }
 
-  void take(std::vector<std::string>& values) {
-    std::uint32_t size = 0;
-    take(size);
-    require(size, tcpros::kLengthBytes);  // before memory for it is asked for
-    if (size > kMaxTexts) {
-      throw std::runtime_error("its answer's array has " + std::to_string(size) +
-                               " texts; must have at most " + std::to_string(kMaxTexts));
-    }
-    values.resize(size);
-    for (std::string& value : values) take(value);
-  }
+  void take(std::vector<std::string>& values) { read_texts(values, kMaxTexts); }
 
   void require(std::size_t count, std::size_t bytes_each) const {
     if (count <= static_cast<std::size_t>(end_ - next_) / bytes_each) return;

@@ -12,11 +12,6 @@
 
 namespace walker {
 
-const char* EpisodeState::bare_end_reason() const {
-  const std::size_t colon = end_reason.find(": ");
-  return colon == std::string::npos ? "" : &end_reason[colon + 2];
-}
-
 Episode::Episode(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {
   state_.action.reserve(specification().action_size());
   state_.observation.resize(specification().observation_size());
@@ -31,13 +26,6 @@ void Episode::configure(const EpisodeOptions& options) {
   if (!options.records_actions) return;
   const std::size_t steps = std::min(specification().max_episode_steps, kMaxRecordedSteps);
   actions_.reserve(steps * specification().action_size());
-}
-
-std::string Episode::step_refusal() const {
-  if (!state_.has_begun()) return "there is no episode yet";
-  if (!state_.has_ended()) return "";
-  if (!state_.error.empty()) return kStepFailed;
-  return "the episode ended after " + std::to_string(state_.step) + " steps";
 }
 
 void Episode::reset(std::optional<std::uint64_t> seed) {
@@ -82,7 +70,7 @@ void Episode::begin_episode(const GeneratorState& generator_state,
 }
 
 void Episode::step(const double* action, std::size_t size) {
-  const std::string refusal = step_refusal();
+  const std::string refusal = state_.step_refusal();
   if (!refusal.empty()) throw ResetNeeded("step: " + refusal + "; reset first");
   check_action(specification(), action, size);
   prepare(action);
@@ -227,7 +215,7 @@ void Episode::scene(Scene& scene) const {
 
 void Episode::require_state(const char* call) const {
   if (state_.has_begun() && state_.error.empty()) return;
-  throw ResetNeeded(std::string(call) + ": " + step_refusal() + "; reset first");
+  throw ResetNeeded(std::string(call) + ": " + state_.step_refusal() + "; reset first");
 }
 
 void Episode::set_coordinates(const std::vector<double>& position,

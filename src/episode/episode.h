@@ -14,6 +14,7 @@
 #include "base/limits.h"
 #include "base/random.h"
 #include "episode/episode_record.h"
+#include "episode/episode_state.h"
 #include "episode/state_header.h"
 #include "robots/robot.h"
 #include "walker_sim/environment.h"
@@ -22,32 +23,6 @@
 #include "walker_sim/renderer.h"
 
 namespace walker {
-
-/// The present state as a transition reports it. Units as in Transition.msg.
-struct EpisodeState {
-  std::uint32_t environment = 0;  ///< index within its pool
-  std::uint32_t episode = 0;      ///< counts resets, from 1; 0: none yet
-  std::uint32_t step = 0;         ///< since the reset
-  std::vector<double> action;     ///< of the last step, as given; empty right after a reset
-  std::vector<double> observation;
-  std::vector<double> info;
-  double reward = 0;
-  double episode_return = 0;
-  bool terminated = false;
-  bool truncated = false;
-  std::string
-      end_reason;     ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
-  std::string error;  ///< why the engine had to end the episode; empty if it did not
-  std::optional<std::uint64_t> seed;  ///< the episode began with it; none: the generator continued
-  GeneratorState generator_state{};   ///< before the reset
-
-  bool has_begun() const { return episode != 0; }
-  bool has_ended() const { return terminated || truncated; }
-  /// The engine failed at the reset: there is no state to observe.
-  bool failed_at_reset() const { return step == 0 && has_ended(); }
-  /// `end_reason` without "terminated: " or "truncated: ".
-  const char* bare_end_reason() const;
-};
 
 struct EpisodeOptions {
   std::optional<std::uint64_t> first_seed;  ///< of the first reset, if that brings none
@@ -74,10 +49,6 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void set_index(std::uint32_t index) { state_.environment = index; }
 
   const EpisodeState& state() const { return state_; }
-
-  /// Whether a step is allowed.
-  /// @return empty, or why not: "there is no episode yet", "the episode ended after 3 steps", ...
-  std::string step_refusal() const;
 
   /// Begins an episode. If the engine fails, it has ended at once (`failed_at_reset`).
   void reset(std::optional<std::uint64_t> seed);

@@ -10,7 +10,6 @@
 #include "base/checks.h"
 #include "base/interruption.h"
 #include "base/limits.h"
-#include "episode/failure.h"
 #include "episode/parking.h"
 #include "episode/pool_slot.h"
 #include "episode/thread_pool.h"
@@ -225,13 +224,8 @@ struct Pool::Implementation {
 
   /// @throws ResetNeeded naming the environment if a step neither steps nor resets it
   void require_episode(std::size_t index) const {
-    const Episode& episode = slots[index].episode();
-    const EpisodeState& state = episode.state();
-    const bool has_autoreset = options.autoreset_mode != AutoresetMode::disabled;
-    if (state.has_begun() && (has_autoreset || !state.has_ended())) return;
-    throw ResetNeeded(name_of(index) +
-                      (state.failed_at_reset() ? kResetFailed : episode.step_refusal()) +
-                      "; reset first");
+    const std::string refusal = slots[index].episode().state().step_refusal(options.autoreset_mode);
+    if (!refusal.empty()) throw ResetNeeded(name_of(index) + refusal + "; reset first");
   }
 
   PoolOptions options;
@@ -376,6 +370,8 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
 Environment& Pool::environment(std::size_t index) {
   return implementation_->slot_at_rest(index).episode();
 }
+
+const PoolSlot& Pool::slot(std::size_t index) const { return implementation_->slot_at_rest(index); }
 
 const char* Pool::error(std::size_t index) const {
   const EpisodeState& outcome = implementation_->slot_at_rest(index).outcome();

@@ -22,6 +22,8 @@ class alignas(kCacheLine) PoolSlot {
   Episode& episode() const { return *episode_; }
   /// The state after the last step or reset: in same_step possibly of the episode that it ended.
   const EpisodeState& outcome() const { return has_final_ ? final_ : episode_->state(); }
+  /// Whether the last call ended an episode, whose last state is `outcome`, and began the next.
+  bool has_final() const { return has_final_; }
 
   void request_reset() { wants_reset_ = true; }
   /// Whether the next step is a reset instead.

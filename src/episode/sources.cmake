@@ -1,3 +1,3 @@
 walker_sim_sources(core_sources
-  episode episode_record failure make parking pool pool_slot renderer saved_state state_header
+  episode episode_record episode_state failure make parking pool pool_slot renderer saved_state state_header
   thread_pool)

@@ -66,13 +66,13 @@ Input::Input(py::handle object, const char* name, std::optional<std::size_t> siz
   data_ = copied_.data();
 }
 
-void Output::take(const double* values) {
+void Output::take(const double* values, std::size_t begin, std::size_t count) {
   if (format() == 'd') {
-    std::copy_n(values, size(), static_cast<double*>(memory()));
+    std::copy_n(values, count, static_cast<double*>(memory()) + begin);
     return;
   }
-  auto* singles = static_cast<float*>(memory());
-  for (std::size_t i = 0; i < size(); ++i) singles[i] = static_cast<float>(values[i]);
+  auto* const singles = static_cast<float*>(memory()) + begin;
+  for (std::size_t i = 0; i < count; ++i) singles[i] = static_cast<float>(values[i]);
 }
 
 }  // namespace walker::python

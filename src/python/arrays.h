@@ -57,7 +57,15 @@ class Output : public Array {
       : Array(object, name, "fd", true, size) {}
 
   /// @param values `size()` ones
-  void take(const double* values);
+  void take(const double* values) { take(values, 0, size()); }
+  /// A row of an array of rows as long.
+  void take_row(std::size_t row, const std::vector<double>& values) {
+    take(values.data(), row * values.size(), values.size());
+  }
+  void take_value(std::size_t index, double value) { take(&value, index, 1); }
+
+ private:
+  void take(const double* values, std::size_t begin, std::size_t count);
 };
 
 /// Takes values of one type as they are.
@@ -70,6 +78,7 @@ class ExactOutput : public Array {
 
   /// @param values `size()` ones
   void take(const Value* values) { std::copy_n(values, size(), static_cast<Value*>(memory())); }
+  void take_value(std::size_t index, Value value) { static_cast<Value*>(memory())[index] = value; }
 
  private:
   static constexpr char kFormats[] = {kFormat, '\0'};

@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <mutex>
 #include <optional>
-#include <sstream>
 #include <string>
-#include <string_view>
-#include <system_error>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -18,7 +14,7 @@
 
 #include "base/checks.h"
 #include "client/forks.h"
-#include "episode/failure.h"
+#include "episode/episode_state.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -53,24 +49,47 @@ void take(const Values& values, Destination& destination) {
   destination.take(values.data());
 }
 
-/// How far an episode is.
-struct Place {
-  std::uint32_t episode = 0;  ///< 0: not known
-  std::uint32_t step = 0;
-};
+/// An episode on the server, as the answers report it.
+struct RemoteEpisode {
+  EpisodeState state;  ///< without action, observation and info
+  std::string error;   ///< of the last ~step_batch
 
-/// A step leads to the next place, or others' calls have come in between: then what came out is
-/// right for nobody.
-/// @throws ConnectionError
-void check_follows(const Place& before, const Place& now) {
-  const bool is_same_episode = before.episode == 0 || now.episode == before.episode;
-  if (is_same_episode && now.step == before.step + 1) return;
-  throw ConnectionError("the server answers with step " + std::to_string(now.step) +
-                        " of episode " + std::to_string(now.episode) + " where step " +
-                        std::to_string(before.step + 1) +
-                        " was expected: somebody else has moved "
-                        "the walker, or an earlier call that had failed; reset first");
-}
+  /// A step follows the last one, or calls of others have come in between: then its outcome is
+  /// right for nobody.
+  /// @throws ConnectionError
+  void follow(std::uint32_t episode, std::uint32_t step) {
+    const bool is_same_episode = !is_placed || episode == state.episode;
+    if (!is_same_episode || step != state.step + 1) {
+      throw ConnectionError("the server answers with step " + std::to_string(step) +
+                            " of episode " + std::to_string(episode) + " where step " +
+                            std::to_string(state.step + 1) +
+                            " was expected: somebody else has moved "
+                            "the walker, or an earlier call that had failed; reset first");
+    }
+    place(episode, step);
+  }
+
+  void place(std::uint32_t episode, std::uint32_t step) {
+    state.episode = episode;
+    state.step = step;
+    is_placed = true;
+  }
+
+  /// After ~reset_batch, whose answer does not count episodes.
+  void begin() {
+    state = {};
+    state.episode = 1;
+    is_placed = false;
+  }
+
+  void fail_at_reset(const std::string& message) {
+    state.step = 0;
+    state.terminated = true;
+    state.error = message;
+  }
+
+  bool is_placed = false;  ///< `state.episode` is the server's count
+};
 
 /// A server's calls, filling arrays of the caller's. One thread at a time is let in. What the core
 /// would refuse in process is refused here, in the same words, before it is sent.
@@ -86,7 +105,8 @@ class RemoteWalkers {
       client_.emplace(options);
       server_ = client_->specification();
     });
-    notes_.resize(server_.num_envs);
+    episodes_.resize(server_.num_envs);
+    autoreset_mode_ = find_autoreset_mode(server_.autoreset_mode).value_or(AutoresetMode::disabled);
   }
 
   /// What is wanted.
@@ -103,6 +123,7 @@ class RemoteWalkers {
     Output infos(info, "info");
     call([&] {
       client_->reset(number, transition_);
+      take_transition();
       take(transition_.observation, observations);
       take(transition_.info, infos);
     });
@@ -115,9 +136,9 @@ class RemoteWalkers {
     Output infos(info, "info");
     const auto [reward, terminated, truncated, error] = call([&] {
       check_step(actions);
-      const Place before{transition_.episode, transition_.step};
       client_->step(actions.data(), actions.size(), transition_);
-      check_follows(before, {transition_.episode, transition_.step});
+      episodes_.front().follow(transition_.episode, transition_.step);
+      take_transition();
       take(transition_.observation, observations);
       take(transition_.info, infos);
       return std::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
@@ -131,7 +152,7 @@ class RemoteWalkers {
     std::vector<std::uint8_t> record;
     ask([&] {
       if (is_lost_) throw ResetNeeded(std::string("get_state: ") + kLost);
-      if (transition_.episode == 0) {
+      if (!episodes_.front().state.has_begun()) {
         throw ResetNeeded("get_state: there is no episode yet; reset first");
       }
       client_->snapshot(record);
@@ -144,7 +165,10 @@ class RemoteWalkers {
     std::vector<std::uint8_t> numbers(bytes.size());
     std::transform(bytes.begin(), bytes.end(), numbers.begin(),
                    [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
-    ask([&] { client_->restore(numbers, transition_); });
+    ask([&] {
+      client_->restore(numbers, transition_);
+      take_transition();
+    });
     is_lost_ = false;
   }
 
@@ -159,15 +183,26 @@ class RemoteWalkers {
       client_->reset_batch(environments, numbers, reset_);
       take(reset_.observations, observations_output);
       take(reset_.info, info_output);
-      if (environments.empty()) std::for_each(notes_.begin(), notes_.end(), &Note::begin);
-      for (const std::uint32_t environment : environments) Note::begin(notes_[environment]);
-      note_failures(reset_.status_message);
+      for (RemoteEpisode& episode : episodes_) {
+        if (environments.empty()) episode.begin();
+      }
+      for (const std::uint32_t environment : environments) episodes_[environment].begin();
+      for (std::size_t i = 0; i < reset_.failures.size(); ++i) {
+        episodes_[reset_.failed_environments[i]].fail_at_reset(reset_.failures[i]);
+      }
     });
   }
 
   /// As Pool.error and Pool.reset_error.
-  std::string error(std::size_t index) { return text_of(index, &Note::error); }
-  std::string reset_error(std::size_t index) { return text_of(index, &Note::reset_error); }
+  std::string error(std::size_t index) {
+    const Unlocked unlocked = enter();
+    return episodes_.at(index).error;
+  }
+  std::string reset_error(std::size_t index) {
+    const Unlocked unlocked = enter();
+    const EpisodeState& state = episodes_.at(index).state;
+    return state.failed_at_reset() ? state.error : "";
+  }
 
   void step_batch(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
@@ -175,14 +210,12 @@ class RemoteWalkers {
     call([&] {
       check_steps(input);
       client_->step_batch(input.data(), input.size(), batch_);
-      note_places();
+      take_batch();
       take(batch_.observations, outputs.observations);
       take(batch_.rewards, outputs.rewards);
       take(batch_.terminated, outputs.terminated);
       take(batch_.truncated, outputs.truncated);
       take(batch_.info, outputs.info);
-      note_ends();
-      note_failures(batch_.status_message);
     });
   }
 
@@ -229,17 +262,6 @@ class RemoteWalkers {
     return Unlocked(mutex_);
   }
 
-  /// What is known of an environment that is stepped with the others.
-  struct Note {
-    bool has_begun = false;
-    std::uint32_t ended_after = 0;  ///< steps; 0: it goes on, or the server resets it
-    std::string error;              ///< of the last ~step_batch
-    std::string reset_error;        ///< of its last reset
-    Place place;
-
-    static void begin(Note& note) { note = {true, 0, note.error, "", {}}; }
-  };
-
   /// Without the interpreter's lock.
   /// @return what `made` returns
   /// @throws what `made` throws; what a signal's handler has raised
@@ -276,107 +298,76 @@ class RemoteWalkers {
   }
 
   void check_index(std::uint32_t environment) const {
-    if (environment < notes_.size()) return;
+    if (environment < episodes_.size()) return;
     throw py::index_error("environment " + std::to_string(environment) + ": must be in [0, " +
-                          std::to_string(notes_.size() - 1) + "]");
+                          std::to_string(episodes_.size() - 1) + "]");
   }
 
   /// What is there may be somebody else's episode, so one of this client's own is asked for.
   void check_look(std::uint32_t environment) const {
     check_index(environment);
     if (is_lost_) throw ResetNeeded(std::string("render: ") + kLost);
-    if (transition_.episode == 0 && !notes_[environment].has_begun) {
+    if (!episodes_[environment].state.has_begun()) {
       throw ResetNeeded("render: there is no episode yet; reset first");
     }
   }
 
   void check_step(const Input& action) const {
     if (is_lost_) throw ResetNeeded(std::string("step: ") + kLost);
-    if (transition_.episode == 0) {
-      throw ResetNeeded("step: there is no episode yet; reset first");
-    }
-    if (!transition_.error.empty()) throw ResetNeeded("step: the simulation failed; reset first");
-    if (transition_.terminated || transition_.truncated) {
-      throw ResetNeeded("step: the episode ended after " + std::to_string(transition_.step) +
-                        " steps; reset first");
-    }
+    const std::string refusal = episodes_.front().state.step_refusal();
+    if (!refusal.empty()) throw ResetNeeded("step: " + refusal + "; reset first");
     check_action(specification_, action.data(), action.size());
   }
 
   void check_steps(const Input& actions) const {
     if (is_lost_) throw ResetNeeded(std::string("step: ") + kLost);
-    check_actions_size(specification_, actions.size(), notes_.size());
-    for (std::size_t i = 0; i < notes_.size(); ++i) {
+    check_actions_size(specification_, actions.size(), episodes_.size());
+    for (std::size_t i = 0; i < episodes_.size(); ++i) {
       check_action_of(i, specification_, actions.data() + i * specification_.action_size());
-      need_episode(i);
+      const std::string refusal = episodes_[i].state.step_refusal(autoreset_mode_);
+      if (refusal.empty()) continue;
+      throw ResetNeeded("environment " + std::to_string(i) + ": " + refusal + "; reset first");
     }
   }
 
-  void need_episode(std::size_t environment) const {
-    const Note& note = notes_[environment];
-    if (note.has_begun && note.ended_after == 0 && !wants_reset(note)) return;
-    const std::string whose = "environment " + std::to_string(environment) + ": ";
-    if (!note.has_begun) throw ResetNeeded(whose + "there is no episode yet; reset first");
-    if (wants_reset(note)) throw ResetNeeded(whose + kResetFailed + "; reset first");
-    throw ResetNeeded(whose + "the episode ended after " + std::to_string(note.ended_after) +
-                      " steps; reset first");
+  /// Of ~reset, ~step and ~restore.
+  void take_transition() {
+    RemoteEpisode& episode = episodes_.front();
+    episode.place(transition_.episode, transition_.step);
+    episode.state.terminated = transition_.terminated;
+    episode.state.truncated = transition_.truncated;
+    episode.state.error = transition_.error;
   }
 
-  /// The engine refused to begin its episode, and nobody but the caller tries again.
-  bool wants_reset(const Note& note) const { return !note.reset_error.empty() && !has_autoreset(); }
-
-  bool has_autoreset() const { return server_.autoreset_mode != to_text(AutoresetMode::disabled); }
-
-  /// @param message lines such as "environment 3: the simulation failed: MuJoCo: Stack overflow"
-  void note_failures(const std::string& message) {
-    constexpr std::string_view kEnvironment = "environment ";
-    const std::string at_reset = ": " + std::string(kResetFailed) + ": ";
-    const std::string in_step = ": " + std::string(kStepFailed) + ": ";
-    std::istringstream lines(message);
-    std::string line;
-    while (std::getline(lines, line)) {
-      if (line.rfind(kEnvironment, 0) != 0) continue;
-      const std::string_view rest = std::string_view(line).substr(kEnvironment.size());
-      std::size_t index = 0;
-      const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), index);
-      if (error != std::errc() || index >= notes_.size()) continue;
-      const std::string words(end, rest.data() + rest.size());
-      if (words.rfind(at_reset, 0) == 0) {
-        notes_[index].reset_error = words.substr(at_reset.size());
-      } else if (words.rfind(in_step, 0) == 0) {
-        notes_[index].error = words.substr(in_step.size());
+  /// Of ~step_batch. An environment that the server has reset may be anywhere before.
+  void take_batch() {
+    for (std::size_t i = 0; i < episodes_.size(); ++i) {
+      RemoteEpisode& episode = episodes_[i];
+      if (batch_.steps[i] != 0) {
+        episode.follow(batch_.episodes[i], batch_.steps[i]);
+      } else {
+        episode.place(batch_.episodes[i], 0);
       }
+      // With step 0 the flags are those of the episode before.
+      episode.state.terminated = batch_.steps[i] != 0 && batch_.terminated[i] != 0;
+      episode.state.truncated = batch_.steps[i] != 0 && batch_.truncated[i] != 0;
+      episode.state.error.clear();
+      episode.error.clear();
     }
-  }
-
-  std::string text_of(std::size_t index, std::string Note::*text) {
-    const Unlocked unlocked = enter();
-    return notes_.at(index).*text;
-  }
-
-  /// Where all are now. What the server has reset may be anywhere before.
-  void note_places() {
-    for (std::size_t i = 0; i < notes_.size(); ++i) {
-      const Place now{batch_.episodes[i], batch_.steps[i]};
-      if (now.step != 0) check_follows(notes_[i].place, now);
-      notes_[i].place = now;
-    }
-  }
-
-  /// Of those episodes that nobody but the caller resets; and forgets the errors of before.
-  void note_ends() {
-    for (std::size_t i = 0; i < notes_.size(); ++i) {
-      notes_[i].error.clear();
-      notes_[i].reset_error.clear();
-      const bool has_ended = batch_.terminated[i] != 0 || batch_.truncated[i] != 0;
-      if (has_ended && !has_autoreset()) notes_[i].ended_after = batch_.steps[i];
+    for (std::size_t i = 0; i < batch_.failures.size(); ++i) {
+      RemoteEpisode& episode = episodes_[batch_.failed_environments[i]];
+      if (batch_.failed_at_reset[i] != 0) {
+        episode.fail_at_reset(batch_.failures[i]);
+      } else {
+        episode.error = batch_.failures[i];
+      }
     }
   }
 
   /// Rows of the environments that have just ended, among rows of zeros for all.
   /// @param width as the server's specification has it, by which the client has checked the rows
   std::vector<double> scattered(const std::vector<double>& rows, std::size_t width) const {
-    std::vector<double> all(notes_.size() * width);
+    std::vector<double> all(episodes_.size() * width);
     const double* row = rows.data();
     for (const std::uint32_t environment : batch_.final_environments) {
       std::copy_n(row, width, all.data() + environment * width);
@@ -393,8 +384,9 @@ class RemoteWalkers {
   std::mutex mutex_;
   unsigned num_forks_ = num_forks();
   std::atomic<bool> is_lost_{false};
-  Transition transition_;    // of ~reset and ~step
-  std::vector<Note> notes_;  // of ~reset_batch and ~step_batch, one per environment
+  Transition transition_;                // of ~reset and ~step
+  std::vector<RemoteEpisode> episodes_;  // one per environment
+  AutoresetMode autoreset_mode_ = AutoresetMode::disabled;
   BatchReset reset_;
   BatchTransition batch_;
   Image image_;

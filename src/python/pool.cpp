@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "episode/episode.h"
+#include "episode/pool_slot.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -32,50 +34,7 @@ PoolOptions make_options(std::size_t num_envs, std::size_t num_threads,
   return {num_envs, num_threads, *mode, batch_size};
 }
 
-/// What a step gives, a row per environment.
-struct Rows {
-  Rows(const Specification& specification, std::size_t count)
-      : observations(count * specification.observation_size()),
-        rewards(count),
-        terminated(count),
-        truncated(count),
-        info(count * specification.info_names.size()),
-        steps(count),
-        final_observations(observations.size()),
-        final_info(info.size()) {}
-
-  Batch batch() {
-    Batch batch;
-    batch.observations = observations.data();
-    batch.rewards = rewards.data();
-    batch.terminated = terminated.data();
-    batch.truncated = truncated.data();
-    batch.info = info.data();
-    batch.steps = steps.data();
-    batch.final_observations = final_observations.data();
-    batch.final_info = final_info.data();
-    return batch;
-  }
-
-  void copy_to(StepOutputs& outputs) const {
-    outputs.observations.take(observations.data());
-    outputs.rewards.take(rewards.data());
-    outputs.terminated.take(terminated.data());
-    outputs.truncated.take(truncated.data());
-    outputs.info.take(info.data());
-  }
-
-  std::vector<double> observations;
-  std::vector<double> rewards;
-  std::vector<std::uint8_t> terminated;
-  std::vector<std::uint8_t> truncated;
-  std::vector<double> info;
-  std::vector<std::uint32_t> steps;
-  std::vector<double> final_observations;
-  std::vector<double> final_info;
-};
-
-/// A pool that remembers the last row of each environment, so that a reset of some gives all.
+/// A pool whose rows are read where its episodes keep them.
 class VectorWalkers {
  public:
   VectorWalkers(std::string id, const py::dict& parameters, std::size_t num_envs,
@@ -84,64 +43,63 @@ class VectorWalkers {
         parameters_(to_parameters(parameters)),
         asked_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
         pool_([this] { return make(id_, parameters_); }, asked_),
-        last_(pool_.specification(), pool_.options().num_envs),
-        arrived_(pool_.specification(), pool_.options().batch_size),
-        arrived_environments_(pool_.options().batch_size),
-        some_(pool_.specification(), 0) {}
+        all_(asked_.num_envs),
+        arrived_(pool_.options().batch_size) {
+    std::iota(all_.begin(), all_.end(), 0U);
+  }
 
   py::dict specification() const { return to_dict(pool_.specification()); }
   std::size_t num_threads() const { return pool_.options().num_threads; }
   std::size_t batch_size() const { return pool_.options().batch_size; }
 
-  /// From the state of each one's generator. Rows of environments that are not reset are as they
-  /// last were.
+  /// From the state of each one's generator.
+  /// @param observations, info rows of all environments
   void reset(const std::vector<std::uint32_t>& environments, py::handle observations,
              py::handle info) {
-    Output observations_output(observations, "observations", last_.observations.size());
-    Output info_output(info, "info", last_.info.size());
+    Output observations_output(observations, "observations", all_.size() * observation_size());
+    Output info_output(info, "info", all_.size() * num_infos());
     const Unlocked unlocked(mutex_);
-    pool_.reset(environments, {}, last_.batch());
-    observations_output.take(last_.observations.data());
-    info_output.take(last_.info.data());
+    pool_.reset(environments, {}, {});
+    for (const std::uint32_t i : all_) {
+      const EpisodeState& state = pool_.slot(i).episode().state();
+      observations_output.take_row(i, state.observation);
+      info_output.take_row(i, state.info);
+    }
   }
 
   void step(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs(batch, last_.rewards.size(), last_.observations.size(), last_.info.size());
+    StepOutputs outputs(batch, all_.size(), all_.size() * observation_size(),
+                        all_.size() * num_infos());
     const Unlocked unlocked(mutex_);
-    pool_.step(input.data(), input.size(), last_.batch());
-    last_.copy_to(outputs);
-    newest_ = &last_;
+    pool_.step(input.data(), input.size(), {});
+    write(all_, outputs);
   }
 
   /// Of some, a row for each in their order.
   void step_some(py::handle actions, const std::vector<std::uint32_t>& environments,
                  const py::sequence& batch) {
-    const Specification& specification = pool_.specification();
     const std::size_t count = environments.size();
-    const Input input(actions, "actions", count * specification.action_size());
-    StepOutputs outputs(batch, count, count * specification.observation_size(),
-                        count * specification.info_names.size());
+    const Input input(actions, "actions", count * pool_.specification().action_size());
+    StepOutputs outputs(batch, count, count * observation_size(), count * num_infos());
     const Unlocked unlocked(mutex_);
-    if (some_.rewards.size() != count) {
-      newest_ = &last_;
-      some_ = Rows(specification, count);
-    }
-    pool_.step(input.data(), environments.data(), count, some_.batch());
-    some_.copy_to(outputs);
-    newest_ = &some_;
-    remember(some_, environments);
+    pool_.step(input.data(), environments.data(), count, {});
+    write(environments, outputs);
   }
 
-  /// same_step: of the episodes that ended in the newest step or `recv`, in the order of its
-  /// rows; other rows are of no meaning.
+  /// same_step: rows of the episodes that ended in the newest step or `recv`, in the order of its
+  /// rows; others stay as they are.
   void final_rows(py::handle observations, py::handle info) {
-    const Rows& rows = *newest_;
-    Output observations_output(observations, "observations", rows.final_observations.size());
-    Output info_output(info, "info", rows.final_info.size());
+    const std::size_t count = newest_.size();
+    Output observations_output(observations, "observations", count * observation_size());
+    Output info_output(info, "info", count * num_infos());
     const Unlocked unlocked(mutex_);
-    observations_output.take(rows.final_observations.data());
-    info_output.take(rows.final_info.data());
+    for (std::size_t row = 0; row < count; ++row) {
+      const PoolSlot& slot = pool_.slot(newest_[row]);
+      if (!slot.has_final()) continue;
+      observations_output.take_row(row, slot.outcome().observation);
+      info_output.take_row(row, slot.outcome().info);
+    }
   }
 
   void send(py::handle actions, const std::vector<std::uint32_t>& environments) {
@@ -164,14 +122,12 @@ class VectorWalkers {
 
   /// @return whose rows these are
   std::vector<std::uint32_t> recv(const py::sequence& batch) {
-    StepOutputs outputs(batch, arrived_.rewards.size(), arrived_.observations.size(),
-                        arrived_.info.size());
+    const std::size_t count = arrived_.size();
+    StepOutputs outputs(batch, count, count * observation_size(), count * num_infos());
     const Unlocked unlocked(mutex_);
-    pool_.recv(arrived_.batch(), arrived_environments_.data());
-    arrived_.copy_to(outputs);
-    newest_ = &arrived_;
-    remember(arrived_, arrived_environments_);
-    return arrived_environments_;
+    pool_.recv({}, arrived_.data());
+    write(arrived_, outputs);
+    return arrived_;
   }
 
   /// Of these, each as Environment.get_state gives it.
@@ -194,15 +150,13 @@ class VectorWalkers {
     for (const py::handle state : given) states.push_back(to_state_bytes(state));
     if (environments.empty() && states.empty()) return;
     const Unlocked unlocked(mutex_);
-    pool_.load_states(environments, states, last_.batch());
+    pool_.load_states(environments, states, {});
   }
 
   /// For pickle and copy.
   py::tuple stored() {
-    std::vector<std::uint32_t> all(asked_.num_envs);
-    std::iota(all.begin(), all.end(), 0U);
     return py::make_tuple(id_, parameters_, asked_.num_envs, asked_.num_threads,
-                          to_text(asked_.autoreset_mode), asked_.batch_size, get_states(all));
+                          to_text(asked_.autoreset_mode), asked_.batch_size, get_states(all_));
   }
 
   static std::unique_ptr<VectorWalkers> from_stored(const py::tuple& stored) {
@@ -220,8 +174,7 @@ class VectorWalkers {
   StateCapture capture(std::size_t index) {
     StateCapture captured;
     const Unlocked unlocked(mutex_);
-    Environment& environment = pool_.environment(index);
-    walker::capture(environment, last_.steps[index], captured);
+    episode_of(pool_.environment(index)).capture(captured);
     return captured;
   }
 
@@ -254,15 +207,22 @@ class VectorWalkers {
   }
 
  private:
-  /// Puts rows of some environments where those of all are.
-  void remember(const Rows& rows, const std::vector<std::uint32_t>& environments) {
-    const std::size_t width = pool_.specification().observation_size();
+  std::size_t observation_size() const { return pool_.specification().observation_size(); }
+  std::size_t num_infos() const { return pool_.specification().info_names.size(); }
+
+  /// Writes what the newest call gave, a row for each of these.
+  void write(const std::vector<std::uint32_t>& environments, StepOutputs& outputs) {
     for (std::size_t row = 0; row < environments.size(); ++row) {
-      const std::size_t index = environments[row];
-      std::copy_n(rows.observations.data() + row * width, width,
-                  last_.observations.data() + index * width);
-      last_.steps[index] = rows.steps[row];
+      const PoolSlot& slot = pool_.slot(environments[row]);
+      const EpisodeState& state = slot.episode().state();
+      const EpisodeState& outcome = slot.outcome();
+      outputs.observations.take_row(row, state.observation);
+      outputs.info.take_row(row, state.info);
+      outputs.rewards.take_value(row, outcome.reward);
+      outputs.terminated.take_value(row, outcome.terminated ? 1 : 0);
+      outputs.truncated.take_value(row, outcome.truncated ? 1 : 0);
     }
+    newest_ = environments;
   }
 
   std::string id_;
@@ -270,11 +230,9 @@ class VectorWalkers {
   PoolOptions asked_;
   Pool pool_;
   std::mutex mutex_;
-  Rows last_;
-  Rows arrived_;
-  std::vector<std::uint32_t> arrived_environments_;
-  Rows some_;                    // of those that `step_some` stepped
-  const Rows* newest_ = &last_;  // of the three
+  std::vector<std::uint32_t> all_;      // 0 .. num_envs - 1
+  std::vector<std::uint32_t> arrived_;  // of the newest `recv`
+  std::vector<std::uint32_t> newest_;   // of the newest step or `recv`
 };
 
 /// Rows of info turned into columns: what is NaN becomes 0, and its mask false. One call, for after

@@ -46,13 +46,20 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   response.observations.clear();
   response.info.clear();
   response.status_message.clear();
+  response.failed_environments.clear();
+  response.failures.clear();
   check(request);
   const std::vector<std::uint32_t>& listed =
       request.environments.empty() ? all_ : request.environments;
   pool_.reset(listed, seeds_of(request), {});
-  account_resets(listed, response.status_message);
+  counters_.resets += listed.size();
   for (const std::uint32_t environment : listed) {
     const EpisodeState& state = state_of(environment);
+    if (state.failed_at_reset()) {
+      record_failure(environment, kResetFailed, response.status_message);
+      response.failed_environments.push_back(environment);
+      response.failures.push_back(state.error);
+    }
     append(state.observation, response.observations);
     append(state.info, response.info);
   }
@@ -81,6 +88,9 @@ void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
 
 void BatchCalls::step(const std::vector<double>& actions,
                       walker_sim::StepBatch::Response& response) {
+  response.failed_environments.clear();
+  response.failed_at_reset.clear();
+  response.failures.clear();
   response.final_environments.clear();
   response.final_observations.clear();
   response.final_info.clear();
@@ -110,7 +120,7 @@ Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
   return rows;
 }
 
-/// Counts what the step did, and notes the episodes that it ended.
+/// Counts what the step did, and lists the episodes that it ended.
 void BatchCalls::account(const std::vector<double>& actions,
                          walker_sim::StepBatch::Response& response) {
   ended_.clear();
@@ -120,13 +130,13 @@ void BatchCalls::account(const std::vector<double>& actions,
         response.terminated[environment] != 0 || response.truncated[environment] != 0;
     if (response.steps[environment] == 0) {
       ++counters_.resets;
-      if (has_ended) note_failure(environment, kResetFailed, response.status_message);
+      if (has_ended) record_failure(environment, kResetFailed, response);
     } else {
       ++counters_.steps;
       const double* action = actions.data() + environment * specification_.action_size();
       if (is_clamped(specification_, action)) ++counters_.clamped_commands;
       if (has_ended) {
-        if (!state.error.empty()) note_failure(environment, kStepFailed, response.status_message);
+        if (!state.error.empty()) record_failure(environment, kStepFailed, response);
         episodes_.add(state);
         ended_.push_back(environment);
       }
@@ -139,9 +149,9 @@ void BatchCalls::account(const std::vector<double>& actions,
   }
 }
 
-/// Counts and logs it, and tells it in a line of its own.
-void BatchCalls::note_failure(std::uint32_t environment, const char* what,
-                              std::string& status_message) {
+/// Counts and logs a failure, and appends its line.
+void BatchCalls::record_failure(std::uint32_t environment, const char* what,
+                                std::string& status_message) {
   ++counters_.simulation_errors;
   const std::string words =
       std::to_string(environment) + ": " + what + ": " + state_of(environment).error;
@@ -150,13 +160,13 @@ void BatchCalls::note_failure(std::uint32_t environment, const char* what,
   status_message += "environment " + words;
 }
 
-void BatchCalls::account_resets(const std::vector<std::uint32_t>& environments,
-                                std::string& status_message) {
-  counters_.resets += environments.size();
-  for (const std::uint32_t environment : environments) {
-    if (state_of(environment).error.empty()) continue;
-    note_failure(environment, kResetFailed, status_message);
-  }
+void BatchCalls::record_failure(std::uint32_t environment, const char* what,
+                                walker_sim::StepBatch::Response& response) {
+  const EpisodeState& state = state_of(environment);
+  record_failure(environment, what, response.status_message);
+  response.failed_environments.push_back(environment);
+  response.failed_at_reset.push_back(state.failed_at_reset() ? 1 : 0);
+  response.failures.push_back(state.error);
 }
 
 void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
@@ -166,7 +176,11 @@ void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
   rows.terminated = nullptr;
   rows.truncated = nullptr;
   pool_.reset(ended_, {}, rows);
-  account_resets(ended_, response.status_message);
+  counters_.resets += ended_.size();
+  for (const std::uint32_t environment : ended_) {
+    if (state_of(environment).failed_at_reset())
+      record_failure(environment, kResetFailed, response);
+  }
 }
 
 }  // namespace walker

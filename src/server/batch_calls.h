@@ -16,8 +16,8 @@ namespace walker {
 
 /// Makes the calls and counts what they did. Rows are written straight into the reply, whose
 /// vectors may bring memory from an earlier call. An engine that fails ends the episode of its own
-/// environment, as in a Pool, and has a line in the reply's status_message: "environment 3: the
-/// simulation failed at its reset: Stack overflow".
+/// environment, as in a Pool, and stands in the reply's failures; status_message repeats it for
+/// people: "environment 3: the simulation failed at its reset: Stack overflow".
 class BatchCalls {
  public:
   /// What it is given outlives it.
@@ -43,8 +43,9 @@ class BatchCalls {
   void check(const walker_sim::ResetBatch::Request& request) const;
   Batch rows_of(walker_sim::StepBatch::Response& response) const;
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
-  void account_resets(const std::vector<std::uint32_t>& environments, std::string& status_message);
-  void note_failure(std::uint32_t environment, const char* what, std::string& status_message);
+  void record_failure(std::uint32_t environment, const char* what, std::string& status_message);
+  void record_failure(std::uint32_t environment, const char* what,
+                      walker_sim::StepBatch::Response& response);
 
   Pool& pool_;
   const Specification& specification_;

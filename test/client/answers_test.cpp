@@ -171,6 +171,12 @@ TEST(Answers, OfABatchsStepAreMeasured) {
   ended({1, 1}, "final_environments[1] is 1; must be above the one before, 1");
   ended({1, 0}, "final_environments[1] is 0; must be above the one before, 1");
   ended({0, 1, 2}, "final_environments[2] is 2; must be below num_envs = 2");
+  table.add([](BatchTransition& batch) { batch.failed_environments[0] = 2; },
+            "failed_environments[0] is 2; must be below num_envs = 2");
+  table.add([](BatchTransition& batch) { batch.failures.emplace_back(); },
+            "failures has 2 elements; must have 1");
+  table.add([](BatchTransition& batch) { batch.failed_at_reset[0] = 3; },
+            "failed_at_reset[0] is 3; must be 0 or 1");
   table.add([](BatchTransition& batch) { batch.terminated[1] = 2; },
             "terminated[1] is 2; must be 0 or 1");
   table.add([](BatchTransition& batch) { batch.truncated[0] = 255; },
@@ -183,10 +189,15 @@ TEST(Answers, OfABatchsResetAreMeasured) {
   for (const std::vector<std::uint32_t>& environments :
        {std::vector<std::uint32_t>{}, {1}, {1, 0}}) {
     const std::size_t rows = environments.empty() ? 2 : environments.size();
-    const BatchReset right{std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), ""};
+    const BatchReset right{
+        std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), {0}, {"the engine"}};
     Table<BatchReset> table(right);
     table.add_sizes("observations", &BatchReset::observations);
     table.add_sizes("info", &BatchReset::info);
+    table.add([](BatchReset& reset) { reset.failed_environments[0] = 2; },
+              "failed_environments[0] is 2; must be below num_envs = 2");
+    table.add([](BatchReset& reset) { reset.failures.clear(); },
+              "failures has 0 elements; must have 1");
     expect_refused<BatchReset>(kResetBatch, right, table, [&](Client& client, BatchReset& reset) {
       client.reset_batch(environments, {}, reset);
     });

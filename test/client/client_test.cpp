@@ -147,7 +147,8 @@ TEST(Client, ResetsABatch) {
   ScriptedWalker walker({[&](Peer& peer) {
     test::open(peer, kResetBatch);
     request = peer.take_frame();
-    peer.give(test::answer(test::to_bytes(BatchReset{{1, 2, 3, 4, 5, 6}, {7, 8}, ""})));
+    peer.give(
+        test::answer(test::to_bytes(BatchReset{{1, 2, 3, 4, 5, 6}, {7, 8}, {1}, {"the engine"}})));
     peer.sees_end();
   }});
   BatchReset reset;
@@ -159,6 +160,8 @@ TEST(Client, ResetsABatch) {
                          .bytes());
   EXPECT_EQ(reset.observations, (std::vector<double>{1, 2, 3, 4, 5, 6}));
   EXPECT_EQ(reset.info, (std::vector<double>{7, 8}));
+  EXPECT_EQ(reset.failed_environments, (std::vector<std::uint32_t>{1}));
+  EXPECT_EQ(reset.failures, (std::vector<std::string>{"the engine"}));
 }
 
 TEST(Client, StepsABatch) {
@@ -180,6 +183,9 @@ TEST(Client, StepsABatch) {
   EXPECT_EQ(told.episodes, (std::vector<std::uint32_t>{5, 6}));
   EXPECT_EQ(told.steps, (std::vector<std::uint32_t>{7, 8}));
   EXPECT_EQ(told.info, (std::vector<double>{9, 10}));
+  EXPECT_EQ(told.failed_environments, (std::vector<std::uint32_t>{1}));
+  EXPECT_EQ(told.failed_at_reset, (std::vector<std::uint8_t>{0}));
+  EXPECT_EQ(told.failures, (std::vector<std::string>{"the engine"}));
   EXPECT_EQ(told.final_environments, (std::vector<std::uint32_t>{1}));
   EXPECT_EQ(told.final_observations, (std::vector<double>{11, 12, 13}));
   EXPECT_EQ(told.final_info, (std::vector<double>{14}));

@@ -87,6 +87,9 @@ inline BatchTransition example_batch() {
   batch.episodes = {5, 6};
   batch.steps = {7, 8};
   batch.info = {9, 10};
+  batch.failed_environments = {1};
+  batch.failed_at_reset = {0};
+  batch.failures = {"the engine"};
   batch.final_environments = {1};
   batch.final_observations = {11, 12, 13};
   batch.final_info = {14};
@@ -98,7 +101,8 @@ inline std::string to_bytes(const BatchTransition& batch) {
   Message message;
   message.number(std::uint8_t{1}).text("").array(batch.observations).array(batch.rewards);
   message.array(batch.terminated).array(batch.truncated).array(batch.episodes);
-  message.array(batch.steps).array(batch.info).array(batch.final_environments);
+  message.array(batch.steps).array(batch.info).array(batch.failed_environments);
+  message.array(batch.failed_at_reset).texts(batch.failures).array(batch.final_environments);
   return message.array(batch.final_observations).array(batch.final_info).bytes();
 }
 
@@ -106,7 +110,8 @@ inline std::string to_bytes(const BatchTransition& batch) {
 inline std::string to_bytes(const BatchReset& reset) {
   Message message;
   message.number(std::uint8_t{1}).text("");
-  return message.array(reset.observations).array(reset.info).bytes();
+  message.array(reset.observations).array(reset.info).array(reset.failed_environments);
+  return message.texts(reset.failures).bytes();
 }
 
 /// With the fields `success` and `status_message` before it, as ~reset and ~step answer.

@@ -80,8 +80,7 @@ def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
     terminated, reward = bool(batch.terminated[environment]), batch.rewards[environment]
     if not terminated:
         return "time limit" if batch.truncated[environment] else ""
-    # Over ROS the error itself is not told, but what the core puts in place of the numbers.
-    if walkers.error(environment) or (reward == 0 and np.isnan(batch.info[environment]).all()):
+    if walkers.error(environment):
         return "failed"
     failure_reward = _core.registration_of(walkers.specification["id"])["failure_reward"]
     if failure_reward is None:
