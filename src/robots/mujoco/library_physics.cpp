@@ -17,9 +17,10 @@ void save_data(const mjModel& m, const mjData& data, double* values) {
 
 void load_data(const mjModel& m, mjData& data, const double* values) {
   mj_resetData(&m, &data);  // of warnings, too
-  const auto take = [&values](double* to, int count) {
-    std::copy_n(values, count, to);
-    values += count;
+  const double* next = values;
+  const auto take = [&next](double* to, int count) {
+    std::copy_n(next, count, to);
+    next += count;
   };
   take(data.qpos, m.nq);
   take(data.qvel, m.nv);
