@@ -50,7 +50,10 @@ class Frozen : public Environment {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  return walker::run_node(argc, argv, "walker_sim", [] {
+  const walker::NodeDescription node{
+      "null_server", "walker_sim", "A server whose steps do nothing.", walker::server_parameters(),
+      walker::environment_parameter_names()};
+  return walker::run_node(argc, argv, node, [] {
     const walker::ServerOptions options = walker::read_server_options();
     walker::Server server(
         options,
