@@ -122,9 +122,9 @@ std::size_t transition_bytes(const ServerSpecification& server) {
   return values * sizeof(double) + kOtherBytes;
 }
 
-/// With the final rows, and texts of two kibibytes for each environment whose engine failed.
+/// With the final rows, and texts of 1.5 KiB for each environment whose engine failed.
 std::size_t batch_bytes(const ServerSpecification& server) {
-  constexpr std::size_t kTexts = 2048;
+  constexpr std::size_t kTexts = 1536;
   constexpr std::size_t kNumbers =
       sizeof(double) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint32_t);
   const std::size_t values = std::size_t{server.observation_size} + server.info_names.size();

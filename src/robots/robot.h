@@ -10,6 +10,7 @@
 #include "base/limits.h"
 #include "base/random.h"
 #include "base/state_bytes.h"
+#include "walker_sim/export.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 
@@ -30,7 +31,7 @@ struct RobotStep {
 
 /// Knows no phase of an episode, no time limit and no seed. Its episode calls it in order: `reset`
 /// before anything else, and after a failure only `reset`.
-class Robot {
+class WALKER_SIM_EXPORT Robot {
  public:
   Robot() = default;
   Robot(const Robot&) = delete;

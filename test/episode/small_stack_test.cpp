@@ -77,8 +77,8 @@ void play_alone(const std::string& id, const Parameters& parameters = {}) {
     walker->scene(scene);
   }
   std::vector<std::byte> state;
-  walker->save_state(result, state);
-  walker->load_state(state.data(), state.size(), &result);
+  walker->save_state(state);
+  walker->load_state(state.data(), state.size(), result);
 }
 
 void play_in_pool(const std::string& id) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "episode/episode_recorder.h"
+#include "episode/episode.h"
 #include "error_message.h"
 #include "kernel_variable.h"
 #include "robots/mujoco/library_physics.h"
@@ -128,7 +128,8 @@ INSTANTIATE_TEST_SUITE_P(Robots, CoordinatesTest,
                                          Case{"Hopper-v4", "hopper_v4.xml", nullptr}));
 
 TEST(Coordinates, AnEpisodeThatHasEndedGoesOn) {
-  EpisodeRecorder recorder(make("Hopper-v5", {}));
+  const std::unique_ptr<Episode> made = make_episode("Hopper-v5");
+  Episode& recorder = *made;
   recorder.reset(1);
   EXPECT_EQ(recorder.is_healthy(), true);
   const std::vector<double> standing{0, 1.25, 0, 0, 0, 0};
