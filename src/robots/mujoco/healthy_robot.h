@@ -85,7 +85,7 @@ std::vector<Registration> registrations(HealthyRobotKind kind);
 class HealthyRobot : public PlanarRobot {
  public:
   /// @param is_v5 v5's info; v4's is shorter, and empty at a reset
-  /// @throws std::invalid_argument when the model is none of such a robot
+  /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
   HealthyRobot(const PlanarOptions& options, const RewardOptions& reward,
                std::vector<HealthyRange> healthy_ranges, bool is_v5);
 
