@@ -82,12 +82,12 @@ struct BatchTransition {
   std::vector<std::uint32_t> episodes;   ///< num_envs
   std::vector<std::uint32_t> steps;      ///< num_envs
   std::vector<double> info;              ///< num_envs x info names
-  // environments whose engine failed in this call, with its messages; with same_step one may stand
-  // twice, first for its step
+  // The environments whose engine failed in this call, with its messages. Under same_step one may
+  // be listed twice, the step first.
   std::vector<std::uint32_t> failed_environments;
   std::vector<std::uint8_t> failed_at_reset;  ///< 1: at the reset of its present episode
   std::vector<std::string> failures;
-  // same_step only: the episodes that ended in this call
+  // Under same_step only: the episodes that ended in this call.
   std::vector<std::uint32_t> final_environments;
   std::vector<double> final_observations;  ///< final_environments x observation size
   std::vector<double> final_info;          ///< final_environments x info names
@@ -97,7 +97,7 @@ struct BatchTransition {
 struct BatchReset {
   std::vector<double> observations;
   std::vector<double> info;
-  // environments whose engine failed, with its messages
+  // The environments whose engine failed, with its messages.
   std::vector<std::uint32_t> failed_environments;
   std::vector<std::string> failures;
 };

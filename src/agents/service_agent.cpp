@@ -10,7 +10,7 @@
 
 #include "agents/agents.h"
 #include "agents/remote_server.h"
-#include "server/drive/pacer.h"
+#include "base/pacer.h"
 
 namespace walker {
 namespace {

@@ -1,6 +1,7 @@
 // A saved state as bytes: fields one after the other, as this processor has them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,6 +17,23 @@ inline constexpr const char* kDamagedState = "the state is damaged: ";
 
 [[noreturn]] inline void refuse_state(const std::string& what) {
   throw std::invalid_argument(kDamagedState + what);
+}
+
+/// FNV-1a over words of eight bytes, the last one padded with zeros. Each round is invertible, so
+/// that a change within one word always changes the sum.
+inline std::uint64_t checksum(const std::byte* bytes, std::size_t size) {
+  constexpr std::uint64_t kBasis = 0xcbf29ce484222325;
+  constexpr std::uint64_t kPrime = 0x100000001b3;
+  std::uint64_t sum = kBasis ^ size;
+  while (size != 0) {
+    std::uint64_t word = 0;
+    const std::size_t width = std::min(size, sizeof word);
+    std::memcpy(&word, bytes, width);
+    sum = (sum ^ word) * kPrime;
+    bytes += width;
+    size -= width;
+  }
+  return sum;
 }
 
 /// Appends fields.

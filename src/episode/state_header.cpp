@@ -1,6 +1,5 @@
 #include "episode/state_header.h"
 
-#include <algorithm>
 #include <array>
 #include <map>
 #include <utility>
@@ -47,21 +46,6 @@ Fields read_fields(StateReader& reader) {
 }
 
 }  // namespace
-
-std::uint64_t checksum(const std::byte* bytes, std::size_t size) {
-  constexpr std::uint64_t kBasis = 0xcbf29ce484222325;
-  constexpr std::uint64_t kPrime = 0x100000001b3;
-  std::uint64_t sum = kBasis ^ size;
-  while (size != 0) {
-    std::uint64_t word = 0;
-    const std::size_t width = std::min(size, sizeof word);
-    std::memcpy(&word, bytes, width);
-    sum = (sum ^ word) * kPrime;
-    bytes += width;
-    size -= width;
-  }
-  return sum;
-}
 
 StateOrigin::StateOrigin(const Specification& specification) {
   StateWriter writer(text_);

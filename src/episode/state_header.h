@@ -15,10 +15,6 @@ namespace walker {
 /// Another one where the order or the meaning of any field changes.
 constexpr std::uint32_t kStateFormat = 2;
 
-/// FNV-1a over words of eight bytes, the last one filled up with zeros. Every step can be undone,
-/// so that no change within a word is missed.
-std::uint64_t checksum(const std::byte* bytes, std::size_t size);
-
 /// Of which environment states are: id, engine, its release and the parameters but
 /// `max_episode_steps`, which says when an episode ends and nothing of the state.
 class StateOrigin {

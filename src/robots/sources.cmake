@@ -3,7 +3,8 @@ walker_sim_sources(core_sources agent registry robot)
 # without, so that a compiler cache serves every build.
 set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/registry.cpp PROPERTIES
   COMPILE_DEFINITIONS "WALKER_SIM_VERSION=\"${PROJECT_VERSION}\"")
-include(${CMAKE_CURRENT_LIST_DIR}/bipedal_walker/sources.cmake)
-include(${CMAKE_CURRENT_LIST_DIR}/mujoco/sources.cmake)
-include(${CMAKE_CURRENT_LIST_DIR}/walker2d/sources.cmake)
-include(${CMAKE_CURRENT_LIST_DIR}/hopper/sources.cmake)
+# A folder each, which lists its own files.
+file(GLOB robot_lists CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*/sources.cmake)
+foreach(robot_list ${robot_lists})
+  include(${robot_list})
+endforeach()

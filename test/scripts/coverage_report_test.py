@@ -38,7 +38,7 @@ def test_rooms_are_counted_apart_and_together(tmp_path):
         file_of("src/episode/pool.cpp", [(1, 5), (2, 0)]),
         file_of("include/walker_sim/pool.h", [(n, 1) for n in range(38)]),
         file_of(
-            "src/server/loop.cpp", [(n, 1) for n in range(94)] + [(94 + n, 0) for n in range(6)]
+            "src/server/server.cpp", [(n, 1) for n in range(94)] + [(94 + n, 0) for n in range(6)]
         ),
     )
     assert done.returncode == 0, done.stderr
@@ -53,7 +53,7 @@ def test_95_percent_are_enough_and_less_is_not_rounded_up(tmp_path):
     done, _ = run(tmp_path, file_of("src/episode/pool.cpp", enough), file_of("src/ros/a.h", enough))
     assert row(done.stdout, "core") == row(done.stdout, "server") == "95 of    100 lines  95.00 %"
     less = [(n, int(n >= 501)) for n in range(10001)]
-    done, _ = run(tmp_path, file_of("src/server/loop.cpp", less))
+    done, _ = run(tmp_path, file_of("src/server/server.cpp", less))
     assert row(done.stdout, "server") == "9500 of  10001 lines  94.99 %  below 95 %"
 
 
@@ -76,7 +76,7 @@ def test_what_is_left_out_is_in_neither_number(tmp_path, mark):
 def test_the_report_names_the_lines(tmp_path):
     counts = [(1, 1), (3, 0), (4, 0), (8, 0), (9, 2), (12, 0)]
     _, report = run(
-        tmp_path, file_of("src/episode/pool.cpp", counts), file_of("src/server/drive/pacer.cpp", [(1, 1)])
+        tmp_path, file_of("src/episode/pool.cpp", counts), file_of("src/base/pacer.cpp", [(1, 1)])
     )
     assert "src/episode/pool.cpp: 33.3 %\n    3-8, 12\n" in report
     assert "pacer" not in report

@@ -98,8 +98,10 @@ void HealthyRobot::conclude_step(double x_velocity, RobotStep& step) const {
 /// Static text; empty when the robot is healthy.
 const char* HealthyRobot::why_unhealthy() const {
   const int nq = model().nq;
+  const int state_size = nq + model().nv;
   for (const HealthyRange& range : healthy_ranges_) {
-    for (int i = range.begin; i < range.end; ++i) {
+    const int end = std::min(range.end, state_size);
+    for (int i = range.begin; i < end; ++i) {
       const double value = i < nq ? position()[i] : velocity()[i - nq];
       const bool is_within = range.interval[0] < value && value < range.interval[1];
       if (!is_within) return range.end_reason;

@@ -40,6 +40,9 @@ struct RewardTerms {
 RewardTerms reward_of_step(const RewardOptions& options, double x_velocity, bool is_healthy,
                            const double* action, int size);
 
+/// End of a range that reaches to the last velocity.
+constexpr int kStateEnd = std::numeric_limits<int>::max();
+
 /// A parameter: numbers of the state between which the robot is healthy.
 struct HealthyRange {
   std::string name;
@@ -47,8 +50,8 @@ struct HealthyRange {
   std::string description;
   std::array<double, 2> interval;  ///< open; of a kind the default
   int begin;                       ///< in the state: positions, then velocities, as MuJoCo has them
-  int end;
-  const char* end_reason;  ///< static text
+  int end;                         ///< or kStateEnd
+  const char* end_reason;          ///< static text
 };
 
 /// healthy_z_range and healthy_angle_range, which each of them has.
@@ -65,27 +68,24 @@ struct MotorWeights {
 
 /// What distinguishes one of these robots from another, from its constants to its gait.
 struct HealthyRobotKind {
-  std::string name;    ///< of the ids, e.g. Walker2d
-  std::string robot;   ///< of its models, e.g. walker2d
+  std::string name;    ///< of the ids, and in snake case of the models: HalfCheetah, half_cheetah
   int num_hinges = 0;  ///< of limbs
-  /// Of Gymnasium's registration; NaN: none.
-  double reward_threshold = std::numeric_limits<double>::quiet_NaN();
+  double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< Gymnasium's; NaN: none
   double camera_distance = 0;                ///< Gymnasium's DEFAULT_CAMERA_CONFIG [m]
   std::vector<HealthyRange> healthy_ranges;  ///< in the order of Gymnasium's parameters
-  std::vector<MotorWeights> gait;            ///< in action order
-  /// As PlanarOptions has it.
+  std::vector<MotorWeights> gait;            ///< in action order; empty: there is none
+  /// What steps it, as in PlanarOptions; empty: MuJoCo's library.
   std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
 };
 
 /// NAME-v4 and NAME-v5, with their models, observations, pictures and gait.
-/// @param kind outlives the process's use of them
-std::vector<Registration> registrations(const HealthyRobotKind& kind);
+std::vector<Registration> registrations(HealthyRobotKind kind);
 
 /// Gymnasium's versions 4 and 5, to the bit: observations, rewards and info are doubles.
 class HealthyRobot : public PlanarRobot {
  public:
   /// @param is_v5 v5's info; v4's is shorter, and empty at a reset
-  /// @throws std::invalid_argument when the model is none of such a robot
+  /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
   HealthyRobot(const PlanarOptions& options, const RewardOptions& reward,
                std::vector<HealthyRange> healthy_ranges, bool is_v5);
 

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "robots/mujoco/camera.h"
 #include "robots/mujoco/healthy_robot.h"
@@ -16,13 +18,26 @@ constexpr std::uint32_t kMaxEpisodeSteps = 1000;
 constexpr int kFrameSkip = 4;
 constexpr double kVelocityLimit = 10;  // of observed velocities [m/s, rad/s]
 
+/// "half_cheetah" for "HalfCheetah".
+std::string snake_case(const std::string& name) {
+  std::string text;
+  for (const char letter : name) {
+    const bool is_upper = letter >= 'A' && letter <= 'Z';
+    if (is_upper && !text.empty()) text += '_';
+    text += is_upper ? static_cast<char>(letter - 'A' + 'a') : letter;
+  }
+  return text;
+}
+
 /// One of its two versions.
 struct Version {
-  const HealthyRobotKind* kind;
+  std::shared_ptr<const HealthyRobotKind> kind;
   bool is_v5;
 
   std::string id() const { return kind->name + (is_v5 ? "-v5" : "-v4"); }
-  std::string model() const { return kind->robot + (is_v5 ? "_v5.xml" : "_v4.xml"); }
+  std::string v4_model() const { return snake_case(kind->name) + "_v4.xml"; }
+  std::string v5_model() const { return snake_case(kind->name) + "_v5.xml"; }
+  std::string model() const { return is_v5 ? v5_model() : v4_model(); }
 };
 
 /// Gymnasium's constructor parameters, in its order.
@@ -33,11 +48,10 @@ std::vector<ParameterDescription> parameters(const Version& version) {
   constexpr double kMostFrames = 1000;
   std::vector<ParameterDescription> all;
   if (version.is_v5) {
-    const std::string& robot = version.kind->robot;
-    all.push_back(
-        {"xml_file", version.model(), "",
-         "MJCF file of the model; " + robot + "_v4.xml and " + robot + "_v5.xml are built in.", 0,
-         0});
+    all.push_back({"xml_file", version.model(), "",
+                   "MJCF file of the model; " + version.v4_model() + " and " + version.v5_model() +
+                       " are built in.",
+                   0, 0});
     all.push_back({"frame_skip", std::int64_t{kFrameSkip}, "",
                    "Engine steps of one environment step.", 1, kMostFrames});
   }
@@ -80,7 +94,7 @@ PlanarOptions to_options(const Version& version, const Parameters& given) {
     options.parameters.emplace_back(description.name, given.at(description.name));
   }
   options.parameters.emplace_back("max_episode_steps", given.at("max_episode_steps"));
-  options.model = {version.model(), version.kind->num_hinges, version.kind->robot + "_v5.xml"};
+  options.model = {version.model(), version.kind->num_hinges, version.v5_model()};
   options.make_physics = version.kind->make_physics;
   options.frame_skip = kFrameSkip;
   if (version.is_v5) {
@@ -115,9 +129,9 @@ std::unique_ptr<Robot> create(const Version& version, const Parameters& given) {
 
 class LinearGait : public Agent {
  public:
-  LinearGait(const std::vector<MotorWeights>& motors, const Specification& specification)
-      : motors_(motors), action_(motors.size()) {
-    if (specification.observation_size() != motors.front().of_observation.size()) {
+  LinearGait(std::vector<MotorWeights> motors, const Specification& specification)
+      : motors_(std::move(motors)), action_(motors_.size()) {
+    if (specification.observation_size() != motors_.front().of_observation.size()) {
       throw std::invalid_argument("agent = heuristic: needs " + specification.id +
                                   " with exclude_current_positions_from_observation = true");
     }
@@ -137,7 +151,7 @@ class LinearGait : public Agent {
   }
 
  private:
-  const std::vector<MotorWeights>& motors_;
+  std::vector<MotorWeights> motors_;
   std::vector<double> action_;
 };
 
@@ -153,9 +167,11 @@ Registration registration(const Version& version) {
   made.create_observation_builder = [version](const std::string& /*id*/, const Parameters& given) {
     return make_observation_builder(to_options(version, given));
   };
-  made.create_gait = [version](const Specification& specification) {
-    return std::make_unique<LinearGait>(version.kind->gait, specification);
-  };
+  if (!version.kind->gait.empty()) {
+    made.create_gait = [version](const Specification& specification) {
+      return std::make_unique<LinearGait>(version.kind->gait, specification);
+    };
+  }
   made.camera_parameters = camera_parameters(version.kind->camera_distance);
   made.create_renderer = [version](const std::string& /*id*/, const Parameters& given,
                                    const Parameters& camera) {
@@ -168,8 +184,9 @@ Registration registration(const Version& version) {
 
 }  // namespace
 
-std::vector<Registration> registrations(const HealthyRobotKind& kind) {
-  return {registration({&kind, false}), registration({&kind, true})};
+std::vector<Registration> registrations(HealthyRobotKind kind) {
+  const auto shared = std::make_shared<const HealthyRobotKind>(std::move(kind));
+  return {registration({shared, false}), registration({shared, true})};
 }
 
 }  // namespace walker::mujoco

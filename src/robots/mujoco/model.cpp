@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "base/printable_text.h"
+#include "base/state_bytes.h"
 #include "base/user_path.h"
-#include "episode/state_header.h"
 #include "robots/mujoco/builtin_models.h"
 #include "robots/mujoco/compile_apart.h"
 #include "robots/mujoco/processor.h"

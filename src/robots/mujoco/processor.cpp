@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "base/random.h"
-#include "episode/state_header.h"
+#include "base/state_bytes.h"
 
 namespace walker::mujoco {
 namespace {

@@ -1,5 +1,7 @@
 #include "robots/walker2d/registration.h"
 
+#include <utility>
+
 #include "robots/mujoco/healthy_robot.h"
 #include "robots/walker2d/kernel/kernel_physics.h"
 
@@ -41,25 +43,19 @@ std::vector<mujoco::MotorWeights> gait() {
   };
 }
 
-/// Gymnasium's numbers (gymnasium/envs/mujoco/walker2d_v4.py, walker2d_v5.py, 1.4.0).
-mujoco::HealthyRobotKind make_kind() {
-  mujoco::HealthyRobotKind kind;
-  kind.name = "Walker2d";
-  kind.robot = "walker2d";
-  kind.num_hinges = 6;
-  kind.camera_distance = 4;
-  kind.gait = gait();
-  kind.healthy_ranges = {mujoco::height_range("walker", 0.8, 2.0),
-                         mujoco::angle_range("walker", -1.0, 1.0)};
-  kind.make_physics = make_kernel_physics;
-  return kind;
-}
-
 }  // namespace
 
 std::vector<Registration> registrations() {
-  static const mujoco::HealthyRobotKind kWalker2d = make_kind();
-  return mujoco::registrations(kWalker2d);
+  // Gymnasium's numbers (gymnasium/envs/mujoco/walker2d_v4.py, walker2d_v5.py, 1.4.0).
+  mujoco::HealthyRobotKind kind;
+  kind.name = "Walker2d";
+  kind.num_hinges = 6;
+  kind.camera_distance = 4;
+  kind.healthy_ranges = {mujoco::height_range("walker", 0.8, 2.0),
+                         mujoco::angle_range("walker", -1.0, 1.0)};
+  kind.gait = gait();
+  kind.make_physics = make_kernel_physics;
+  return mujoco::registrations(std::move(kind));
 }
 
 }  // namespace walker::walker2d

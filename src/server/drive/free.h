@@ -1,7 +1,7 @@
 // Free-running: the server keeps a pace of its own.
 #pragma once
 
-#include "server/drive/pacer.h"
+#include "base/pacer.h"
 #include "server/drive/running.h"
 
 namespace walker {

@@ -128,26 +128,28 @@ INSTANTIATE_TEST_SUITE_P(Robots, CoordinatesTest,
                                          Case{"Hopper-v4", "hopper_v4.xml", nullptr}));
 
 TEST(Coordinates, AnEpisodeThatHasEndedGoesOn) {
-  const std::unique_ptr<Episode> made = make_episode("Hopper-v5");
-  Episode& recorder = *made;
-  recorder.reset(1);
-  EXPECT_EQ(recorder.is_healthy(), true);
+  const std::unique_ptr<Episode> episode = make_episode("Hopper-v5");
+  EpisodeOptions options;
+  options.records_actions = true;
+  episode->configure(options);
+  episode->reset(1);
+  EXPECT_EQ(episode->is_healthy(), true);
   const std::vector<double> standing{0, 1.25, 0, 0, 0, 0};
   const std::vector<double> lying{0, 0.1, 0, 0, 0, 0};
   const std::vector<double> still(6);
-  recorder.set_coordinates(lying, still);
-  EXPECT_EQ(recorder.is_healthy(), false);
-  EXPECT_FALSE(recorder.state().has_ended());
+  episode->set_coordinates(lying, still);
+  EXPECT_EQ(episode->is_healthy(), false);
+  EXPECT_FALSE(episode->state().has_ended());
   const std::vector<double> action(3);
-  recorder.step(action);
-  EXPECT_TRUE(recorder.state().terminated);
-  EXPECT_THROW(recorder.step(action), ResetNeeded);
-  recorder.set_coordinates(standing, still);
-  EXPECT_EQ(recorder.is_healthy(), true);
-  recorder.step(action);
-  EXPECT_FALSE(recorder.state().has_ended());
-  EXPECT_EQ(recorder.state().step, 2U);
-  EXPECT_THROW(recorder.record(), std::logic_error);
+  episode->step(action);
+  EXPECT_TRUE(episode->state().terminated);
+  EXPECT_THROW(episode->step(action), ResetNeeded);
+  episode->set_coordinates(standing, still);
+  EXPECT_EQ(episode->is_healthy(), true);
+  episode->step(action);
+  EXPECT_FALSE(episode->state().has_ended());
+  EXPECT_EQ(episode->state().step, 2U);
+  EXPECT_THROW(episode->record(), std::logic_error);
 }
 
 }  // namespace

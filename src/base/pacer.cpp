@@ -1,4 +1,4 @@
-#include "server/drive/pacer.h"
+#include "base/pacer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The schedule of steps on made-up time.
-#include "server/drive/pacer.h"
+#include "base/pacer.h"
 
 #include <gtest/gtest.h>
 
