@@ -205,7 +205,9 @@ void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps
 
 void read_record(Reader& reader, std::vector<std::uint8_t>& record) {
   read_outcome(reader);
-  record = reader.rest();
+  const std::size_t size = reader.size();
+  const std::uint8_t* const begin = reader.advance(size);
+  record.assign(begin, begin + size);
 }
 
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset) {

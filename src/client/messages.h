@@ -1,11 +1,9 @@
-// Requests and responses as bytes: fields one after the other, numbers little-endian, strings and
-// arrays after a uint32 with the number of their elements.
-// Source: wiki.ros.org/roscpp/Overview/MessagesSerializationAndAdaptingTypes, and the .srv files.
+// Requests and responses as bytes, of the form that message_reader.h describes.
+// Source: the .srv files.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,6 +14,7 @@
 #include "client/service_types.h"
 #include "walker_sim/client.h"
 #include "walker_sim/parameters.h"
+#include "wire/message_reader.h"
 #include "wire/tcpros.h"
 
 namespace walker {
@@ -55,9 +54,9 @@ class Writer {
 };
 
 /// Takes fields off a response. Every method throws std::runtime_error where it is too short.
-class Reader {
+class Reader : public MessageReader {
  public:
-  Reader(const std::uint8_t* bytes, std::size_t size) : next_(bytes), end_(bytes + size) {}
+  Reader(const std::uint8_t* bytes, std::size_t size) : MessageReader(bytes, size, "the answer") {}
 
   /// One field after the other. Vectors and texts keep their memory.
   template <typename... Fields>
@@ -65,18 +64,9 @@ class Reader {
     (take(fields), ...);
   }
 
-  /// Of the answer's bytes.
-  std::string_view text() {
-    std::uint32_t size = 0;
-    take(size);
-    return {reinterpret_cast<const char*>(bytes(size, 1)), size};
-  }
-
   /// An array of at most `max` texts.
   void read_texts(std::vector<std::string>& values, std::size_t max) {
-    std::uint32_t size = 0;
-    take(size);
-    require(size, tcpros::kLengthBytes);  // before memory for it is asked for
+    const std::uint32_t size = count(tcpros::kLengthBytes);
     if (size > max) {
       throw std::runtime_error("its answer's array has " + std::to_string(size) +
                                " texts; must have at most " + std::to_string(max));
@@ -85,25 +75,13 @@ class Reader {
     for (std::string& value : values) take(value);
   }
 
-  /// What has not been read yet.
-  std::vector<std::uint8_t> rest() {
-    std::vector<std::uint8_t> left(next_, end_);
-    next_ = end_;
-    return left;
-  }
-
-  /// @throws std::runtime_error where something is left
-  void finish() const {
-    if (next_ != end_) throw std::runtime_error("the answer is longer than its type");
-  }
-
  private:
   template <typename Number>
   void take(Number& value) {
-    std::memcpy(&value, bytes(1, sizeof(Number)), sizeof(Number));
+    value = number<Number>();
   }
 
-  void take(bool& value) { value = *bytes(1, 1) != 0; }
+  void take(bool& value) { value = number<std::uint8_t>() != 0; }
   /// Bytes that are no UTF-8 are escaped, for who shows a text takes it for UTF-8.
   void take(std::string& value) {
     value = text();
@@ -112,29 +90,10 @@ class Reader {
 
   template <typename Number>
   void take(std::vector<Number>& values) {
-    std::uint32_t size = 0;
-    take(size);
-    const std::uint8_t* const begin = bytes(size, sizeof(Number));
-    values.resize(size);
-    if (size > 0) std::memcpy(values.data(), begin, size * sizeof(Number));
+    read_array(values);
   }
 
   void take(std::vector<std::string>& values) { read_texts(values, kMaxTexts); }
-
-  void require(std::size_t count, std::size_t bytes_each) const {
-    if (count <= static_cast<std::size_t>(end_ - next_) / bytes_each) return;
-    throw std::runtime_error("the answer ends within a field");
-  }
-
-  const std::uint8_t* bytes(std::size_t count, std::size_t bytes_each) {
-    require(count, bytes_each);
-    const std::uint8_t* const begin = next_;
-    next_ += count * bytes_each;
-    return begin;
-  }
-
-  const std::uint8_t* next_;
-  const std::uint8_t* end_;
 };
 
 // Each of these reads an answer. Whatever it says is checked, all lengths and indices, so that who

@@ -1,30 +1,29 @@
 #include "replay/bag_check.h"
 
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
-#include <utility>
-#include <vector>
+#include <string_view>
 
 #include <rosbag/chunked_file.h>
 #include <rosbag/constants.h>
+
+#include "wire/message_reader.h"
+#include "wire/tcpros.h"
 
 namespace walker {
 namespace {
 
 // Format: wiki.ros.org/Bags/Format/2.0
 
-using Bytes = std::vector<std::uint8_t>;
-using Fields = std::map<std::string, std::string>;
+using tcpros::Fields;
+using tcpros::kLengthBytes;
 
-constexpr std::uint64_t kLengthSize = sizeof(std::uint32_t);
 constexpr std::uint64_t kLargestHeader = std::uint64_t{1} << 20U;
 constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 28U;
 
@@ -35,39 +34,38 @@ struct Fault : std::runtime_error {
                       std::string("at byte ") + std::to_string(place) + ": " + what) {}
 };
 
-template <typename Number>
-Number number_at(const std::uint8_t* bytes) {
-  Number number{};
-  std::memcpy(&number, bytes, sizeof(number));
-  return number;
-}
+/// A part of the file, or of a chunk that was compressed; read from its front.
+class Part : public MessageReader {
+ public:
+  /// @param place of the first byte in the file; of a compressed chunk: of its record
+  Part(std::string_view bytes, std::uint64_t place)
+      : MessageReader(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(),
+                      "a record"),
+        end_(place + bytes.size()) {}
 
-/// A part of the file, or of a chunk that was compressed.
-struct Part {
-  const std::uint8_t* bytes;
-  std::uint64_t size;
-  std::uint64_t place;  ///< of the first byte in the file; of a compressed chunk: of its record
+  /// Of the next byte.
+  std::uint64_t place() const { return end_ - size(); }
+
+ private:
+  std::uint64_t end_;
 };
 
-/// Length, name, '=', value; again and again.
-Fields read_fields(const Part& part) {
+Fields read_fields(Part header) {
+  const std::uint64_t size = header.size();
   Fields fields;
-  for (std::uint64_t at = 0; at < part.size;) {
-    const std::uint64_t left = part.size - at;
-    const std::uint64_t place = part.place + at;
-    if (left < kLengthSize) throw Fault(false, place, "a header ends within a field's length");
-    const std::uint64_t length = number_at<std::uint32_t>(part.bytes + at);
-    if (length > left - kLengthSize) {
-      throw Fault(false, place,
-                  "a field of " + std::to_string(length) + " bytes in a header of " +
-                      std::to_string(part.size));
+  while (header.size() > 0) {
+    const std::uint64_t place = header.place();
+    const std::optional<tcpros::Field> field = tcpros::take_field(header);
+    if (!field && header.size() < kLengthBytes) {
+      throw Fault(false, place, "a header ends within a field's length");
     }
-    const std::uint8_t* const begin = part.bytes + at + kLengthSize;
-    const std::uint8_t* const end = begin + length;
-    const std::uint8_t* const equals = std::find(begin, end, std::uint8_t{'='});
-    if (equals == begin || equals == end) throw Fault(false, place, "a field without a name");
-    fields[std::string(begin, equals)] = std::string(equals + 1, end);
-    at += kLengthSize + length;
+    if (!field) {
+      throw Fault(false, place,
+                  "a field of " + std::to_string(header.number<std::uint32_t>()) +
+                      " bytes in a header of " + std::to_string(size));
+    }
+    if (field->name.empty()) throw Fault(false, place, "a field without a name");
+    fields[std::string(field->name)] = field->value;
   }
   return fields;
 }
@@ -77,12 +75,13 @@ template <typename Number>
 Number field(const Fields& fields, const std::string& name, std::uint64_t place) {
   const auto found = fields.find(name);
   if (found == fields.end()) throw Fault(false, place, "a record without " + name);
-  if (found->second.size() != sizeof(Number)) {
+  Part value(found->second, place);
+  if (value.size() != sizeof(Number)) {
     throw Fault(false, place,
-                name + " has " + std::to_string(found->second.size()) + " bytes; must have " +
+                name + " has " + std::to_string(value.size()) + " bytes; must have " +
                     std::to_string(sizeof(Number)));
   }
-  return number_at<Number>(reinterpret_cast<const std::uint8_t*>(found->second.data()));
+  return value.number<Number>();
 }
 
 std::uint8_t op_of(const Fields& fields, std::uint64_t place) {
@@ -100,35 +99,33 @@ void check_connection(const Fields& fields, const Part& data, std::uint64_t plac
   read_fields(data);
 }
 
-/// Takes a length and so many bytes off the part's front.
-Part take(Part& part, const char* what) {
-  if (part.size < kLengthSize)
-    throw Fault(false, part.place, std::string("a chunk ends within ") + what);
-  const std::uint64_t length = number_at<std::uint32_t>(part.bytes);
-  if (length > part.size - kLengthSize) {
-    throw Fault(false, part.place,
-                std::string(what) + " has " + std::to_string(length) + " bytes; its chunk only " +
-                    std::to_string(part.size - kLengthSize) + " more");
+/// Takes a length and so many bytes off the chunk's front.
+Part take(Part& chunk, const char* what) {
+  const std::uint64_t place = chunk.place();
+  if (const auto taken = chunk.try_text()) return {*taken, place + kLengthBytes};
+  if (chunk.size() < kLengthBytes) {
+    throw Fault(false, place, std::string("a chunk ends within ") + what);
   }
-  const Part taken{part.bytes + kLengthSize, length, part.place + kLengthSize};
-  const std::uint64_t end = kLengthSize + length;
-  part = {part.bytes + end, part.size - end, part.place + end};
-  return taken;
+  const auto length = chunk.number<std::uint32_t>();
+  throw Fault(false, place,
+              std::string(what) + " has " + std::to_string(length) + " bytes; its chunk only " +
+                  std::to_string(chunk.size()) + " more");
 }
 
-Messages read_chunk(const Part& chunk) {
+Messages read_chunk(Part chunk) {
   Messages messages;
-  for (Part rest = chunk; rest.size > 0;) {
-    const std::uint64_t place = rest.place;
-    const auto begin = static_cast<std::uint32_t>(rest.bytes - chunk.bytes);
-    const Fields fields = read_fields(take(rest, "a header"));
-    const Part data = take(rest, "a record");
+  const std::uint64_t begin = chunk.place();
+  while (chunk.size() > 0) {
+    const std::uint64_t place = chunk.place();
+    const Fields fields = read_fields(take(chunk, "a header"));
+    const Part data = take(chunk, "a record");
     const std::uint8_t op = op_of(fields, place);
     if (op == rosbag::OP_CONNECTION) {
       check_connection(fields, data, place);
     } else if (op == rosbag::OP_MSG_DATA) {
       field<std::uint64_t>(fields, rosbag::TIME_FIELD_NAME, place);
-      messages[begin] = field<std::uint32_t>(fields, rosbag::CONNECTION_FIELD_NAME, place);
+      messages[static_cast<std::uint32_t>(place - begin)] =
+          field<std::uint32_t>(fields, rosbag::CONNECTION_FIELD_NAME, place);
     } else {
       throw Fault(false, place, "a record of kind " + std::to_string(op) + " in a chunk");
     }
@@ -161,12 +158,13 @@ class Checker {
 
  private:
   std::uint32_t read_length(const char* what) {
-    if (size_ - place_ < kLengthSize) throw Fault(true, place_, std::string("ends within ") + what);
+    if (size_ - place_ < kLengthBytes)
+      throw Fault(true, place_, std::string("ends within ") + what);
     std::uint32_t length = 0;
-    file_.read(reinterpret_cast<char*>(&length), kLengthSize);
-    place_ += kLengthSize;
+    file_.read(reinterpret_cast<char*>(&length), kLengthBytes);
+    place_ += kLengthBytes;
     if (length > size_ - place_) {
-      throw Fault(true, place_ - kLengthSize,
+      throw Fault(true, place_ - kLengthBytes,
                   std::string(what) + " of " + std::to_string(length) + " bytes, where " +
                       std::to_string(size_ - place_) + " follow");
     }
@@ -174,11 +172,11 @@ class Checker {
   }
 
   /// @return so many bytes of the file, read into `buffer`
-  Part read(std::uint64_t size, Bytes& buffer) {
+  Part read(std::uint64_t size, std::string& buffer) {
     buffer.resize(size);
-    file_.read(reinterpret_cast<char*>(buffer.data()), static_cast<std::streamsize>(size));
+    file_.read(buffer.data(), static_cast<std::streamsize>(size));
     if (!file_) throw Fault(true, place_, "cannot be read");
-    const Part part{buffer.data(), size, place_};
+    const Part part(buffer, place_);
     place_ += size;
     return part;
   }
@@ -250,9 +248,9 @@ class Checker {
     const std::uint64_t size = get<std::uint32_t>(rosbag::SIZE_FIELD_NAME);
     const std::string compression = fields_[rosbag::COMPRESSION_FIELD_NAME];
     if (compression == rosbag::COMPRESSION_NONE) {
-      if (size == data_.size) return data_;
+      if (size == data_.size()) return data_;
       throw Fault(false, record_,
-                  "a chunk of " + std::to_string(data_.size) + " bytes that says it has " +
+                  "a chunk of " + std::to_string(data_.size()) + " bytes that says it has " +
                       std::to_string(size));
     }
     const bool is_bz2 = compression == rosbag::COMPRESSION_BZ2;
@@ -266,21 +264,23 @@ class Checker {
     }
     // What comes out may be less than it should be, and rosbag does not say how much it was: then
     // these two differ.
-    decompress(is_bz2, size, std::uint8_t{0x55}, chunk_);
-    decompress(is_bz2, size, std::uint8_t{0xaa}, other_chunk_);
+    decompress(is_bz2, size, '\x55', chunk_);
+    decompress(is_bz2, size, '\xaa', other_chunk_);
     if (chunk_ != other_chunk_) {
       throw Fault(false, record_, "a chunk of fewer bytes than it says, " + std::to_string(size));
     }
-    return {chunk_.data(), size, record_};
+    return {chunk_, record_};
   }
 
-  void decompress(bool is_bz2, std::uint64_t size, std::uint8_t filling, Bytes& chunk) {
+  void decompress(bool is_bz2, std::uint64_t size, char filling, std::string& chunk) {
     chunk.assign(size, filling);
     try {
       rosbag::ChunkedFile decompressor;
       decompressor.openRead(path_);
       decompressor.decompress(is_bz2 ? rosbag::compression::BZ2 : rosbag::compression::LZ4,
-                              chunk.data(), static_cast<unsigned int>(size), buffer_.data(),
+                              reinterpret_cast<std::uint8_t*>(chunk.data()),
+                              static_cast<unsigned int>(size),
+                              reinterpret_cast<std::uint8_t*>(buffer_.data()),
                               static_cast<unsigned int>(buffer_.size()));
     } catch (const std::exception& error) {
       throw Fault(false, record_,
@@ -290,21 +290,22 @@ class Checker {
 
   /// One of those after a chunk: where the messages of a connection are in it.
   void check_index_of_chunk() {
-    constexpr std::uint64_t kEntrySize = 12;  // seconds, nanoseconds, place
-    constexpr std::uint64_t kPlace = 8;
+    constexpr std::uint64_t kEntrySize = 12;  // time, place
     check_version(rosbag::INDEX_VERSION);
     const auto connection = get<std::uint32_t>(rosbag::CONNECTION_FIELD_NAME);
     const std::uint64_t count = get<std::uint32_t>(rosbag::COUNT_FIELD_NAME);
-    if (count * kEntrySize != data_.size) {
+    if (count * kEntrySize != data_.size()) {
       throw Fault(false, record_,
                   "an index of " + std::to_string(count) + " messages in " +
-                      std::to_string(data_.size) + " bytes");
+                      std::to_string(data_.size()) + " bytes");
     }
-    for (std::uint64_t at = 0; at < data_.size; at += kEntrySize) {
-      const auto place = number_at<std::uint32_t>(data_.bytes + at + kPlace);
+    for (Part entries = data_; entries.size() > 0;) {
+      const std::uint64_t entry = entries.place();
+      entries.number<std::uint64_t>();  // seconds and nanoseconds
+      const auto place = entries.number<std::uint32_t>();
       const auto found = messages_.find(place);
       if (found == messages_.end() || found->second != connection) {
-        throw Fault(false, data_.place + at,
+        throw Fault(false, entry,
                     "an index that names a message at byte " + std::to_string(place) +
                         " of its chunk, where none of its connection is");
       }
@@ -323,10 +324,10 @@ class Checker {
     if (found == ops_.end() || found->second != rosbag::OP_CHUNK) {
       throw Fault(false, record_, "no chunk at byte " + std::to_string(chunk));
     }
-    if (count * kEntrySize != data_.size) {
+    if (count * kEntrySize != data_.size()) {
       throw Fault(false, record_,
                   std::to_string(count) + " connections of a chunk in " +
-                      std::to_string(data_.size) + " bytes");
+                      std::to_string(data_.size()) + " bytes");
     }
   }
 
@@ -362,11 +363,11 @@ class Checker {
   std::uint64_t record_ = 0;  // where it begins
   std::uint8_t op_ = 0;
   Fields fields_;
-  Part data_{nullptr, 0, 0};
-  Bytes header_;
-  Bytes buffer_;
-  Bytes chunk_;
-  Bytes other_chunk_;
+  Part data_{{}, 0};
+  std::string header_;
+  std::string buffer_;
+  std::string chunk_;
+  std::string other_chunk_;
 
   Messages messages_;                          // of the last chunk
   std::map<std::uint64_t, std::uint8_t> ops_;  // of all records, by where they begin

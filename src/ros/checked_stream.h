@@ -11,16 +11,19 @@
 #include <ros/serialization.h>
 
 #include "base/limits.h"
+#include "wire/message_reader.h"
 
 namespace walker {
 
 /// In place of ros::serialization::IStream, which makes room for as many elements as an array
 /// claims to have before it looks whether they have come.
-class CheckedStream : public ros::serialization::Stream {
+class CheckedStream : public MessageReader {
  public:
-  CheckedStream(const std::uint8_t* bytes, std::size_t size)
-      : Stream(const_cast<std::uint8_t*>(bytes),  // NOLINT: it is only read
-               static_cast<std::uint32_t>(size)) {}
+  using MessageReader::MessageReader;
+
+  std::uint8_t* advance(std::size_t size) {
+    return const_cast<std::uint8_t*>(MessageReader::advance(size));  // NOLINT: it is only read
+  }
 
   template <typename Field>
   void next(Field& field) {
@@ -29,11 +32,9 @@ class CheckedStream : public ros::serialization::Stream {
 
   template <typename Element, typename Allocator>
   void next(std::vector<Element, Allocator>& field) {
-    std::uint32_t count = 0;
-    CheckedStream(getData(), getLength()).next(count);
     constexpr bool is_simple = ros::message_traits::IsSimple<Element>::value;
-    constexpr std::size_t kLeastBytes = is_simple ? sizeof(Element) : sizeof(count);
-    if (count > getLength() / kLeastBytes) ros::serialization::throwStreamOverrun();
+    constexpr std::size_t kMinBytes = is_simple ? sizeof(Element) : sizeof(std::uint32_t);
+    const std::uint32_t count = MessageReader(*this).count(kMinBytes);
     // In memory a text has eight times the bytes of an empty one's length.
     if (!is_simple && count > kMaxTexts) {
       throw std::runtime_error("an array has " + std::to_string(count) + " elements; at most " +
@@ -48,13 +49,9 @@ class CheckedStream : public ros::serialization::Stream {
 template <typename Message>
 void read_exactly(const std::uint8_t* bytes, std::size_t size, const std::string& what,
                   Message& message) {
-  CheckedStream stream(bytes, size);
-  try {
-    stream.next(message);
-  } catch (const ros::serialization::StreamOverrunException&) {
-    throw std::runtime_error(what + " ends within a field");
-  }
-  if (stream.getLength() > 0) throw std::runtime_error(what + " is longer than its type");
+  CheckedStream stream(bytes, size, what.c_str());
+  stream.next(message);
+  stream.finish();
 }
 
 }  // namespace walker

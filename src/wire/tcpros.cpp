@@ -17,23 +17,28 @@ void append_header(const Fields& fields, Bytes& bytes) {
   store_length(bytes.size() - begin - kLengthBytes, &bytes[begin]);
 }
 
+std::optional<Field> take_field(MessageReader& header) {
+  const std::optional<std::string_view> text = header.try_text();
+  if (!text) return std::nullopt;
+  const std::size_t equals = text->find('=');
+  if (equals == std::string_view::npos) return Field{};
+  return Field{text->substr(0, equals), text->substr(equals + 1)};
+}
+
 Fields parse_header(const std::uint8_t* bytes, std::size_t size) {
   Fields fields;
-  const std::uint8_t* const end = bytes + size;
-  while (bytes != end) {
-    const auto left = static_cast<std::size_t>(end - bytes);
-    if (left < kLengthBytes || load_length(bytes) > left - kLengthBytes) {
+  MessageReader header(bytes, size, "connection header");
+  while (header.size() > 0) {
+    const std::optional<Field> field = take_field(header);
+    if (!field) {
       throw std::runtime_error("connection header: a field is longer than the header");
     }
-    const std::string field(bytes + kLengthBytes, bytes + kLengthBytes + load_length(bytes));
-    const std::size_t equals = field.find('=');
-    if (equals == std::string::npos || equals == 0) {
+    if (field->name.empty()) {
       throw std::runtime_error("connection header: a field is not of the form name=value");
     }
-    if (!fields.emplace(field.substr(0, equals), field.substr(equals + 1)).second) {
-      throw std::runtime_error("connection header: " + field.substr(0, equals) + " comes twice");
+    if (!fields.emplace(field->name, field->value).second) {
+      throw std::runtime_error("connection header: " + std::string(field->name) + " comes twice");
     }
-    bytes += kLengthBytes + field.size();
   }
   return fields;
 }

@@ -16,12 +16,14 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-namespace walker::tcpros {
+#include "wire/message_reader.h"
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
+namespace walker::tcpros {
 
 using Bytes = std::vector<std::uint8_t>;
 using Fields = std::map<std::string, std::string>;
@@ -45,6 +47,16 @@ inline void store_length(std::size_t length, std::uint8_t* bytes) {
 
 /// Appends a header with its length.
 void append_header(const Fields& fields, Bytes& bytes);
+
+/// A field of a header. Records of bags have such headers, too.
+struct Field {
+  std::string_view name;  ///< empty if the field is not of the form name=value
+  std::string_view value;
+};
+
+/// Takes a field off the front of a header, whose own length is not part of it.
+/// @return nothing, and takes nothing, if the field is longer than the header
+std::optional<Field> take_field(MessageReader& header);
 
 /// @param bytes a header without its length, `size` bytes
 /// @throws std::runtime_error saying what is wrong with it
