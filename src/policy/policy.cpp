@@ -204,7 +204,11 @@ void Policy::check(const Specification& specification) const {
 }
 
 void Policy::act(const double* observation, double* action) {
-  state_->forward.act(observation, action);
+  state_->forward.act(observation, 1, action);
+}
+
+void Policy::act(const double* observations, std::size_t rows, double* actions) {
+  state_->forward.act(observations, rows, actions);
 }
 
 namespace {

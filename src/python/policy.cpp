@@ -70,9 +70,7 @@ class NetworkPolicy {
     Output output(actions, "actions", rows * action_size());
     const Unlocked unlocked(mutex_);
     actions_.resize(output.size());
-    for (std::size_t row = 0; row < rows; ++row) {
-      policy_.act(input.data() + row * observation_size(), actions_.data() + row * action_size());
-    }
+    policy_.act(input.data(), rows, actions_.data());
     output.take(actions_.data());
   }
 
