@@ -33,8 +33,8 @@ WALKER_SIM_INLINE inline void add_rows(const float* weight, std::ptrdiff_t rows,
   using Numbers = typename Lanes<lanes>::Numbers;
   const std::ptrdiff_t block = columns < 128 ? columns : 16;
   Numbers totals[batch][vectors];
-  for (int k = 0; k < batch; ++k) {
-    for (int i = 0; i < vectors; ++i) {
+  for (std::ptrdiff_t k = 0; k < batch; ++k) {
+    for (std::ptrdiff_t i = 0; i < vectors; ++i) {
       std::memcpy(&totals[k][i], outputs + k * rows + i * lanes, sizeof(Numbers));
     }
   }
@@ -42,19 +42,20 @@ WALKER_SIM_INLINE inline void add_rows(const float* weight, std::ptrdiff_t rows,
     const std::ptrdiff_t end = std::min(begin + block, columns);
     Numbers sums[batch][vectors] = {};
     for (std::ptrdiff_t column = begin; column < end; ++column) {
-      for (int i = 0; i < vectors; ++i) {
+      for (std::ptrdiff_t i = 0; i < vectors; ++i) {
         Numbers factor;
         std::memcpy(&factor, weight + i * lanes, sizeof factor);
-        for (int k = 0; k < batch; ++k) sums[k][i] += factor * inputs[k * columns + column];
+        for (std::ptrdiff_t k = 0; k < batch; ++k)
+          sums[k][i] += factor * inputs[k * columns + column];
       }
       weight += rows;
     }
-    for (int k = 0; k < batch; ++k) {
-      for (int i = 0; i < vectors; ++i) totals[k][i] += sums[k][i];
+    for (std::ptrdiff_t k = 0; k < batch; ++k) {
+      for (std::ptrdiff_t i = 0; i < vectors; ++i) totals[k][i] += sums[k][i];
     }
   }
-  for (int k = 0; k < batch; ++k) {
-    for (int i = 0; i < vectors; ++i) {
+  for (std::ptrdiff_t k = 0; k < batch; ++k) {
+    for (std::ptrdiff_t i = 0; i < vectors; ++i) {
       std::memcpy(outputs + k * rows + i * lanes, &totals[k][i], sizeof(Numbers));
     }
   }
@@ -69,8 +70,9 @@ WALKER_SIM_INLINE inline void add_product(const float* weight, std::ptrdiff_t ro
                                           std::ptrdiff_t columns, const float* inputs,
                                           float* outputs) {
   constexpr int kVectors = batch > 1 ? 2 : 4;
+  constexpr std::ptrdiff_t kRows = std::ptrdiff_t{kVectors} * lanes;
   std::ptrdiff_t row = 0;
-  for (; row + kVectors * lanes <= rows; row += kVectors * lanes) {
+  for (; row + kRows <= rows; row += kRows) {
     add_rows<lanes, kVectors, batch>(weight + row, rows, columns, inputs, outputs + row);
   }
   for (; row + 4 <= rows; row += 4) {

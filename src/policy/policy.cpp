@@ -21,8 +21,8 @@ constexpr const char* kFormat = "walker_sim policy 1";
 constexpr std::size_t kMostLayers = 16;
 constexpr std::streamoff kLargestFile = std::streamoff{1} << 28U;
 
-PolicyError refusal(const std::string& name, const std::string& reason) {
-  return PolicyError("policy " + printable(name) + ": " + printable(reason));
+[[noreturn]] void refuse(const std::string& name, const std::string& reason) {
+  throw PolicyError("policy " + printable(name) + ": " + printable(reason));
 }
 
 std::vector<char> read_file(const std::string& path) {
@@ -31,14 +31,14 @@ std::vector<char> read_file(const std::string& path) {
   const bool has_zero = path.find('\0') != std::string::npos;  // where C's functions stop
   if (has_zero || (!error && type != std::filesystem::file_type::not_found &&
                    type != std::filesystem::file_type::regular)) {
-    throw refusal(path, "it must be a regular file");
+    refuse(path, "it must be a regular file");
   }
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
-  if (size < 0 || size > kLargestFile) throw refusal(path, "it cannot be read as a file");
+  if (size < 0 || size > kLargestFile) refuse(path, "it cannot be read as a file");
   std::vector<char> data(static_cast<std::size_t>(size));
   file.seekg(0);
-  if (!file.read(data.data(), size)) throw refusal(path, "it cannot be read");
+  if (!file.read(data.data(), size)) refuse(path, "it cannot be read");
   return data;
 }
 
@@ -166,7 +166,7 @@ Policy::Policy(const std::string& name, const std::vector<char>& content) {
     state_ = std::make_unique<State>(
         State{name, std::move(id), std::move(metadata), Forward(std::move(network))});
   } catch (const std::invalid_argument& error) {
-    throw refusal(name, error.what());
+    refuse(name, error.what());
   }
 }
 
