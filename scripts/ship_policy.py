@@ -9,6 +9,7 @@ The card's returns are those of `python3 -m walker_sim evaluate ID --policy ship
 
 import argparse
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -17,9 +18,9 @@ import sys
 import tempfile
 
 import numpy as np
+from walker_sim import _core
 from walker_sim.training.curve import read_curve
 from walker_sim.training.evaluation import FIRST_CHOICE_SEED
-from walker_sim.training.policy_file import read_policy
 from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -93,34 +94,36 @@ def main():
     parser.add_argument("--also", metavar="ID", help="ship it for this environment, too")
     arguments = parser.parse_args()
     run = arguments.run
-    policy = read_policy(run / "policy.safetensors")
-    env_id = arguments.also or policy.env_id
+    policy = _core.Policy(os.fsencode(run / "policy.safetensors"))
+    notes = policy.notes
+    env_id = arguments.also or policy.id
     cards = ROOT / "docs" / "policies"
     cards.mkdir(exist_ok=True)
     shutil.copy(run / "policy.safetensors", ROOT / "assets/policies" / f"{env_id}.safetensors")
-    settings = ROOT / "config/training" / f"{policy.env_id}.yaml"
+    file = ROOT / "config/training" / f"{policy.id}.yaml"
     # One that says the same may say why, too.
-    if not settings.exists() or read_settings(settings).hash() != policy.notes["settings"]:
-        shutil.copy(run / "settings.yaml", settings)
+    if not file.exists() or read_settings(file).hash() != notes["settings"]:
+        shutil.copy(run / "settings.yaml", file)
+    settings = read_settings(file)
     shutil.copy(run / "curve.png", cards / f"{env_id}.png")
     outcomes = evaluate(env_id)
     returns = np.array([outcome["return"] for outcome in outcomes])
     last = read_curve(run / "curve.csv")[-1]
-    sizes = [policy.layers[0][0].shape[1], *(len(bias) for _, bias in policy.layers)]
+    sizes = [policy.observation_size, *settings.layers, policy.action_size]
     text = CARD.format(
         id=env_id,
-        trained=policy.env_id,
-        algorithm=policy.notes["algorithm"].upper(),
-        seed=policy.notes["seed"],
+        trained=policy.id,
+        algorithm=notes["algorithm"].upper(),
+        seed=notes["seed"],
         layers="-".join(str(size) for size in sizes),
-        activation=policy.activation,
+        activation=settings.activation,
         steps=last.steps,
         first=FIRST_CHOICE_SEED,
-        last=FIRST_CHOICE_SEED + read_settings(settings).evaluation_episodes - 1,
-        chosen=int(policy.notes["steps"]),
+        last=FIRST_CHOICE_SEED + settings.evaluation_episodes - 1,
+        chosen=int(notes["steps"]),
         minutes=last.seconds / 60,
         machine=arguments.on,
-        settings=policy.notes["settings"],
+        settings=notes["settings"],
         mean=returns.mean(),
         deviation=returns.std(ddof=1),
         least=returns.min(),

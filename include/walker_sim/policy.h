@@ -7,6 +7,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "walker_sim/agent.h"
 #include "walker_sim/export.h"
@@ -26,6 +27,10 @@ class WALKER_SIM_EXPORT Policy {
   /// Reads a safetensors file.
   /// @throws PolicyError for a file that cannot be read, is cut short, or holds something else
   explicit Policy(const std::string& file);
+  /// Reads the content of such a file.
+  /// @param name stands in errors where a file's would
+  /// @throws PolicyError likewise
+  Policy(const std::string& name, const std::vector<char>& content);
   Policy(Policy&&) noexcept;
   Policy& operator=(Policy&&) noexcept;
   ~Policy();
@@ -48,6 +53,10 @@ class WALKER_SIM_EXPORT Policy {
   /// @param observation `observation_size()` values
   /// @param action caller's, `action_size()` values, single precision, within the limits
   void act(const double* observation, double* action);
+
+  /// The same for several observations at once, faster; to the bit as for each alone.
+  /// @param observations, actions `rows` rows of these
+  void act(const double* observations, std::size_t rows, double* actions);
 
  private:
   struct State;

@@ -4,52 +4,87 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
-#include <Eigen/Core>
+/// These become part of functions that are compiled for one set of instructions.
+#define WALKER_SIM_INLINE __attribute__((always_inline))
 
 namespace walker {
 
-/// Adds to `rows` values of output what `columns` columns give; `weight` is the first one's first
-/// of these rows, `stride` the way to the next column.
-template <int rows>
-void add_columns(const float* weight, Eigen::Index stride, const float* input, Eigen::Index columns,
-                 float* output) {
-  std::array<float, rows> sums{};
-  for (Eigen::Index column = 0; column < columns; ++column) {
-    const float factor = input[column];
-    for (std::size_t i = 0; i < rows; ++i) sums[i] += weight[i] * factor;
-    weight += stride;
+/// `lanes` numbers that are computed together.
+template <int lanes>
+struct Lanes {           // not by `using`, where GCC loses the attribute
+  typedef float Numbers  // NOLINT(modernize-use-using)
+      __attribute__((vector_size(lanes * sizeof(float))));
+};
+template <>
+struct Lanes<1> {
+  using Numbers = float;
+};
+
+/// `add_product` for `vectors * lanes` rows, whose first number in `weight` and in `outputs` these
+/// are. Sums are in registers: `batch * vectors` of them.
+template <int lanes, int vectors, int batch>
+WALKER_SIM_INLINE inline void add_rows(const float* weight, std::ptrdiff_t rows,
+                                       std::ptrdiff_t columns, const float* inputs,
+                                       float* outputs) {
+  using Numbers = typename Lanes<lanes>::Numbers;
+  const std::ptrdiff_t block = columns < 128 ? columns : 16;
+  Numbers totals[batch][vectors];
+  for (std::ptrdiff_t k = 0; k < batch; ++k) {
+    for (std::ptrdiff_t i = 0; i < vectors; ++i) {
+      std::memcpy(&totals[k][i], outputs + k * rows + i * lanes, sizeof(Numbers));
+    }
   }
-  for (std::size_t i = 0; i < rows; ++i) output[i] += sums[i];
+  for (std::ptrdiff_t begin = 0; begin < columns; begin += block) {
+    const std::ptrdiff_t end = std::min(begin + block, columns);
+    Numbers sums[batch][vectors] = {};
+    for (std::ptrdiff_t column = begin; column < end; ++column) {
+      for (std::ptrdiff_t i = 0; i < vectors; ++i) {
+        Numbers factor;
+        std::memcpy(&factor, weight + i * lanes, sizeof factor);
+        for (std::ptrdiff_t k = 0; k < batch; ++k)
+          sums[k][i] += factor * inputs[k * columns + column];
+      }
+      weight += rows;
+    }
+    for (std::ptrdiff_t k = 0; k < batch; ++k) {
+      for (std::ptrdiff_t i = 0; i < vectors; ++i) totals[k][i] += sums[k][i];
+    }
+  }
+  for (std::ptrdiff_t k = 0; k < batch; ++k) {
+    for (std::ptrdiff_t i = 0; i < vectors; ++i) {
+      std::memcpy(outputs + k * rows + i * lanes, &totals[k][i], sizeof(Numbers));
+    }
+  }
 }
 
-/// output += weight * input. weight: rows x columns; input: columns; output: rows. What is added up
-/// at a time are 16 columns, or all where they are fewer than 128.
-inline void add_product(const Eigen::MatrixXf& weight, const Eigen::VectorXf& input,
-                        Eigen::VectorXf& output) {
-  constexpr int kTogether = 32;
-  const Eigen::Index columns = weight.cols();
-  const Eigen::Index block = columns < 128 ? columns : 16;
-  const Eigen::Index rows = weight.rows();
-  for (Eigen::Index begin = 0; begin < columns; begin += block) {
-    const Eigen::Index count = std::min(block, columns - begin);
-    const float* const factors = weight.data() + begin * rows;
-    const float* const values = input.data() + begin;
-    Eigen::Index row = 0;
-    for (; row + kTogether <= rows; row += kTogether) {
-      add_columns<kTogether>(factors + row, rows, values, count, output.data() + row);
-    }
-    for (; row < rows; ++row) {
-      add_columns<1>(factors + row, rows, values, count, output.data() + row);
-    }
+/// output += weight * input, for each of `batch` inputs and outputs, which follow each other in
+/// memory. weight: rows x columns, column by column; input: columns; output: rows. What is added up
+/// at a time are 16 columns, or all where they are fewer than 128. Neither `lanes` nor `batch`
+/// changes a bit.
+template <int lanes, int batch>
+WALKER_SIM_INLINE inline void add_product(const float* weight, std::ptrdiff_t rows,
+                                          std::ptrdiff_t columns, const float* inputs,
+                                          float* outputs) {
+  constexpr int kVectors = batch > 1 ? 2 : 4;
+  constexpr std::ptrdiff_t kRows = std::ptrdiff_t{kVectors} * lanes;
+  std::ptrdiff_t row = 0;
+  for (; row + kRows <= rows; row += kRows) {
+    add_rows<lanes, kVectors, batch>(weight + row, rows, columns, inputs, outputs + row);
+  }
+  for (; row + 4 <= rows; row += 4) {
+    add_rows<4, 1, batch>(weight + row, rows, columns, inputs, outputs + row);
+  }
+  for (; row < rows; ++row) {
+    add_rows<1, 1, batch>(weight + row, rows, columns, inputs, outputs + row);
   }
 }
 
 /// A quotient of polynomials, within 4e-7 of tanh; the coefficients are Eigen 3.4's.
-inline float rational_tanh(float value) {
+WALKER_SIM_INLINE inline float rational_tanh(float value) {
   constexpr float kLargest = 7.90531110763549805F;  // beyond, the quotient leaves [-1, 1]
   constexpr float kTiny = 0.0004F;                  // below, tanh is its argument
   const float x = std::max(std::min(value, kLargest), -kLargest);
@@ -68,9 +103,11 @@ inline float rational_tanh(float value) {
   return std::abs(value) < kTiny ? x : quotient;
 }
 
-/// Each value.
-inline void replace_by_tanh(Eigen::VectorXf& values) {
-  for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = rational_tanh(values[i]);
+/// Each of `count` values.
+WALKER_SIM_INLINE inline void replace_by_tanh(float* values, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) values[i] = rational_tanh(values[i]);
 }
 
 }  // namespace walker
+
+#undef WALKER_SIM_INLINE

@@ -11,41 +11,93 @@ namespace {
 // As VecNormalize of Stable-Baselines3, whose normalisation this is.
 constexpr double kObservationClip = 10;
 
-}  // namespace
+// Rows that are computed together: each weight is fetched once for all of them.
+constexpr int kBatch = 4;
 
-Forward::Forward(Network network) : network_(std::move(network)), normal_(network_.mean.size()) {
-  for (const Layer& layer : network_.layers) values_.emplace_back(layer.bias.size());
+#ifdef __x86_64__
+
+/// For processors that have AVX2, which changes no bit.
+template <int batch>
+__attribute__((target("avx2"))) void apply_weight_avx2(const Layer& layer, const float* inputs,
+                                                       float* outputs) {
+  add_product<8, batch>(layer.weight.data(), layer.weight.rows(), layer.weight.cols(), inputs,
+                        outputs);
 }
 
-void Forward::act(const double* observation, double* action) {
-  const Eigen::Map<const Eigen::VectorXd> measured(observation, network_.mean.size());
-  normal_ = ((measured - network_.mean).array() / network_.deviation.array())
-                .max(-kObservationClip)
-                .min(kObservationClip)
-                .cast<float>();
-  const Eigen::VectorXf* input = &normal_;
+__attribute__((target("avx2"))) void apply_tanh_avx2(float* values, std::ptrdiff_t count) {
+  replace_by_tanh(values, count);
+}
+
+#endif
+
+template <int batch>
+void apply_weight(const Layer& layer, const float* inputs, float* outputs) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) return apply_weight_avx2<batch>(layer, inputs, outputs);
+#endif
+  add_product<4, batch>(layer.weight.data(), layer.weight.rows(), layer.weight.cols(), inputs,
+                        outputs);
+}
+
+void apply_tanh(float* values, std::ptrdiff_t count) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) return apply_tanh_avx2(values, count);
+#endif
+  replace_by_tanh(values, count);
+}
+
+}  // namespace
+
+Forward::Forward(Network network)
+    : network_(std::move(network)), normal_(network_.mean.size(), kBatch) {
+  for (const Layer& layer : network_.layers) values_.emplace_back(layer.bias.size(), kBatch);
+}
+
+void Forward::act(const double* observations, std::size_t rows, double* actions) {
+  const auto observation_size = static_cast<std::size_t>(network_.mean.size());
+  const auto action_size = static_cast<std::size_t>(network_.low.size());
+  std::size_t row = 0;
+  for (; row + kBatch <= rows; row += kBatch) {
+    run<kBatch>(observations + row * observation_size, actions + row * action_size);
+  }
+  for (; row < rows; ++row) {
+    run<1>(observations + row * observation_size, actions + row * action_size);
+  }
+}
+
+template <int batch>
+void Forward::run(const double* observations, double* actions) {
+  const Eigen::Index size = network_.mean.size();
+  for (int k = 0; k < batch; ++k) {
+    const Eigen::Map<const Eigen::VectorXd> measured(observations + k * size, size);
+    normal_.col(k) = ((measured - network_.mean).array() / network_.deviation.array())
+                         .max(-kObservationClip)
+                         .min(kObservationClip)
+                         .cast<float>();
+  }
+  const float* inputs = normal_.data();
   for (std::size_t i = 0; i < network_.layers.size(); ++i) {
     const Layer& layer = network_.layers[i];
-    Eigen::VectorXf& output = values_[i];
-    output = layer.bias;
-    add_product(layer.weight, *input, output);
-    if (i + 1 < network_.layers.size()) {
-      if (network_.activation == Activation::tanh) {
-        replace_by_tanh(output);
-      } else {
-        output.array() = output.array().max(0.0F);
-      }
+    auto outputs = values_[i].leftCols<batch>();
+    outputs.colwise() = layer.bias;
+    apply_weight<batch>(layer, inputs, outputs.data());
+    const bool is_last = i + 1 == network_.layers.size();
+    if (is_last ? network_.output == Output::tanh : network_.activation == Activation::tanh) {
+      apply_tanh(outputs.data(), outputs.size());
+    } else if (!is_last) {
+      outputs.array() = outputs.array().max(0.0F);
     }
-    input = &output;
+    inputs = outputs.data();
   }
-  Eigen::VectorXf& last = values_.back();
-  if (network_.output == Output::tanh) {
-    replace_by_tanh(last);
-    last.array() =
-        network_.low.array() + (network_.high - network_.low).array() / 2 * (last.array() + 1.0F);
+  for (int k = 0; k < batch; ++k) {
+    auto last = values_.back().col(k);
+    if (network_.output == Output::tanh) {
+      last.array() =
+          network_.low.array() + (network_.high - network_.low).array() / 2 * (last.array() + 1.0F);
+    }
+    last = last.cwiseMax(network_.low).cwiseMin(network_.high);
+    Eigen::Map<Eigen::VectorXd>(actions + k * last.size(), last.size()) = last.cast<double>();
   }
-  last = last.cwiseMax(network_.low).cwiseMin(network_.high);
-  Eigen::Map<Eigen::VectorXd>(action, last.size()) = last.cast<double>();
 }
 
 }  // namespace walker

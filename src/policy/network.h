@@ -1,6 +1,7 @@
 // Fully connected layers, in single precision.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <Eigen/Core>
@@ -37,12 +38,17 @@ class Forward {
 
   const Network& network() const { return network_; }
 
-  void act(const double* observation, double* action);
+  /// @param observations, actions `rows` rows; a row's action does not depend on the others
+  void act(const double* observations, std::size_t rows, double* actions);
 
  private:
+  /// For the first `batch` rows.
+  template <int batch>
+  void run(const double* observations, double* actions);
+
   Network network_;
-  Eigen::VectorXf normal_;
-  std::vector<Eigen::VectorXf> values_;  // after each layer
+  Eigen::MatrixXf normal_;               // a column for each row that is computed together
+  std::vector<Eigen::MatrixXf> values_;  // after each layer, likewise
 };
 
 }  // namespace walker

@@ -21,20 +21,24 @@ constexpr const char* kFormat = "walker_sim policy 1";
 constexpr std::size_t kMostLayers = 16;
 constexpr std::streamoff kLargestFile = std::streamoff{1} << 28U;
 
+[[noreturn]] void refuse(const std::string& name, const std::string& reason) {
+  throw PolicyError("policy " + printable(name) + ": " + printable(reason));
+}
+
 std::vector<char> read_file(const std::string& path) {
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
   const bool has_zero = path.find('\0') != std::string::npos;  // where C's functions stop
   if (has_zero || (!error && type != std::filesystem::file_type::not_found &&
                    type != std::filesystem::file_type::regular)) {
-    throw std::invalid_argument("it must be a regular file");
+    refuse(path, "it must be a regular file");
   }
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
-  if (size < 0 || size > kLargestFile) throw std::invalid_argument("it cannot be read as a file");
+  if (size < 0 || size > kLargestFile) refuse(path, "it cannot be read as a file");
   std::vector<char> data(static_cast<std::size_t>(size));
   file.seekg(0);
-  if (!file.read(data.data(), size)) throw std::invalid_argument("it cannot be read");
+  if (!file.read(data.data(), size)) refuse(path, "it cannot be read");
   return data;
 }
 
@@ -141,15 +145,17 @@ void check_limits(const char* name, const Eigen::VectorXf& ours,
 }  // namespace
 
 struct Policy::State {
-  std::string file;
+  std::string name;
   std::string id;
   std::map<std::string, std::string> notes;
   Forward forward;
 };
 
-Policy::Policy(const std::string& file) {
+Policy::Policy(const std::string& file) : Policy(file, read_file(file)) {}
+
+Policy::Policy(const std::string& name, const std::vector<char>& content) {
   try {
-    Tensors tensors = read_safetensors(read_file(file));
+    Tensors tensors = read_safetensors(content);
     std::map<std::string, std::string>& metadata = tensors.metadata;
     const std::string format = take(metadata, "format");
     if (format != kFormat) {
@@ -158,9 +164,9 @@ Policy::Policy(const std::string& file) {
     std::string id = take(metadata, "id");
     Network network = read_network(tensors, metadata);
     state_ = std::make_unique<State>(
-        State{file, std::move(id), std::move(metadata), Forward(std::move(network))});
+        State{name, std::move(id), std::move(metadata), Forward(std::move(network))});
   } catch (const std::invalid_argument& error) {
-    throw PolicyError("policy " + printable(file) + ": " + printable(error.what()));
+    refuse(name, error.what());
   }
 }
 
@@ -193,12 +199,16 @@ void Policy::check(const Specification& specification) const {
     check_limits("the lower limit", state_->forward.network().low, specification.action_low);
     check_limits("the upper limit", state_->forward.network().high, specification.action_high);
   } catch (const std::invalid_argument& error) {
-    throw PolicyError("policy " + state_->file + ", made for " + id() + ": " + error.what());
+    throw PolicyError("policy " + state_->name + ", made for " + id() + ": " + error.what());
   }
 }
 
 void Policy::act(const double* observation, double* action) {
-  state_->forward.act(observation, action);
+  state_->forward.act(observation, 1, action);
+}
+
+void Policy::act(const double* observations, std::size_t rows, double* actions) {
+  state_->forward.act(observations, rows, actions);
 }
 
 namespace {

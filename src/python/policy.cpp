@@ -1,7 +1,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "python/arrays.h"
@@ -15,14 +17,13 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// A gait, random actions or a network's; one per walker, for it remembers its episode.
-class AgentPolicy {
+/// A gait or random actions; one per walker, for it remembers its episode.
+class WalkerAgent {
  public:
-  AgentPolicy(const std::string& name, const std::string& id, const py::dict& parameters,
-              std::uint64_t seed, const std::string& file)
+  WalkerAgent(const std::string& name, const std::string& id, const py::dict& parameters,
+              std::uint64_t seed)
       : specification_(make(id, to_parameters(parameters))->specification()),
-        agent_(name == "policy" ? make_policy_agent(file, specification_)
-                                : make_agent(name, specification_, seed)),
+        agent_(make_agent(name, specification_, seed)),
         observation_(specification_.observation_size()) {}
 
   void act(py::handle observation, py::handle action) {
@@ -38,15 +39,71 @@ class AgentPolicy {
   std::vector<double> observation_;
 };
 
+/// A trained network. Calls of `act` take turns, whichever thread they come from.
+class NetworkPolicy {
+ public:
+  explicit NetworkPolicy(Policy policy) : policy_(std::move(policy)) {}
+
+  py::str id() const { return to_str(policy_.id()); }
+  std::size_t observation_size() const { return policy_.observation_size(); }
+  std::size_t action_size() const { return policy_.action_size(); }
+
+  py::dict notes() const {
+    py::dict dict;
+    for (const auto& [name, text] : policy_.notes()) dict[to_str(name)] = to_str(text);
+    return dict;
+  }
+
+  void check(const std::string& id, const py::dict& parameters) const {
+    policy_.check(make(id, to_parameters(parameters))->specification());
+  }
+
+  /// @param observations rows of `observation_size()` values
+  /// @param actions a row of `action_size()` values for each
+  void act(py::handle observations, py::handle actions) {
+    const Input input(observations, "observations");
+    const std::size_t rows = input.size() / observation_size();
+    if (input.size() != rows * observation_size()) {
+      throw py::value_error("observations has " + std::to_string(input.size()) +
+                            " values; must have " + std::to_string(observation_size()) + " a row");
+    }
+    Output output(actions, "actions", rows * action_size());
+    const Unlocked unlocked(mutex_);
+    actions_.resize(output.size());
+    policy_.act(input.data(), rows, actions_.data());
+    output.take(actions_.data());
+  }
+
+ private:
+  std::mutex mutex_;
+  Policy policy_;
+  std::vector<double> actions_;  // of the newest call
+};
+
+std::unique_ptr<NetworkPolicy> read_bytes(const std::string& name, const py::bytes& content) {
+  const std::string bytes = content;
+  return std::make_unique<NetworkPolicy>(Policy(name, {bytes.begin(), bytes.end()}));
+}
+
 }  // namespace
 
 void bind_policy(py::module& module) {
-  py::class_<AgentPolicy>(module, "Policy")
-      .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t,
-                    const std::string&>(),
-           py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"),
-           py::arg("file") = "")
-      .def("act", &AgentPolicy::act);
+  py::class_<WalkerAgent>(module, "Agent")
+      .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t>(),
+           py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"))
+      .def("act", &WalkerAgent::act);
+  py::class_<NetworkPolicy>(module, "Policy")
+      .def(py::init([](const std::string& file) {
+             return std::make_unique<NetworkPolicy>(Policy(file));
+           }),
+           py::arg("file"))
+      .def_static("from_bytes", &read_bytes, py::arg("name"), py::arg("content"))
+      .def_property_readonly("id", &NetworkPolicy::id)
+      .def_property_readonly("notes", &NetworkPolicy::notes)
+      .def_property_readonly("observation_size", &NetworkPolicy::observation_size)
+      .def_property_readonly("action_size", &NetworkPolicy::action_size)
+      .def("check", &NetworkPolicy::check, py::arg("id"), py::arg("parameters"))
+      .def("act", &NetworkPolicy::act, py::arg("observations"), py::arg("actions"));
 }
 
 }  // namespace walker::python

@@ -56,11 +56,15 @@ TEST(PolicyAllocation, ActingTakesNothing) {
       for (const std::vector<int>& sizes :
            {std::vector<int>{24, 64, 64, 4}, {17, 256, 256, 6}, {11, 1023, 3}}) {
         Forward forward = network(activation, output, sizes);
-        const std::vector<double> observation(static_cast<std::size_t>(sizes.front()), 0.3);
-        std::vector<double> action(static_cast<std::size_t>(sizes.back()));
+        constexpr std::size_t kRows = 5;
+        const std::vector<double> observations(kRows * static_cast<std::size_t>(sizes.front()),
+                                               0.3);
+        std::vector<double> actions(kRows * static_cast<std::size_t>(sizes.back()));
         allocations = 0;
         is_counting = true;
-        for (int i = 0; i < 10; ++i) forward.act(observation.data(), action.data());
+        for (int i = 0; i < 10; ++i) {
+          forward.act(observations.data(), i % 2 == 0 ? 1 : kRows, actions.data());
+        }
         is_counting = false;
         EXPECT_EQ(allocations, 0);
       }

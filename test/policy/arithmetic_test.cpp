@@ -9,6 +9,7 @@
 #include <random>
 
 #include <gtest/gtest.h>
+#include <Eigen/Core>
 
 namespace walker {
 namespace {
@@ -41,6 +42,11 @@ struct Product {
   Eigen::VectorXf bias;
 };
 
+void add(const Product& given, Eigen::VectorXf& result) {
+  add_product<4, 1>(given.weight.data(), given.weight.rows(), given.weight.cols(),
+                    given.input.data(), result.data());
+}
+
 class ArithmeticTest : public testing::Test {
  protected:
   /// Of numbers that are the same everywhere, between -1 and 1.
@@ -66,11 +72,35 @@ TEST_F(ArithmeticTest, ProductIsNearThatInDoublePrecision) {
   for (const auto& [rows, columns] : kSizes) {
     const Product given = product(rows, columns);
     Eigen::VectorXf result = given.bias;
-    add_product(given.weight, given.input, result);
+    add(given, result);
     const Eigen::VectorXd exact =
         given.bias.cast<double>() + given.weight.cast<double>() * given.input.cast<double>();
     EXPECT_LT((result.cast<double>() - exact).cwiseAbs().maxCoeff(), 3e-5)
         << rows << " x " << columns;
+  }
+}
+
+template <int lanes, int batch>
+void expect_same_product(const Product& given) {
+  const Eigen::MatrixXf inputs = given.input * Eigen::RowVectorXf::LinSpaced(batch, 1, 2);
+  Eigen::MatrixXf results = given.bias.replicate(1, batch);
+  add_product<lanes, batch>(given.weight.data(), given.weight.rows(), given.weight.cols(),
+                            inputs.data(), results.data());
+  for (int k = 0; k < batch; ++k) {
+    Eigen::VectorXf alone = given.bias;
+    add({given.weight, inputs.col(k), given.bias}, alone);
+    for (Eigen::Index i = 0; i < alone.size(); ++i) {
+      ASSERT_EQ(bits(results(i, k)), bits(alone[i])) << lanes << " lanes, " << alone.size();
+    }
+  }
+}
+
+TEST_F(ArithmeticTest, ProductsTogetherHaveTheBitsOfEachAlone) {
+  for (const auto& [rows, columns] : kSizes) {
+    const Product given = product(rows, columns);
+    expect_same_product<4, 4>(given);
+    expect_same_product<8, 1>(given);
+    expect_same_product<8, 4>(given);
   }
 }
 
@@ -88,7 +118,7 @@ TEST_F(ArithmeticTest, BitsAreTheSameEverywhere) {
   for (const auto& [rows, columns] : kSizes) {
     const Product given = product(rows, columns);
     Eigen::VectorXf result = given.bias;
-    add_product(given.weight, given.input, result);
+    add(given, result);
     for (Eigen::Index i = 0; i < rows; ++i) products.add(result[i]);
   }
   EXPECT_EQ(products.get(), 7626950780351435771U);
@@ -103,7 +133,7 @@ TEST_F(ArithmeticTest, ProductHasEigensBits) {
   for (const auto& [rows, columns] : kSizes) {
     const Product given = product(rows, columns);
     Eigen::VectorXf result = given.bias;
-    add_product(given.weight, given.input, result);
+    add(given, result);
     Eigen::VectorXf eigens = given.bias;
     eigens.noalias() += given.weight * given.input;
     for (Eigen::Index i = 0; i < rows; ++i) {

@@ -115,6 +115,19 @@ TEST_F(PolicyTest, RefusesAFileThatCannotBeRead) {
             std::string::npos);
 }
 
+TEST_F(PolicyTest, ReadsTheContentOfAFile) {
+  const std::string bytes = small_policy().bytes();
+  Policy policy("toy", {bytes.begin(), bytes.end()});
+  const std::array<double, 2> observation{2, -0.9};
+  double action = 0;
+  policy.act(observation.data(), &action);
+  EXPECT_EQ(action, act(small_policy(), observation));
+  EXPECT_EQ(message_of<PolicyError>([] {
+              Policy("toy", {'a', 'b', 'c'});
+            }),
+            "policy toy: it has 3 bytes");
+}
+
 TEST_F(PolicyTest, RefusesEveryFileCutShort) {
   const std::string whole = small_policy().bytes();
   const std::string path = folder_.path("cut.safetensors");

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import walker_sim
 from walker_sim import _core
+from walker_sim.files import package_file
 
 WALKER = "walker_sim/Walker2d-v5"
 HUGE = 10**400  # more than a float holds
@@ -371,11 +372,21 @@ POLICIES = ["no.safetensors\0junk", os.fsencode("\udcff"), "/dev/zero", "/"]
 @pytest.mark.parametrize("name", POLICIES, ids=numbered(POLICIES))
 def test_files_of_policies_are_refused_by_name(name):
     with pytest.raises(ValueError, match="policy ") as refused:
-        _core.Policy("policy", "Walker2d-v5", {}, 0, name)
+        _core.Policy(name)
     assert_says(refused, "it ")
+
+
+def test_rows_that_are_no_observations_are_refused():
+    policy = _core.Policy(str(package_file("assets/policies/Walker2d-v5.safetensors")))
+    with pytest.raises(ValueError, match="observations has 35 values; must have 17 a row"):
+        policy.act(np.zeros(35), np.zeros(12))
+    with pytest.raises(ValueError, match="actions has 6 values; must have 12"):
+        policy.act(np.zeros((2, 17)), np.zeros(6))
+    with pytest.raises(ValueError, match="policy after 7 steps: it has 3 bytes"):
+        _core.Policy.from_bytes("after 7 steps", b"abc")
 
 
 def test_a_pipe_is_no_policy(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(ValueError, match="must be a regular file"):
-        _core.Policy("policy", "Walker2d-v5", {}, 0, str(tmp_path / "pipe"))
+        _core.Policy(str(tmp_path / "pipe"))

@@ -5,14 +5,15 @@ cut off.
 """
 
 import os
+import re
 import struct
 import zipfile
 
 import numpy as np
 import pytest
+from walker_sim import _core
 from walker_sim.commands import main
 from walker_sim.files import package_file
-from walker_sim.training.policy_file import PolicyFileError, read_policy
 
 TRIALS = 150
 
@@ -182,8 +183,9 @@ def test_json_that_is_nested_too_deep_is_named(tmp_path, capsys):
         assert status == 2
         assert str(file) in captured.err
         assert words in captured.err
-    with pytest.raises(PolicyFileError, match="no policy: maximum recursion depth"):
-        read_policy(policy)
+    reason = re.escape(f"policy {policy}: its header is nested too deep")
+    with pytest.raises(ValueError, match=reason):
+        _core.Policy(str(policy))
 
 
 def test_a_policy_whose_weights_overflow_fails_in_one_line(tmp_path, capsys):

@@ -12,7 +12,10 @@ import xmlrpc.client
 import pytest
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
-sys.path += [str(TEST / folder) for folder in ("bench", "bipedal_walker", "mujoco", "recordings")]
+sys.path += [
+    str(TEST / folder)
+    for folder in ("bench", "robots/bipedal_walker", "robots/mujoco", "recordings")
+]
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """The policies that come along: their cards, and the same walk in Gymnasium's own walkers."""
 
+import concurrent.futures
 import json
 import pathlib
 import re
@@ -14,7 +15,7 @@ from mujoco_reference import NEARLY_ALL
 from walker_sim import _core
 from walker_sim.commands import main
 from walker_sim.commands.policies import shipped_policy
-from walker_sim.training.policy_file import read_policy
+from walker_sim.training.evaluation import FIRST_CHOICE_SEED, Evaluation
 from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -34,7 +35,7 @@ NEAR = 1e-9
 
 def play(environment, env_id, seed, most=10**6):
     """Rows of observation, reward, terminated and truncated, with the shipped policy."""
-    policy = _core.Policy("policy", env_id, {}, 0, str(shipped_policy(env_id)))
+    policy = _core.Policy(str(shipped_policy(env_id)))
     action = np.empty(environment.action_space.shape)
     observation, _ = environment.reset(seed=seed)
     rows = [[*observation, 0, 0, 0]]
@@ -55,13 +56,33 @@ def test_there_is_one_for_each_environment():
 def test_is_small_and_says_what_made_it(env_id):
     path = shipped_policy(env_id)
     assert path.stat().st_size < LARGEST
-    policy = read_policy(path)
+    policy = _core.Policy(str(path))
     # Version 4 of a robot may have version 5's.
-    assert policy.env_id in (env_id, env_id.replace("-v4", "-v5"))
-    settings = read_settings(ROOT / "config/training" / f"{policy.env_id}.yaml")
+    assert policy.id in (env_id, env_id.replace("-v4", "-v5"))
+    settings = read_settings(ROOT / "config/training" / f"{policy.id}.yaml")
     assert policy.notes["settings"] == settings.hash()
     assert policy.notes["seed"] == str(settings.seed)
     assert int(policy.notes["steps"]) <= settings.steps * 1.01
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_acts_on_rows_as_on_each_alone(env_id):
+    """To the bit, from two threads at once."""
+    policy = _core.Policy(str(shipped_policy(env_id)))
+    size = policy.observation_size, policy.action_size
+    observations = np.random.default_rng(0).normal(0, 2, (101, size[0]))
+    alone = np.empty((len(observations), size[1]))
+    for observation, action in zip(observations, alone):
+        policy.act(observation, action)
+
+    def act(_):
+        actions = np.empty_like(alone)
+        policy.act(observations, actions)
+        return actions
+
+    with concurrent.futures.ThreadPoolExecutor(2) as threads:
+        assert all(equal_bits(actions, alone) for actions in threads.map(act, range(100)))
+    assert equal_bits(alone, alone.astype(np.float32).astype(np.float64))
 
 
 @pytest.mark.parametrize("env_id", BIPEDAL_WALKERS)
@@ -92,6 +113,21 @@ def test_walks_as_far_in_gymnasium_with_another_mujoco(env_id):
         rows = [play(gymnasium.make(name), env_id, seed) for seed in range(1_000_000, 1_000_010)]
         means.append(np.mean([episode[:, -3].sum() for episode in rows]))
     assert means[0] == pytest.approx(means[1], rel=0.05)
+
+
+@pytest.mark.parametrize("env_id", IDS)
+def test_a_training_s_evaluation_and_evaluate_have_the_same_outcomes(env_id, tmp_path):
+    """To the bit."""
+    path = shipped_policy(env_id)
+    evaluation = Evaluation(env_id, {"max_episode_steps": 300}, 5, 1)
+    returns = evaluation.returns(_core.Policy(str(path)))
+    evaluation.close()
+    file = tmp_path / "evaluation.json"
+    seeds = f"{FIRST_CHOICE_SEED}:{FIRST_CHOICE_SEED + 5}"
+    given = ["--policy", str(path), "--seeds", seeds, "max_episode_steps=300"]
+    assert main(["evaluate", env_id, *given, "--json", str(file)]) == 0
+    outcomes = json.loads(file.read_text())["outcomes"]
+    assert returns.tolist() == [outcome["return"] for outcome in outcomes]
 
 
 @pytest.mark.parametrize("env_id", IDS)

@@ -20,7 +20,7 @@ import numpy as np
 import rospy
 from PIL import ImageGrab
 from tf2_msgs.msg import TFMessage
-from walker_sim._core import Policy
+from walker_sim._core import Agent, Policy
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.srv import GetSpec, Reset, Step
 
@@ -231,7 +231,7 @@ class Show:
                     raise
                 print(f"rviz has ended at its start, and is started again:\n{self.log()}")
                 processes.close()
-        self._agent = agent, env, {}, 0, str(shipped_policy(env)) if agent == "policy" else ""
+        self._agent, self._env = agent, env
         spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
         self._action = np.empty(spec.action_size)
         self._reset = rospy.ServiceProxy("/walker_sim/reset", Reset, persistent=True)
@@ -257,7 +257,10 @@ class Show:
 
     def reset(self, seed):
         """Begin an episode; the transition."""
-        self._policy = Policy(*self._agent)  # it may remember its episode
+        if self._agent == "policy":
+            self._policy = Policy(str(shipped_policy(self._env)))
+        else:
+            self._policy = Agent(self._agent, self._env, {}, 0)  # it may remember its episode
         return self._checked(self._reset(has_seed=True, seed=seed))
 
     def walk(self, transition):

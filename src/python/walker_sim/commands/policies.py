@@ -101,7 +101,7 @@ def shipped_policy(env_id: str) -> Path:
 
 def _core_policies(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
     def policy_of(seed: int) -> Policy:
-        return _acting(_core.Policy(name, env_id, parameters, seed), size)
+        return _acting(_core.Agent(name, env_id, parameters, seed), size)
 
     try:
         policy_of(0)
@@ -113,9 +113,11 @@ def _core_policies(name: str, env_id: str, parameters: dict[str, Any], size: int
 def _network_policies(path: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
     """A network remembers nothing, so one does for all episodes."""
     try:
-        policy = _acting(_core.Policy("policy", env_id, parameters, 0, os.fsencode(path)), size)
+        network = _core.Policy(os.fsencode(path))
+        network.check(env_id, parameters)
     except ValueError as error:
         raise InputError(f"--{error}") from error  # which begins with policy and the file
+    policy = _acting(network, size)
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:
         action = policy(observation)
@@ -126,7 +128,7 @@ def _network_policies(path: str, env_id: str, parameters: dict[str, Any], size: 
     return lambda seed: act
 
 
-def _acting(policy: _core.Policy, size: int) -> Policy:
+def _acting(policy: _core.Agent | _core.Policy, size: int) -> Policy:
     action = np.empty(size)
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:

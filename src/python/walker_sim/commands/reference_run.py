@@ -38,9 +38,9 @@ class ReferenceWalker:
         self._hash = hashlib.sha256()
         self._policy = self._new_policy()
 
-    def _new_policy(self) -> _core.Policy:
+    def _new_policy(self) -> _core.Agent:
         seed = self.number + NUM_WALKERS * self._episode
-        return _core.Policy("random" if self.number % 2 else "heuristic", self._env_id, {}, seed)
+        return _core.Agent("random" if self.number % 2 else "heuristic", self._env_id, {}, seed)
 
     def begin(self, observation: NDArray[Any], info: NDArray[np.float64]) -> None:
         """Takes the state after the reset with the seed, and chooses the first action."""

@@ -7,7 +7,7 @@ from typing import Any, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from walker_sim.training.policy_file import PolicyFile
+from walker_sim import _core
 from walker_sim.transport import Place, make_walkers
 
 FIRST_CHOICE_SEED = 2_000_000
@@ -30,15 +30,17 @@ class Evaluation:
         )
         self._seeds = list(range(FIRST_CHOICE_SEED, FIRST_CHOICE_SEED + episodes))
 
-    def returns(self, policy: PolicyFile) -> NDArray[np.float64]:
+    def returns(self, policy: _core.Policy) -> NDArray[np.float64]:
         """Of each episode."""
         size = self._walkers.num_envs
         returns = np.zeros(len(self._seeds))
         episodes = np.arange(size)  # which each walker plays; one beyond the last is none
         begun = size
+        actions = np.zeros((size, policy.action_size))
         observations, _ = self._walkers.reset([], self._seeds[:size])
         while (episodes < len(returns)).any():
-            batch = self._walkers.step(policy.act(observations).astype(np.float64))
+            policy.act(observations, actions)
+            batch = self._walkers.step(actions)
             observations = batch.observations
             playing = episodes < len(returns)
             returns[episodes[playing]] += batch.rewards[playing]

@@ -12,11 +12,12 @@ from typing import Any, Callable
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
+from walker_sim import _core
 from walker_sim.training import learner
 from walker_sim.training.average import Average
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
 from walker_sim.training.evaluation import Evaluation
-from walker_sim.training.policy_file import write_policy
+from walker_sim.training.policy_file import to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
 from walker_sim.training.walkers import GymnasiumsWalkers, LearnersWalkers, OurWalkers, Source
 
@@ -156,7 +157,9 @@ class Training:
         seconds = self.seconds
         arrays = self.average.mean()
         policy = learner.to_policy(self.env_id, self.settings, self.walkers, arrays, self.steps)
-        returns = self._evaluation.returns(policy)
+        returns = self._evaluation.returns(
+            _core.Policy.from_bytes(f"after {self.steps} steps", to_bytes(policy))
+        )
         training = float(np.mean(self.walkers.returns)) if self.walkers.returns else float("nan")
         outcome = (float(returns.mean()), float(returns.std()), float(returns.min()))
         point = Point(self.steps, seconds, training, *outcome)
