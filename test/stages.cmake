@@ -12,7 +12,7 @@ endfunction()
 # ---------------------------------------------------------------- lints
 # They read the source, not the platform, and what one says depends on its version: those that are the
 # distribution's, and mypy, which reads the reference's types, are asked on Debian 12 alone.
-set(lint ${CMAKE_CURRENT_SOURCE_DIR}/scripts/lint)
+set(lint ${CMAKE_CURRENT_SOURCE_DIR}/scripts/dev/lint)
 set(lints clang_format ruff rooms)
 set(is_debian_12 OFF)
 file(STRINGS /etc/os-release codename REGEX "^VERSION_CODENAME=")
