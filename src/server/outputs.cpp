@@ -2,11 +2,12 @@
 
 #include <utility>
 
+#include "server/topics/record_queue.h"
+
 namespace walker {
 namespace {
 
-constexpr std::uint32_t kState = 1;     // only the newest state matters
-constexpr std::uint32_t kRecord = 100;  // loggers and listeners that want each one
+constexpr std::uint32_t kState = 1;  // only the newest state matters
 constexpr bool kLatched = true;
 
 }  // namespace
@@ -23,18 +24,19 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
       odometry_{node.advertise<nav_msgs::Odometry>("odom", kState), {}},
       reward_{node.advertise<std_msgs::Float64>("reward", kState), {}},
       observation_{node.advertise<std_msgs::Float64MultiArray>("observation", kState), {}},
-      transition_{
-          recorder_watch_.advertise<walker_sim::Transition>(node, "transition", kRecord, !kLatched),
+      transition_{recorder_watch_.advertise<walker_sim::Transition>(node, "transition",
+                                                                    kRecordQueue, !kLatched),
+                  {}},
+      episode_{
+          recorder_watch_.advertise<walker_sim::Episode>(node, "episode", kRecordQueue, kLatched),
           {}},
-      episode_{recorder_watch_.advertise<walker_sim::Episode>(node, "episode", kRecord, kLatched),
-               {}},
-      transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kRecord), {}},
+      transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kRecordQueue), {}},
       restored_publisher_(
           recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "restored", kState, kLatched)),
       spec_publisher_(
           recorder_watch_.advertise<walker_sim::EnvironmentSpec>(node, "spec", kState, kLatched)),
       static_transforms_publisher_(
-          node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecord, kLatched)),
+          node.advertise<tf2_msgs::TFMessage>("/tf_static", kRecordQueue, kLatched)),
       markers_(node, shown_, frames_.odometry),
       camera_(node, pool, frames_, options, make_renderer) {
   if (shown_.specification().range_finder.num_rays != 0) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/limits.h"
 #include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/scratch.h"
 #include "robots/walker2d/kernel/coverage.h"
@@ -13,8 +14,6 @@
 
 namespace walker::walker2d {
 namespace {
-
-constexpr std::size_t kMostTogether = 64;
 
 class KernelPhysics : public mujoco::Physics {
  public:
@@ -52,9 +51,9 @@ class KernelPhysics : public mujoco::Physics {
 
   void step_together(mujoco::PhysicsCall* calls, std::size_t num_calls,
                      int count) noexcept override {
-    std::array<KernelPhysics*, kMostTogether> members{};
-    std::array<World, kMostTogether> before;
-    std::array<World*, kMostTogether> worlds{};
+    std::array<KernelPhysics*, kMaxGroupSize> members{};
+    std::array<World, kMaxGroupSize> before;
+    std::array<World*, kMaxGroupSize> worlds{};
     std::size_t num_worlds = 0;
     for (std::size_t i = 0; i < num_calls; ++i) {
       members[i] = find_alike(calls[i]);
@@ -82,7 +81,7 @@ class KernelPhysics : public mujoco::Physics {
     }
   }
 
-  std::size_t group_size() const override { return kMostTogether; }
+  std::size_t group_size() const override { return kMaxGroupSize; }
 
   void measure(const std::function<void(const mjData&)>& look) const override {
     const mujoco::Scratch::Loan loan(*scratch_);
@@ -138,11 +137,9 @@ class KernelPhysics : public mujoco::Physics {
 
   /// mj_fwdActuation. @return whether the kernel may make the step; else the world is flagged
   bool take_control(const double* control) {
-    constexpr double kLargestControl = 1e10;  // mjMAXVAL
     std::copy_n(control, World::kMotors, control_.begin());
-    world_.is_flagged = !std::all_of(control_.begin(), control_.end(), [](double value) {
-      return std::abs(value) <= kLargestControl;
-    });
+    world_.is_flagged = !std::all_of(control_.begin(), control_.end(),
+                                     [](double value) { return std::abs(value) <= mjMAXVAL; });
     for (std::size_t motor = 0; motor < World::kMotors; ++motor) {
       const int index = static_cast<int>(motor);
       const double* const range = mujoco::at(model_->actuator_ctrlrange, index, 2);
