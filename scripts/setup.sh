@@ -205,10 +205,10 @@ build_in() {
     within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@" 3>&2
 }
 
-# announced TEXT NINJA...: says TEXT on descriptor 3 once Ninja has made something. Each time it looks for
-# new files, which is no news.
+# announced TEXT NINJA...: says TEXT on descriptor 3 once Ninja makes something. It looks for new files each
+# time, and catkin for the packages of messages.
 announced() {
-  "${@:2}" | TEXT=$1 awk '/^\[[0-9]+\/[0-9]+\] / && !/Re-checking globbed/ && !said++ {
+  "${@:2}" | TEXT=$1 awk '/^\[[0-9]+\/[0-9]+\] / && !/Re-checking globbed|genmsg_check_deps/ && !said++ {
       print ENVIRON["TEXT"] | "cat >&3"; close("cat >&3") }
     { print; fflush() }'
 }

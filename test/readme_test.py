@@ -209,6 +209,11 @@ def terminal(tmp_path, ready):
     return Terminal(tmp_path)
 
 
+def test_env_is_silent_once_all_is_set_up(ready):
+    command = [ROOT / "scripts" / "env", "true"]
+    assert subprocess.check_output(command, stderr=subprocess.STDOUT) == b""
+
+
 def test_every_block_with_commands_is_typed_or_has_a_reason():
     for page, _, text in BLOCKS:
         if re.search(r"^\$ ", text, re.MULTILINE):

@@ -35,7 +35,10 @@ class Frozen : public Robot {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  return walker::run_node(argc, argv, "walker_sim", [] {
+  const walker::NodeDescription node{
+      "null_server", "walker_sim", "A server whose steps do nothing.", walker::server_parameters(),
+      walker::environment_parameter_names()};
+  return walker::run_node(argc, argv, node, [] {
     const walker::ServerOptions options = walker::read_server_options();
     const walker::Registration& registration = walker::find_registration(options.id);
     const walker::Parameters parameters = walker::complete_parameters(
