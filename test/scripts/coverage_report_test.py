@@ -76,7 +76,9 @@ def test_what_is_left_out_is_in_neither_number(tmp_path, mark):
 def test_the_report_names_the_lines(tmp_path):
     counts = [(1, 1), (3, 0), (4, 0), (8, 0), (9, 2), (12, 0)]
     _, report = run(
-        tmp_path, file_of("src/episode/pool.cpp", counts), file_of("src/server/drive/pacer.cpp", [(1, 1)])
+        tmp_path,
+        file_of("src/episode/pool.cpp", counts),
+        file_of("src/server/drive/pacer.cpp", [(1, 1)]),
     )
     assert "src/episode/pool.cpp: 33.3 %\n    3-8, 12\n" in report
     assert "pacer" not in report
