@@ -159,7 +159,8 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
 };
 
 /// `make`, with the interface of this package.
-std::unique_ptr<Episode> make_episode(const std::string& id, const Parameters& given = {});
+WALKER_SIM_EXPORT std::unique_ptr<Episode> make_episode(const std::string& id,
+                                                        const Parameters& given = {});
 
 /// Every environment is an episode.
 inline Episode& episode_of(Environment& environment) { return static_cast<Episode&>(environment); }

@@ -37,7 +37,8 @@ void translate(std::exception_ptr thrown) {
     raise("ConnectionError", error);
   } catch (const RequestRefused& error) {
     raise("RequestRefused", error);
-  } catch (const Interrupted&) {                  // what the signal's handler has raised is set
+    // NOLINTNEXTLINE(bugprone-empty-catch): what the signal's handler has raised is set
+  } catch (const Interrupted&) {
   } catch (const std::invalid_argument& error) {  // may name a file whose name is not UTF-8
     PyErr_SetObject(PyExc_ValueError, to_str(error.what()).ptr());
   }

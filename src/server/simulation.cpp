@@ -7,13 +7,13 @@
 #include <ros/console.h>
 
 #include "ros/throttle.h"
-#include "server/topics/record_queue.h"
+#include "server/topics/listener_queue.h"
 
 namespace walker {
 namespace {
 
 // The request overflows no topic's queue, and other requests do not wait for long.
-constexpr std::uint32_t kMaxSteps = kRecordQueue;
+constexpr std::uint32_t kMaxSteps = kListenerQueue;
 
 }  // namespace
 

@@ -37,12 +37,16 @@ def huge(message_class):
 
 class AgentNodesTest(ServerTest):
     def start_agent(self, node_type, arguments=(), **parameters):
+        return self.start_node(node_type, {"server": "/walker_sim", **parameters}, arguments)
+
+    def start_node(self, node_type, parameters, arguments=()):
         if rospy.has_param("/agent"):
             rospy.delete_param("/agent")
-        rospy.set_param("/agent", {"server": "/walker_sim", **parameters})
-        agent = Process(node_type, "/agent", arguments)
-        self.addCleanup(agent.end)
-        return agent
+        if parameters:
+            rospy.set_param("/agent", parameters)
+        node = Process(node_type, "/agent", arguments)
+        self.addCleanup(node.end)
+        return node
 
     def assert_refused(self, node_type, words, **parameters):
         agent = self.start_agent(node_type, **parameters)
@@ -121,11 +125,13 @@ class AgentNodesTest(ServerTest):
 
     def test_messages_that_are_none_take_no_memory(self):
         """Whatever number of elements they claim: roscpp's own code makes room for them first."""
-        for node_type, node_listens_to in (
-            ("topic_agent", {"joint_states": JointState, "scan": LaserScan, "contacts": Contacts}),
-            ("status_line", {"transition": Transition, "spec": EnvironmentSpec, "odom": Odometry}),
+        sensors = {"joint_states": JointState, "scan": LaserScan, "contacts": Contacts}
+        states = {"transition": Transition, "spec": EnvironmentSpec, "odom": Odometry}
+        for node_type, parameters, node_listens_to in (
+            ("topic_agent", {"server": "/walker_sim", "env": "BipedalWalker-v3"}, sensors),
+            ("status_line", {}, states),
         ):
-            node = self.start_agent(node_type, env="BipedalWalker-v3")
+            node = self.start_node(node_type, parameters)
             publishers = {}
             for topic, kind in {**node_listens_to, "episode": Episode}.items():
                 publishers[topic] = rospy.Publisher("/" + topic, huge(kind), queue_size=10)

@@ -63,7 +63,8 @@ class Studio {
       // NOLINTNEXTLINE(bugprone-empty-catch): then the context's end frees it
     } catch (const std::exception&) {
     }
-    if (has_drawn_before_fork()) static_cast<void>(context_.release());  // it is the parent's
+    // NOLINTNEXTLINE(bugprone-unused-return-value): after a fork it is the parent's
+    if (has_drawn_before_fork()) static_cast<void>(context_.release());
     mjv_freeScene(&scene_);
   }
 

@@ -83,7 +83,7 @@ TEST_P(CoordinatesTest, AreSetAsGymnasiumDoes) {
     }
     for (std::size_t i = 0; i < size; ++i) {
       position[i] = i == 1 ? 1.2 : 0.03 * static_cast<double>((time + i) % 5) - 0.05;
-      velocity[i] = 0.4 * static_cast<double>((2 * time + i) % 7) - 1;
+      velocity[i] = 0.4 * static_cast<double>((time + time + i) % 7) - 1;
     }
     ours.environment->set_coordinates(position, velocity, ours.result);
     theirs.set_state(position, velocity);

@@ -1,4 +1,4 @@
-// Queue length of the topics whose listeners want every message.
+// Queue length of the topics whose listeners want every message; those of recorders are longer.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,6 @@
 namespace walker {
 
 /// Upper bound of the steps of one request as well: its messages overflow no queue.
-constexpr std::uint32_t kRecordQueue = 100;
+constexpr std::uint32_t kListenerQueue = 100;
 
 }  // namespace walker
