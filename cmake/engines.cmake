@@ -1,19 +1,19 @@
-# The engines as interface targets, walker_sim_box2d and walker_sim_mujoco, each with its origin as
-# a definition. Sets mujoco_dir, mujoco_library and mujoco_licences, for what is to be installed:
-# mujoco_dir is empty where the library is the distribution's.
+# The engines as interface targets: walker_sim_box2d and walker_sim_mujoco. Sets box2d_origin and
+# mujoco_origin, which ~get_spec reports, and for the installation mujoco_dir, mujoco_library and
+# mujoco_licences; mujoco_dir is empty if the library is the distribution's.
 
 # Sets OUT to the folder in the cache that holds the pinned ENGINE, as scripts/fetch_engines names it.
 function(walker_sim_fetch_engine engine out)
   execute_process(COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/fetch_engines ${engine}
     OUTPUT_VARIABLE fetched RESULT_VARIABLE result OUTPUT_STRIP_TRAILING_WHITESPACE)
   if(NOT result EQUAL 0)
-    message(FATAL_ERROR "The pinned ${engine} could not be had; the reason stands above.")
+    message(FATAL_ERROR "The pinned ${engine} could not be fetched; the reason stands above.")
   endif()
   set(${out} ${fetched} PARENT_SCOPE)
 endfunction()
 
-# Our files in Box2D's place rely on its local variables and private members: any other version may
-# compile and give other bits.
+# Our replacements of Box2D's files rely on its local variables and private members: another version
+# may compile and give other bits.
 function(walker_sim_check_box2d folder)
   set(expected 5d76681c6b77404c086840ca0197fab6eb1dbfecf4bd12acd2acc78efebe6cff)
   file(GLOB_RECURSE files RELATIVE ${folder} ${folder}/Box2D/*.cpp ${folder}/Box2D/*.h)
@@ -32,7 +32,7 @@ function(walker_sim_check_box2d folder)
 endfunction()
 
 # ---------------------------------------------------------------- Box2D
-# Sets box2d_room_sources to what depends on whose Box2D it is.
+# Sets box2d_room_sources to the files of src/robots/bipedal_walker that depend on the Box2D chosen.
 add_library(walker_sim_box2d INTERFACE)
 set(box2d_room_files body_list broad_phase cast_rays together world_state)
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
@@ -45,9 +45,9 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   endif()
   walker_sim_check_box2d(${box2d_source})
   file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
-  # Box2D as it is, for the tests of ours.
+  # Box2D unchanged, against which tests compare ours.
   add_library(box2d_plain STATIC EXCLUDE_FROM_ALL ${box2d_sources})
-  # Ours: our files in place of those of the same name, and counters.cpp in place of two.
+  # Ours: our files replace those of the same name; counters.cpp replaces two others.
   list(FILTER box2d_sources EXCLUDE
     REGEX "/b2(BlockAllocator|Distance|Island|TimeOfImpact|Timer)\\.cpp$")
   set(box2d_replacements b2BlockAllocator b2Island b2Timer counters)
@@ -60,16 +60,16 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
     ${box2d_ours}/broad_phase.cpp ${box2d_ours}/swept_vertices.cpp ${box2d_ours}/world_impacts.cpp
     ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
-  if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # ours, apart from Box2D's
+  if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # only our files, so that their lines stay apart
     foreach(name ${box2d_replacements})
       set_property(SOURCE ${box2d_ours}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -O0)
     endforeach()
   endif()
-  # The optimisation and the contraction are part of the bits. Hidden: Gymnasium's own Box2D may
-  # live in the same process.
+  # Optimisation level and contraction determine the bits. Symbols are hidden, for Gymnasium's own
+  # Box2D may be loaded in the same process.
   set(box2d_options -O3 -ffp-contract=off -w)
   if(WALKER_SIM_INSTRUMENT STREQUAL "address")
-    list(APPEND box2d_options -fno-sanitize=vptr) # Box2D asks a joint for its type after its destructor
+    list(APPEND box2d_options -fno-sanitize=vptr) # Box2D reads a joint's type after its destructor
   endif()
   foreach(library box2d_plain box2d_pinned)
     target_include_directories(${library}
@@ -106,7 +106,7 @@ list(TRANSFORM box2d_room_files REPLACE "(.+)" "src/robots/bipedal_walker/${box2
   OUTPUT_VARIABLE box2d_room_sources)
 
 # ---------------------------------------------------------------- MuJoCo
-# A folder of a release (lib/, include/), named or fetched, or what the distribution has installed.
+# An unpacked release (lib/, include/), given or fetched, or the distribution's package.
 set(mujoco_dir ${MUJOCO_DIR})
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set(mujoco_origin "pinned, mujoco 2.2.2")
@@ -147,8 +147,8 @@ endif()
 if(NOT EXISTS "${mujoco_library}")
   message(FATAL_ERROR "MUJOCO_DIR = ${mujoco_dir}: must hold lib/libmujoco.so.2.2.2")
 endif()
-# What is built runs with a copy of its own: without the folder, the loader would quietly take the
-# distribution's library, which has the same name.
+# Programs load a copy in the build folder: if MUJOCO_DIR disappeared, the loader would silently take
+# the distribution's library, which has the same name.
 if(mujoco_dir)
   if(WALKER_SIM_ROS)
     set(mujoco_copy ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_LIB_DESTINATION}/libmujoco.so.2.2.2)
@@ -164,6 +164,6 @@ set_target_properties(mujoco_shared PROPERTIES IMPORTED_LOCATION ${mujoco_librar
 target_include_directories(mujoco_shared SYSTEM INTERFACE ${mujoco_include_dir})
 add_library(walker_sim_mujoco INTERFACE)
 target_link_libraries(walker_sim_mujoco INTERFACE mujoco_shared)
-# The distribution's folder may stand in LD_LIBRARY_PATH. A DT_RPATH comes before that variable; the
-# DT_RUNPATH that linkers write by default, after it.
+# LD_LIBRARY_PATH may name the distribution's folder. The loader searches DT_RPATH before that variable,
+# and DT_RUNPATH, which linkers write by default, after it.
 target_link_options(walker_sim_mujoco INTERFACE "-Wl,--disable-new-dtags")

@@ -1,15 +1,7 @@
-# The models of assets/ become part of the library.
-file(GLOB model_files CONFIGURE_DEPENDS assets/*.xml)
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${model_files})
-set(builtin_models "")
-foreach(file ${model_files})
-  get_filename_component(name ${file} NAME)
-  file(READ ${file} text)
-  string(APPEND builtin_models "{\"${name}\", R\"mjcf(${text})mjcf\"},\n")
-endforeach()
-configure_file(src/robots/mujoco/builtin_models.cpp.in builtin_models.cpp @ONLY)
+# The robots' kernels: the same source compiled for several instruction sets, of which the fastest is
+# chosen when a program starts (docs/box2d_speed.md, docs/walker2d_speed.md).
 
-# Of Walker2d's model, for its kernel (docs/walker2d_speed.md).
+# Walker2d's kernel has its model's constants compiled in. A program reads them from MuJoCo.
 set(walker2d_constants ${CMAKE_CURRENT_BINARY_DIR}/robots/walker2d/model_constants.h)
 get_filename_component(mujoco_library_dir ${mujoco_library} DIRECTORY)
 add_executable(walker2d_generate_constants src/robots/walker2d/kernel/generate_constants.cpp)
@@ -17,27 +9,29 @@ target_include_directories(walker2d_generate_constants PRIVATE src)
 target_link_libraries(walker2d_generate_constants PRIVATE walker_sim_mujoco walker_sim_flags)
 set_target_properties(walker2d_generate_constants PROPERTIES
   INSTALL_RPATH ${mujoco_library_dir} RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
-file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/robots/walker2d) # Make, unlike Ninja, leaves an output's folder to us
+file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/robots/walker2d) # Ninja would create it, Make does not
 add_custom_command(OUTPUT ${walker2d_constants}
   COMMAND walker2d_generate_constants ${CMAKE_CURRENT_SOURCE_DIR}/assets/walker2d_v5.xml ${walker2d_constants}
   DEPENDS walker2d_generate_constants assets/walker2d_v5.xml VERBATIM)
 
-# The kernels, one source for all sets of instructions: what any processor of the kind can run, and
-# those that are chosen where it can. BipedalWalker's have the bits of the pinned Box2D alone.
+# Options of each robot's kernels, whatever the instruction set.
 set(walker2d_kernel_options -O3 -fno-signed-zeros -ffinite-math-only -fno-trapping-math -fno-math-errno)
 set(bipedal_walker_kernel_options -O3 -fno-trapping-math -fno-math-errno)
-if(WALKER_SIM_INSTRUMENT STREQUAL "fuzzer") # clang takes minutes for each, and no byte from outside gets there
+if(WALKER_SIM_INSTRUMENT STREQUAL "fuzzer") # clang takes minutes for each, and fuzzed bytes do not reach them
   list(APPEND walker2d_kernel_options -O1 -fno-sanitize=all)
   list(APPEND bipedal_walker_kernel_options -O1 -fno-sanitize=all)
 elseif(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
   list(APPEND walker2d_kernel_options -Og)
   list(APPEND bipedal_walker_kernel_options -Og)
 endif()
+
+# Each architecture has one set that every processor runs, and wider ones.
 set(sse2_options "")
 set(neon_options "")
 set(avx2_options -mavx2)
 set(avx512_options -mavx512f -mavx512dq -mavx512vl -mprefer-vector-width=512)
-# walker_sim_add_kernels(ROBOT SET...): sets ROBOT_kernels.
+
+# walker_sim_add_kernels(ROBOT SET...): sets ROBOT_kernels to the sources of its kernels.
 function(walker_sim_add_kernels robot)
   set(sources "")
   foreach(set ${ARGN})
@@ -50,6 +44,8 @@ function(walker_sim_add_kernels robot)
     PROPERTIES COMPILE_DEFINITIONS WALKER_SIM_HAS_KERNELS)
   set(${robot}_kernels ${sources} PARENT_SCOPE)
 endfunction()
+
+# BipedalWalker's kernels have the bits of the pinned Box2D, not those of another one.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
   walker_sim_add_kernels(walker2d sse2 avx2)
   if(WALKER_SIM_ENGINES STREQUAL "pinned")

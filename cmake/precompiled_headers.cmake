@@ -1,8 +1,8 @@
-# Those of ROS and pybind11 cost more than what includes them. Ours include all that they use, so
-# -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON builds as well.
+# Headers of ROS, pybind11 and the standard library take longer to compile than the files that include
+# them. Every file includes what it uses, so -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON builds as well.
 if(WALKER_SIM_ROS)
-  # The agents' templates that match topics by their stamps take half as long with little optimisation, and
-  # no step waits for them. GCC takes precompiled headers of its own level alone.
+  # The agents match topics by stamp with templates that compile twice as fast at -O1, and no step waits
+  # for them. GCC reuses a precompiled header only at the same optimisation level.
   target_compile_options(walker_sim_agents PRIVATE -O1)
   foreach(library walker_sim_agents walker_sim_server)
     target_precompile_headers(${library} PRIVATE
@@ -11,7 +11,8 @@ if(WALKER_SIM_ROS)
       <sensor_msgs/Image.h> <sensor_msgs/Imu.h> <sensor_msgs/JointState.h> <sensor_msgs/LaserScan.h>
       <std_msgs/Float64MultiArray.h> <tf2_msgs/TFMessage.h> <visualization_msgs/MarkerArray.h>)
   endforeach()
-  # Programs, too, are compiled as a library is, or its precompiled headers would not do.
+  # walker_sim_compile_as(LIBRARY TARGET...): compiles TARGETs like LIBRARY, whose precompiled headers
+  # they reuse.
   function(walker_sim_compile_as library)
     foreach(target ${ARGN})
       set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)

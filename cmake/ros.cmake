@@ -7,7 +7,7 @@ add_library(walker_sim_server STATIC ${server_sources})
 find_library(TINYXML2_LIBRARY tinyxml2)
 target_link_libraries(walker_sim_server
   PUBLIC walker_sim_wire Eigen3::Eigen PRIVATE ${TINYXML2_LIBRARY})
-# Apart from the server, which needs no bags.
+# The server itself reads no bags.
 find_package(rosbag_storage REQUIRED)
 add_library(walker_sim_replay STATIC ${replay_sources})
 target_include_directories(walker_sim_replay SYSTEM PUBLIC ${rosbag_storage_INCLUDE_DIRS})
@@ -29,5 +29,5 @@ foreach(node describe replay server service_agent status_line topic_agent)
   list(APPEND node_targets walker_sim_${node}_node)
 endforeach()
 target_link_libraries(walker_sim_replay_node PRIVATE walker_sim_replay)
-# What ./scripts/run starts, and what rosservice and rostopic need to talk to it.
+# The programs that ./scripts/run starts, and the messages with which rosservice and rostopic call them.
 add_custom_target(walker_sim_nodes DEPENDS ${node_targets} ${PROJECT_NAME}_generate_messages_py)

@@ -1,6 +1,4 @@
-# WALKER_SIM_TESTS: on where the packages that tests need are there.
-# Tests need packages that the product does not: where they are missing there are no tests, unless
-# somebody asks for them by name.
+# WALKER_SIM_TESTS: ON by default if the packages that only tests need are installed.
 set(has_tests ON)
 find_package(GTest QUIET)
 if(NOT GTEST_FOUND)
@@ -20,4 +18,3 @@ if(WALKER_SIM_TESTS AND NOT has_tests)
   message(FATAL_ERROR "WALKER_SIM_TESTS = ON: needs GoogleTest, and in a catkin workspace rostest, urdf "
     "and CATKIN_ENABLE_TESTING")
 endif()
-

@@ -15,7 +15,7 @@ system_engine_packages=(libbox2d-dev)
 emulator_packages=(qemu-user)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
 cache_packages=(ccache)
-# Of ./scripts/fuzz: the clang of Debian 12, in other releases the one that is the default there. From
+# Of ./scripts/dev/fuzz: the clang of Debian 12, in other releases the one that is the default there. From
 # Debian 12 on the sanitizers' libraries are a package apart.
 fuzz_packages=(clang)
 # All that ./scripts/docs needs, which builds nothing.

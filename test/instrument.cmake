@@ -1,19 +1,19 @@
-# Everything of ours, Box2D included, compiled so that it tells of its faults while it runs. What the
-# libraries of ROS and MuJoCo do is seen at their borders alone.
-#   coverage  gcov's counters in what is below include/ and src/, without optimisation, so that lines stay
-#             apart; Box2D's own sources have none
+# WALKER_SIM_INSTRUMENT compiles all our code, Box2D included, with a sanitizer or with gcov's counters.
+# The libraries of ROS and MuJoCo are not instrumented.
+#   coverage  gcov's counters in include/ and src/, not in Box2D's own sources; without optimisation, so
+#             that lines stay apart
 #   thread    ThreadSanitizer
-#   address   AddressSanitizer and UndefinedBehaviorSanitizer, each of which ends the program
-#   fuzzer    the same by clang, with libFuzzer's eyes
+#   address   AddressSanitizer and UndefinedBehaviorSanitizer; an error of either ends the program
+#   fuzzer    as address, by clang, with libFuzzer's coverage counters
 if(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
   set(CMAKE_CXX_FLAGS_RELEASE "-O0 -DNDEBUG")
-  # Threads count on the same counters.
+  # Threads share the counters, so they are updated atomically.
   string(REGEX REPLACE "([][.+*?^$(){}|])" "\\\\\\1" source_folder "${CMAKE_CURRENT_SOURCE_DIR}")
   add_compile_options(--coverage -fprofile-update=atomic "-fprofile-filter-files=^${source_folder}/(include|src)/")
   add_link_options(--coverage)
   return()
 endif()
-set(WALKER_SIM_PYTHON OFF) # Python itself knows of no sanitizer
+set(WALKER_SIM_PYTHON OFF) # Python itself is not instrumented
 set(CMAKE_CXX_FLAGS_RELEASE "-O1 -DNDEBUG")
 if(WALKER_SIM_INSTRUMENT STREQUAL "thread")
   set(instrument_options -fsanitize=thread)
@@ -30,9 +30,9 @@ else()
     "thread or empty")
 endif()
 if(NOT WALKER_SIM_INSTRUMENT STREQUAL "thread")
-  # The streams of roscpp's headers step on before they look whether they may.
+  # The streams in roscpp's headers advance a pointer before they check its bounds.
   list(APPEND instrument_options -fno-sanitize=pointer-overflow)
 endif()
 add_link_options(${instrument_options})
-# A call stack has a line for each of our functions; a container that is left is told at once.
+# Call stacks have a line for each of our functions; out-of-range container accesses end the program.
 add_compile_options(${instrument_options} -g1 -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS)

@@ -1,5 +1,5 @@
-# Suites in Python, test/NAME.py, in the devel space where there is one. They compare with the NumPy and
-# Gymnasium of that Python. Included by tests.cmake.
+# Suites in Python, test/NAME.py, in the devel space if there is one. They compare with the NumPy and
+# Gymnasium of WALKER_SIM_TEST_PYTHON. Included by tests.cmake.
 set(short_suites
   base/exported_symbols_test
   simd/symbols_test
@@ -23,7 +23,7 @@ set(short_suites
   python/vector_environment_test
   readme_test
   robots/mujoco/spaces_gymnasium_test)
-# The pinned Box2D only: its bits, and its hidden symbols.
+# These need the pinned Box2D: its bits or its hidden symbols.
 set(pinned_suites
   robots/bipedal_walker/coexistence_test
   robots/bipedal_walker/episodes_gymnasium_test
@@ -37,12 +37,12 @@ set(pinned_suites
   python/hash_ros_test
   python/shipped_policies_test
   soak/soak_test)
-# They take a minute, and begin early so that none is left alone at the end.
+# These take a minute. They start early, so that none runs alone at the end.
 set(slow_suites bench/bench_test robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
   robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
-# They start masters and servers, or look at what was built for ROS.
+# These start masters and servers, or inspect what was built for ROS.
 set(ros_suites bench/bench_test exports_test programs_test readme_test rviz/rviz_test soak/soak_test)
-# stages.cmake runs them, in virtual environments of their own.
+# stages.cmake runs these in virtual environments of their own.
 set(other_suites python/normalization_test python/readme_wheel_test python/rosnodejs_test
   python/sb3_make_vec_env_test python/sb3_test python/torch_test python/train_test python/wheel_test)
 
@@ -95,13 +95,13 @@ foreach(suite ${suites})
     OR (NOT WALKER_SIM_ROS AND (path IN_LIST ros_suites OR path MATCHES "_ros_test$"))
     OR (NOT WALKER_SIM_ENGINES STREQUAL "pinned" AND path IN_LIST pinned_suites)
     OR (NOT WALKER_SIM_PYTHON AND path MATCHES "^python/")
-    OR (WALKER_SIM_INSTRUMENT AND NOT path MATCHES "^python/")) # the others repeat what it does, or look at files
+    OR (WALKER_SIM_INSTRUMENT AND NOT path MATCHES "^python/")) # others run the same code, or inspect files
     continue()
   endif()
   walker_sim_add_suite(${path})
 endforeach()
 if(TEST soak_soak_test)
-  # What it waits for has bounds in seconds.
+  # Its timeouts are in seconds, so it runs alone.
   set_tests_properties(soak_soak_test PROPERTIES RUN_SERIAL TRUE TIMEOUT 900)
   walker_sim_label(soak_soak_test long walker_sim_nodes)
 endif()

@@ -287,7 +287,8 @@ def test_many_walkers_on_one_server(terminal):
 
 def mentions():
     """What follows `rosrun walker_sim` where people read it."""
-    patterns = ("*.md", "config/*", "docs/*.md", "examples/*", "launch/*", "scripts/*", "urdf/*")
+    patterns = ("*.md", "config/*", "docs/*.md", "examples/*", "launch/*", "urdf/*")
+    patterns += ("scripts/*", "scripts/dev/*")
     files = sorted(path for pattern in patterns for path in ROOT.glob(pattern) if path.is_file())
     words = re.compile(r"rosrun walker_sim\s+(\w[\w.-]*)(?: (\w[\w.-]*))?")
     return sorted({found for path in files for found in words.findall(path.read_text("utf-8"))})

@@ -1,5 +1,5 @@
-# The server's units, and the ROS face through a real master: test/NAME.test runs test/NAME.py or the
-# gtest test/NAME.cpp. Included by tests.cmake.
+# The server's units, tests of launch files and scripts, and rostests: test/NAME.test starts a master and
+# runs test/NAME.py or the gtest test/NAME.cpp. Included by tests.cmake.
 
 # ---------------------------------------------------------------- units
 walker_sim_add_unit_tests(server
@@ -7,8 +7,10 @@ walker_sim_add_unit_tests(server
   WITH description replay ros
   ALSO test/client/service_types_test.cpp)
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
+
+# ---------------------------------------------------------------- launch files, nodes and scripts
 foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test scripts/coverage_report_test
-    scripts/lock_test scripts/make_meshes_test scripts/setup_test)
+    scripts/dev/check_release_test scripts/dev/lock_test scripts/dev/make_meshes_test scripts/setup_test)
   string(REPLACE "/" "_" name ${path})
   catkin_run_tests_target(pytest ${name} pytest-${name}.xml DEPENDENCIES walker_sim_nodes
     COMMAND "${PYTHON_EXECUTABLE} -m pytest -q -p no:cacheprovider --junit-xml=${test_results}/pytest-${name}.xml ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py")
@@ -16,7 +18,7 @@ foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test s
 endforeach()
 
 # ---------------------------------------------------------------- rostests
-# One for each mode of use, in C++ and Python, is short.
+# The short ones: one for each mode of use, in C++ and in Python.
 set(short_rostests
   agents/robot_test
   client/episodes_test
@@ -30,13 +32,14 @@ set(short_rostests
   server/records_test
   server/step_many_test
   server/walker2d_topics_test)
-# They measure time, so each has the machine for itself.
+# These measure time, so each runs alone.
 set(timed_rostests
   server/pace_test
   server/ten_walkers_test)
 
-# Against the install space that stages.cmake makes; the short ones before that against the devel space.
-# The others (label devel) are for who asks for them by name: twice, they take the long run four minutes.
+# walker_sim_add_rostest(PATH): adds two tests of test/PATH.test: NAME against the devel space, short or
+# devel, and install_NAME against the install space that stages.cmake makes, long. The long run leaves out
+# the label devel, because running both takes four minutes longer.
 function(walker_sim_add_rostest path)
   string(REPLACE "/" "_" name ${path})
   set(test _ctest_${PROJECT_NAME}_rostest_test_${name}.test)
@@ -47,8 +50,7 @@ function(walker_sim_add_rostest path)
   endif()
   set(program ros_tests)
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
-    # The devel space finds it through a link, for in the source tree another build's copies might
-    # come first.
+    # The devel space gets a link to it: in the source tree, roslaunch might find another build's copy.
     set(program "")
     get_filename_component(script ${path}.py NAME)
     file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
@@ -65,7 +67,7 @@ function(walker_sim_add_rostest path)
   endif()
   walker_sim_label(${test} ${label} walker_sim_nodes ${program})
   set(tests ${test})
-  if(NOT WALKER_SIM_INSTRUMENT) # nobody installs what is
+  if(NOT WALKER_SIM_INSTRUMENT) # instrumented builds are not installed
     add_test(NAME install_${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh installed rostest
       ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test
       ${test_results}/install/${name}/walker_sim/rostest-${name}.xml)
@@ -88,7 +90,7 @@ function(walker_sim_add_ros_program name)
   walker_sim_compile_as(walker_sim_agents ${name})
 endfunction()
 
-# Those without a main of their own are one program.
+# Gtests without a main of their own are linked into one program.
 walker_sim_add_ros_program(ros_tests test/ros_test_main.cpp)
 file(GLOB_RECURSE paths CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/test test/*.test)
 foreach(path ${paths})

@@ -1,7 +1,10 @@
-# Tests and benchmarks, none of them in `all`. Every test has a label: `short`, what ./scripts/test
-# runs, built by the target `short_tests`; `long`, what ./scripts/test --all runs on top; or `devel`,
-# which ros_tests.cmake explains. Gtests without a master have the label `unit` too, and the target
-# `unit_tests`. The target `tests` builds all, `benchmarks` what ./scripts/bench calls.
+# Tests and benchmarks; none is in `all`. A test is named after its path below test/, with _ for /, and
+# has one of these labels:
+#   short  ./scripts/test runs it; the target `short_tests` builds what it needs
+#   long   ./scripts/test --all runs it as well
+#   devel  runs if it is named: see ros_tests.cmake
+# A gtest that needs no master has the label `unit` too; `unit_tests` builds these. `tests` builds all
+# tests, `benchmarks` what ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
 if(WALKER_SIM_ROS)
   find_package(tf2 REQUIRED)
@@ -13,10 +16,10 @@ add_custom_target(short_tests)
 add_custom_target(unit_tests)
 add_custom_target(benchmarks)
 
-# walker_sim_label(NAME LABEL TARGET...): the test's label, and what has to be built for it.
+# walker_sim_label(NAME LABEL TARGET...): sets the test's label and what must be built for it.
 function(walker_sim_label name label)
   set_tests_properties(${name} PROPERTIES LABELS "${label}")
-  # It ends what hangs, on busy machines too. Instrumented units have the longer one of scripts/test.
+  # A hanging test ends even on a busy machine. For instrumented units scripts/test sets a longer timeout.
   if("long" IN_LIST label OR ("unit" IN_LIST label AND NOT WALKER_SIM_INSTRUMENT))
     set_tests_properties(${name} PROPERTIES TIMEOUT 1500)
   endif()
@@ -28,7 +31,7 @@ function(walker_sim_label name label)
   endif()
 endfunction()
 
-# walker_sim_register_gtest(NAME PROGRAM LABEL ARGUMENT...): a run of a program of gtests.
+# walker_sim_register_gtest(NAME PROGRAM LABEL ARGUMENT...): adds a run of a gtest program as a test.
 function(walker_sim_register_gtest name program label)
   set(results ${test_results}/gtest-${name}.xml)
   if(WALKER_SIM_ROS)
@@ -42,13 +45,13 @@ function(walker_sim_register_gtest name program label)
   add_dependencies(unit_tests ${program})
 endfunction()
 
-# Test programs are compiled with little optimisation, in half the time: what they test is not.
+# -O1 halves the time to compile test programs. The code under test keeps its own options.
 set(test_options -O1)
 if(WALKER_SIM_INSTRUMENT STREQUAL "address")
-  list(APPEND test_options -Wno-maybe-uninitialized) # which GCC 12 says of std::regex there, and wrongly
+  list(APPEND test_options -Wno-maybe-uninitialized) # a false positive of GCC 12 in std::regex
 endif()
 
-# To those alone that ask for it; the others are compiled once for all engines, where there is a cache.
+# Only the files that read the definition get it: a compiler cache serves the others for all engines.
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
   set_source_files_properties(test/robots/bipedal_walker/episodes_test.cpp
     test/robots/bipedal_walker/renderer_test.cpp test/robots/bipedal_walker/specification_test.cpp
@@ -57,12 +60,12 @@ if(WALKER_SIM_ENGINES STREQUAL "pinned")
 endif()
 
 # ---------------------------------------------------------------- units: gtests, a program a room
-# walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [WITH ROOM...] [ALSO FILE...] [LONG NAME...]
-# [LEFT_OUT NAME...]): all NAME.cpp below test/ROOM, and below those of WITH, but those of a rostest are
-# one program, ROOM_tests, as linking takes longer than testing. Each file is a test of its own and runs
-# alone, in a process that no other has touched.
+# walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [WITH ROOM...] [ALSO FILE...] [LEFT_OUT NAME...]):
+# links the files *_test.cpp below test/ROOM and below test/ of WITH's rooms into one program, as linking
+# takes longer than testing; the program of a/b is b_tests. Files of rostests and the files LEFT_OUT
+# are not in it. Each file is one test, which runs in a process of its own.
 function(walker_sim_add_unit_tests room)
-  cmake_parse_arguments(add "" "" "LIBRARIES;WITH;ALSO;LONG;LEFT_OUT" ${ARGN})
+  cmake_parse_arguments(add "" "" "LIBRARIES;WITH;ALSO;LEFT_OUT" ${ARGN})
   set(files "")
   foreach(folder ${room} ${add_WITH})
     file(GLOB_RECURSE found CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}
@@ -98,51 +101,49 @@ function(walker_sim_add_unit_tests room)
     get_filename_component(name ${file} NAME_WE)
     string(REGEX REPLACE "^test/(.*)\\.cpp$" "\\1" test ${file})
     string(REPLACE "/" "_" test ${test})
-    set(label short)
-    if(name IN_LIST add_LONG)
-      set(label long)
-    endif()
-    walker_sim_register_gtest(${test} ${program} ${label} --file=${name}.cpp)
+    walker_sim_register_gtest(${test} ${program} short --file=${name}.cpp)
   endforeach()
 endfunction()
 
-# These link the core's objects, so that they also reach what the library hides. BipedalWalker's bits
-# are the pinned Box2D's; with another one statistics_test is what remains.
+# The core's units link its objects, so that they reach what the library hides.
 set(core_libraries walker_sim_core_objects walker_sim_pictures)
-set(not_these_engines "")
-if(NOT WALKER_SIM_ENGINES STREQUAL "pinned")
-  set(not_these_engines block_allocator_test recordings_test saved_state_test swept_vertices_test
-    world_state_test)
-endif()
-set(not_in_this_build pool_race_test)
-if(WALKER_SIM_INSTRUMENT)
-  set(not_in_this_build small_stack_test) # functions take more of the stack there
-endif()
 walker_sim_add_unit_tests(base LIBRARIES ${core_libraries} WITH simd)
-walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${not_in_this_build}
-  ALSO test/robots/agent_test.cpp test/robots/registry_test.cpp)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} WITH wire LEFT_OUT service_types_test)
 walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
-set(for_other_processors "")
-if(NOT bipedal_walker_kernels)
-  set(for_other_processors kernel_test rotation_test trial_test)
+
+set(left_out pool_race_test) # a program of its own, unless all is instrumented
+if(WALKER_SIM_INSTRUMENT)
+  set(left_out small_stack_test) # instrumented functions need a larger stack
 endif()
-walker_sim_add_unit_tests(robots/bipedal_walker LIBRARIES ${core_libraries}
-  LEFT_OUT shortcuts_test ${not_these_engines} ${for_other_processors})
-set(for_other_processors "")
+walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${left_out}
+  ALSO test/robots/agent_test.cpp test/robots/registry_test.cpp)
+
+set(left_out shortcuts_test) # a program of its own
+if(NOT WALKER_SIM_ENGINES STREQUAL "pinned") # only the pinned Box2D has Gymnasium's bits
+  list(APPEND left_out block_allocator_test recordings_test saved_state_test swept_vertices_test
+    world_state_test)
+endif()
+if(NOT bipedal_walker_kernels)
+  list(APPEND left_out kernel_test rotation_test trial_test)
+endif()
+walker_sim_add_unit_tests(robots/bipedal_walker LIBRARIES ${core_libraries} LEFT_OUT ${left_out})
+
+set(left_out "")
 if(NOT walker2d_kernels)
-  set(for_other_processors kernel_group_test kernel_physics_test kernel_test trial_test)
+  list(APPEND left_out kernel_group_test kernel_physics_test kernel_test trial_test)
 endif()
 walker_sim_add_unit_tests(robots/mujoco LIBRARIES ${core_libraries} WITH robots/hopper robots/walker2d
-  LEFT_OUT ${for_other_processors})
-# walker_sim_register_variant(NAME ROOM FILE LABEL VARIABLE...): a file of a room's tests again, in
-# another environment. What is long there takes other numbers on the same ways through the code, and hours
-# where that is instrumented.
-function(walker_sim_register_variant name room file label)
+  LEFT_OUT ${left_out})
+
+# ---------------------------------------------------------------- units: variants and helper files
+# walker_sim_register_variant(NAME PROGRAM FILE LABEL VARIABLE=VALUE...): adds a test that runs a FILE of
+# PROGRAM again with other environment variables. A long variant takes other numbers through the same
+# code, which would take hours if instrumented.
+function(walker_sim_register_variant name program file label)
   if(WALKER_SIM_INSTRUMENT AND label STREQUAL "long")
     return()
   endif()
-  walker_sim_register_gtest(${name} ${room}_tests ${label} --file=${file}.cpp)
+  walker_sim_register_gtest(${name} ${program} ${label} --file=${file}.cpp)
   if(WALKER_SIM_ROS)
     set(name _ctest_${PROJECT_NAME}_gtest_${name})
   endif()
@@ -150,13 +151,13 @@ function(walker_sim_register_variant name room file label)
 endfunction()
 
 if(walker2d_kernels)
-  # Every recorded episode without Walker2d's kernel, too, and with the one that all processors can run.
+  # The recordings again without Walker2d's kernel, and with the kernel that every processor runs.
   foreach(kernel off sse2)
-    walker_sim_register_variant(robots_mujoco_recordings_test_kernel_${kernel} mujoco recordings_test short
-      WALKER_SIM_KERNEL=${kernel})
+    walker_sim_register_variant(robots_mujoco_recordings_test_kernel_${kernel}
+      mujoco_tests recordings_test short WALKER_SIM_KERNEL=${kernel})
   endforeach()
-  walker_sim_register_variant(robots_walker2d_kernel_kernel_test_long mujoco kernel_test long
-    WALKER_SIM_TEST_STEPS=30000)
+  walker_sim_register_variant(robots_walker2d_kernel_kernel_test_long
+    mujoco_tests kernel_test long WALKER_SIM_TEST_STEPS=30000)
   foreach(name altered_add altered_pow)
     set_source_files_properties(test/robots/walker2d/kernel/${name}.cpp PROPERTIES
       SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${walker2d_kernel_options}")
@@ -168,32 +169,32 @@ if(bipedal_walker_kernels)
   set(shards 7) # not a multiple of 4: every fourth of its cases is the longest
   foreach(shard RANGE 1 ${shards})
     math(EXPR index "${shard} - 1")
-    walker_sim_register_variant(robots_bipedal_walker_kernel_kernel_test_long_${shard} bipedal_walker
-      kernel_test long WALKER_SIM_TEST_STEPS=100000 GTEST_TOTAL_SHARDS=${shards}
-      GTEST_SHARD_INDEX=${index})
+    walker_sim_register_variant(robots_bipedal_walker_kernel_kernel_test_long_${shard}
+      bipedal_walker_tests kernel_test long
+      WALKER_SIM_TEST_STEPS=100000 GTEST_TOTAL_SHARDS=${shards} GTEST_SHARD_INDEX=${index})
   endforeach()
-  walker_sim_register_variant(robots_bipedal_walker_kernel_rotation_test_long bipedal_walker rotation_test long
-    WALKER_SIM_TEST_ALL_ANGLES=1)
+  walker_sim_register_variant(robots_bipedal_walker_kernel_rotation_test_long
+    bipedal_walker_tests rotation_test long WALKER_SIM_TEST_ALL_ANGLES=1)
   target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/run.cpp)
 endif()
 if(WALKER_SIM_ENGINES STREQUAL "pinned")
-  # The comparison takes longer than the steps.
+  # Unoptimised, this comparison would take longer than the steps.
   set_source_files_properties(test/robots/bipedal_walker/kernel/world_words.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "-O3;-fno-access-control")
   target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/world_words.cpp)
   set_source_files_properties(test/robots/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
     SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
-  if(NOT WALKER_SIM_INSTRUMENT) # programs whose code is that of the other tests
+  if(NOT WALKER_SIM_INSTRUMENT) # these programs run the code of other tests again
     include(test/robots/bipedal_walker/shortcuts.cmake)
     include(test/episode/race_test.cmake)
   endif()
 endif()
 
-# ---------------------------------------------------------------- what bytes from outside may be
+# ---------------------------------------------------------------- fuzz targets
 include(test/fuzz/fuzz.cmake)
 
 # ---------------------------------------------------------------- programs that tests and benchmarks call
-# They step environments for the comparison with Gymnasium, which drives them through a pipe.
+# Tests in Python drive the first two through a pipe and compare their steps with Gymnasium's.
 foreach(program rollout episode/pool_rollout)
   get_filename_component(name ${program} NAME)
   add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/${program}.cpp)

@@ -5,6 +5,7 @@
 
 #include <ros/package.h>
 
+#include "base/limits.h"
 #include "base/user_path.h"
 #include "ros/private_parameters.h"
 #include "walker_sim/policy.h"
@@ -13,7 +14,6 @@ namespace walker {
 
 std::vector<ParameterDescription> agent_parameters() {
   constexpr double kMostEpisodes = 4294967295.0;
-  constexpr double kFastestFactor = 1000;
   constexpr double kLongestTolerance = 1;
   constexpr double kLargestSeed = 2147483647.0;  // XML-RPC's integers have 32 bits
   return {
@@ -30,7 +30,8 @@ std::vector<ParameterDescription> agent_parameters() {
       {"agent_seed", std::int64_t{0}, "", "Seed of the random agent.", 0, kLargestSeed},
       {"episodes", std::int64_t{0}, "", "How many; 0: no end.", 0, kMostEpisodes},
       {"real_time_factor", 0.0, "",
-       "Simulation time over wall time in lock-step; 0: as fast as it goes.", 0, kFastestFactor},
+       "Simulation time over wall time in lock-step; 0: as fast as it goes.", 0,
+       kMaxRealTimeFactor},
       {"stamp_tolerance", 0.0, "s",
        "How far apart the stamps of sensors of one instant may be; 0: equal stamps.", 0,
        kLongestTolerance},

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "base/limits.h"
 #include "base/parameter_text.h"
 #include "base/printable_text.h"
 #include "base/shortest_text.h"
@@ -69,8 +70,7 @@ ParameterValue convert(const ParameterDescription& description, const ParameterV
   }
   if (std::holds_alternative<std::int64_t>(model) && std::holds_alternative<double>(value)) {
     const double number = std::get<double>(value);
-    constexpr double kExact = 9007199254740992.0;  // 2^53: every integer up to here is a double
-    if (std::nearbyint(number) == number && std::abs(number) <= kExact) {
+    if (std::nearbyint(number) == number && std::abs(number) <= kMaxExactInteger) {
       return static_cast<std::int64_t>(number);
     }
     refuse(description, value, "an integer in " + range_text(description));

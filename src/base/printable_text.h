@@ -10,6 +10,7 @@
 namespace walker {
 
 constexpr std::size_t kMostPrintableBytes = 1000;  ///< of a text before it loses its middle
+constexpr std::size_t kMaxQuotedBytes = 200;       ///< the same for a peer's text within a message
 
 /// On one line: control characters, and bytes that are no UTF-8, become \n, \t or \x1b. Of a long
 /// text the middle is left out, with a word on how much that is: what stands at its beginning and

@@ -6,6 +6,7 @@
 
 #include "base/engine_release.h"
 #include "base/limits.h"
+#include "base/printable_text.h"
 #include "base/random.h"
 #include "episode/episode.h"
 #include "episode/failure.h"
@@ -15,8 +16,7 @@ namespace {
 
 /// Records come from anywhere: what is said of one must not be as long as it likes.
 std::string shortened(const std::string& text) {
-  constexpr std::size_t kLongest = 200;
-  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "...";
+  return text.size() <= kMaxQuotedBytes ? text : text.substr(0, kMaxQuotedBytes) + "...";
 }
 
 void compare(const std::string& field, const std::string& recorded, const std::string& own) {

@@ -17,8 +17,6 @@
 namespace walker {
 namespace {
 
-constexpr std::size_t kMaxThreads = 1024;
-
 std::string name_of(std::size_t index) { return "environment " + std::to_string(index) + ": "; }
 
 void check_range(const char* name, std::size_t value, std::size_t lowest, std::size_t highest) {

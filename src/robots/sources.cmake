@@ -1,6 +1,5 @@
 walker_sim_sources(core_sources agent registry robot)
-# The version goes to the file that returns it: the others are compiled alike for all engines, with ROS and
-# without, so that a compiler cache serves every build.
+# Only registry.cpp gets the version: one compiler cache serves the other files of every build.
 set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/registry.cpp PROPERTIES
   COMPILE_DEFINITIONS "WALKER_SIM_VERSION=\"${PROJECT_VERSION}\"")
 # A folder each, which lists its own files.

@@ -32,7 +32,6 @@ struct CheckedMessage {
 
 /// None of the topics that a walker's nodes listen to comes near it.
 constexpr std::size_t kMostMessageBytes = 1 << 20;
-constexpr std::size_t kMostNameBytes = 200;  ///< of a publisher's, which it chooses itself
 
 /// @param take   called with each message and the name of the node that has published it, fit for
 ///               a log
@@ -50,7 +49,7 @@ ros::Subscriber subscribe_checked(
     const boost::shared_ptr<const Checked>& checked = event.getConstMessage();
     if (checked->error.empty()) {
       take(boost::shared_ptr<const Message>(checked, &checked->message),
-           printable(event.getPublisherName(), kMostNameBytes));
+           printable(event.getPublisherName(), kMaxQuotedBytes));
     } else {
       refuse(checked->error);
     }

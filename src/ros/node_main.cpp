@@ -36,7 +36,6 @@ namespace {
 
 // An end without hindrance takes less. After it the master is asked.
 constexpr std::chrono::milliseconds kPatience{500};
-constexpr std::chrono::seconds kMasterTimeout{2};
 // An error may list all that is allowed; and it may have a stranger's words.
 constexpr std::size_t kMostErrorBytes = 8000;
 

@@ -9,6 +9,7 @@
 #include <ros/this_node.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include "base/limits.h"
 #include "base/parameter_text.h"
 #include "base/printable_text.h"
 
@@ -18,12 +19,11 @@ namespace {
 /// Reads a text that is wholly a number. A list holds doubles, which do not hold every integer from
 /// 2^53 on: a seed would become another.
 double element_number(const std::string& name, int index, XmlRpc::XmlRpcValue& element) {
-  constexpr double kLimit = 9007199254740992.0;  // 2^53
   const bool is_text = element.getType() == XmlRpc::XmlRpcValue::TypeString;
   const std::string text = is_text ? static_cast<std::string>(element) : element.toXml();
   const std::optional<double> number = is_text ? parse_number(text) : std::nullopt;
   const bool is_integer = text.find_first_not_of("+-0123456789") == std::string::npos;
-  if (number && !(is_integer && std::abs(*number) >= kLimit)) return *number;
+  if (number && !(is_integer && std::abs(*number) >= kMaxExactInteger)) return *number;
   throw std::invalid_argument("parameter " + name + ": element " + std::to_string(index) + " = " +
                               printable(text) + ": must be a number" +
                               (number ? ", and an integer below 2^53 in size" : ""));

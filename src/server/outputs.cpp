@@ -2,11 +2,12 @@
 
 #include <utility>
 
+#include "server/topics/listener_queue.h"
+
 namespace walker {
 namespace {
 
 constexpr std::uint32_t kState = 1;      // only the newest state matters
-constexpr std::uint32_t kEach = 100;     // listeners that want each one
 constexpr std::uint32_t kRecord = 1000;  // a recorder, which may wait for a processor for seconds
 constexpr bool kLatched = true;
 
@@ -29,13 +30,13 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
           {}},
       episode_{recorder_watch_.advertise<walker_sim::Episode>(node, "episode", kRecord, kLatched),
                {}},
-      transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kEach), {}},
+      transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue), {}},
       restored_publisher_(
           recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "restored", kState, kLatched)),
       spec_publisher_(
           recorder_watch_.advertise<walker_sim::EnvironmentSpec>(node, "spec", kState, kLatched)),
       static_transforms_publisher_(
-          node.advertise<tf2_msgs::TFMessage>("/tf_static", kEach, kLatched)),
+          node.advertise<tf2_msgs::TFMessage>("/tf_static", kListenerQueue, kLatched)),
       markers_(node, shown_, frames_.odometry),
       camera_(node, pool, frames_, options, make_renderer) {
   if (shown_.specification().range_finder.num_rays != 0) {

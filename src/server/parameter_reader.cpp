@@ -15,9 +15,7 @@ namespace walker {
 namespace {
 
 constexpr double kLongestTimeout = 3600;
-constexpr double kFastestFactor = 1000;
 constexpr double kHighestRate = 1000;
-constexpr double kMostThreads = 1024;
 
 Mode parse_mode(const std::string& text) {
   if (text == to_text(Mode::free)) return Mode::free;
@@ -99,7 +97,7 @@ std::vector<ParameterDescription> server_parameters() {
       {"num_envs", std::int64_t{1}, "", "Environments in this server; more than one in lock-step.",
        1, kMaxEnvironments},
       {"num_threads", std::int64_t{0}, "",
-       "Threads that step several environments; 0: one per processor.", 0, kMostThreads},
+       "Threads that step several environments; 0: one per processor.", 0, kMaxThreads},
       {"autoreset_mode", std::string("next_step"), "",
        "What ~step_batch does at an episode's end, in lock-step: next_step, same_step or disabled.",
        0, 0},
@@ -112,7 +110,7 @@ std::vector<ParameterDescription> server_parameters() {
        0, 0},
       {"real_time_factor", 1.0, "",
        "Simulation time over wall time when free-running; 0: as fast as it goes.", 0,
-       kFastestFactor},
+       kMaxRealTimeFactor},
       {"auto_reset", true, "", "Begin the next episode by itself when free-running.", 0, 0},
       {"command_timeout", 0.5, "s",
        "Age at which an effort command gives way to zero torque; 0: never.", 0, kLongestTimeout},

@@ -7,12 +7,13 @@
 #include <ros/console.h>
 
 #include "ros/throttle.h"
+#include "server/topics/listener_queue.h"
 
 namespace walker {
 namespace {
 
-// As many as the queues of topics keep (Outputs), and so few that no other request waits for long.
-constexpr std::uint32_t kMaxSteps = 100;
+// The request overflows no topic's queue, and other requests do not wait for long.
+constexpr std::uint32_t kMaxSteps = kListenerQueue;
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 // Source: wiki.ros.org/ROS/Master_API.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,9 @@ namespace walker {
 
 /// Name under which this package's clients call a master. They register nowhere.
 constexpr const char* kCallerId = "/walker_sim_client";
+
+/// How long a node waits for the master's answer to one call.
+constexpr std::chrono::seconds kMasterTimeout{2};
 
 /// Where something listens.
 struct Endpoint {

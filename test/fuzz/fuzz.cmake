@@ -1,6 +1,6 @@
-# Fuzz targets, NAME_fuzz.cpp: in the ordinary tests those of a room are one program that runs over their
-# corpora; where all is instrumented for it, each is a program of libFuzzer's, NAME_fuzz. Included by
-# tests.cmake.
+# Fuzz targets, NAME_fuzz.cpp. In the ordinary tests the targets of a room are one program that runs over
+# their corpora. With WALKER_SIM_INSTRUMENT=fuzzer each is a libFuzzer program, NAME_fuzz, as well.
+# Included by tests.cmake.
 add_custom_target(fuzz_programs)
 
 # walker_sim_add_fuzz_targets(ROOM LIBRARIES LIBRARY... TARGETS NAME... [ALSO SOURCE...])

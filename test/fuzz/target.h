@@ -1,6 +1,6 @@
 // A fuzz target: a function that takes any bytes and comes back. One file, one target.
-// ./scripts/fuzz makes a program of each with libFuzzer; corpus_test.cpp runs those of a room in
-// the ordinary tests.
+// ./scripts/dev/fuzz makes a program of each with libFuzzer; corpus_test.cpp runs those of a room
+// in the ordinary tests.
 #pragma once
 
 #include <cstddef>

@@ -6,9 +6,18 @@ from typing import NamedTuple
 
 import operators
 
-# A room's sources are the *.cpp below src/ROOM, and a kernel's headers, which are its code.
-PHYSICS = ("bipedal_walker", "core", "hopper", "mujoco", "walker2d")
-ROS = ("agents", "client", "description", "nodes", "replay", "ros", "server")
+# A room's sources are the *.cpp below src/ROOM, without those of rooms inside it, and a kernel's
+# headers, which are its code.
+PHYSICS = (
+    "base",
+    "episode",
+    "robots",
+    "robots/bipedal_walker",
+    "robots/hopper",
+    "robots/mujoco",
+    "robots/walker2d",
+)
+ROS = ("agents", "client", "description", "nodes", "replay", "ros", "server", "wire")
 # Not compiled here, or for no test to see: for other engines, for other processors.
 OTHERS = ("box2d_any", "kernel_neon")
 
@@ -24,7 +33,8 @@ class Side(NamedTuple):
 def sources_of(root, room):
     folder = pathlib.Path(root, "src", room)
     files = [*folder.rglob("*.cpp"), *folder.glob("kernel/*.h")]
-    return [file for file in sorted(files) if not any(name in str(file) for name in OTHERS)]
+    inner = [f"/src/{other}/" for other in PHYSICS if other.startswith(f"{room}/")]
+    return [file for file in sorted(files) if not any(n in str(file) for n in (*OTHERS, *inner))]
 
 
 def order(seed, breaks):
@@ -51,4 +61,5 @@ def draw(root, seed, rooms=()):
 
 
 def room_of(a_break):
-    return a_break.path.split("/")[1]
+    rooms = [room for room in (*PHYSICS, *ROS) if a_break.path.startswith(f"src/{room}/")]
+    return max(rooms, key=len)

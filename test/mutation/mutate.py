@@ -1,4 +1,4 @@
-"""Small breaks of our code, each of which a test shall catch; `scripts/mutate --help` says more."""
+"""Small breaks of our code, each of which a test shall catch; see `scripts/dev/mutate --help`."""
 
 import argparse
 import contextlib

@@ -119,22 +119,22 @@ def test_draws_the_same_for_a_seed(tree):
 
 def test_a_new_file_moves_no_other(tree):
     before = draw.draw(tree, 1)[0].breaks
-    (tree / "src" / "core" / "volume.cpp").write_text(BODY)
+    (tree / "src" / "base" / "volume.cpp").write_text(BODY)
     after = draw.draw(tree, 1)[0].breaks
     assert [each for each in after if not each.path.endswith("volume.cpp")] == before
 
 
 def test_the_copy_follows_the_tree(tree, tmp_path_factory):
     copy = tmp_path_factory.mktemp("copy")
-    file = copy / "src" / "core" / "area.cpp"
+    file = copy / "src" / "base" / "area.cpp"
     mutate.copy_tree(tree, copy)
     kept = (copy / "src" / "ros" / "area.cpp").stat().st_mtime_ns
     file.write_text("broken")
-    (tree / "src" / "hopper" / "area.cpp").unlink()
+    (tree / "src" / "robots" / "hopper" / "area.cpp").unlink()
     mutate.copy_tree(tree, copy)
     assert file.read_text() == BODY
     assert (copy / "src" / "ros" / "area.cpp").stat().st_mtime_ns == kept
-    assert not (copy / "src" / "hopper" / "area.cpp").exists()
+    assert not (copy / "src" / "robots" / "hopper" / "area.cpp").exists()
 
 
 def a_test(name, command, is_unit=True):
@@ -199,7 +199,7 @@ def test_what_is_built_is_what_runs():
     caller = a_test("python_keywords_test", "true", is_unit=False)
     tests = [unit, caller, a_test("server_a", "true")]
     assert suite.targets("units", suite.concerned(tests, "units", "base")) == ["base_tests"]
-    assert suite.concerned(tests, "callers", "core") == tests[1:]
+    assert suite.concerned(tests, "callers", "base") == tests[1:]
 
 
 @pytest.fixture
@@ -218,7 +218,7 @@ def trials(tree, monkeypatch, tmp_path_factory):
 
 
 def find(tree, new):
-    breaks = draw.draw(tree, 1, ["core"])[0].every
+    breaks = draw.draw(tree, 1, ["base"])[0].every
     return next(each for each in breaks if each.new.strip() == new)
 
 
@@ -254,7 +254,7 @@ def test_what_does_not_compile_is_no_break(tree, trials, monkeypatch):
 def test_without_a_break_all_must_pass(tree, trials, monkeypatch):
     fails = [a_test("base_fails", "exit 1")]
     monkeypatch.setattr(suite, "tests_of", lambda build: fails)
-    with pytest.raises(SystemExit, match="without a break, core_fails fails"):
+    with pytest.raises(SystemExit, match="without a break, base_fails fails"):
         trials().attempt("units", find(tree, "return a / b;"))
 
 
@@ -283,7 +283,7 @@ def test_each_side_has_its_share():
 
 
 def test_a_run_has_the_wanted_number_of_each_side(tree, trials, capsys):
-    sides = draw.draw(tree, 1, ["core"])
+    sides = draw.draw(tree, 1, ["base"])
     assert len(mutate.run(trials(), [sides[0]], 3, set())) == 3
     assert "physics: only" not in capsys.readouterr().out
     living = find(tree, "if (a < b && is_flat(a)) return 0;")

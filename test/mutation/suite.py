@@ -23,34 +23,42 @@ PYTHON_ALONE = (
     r"^python_(bits_(?!ros)|environment_(test|render)|keywords|renderer|saved_states_test|step_some"
     r"|time_limit|vector_environment|bad_input|commands_hash|shipped_policies)"
 )
+CORE = r"base|episode|robots_(agent|registry)"
 # First the room's own units; what lives there, all that calls the room.
 UNITS = {
-    "bipedal_walker": r"^bipedal_walker_",
-    "core": r"^(core|simd)_",
-    "hopper": r"^(hopper|mujoco)_",
-    "mujoco": r"^(mujoco|hopper|walker2d)_",
-    "walker2d": r"^(walker2d|mujoco)_",
-    "client": r"^client_(?!service_types)",
+    "base": r"^(base|simd)_",
+    "episode": r"^episode_",
+    "robots": r"^robots_(agent|registry)_|^episode_",
+    "robots/bipedal_walker": r"^robots_bipedal_walker_",
+    "robots/hopper": r"^robots_(hopper|mujoco)_",
+    "robots/mujoco": r"^robots_(mujoco|hopper|walker2d)_",
+    "robots/walker2d": r"^robots_(walker2d|mujoco)_",
+    "client": r"^client_(?!service_types)|^wire_",
     "agents": r"^(server|description|replay|ros)_",
     "description": r"^description_",
     "nodes": r"^replay_",
     "replay": r"^replay_",
     "ros": r"^(server|replay|ros)_",
     "server": r"^(server|replay|ros|description)_",
+    "wire": r"^wire_|^client_(?!service_types)",
 }
 CALLERS = {
-    "bipedal_walker": rf"^(bipedal_walker|core|policy)_|{PYTHON_ALONE}|^server_(sensors|episode)",
-    "core": rf"^(core|client|bipedal_walker|mujoco|server)_|{PYTHON_ALONE}",
-    "hopper": rf"^mujoco_|{PYTHON_ALONE}",
-    "mujoco": rf"^(mujoco|core)_|{PYTHON_ALONE}|^server_walker2d|^server_sensors",
-    "walker2d": rf"^(mujoco|core)_|{PYTHON_ALONE}|^server_walker2d",
-    "client": r"^(client|agents|server|fuzz)_|^python_.*_ros_|^python_answers",
+    "base": rf"^(base|episode|robots|client|wire|server)_|{PYTHON_ALONE}",
+    "episode": rf"^(base|episode|robots|client|server)_|{PYTHON_ALONE}",
+    "robots": rf"^(base|episode|robots|client|server)_|{PYTHON_ALONE}",
+    "robots/bipedal_walker": rf"^({CORE}|robots_bipedal_walker|policy)_|{PYTHON_ALONE}"
+    r"|^server_(sensors|episode)",
+    "robots/hopper": rf"^robots_mujoco_|{PYTHON_ALONE}",
+    "robots/mujoco": rf"^({CORE}|robots_mujoco)_|{PYTHON_ALONE}|^server_walker2d|^server_sensors",
+    "robots/walker2d": rf"^({CORE}|robots_mujoco)_|{PYTHON_ALONE}|^server_walker2d",
+    "client": r"^(client|wire|agents|server|fuzz)_|^python_.*_ros_|^python_answers",
     "agents": r"^(agents|client)_|^programs",
     "description": r"^(server|description|agents)_|^programs",
     "nodes": r"^(server|agents|replay)_|^programs|^python_commands_ros",
     "replay": r"^server_(replay|records|episode)|^programs|^fuzz",
     "ros": r"^(server|agents|replay)_|^programs",
     "server": r"^(server|agents|client|fuzz)_|^python_.*_ros_|^programs",
+    "wire": r"^(wire|client|agents|server|fuzz)_|^python_.*_ros_|^python_answers",
 }
 
 

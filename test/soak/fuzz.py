@@ -1,4 +1,4 @@
-"""scripts/fuzz for the time of the part, which each target has a share of."""
+"""scripts/dev/fuzz for the time of the part, which each target has a share of."""
 
 import contextlib
 import os
@@ -42,7 +42,7 @@ def run(soak):
 def started(*arguments):
     """The script, in a group of its own, so that no fuzzer outlives a soak that is ended."""
     script = subprocess.Popen(
-        [str(ROOT / "scripts" / "fuzz"), *arguments],
+        [str(ROOT / "scripts" / "dev" / "fuzz"), *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,

@@ -43,7 +43,7 @@ Frame frame_of(const Physics& physics, std::size_t joint) {
 Link read_link(const std::string& name, const b2Body& body, const Frame& frame, Color color) {
   Link link;
   link.name = name;
-  link.mesh = "bipedal_walker_" + name;  // scripts/make_meshes writes the files
+  link.mesh = "bipedal_walker_" + name;  // scripts/dev/make_meshes writes the files
   link.mass = double{body.GetMass()};
   link.center_of_mass = to_vector3(frame.local(body.GetLocalCenter()));
   // Box2D gives the inertia about the body's origin, and knows no other axis.

@@ -108,9 +108,8 @@ void check_size(const std::string& path, const CompileLimits& limits) {
 
 /// @throws std::exception where MuJoCo refuses the model, or has no room for it
 std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
-  constexpr int kMessageSize = 1000;
-  std::array<char, kMessageSize> message{};
-  const mjModel* const model = mj_loadXML(path.c_str(), files, message.data(), kMessageSize);
+  std::array<char, kMaxErrorBytes> message{};
+  const mjModel* const model = mj_loadXML(path.c_str(), files, message.data(), kMaxErrorBytes);
   if (model == nullptr) throw std::runtime_error(message.data());
   // What everybody does first with a model: its sizes have to allow that.
   mjData* const data = mj_makeData(model);

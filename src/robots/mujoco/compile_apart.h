@@ -9,6 +9,9 @@
 
 namespace walker::mujoco {
 
+/// Size of the buffer for an error of mj_loadXML [bytes].
+constexpr int kMaxErrorBytes = 1000;
+
 /// What compiling a model may take.
 struct CompileLimits {
   std::size_t memory = std::size_t{2} << 30U;  ///< [bytes] of model and data, sources included

@@ -78,8 +78,7 @@ ModelPointer load(const std::vector<std::byte>& bytes) {
 }
 
 ModelPointer compile(const BuiltinModel& builtin) {
-  constexpr int kMessageSize = 1000;
-  std::array<char, kMessageSize> message{};
+  std::array<char, kMaxErrorBytes> message{};
   const auto files = virtual_file(builtin.name, builtin.text.data(), builtin.text.size());
   // The distribution's MuJoCo reads numbers with streams, which follow the global locale.
   if (std::locale() != std::locale::classic()) {
@@ -88,7 +87,7 @@ ModelPointer compile(const BuiltinModel& builtin) {
   static std::mutex mutex;  // MuJoCo's compiler has global state
   const std::lock_guard<std::mutex> lock(mutex);
   mjModel* const model =
-      mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMessageSize);
+      mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMaxErrorBytes);
   if (model == nullptr) throw std::runtime_error(message.data());
   return owned(model);
 }
@@ -103,16 +102,16 @@ void check_settings(const mjModel& model) {
     int most;
   };
   constexpr int kMostIterations = 10000;
-  constexpr int kMaxPixels = 16384;
+  constexpr int kMaxBufferPixels = 16384;
   constexpr int kMostFacets = 1000;
   const auto& quality = model.vis.quality;
   for (const Setting& setting : {
            Setting{"option iterations", model.opt.iterations, 0, kMostIterations},
            Setting{"option noslip_iterations", model.opt.noslip_iterations, 0, kMostIterations},
            Setting{"option mpr_iterations", model.opt.mpr_iterations, 0, kMostIterations},
-           Setting{"global offwidth", model.vis.global.offwidth, 1, kMaxPixels},
-           Setting{"global offheight", model.vis.global.offheight, 1, kMaxPixels},
-           Setting{"quality shadowsize", quality.shadowsize, 0, kMaxPixels},
+           Setting{"global offwidth", model.vis.global.offwidth, 1, kMaxBufferPixels},
+           Setting{"global offheight", model.vis.global.offheight, 1, kMaxBufferPixels},
+           Setting{"quality shadowsize", quality.shadowsize, 0, kMaxBufferPixels},
            Setting{"quality offsamples", quality.offsamples, 0, 64},
            Setting{"quality numslices", quality.numslices, 1, kMostFacets},
            Setting{"quality numstacks", quality.numstacks, 1, kMostFacets},

@@ -2,10 +2,22 @@ walker_sim_sources(core_sources
   camera compile_apart healthy_robot healthy_robot_registration layout library_physics links mjcf_size model
   observation_builder offscreen_context physics planar_base planar_robot processor renderer scratch sense
   specification)
+
+# The models of assets/ become part of the library.
+file(GLOB model_files CONFIGURE_DEPENDS assets/*.xml)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${model_files})
+set(builtin_models "")
+foreach(file ${model_files})
+  get_filename_component(name ${file} NAME)
+  file(READ ${file} text)
+  string(APPEND builtin_models "{\"${name}\", R\"mjcf(${text})mjcf\"},\n")
+endforeach()
+configure_file(${CMAKE_CURRENT_LIST_DIR}/builtin_models.cpp.in builtin_models.cpp @ONLY)
 list(APPEND core_sources ${CMAKE_CURRENT_BINARY_DIR}/builtin_models.cpp)
+
 set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/specification.cpp PROPERTIES
   COMPILE_DEFINITIONS "WALKER_SIM_MUJOCO_ORIGIN=\" (${mujoco_origin})\"")
-if(mujoco_dir) # MuJoCo's own releases; distributions compile for every processor
+if(mujoco_dir) # MuJoCo's own releases need AVX; distributions compile for every processor
   set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/processor.cpp PROPERTIES
     COMPILE_DEFINITIONS WALKER_SIM_MUJOCO_NEEDS_AVX)
 endif()

@@ -12,6 +12,7 @@
 
 #include "base/parameter_text.h"
 #include "base/printable_text.h"
+#include "server/topics/listener_queue.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -66,7 +67,7 @@ ServerCamera::ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
       options_(options),
       period_(period_of(options.camera_rate)),
       publisher_(image_transport::ImageTransport(node).advertiseCamera("camera/image_raw", 1)),
-      tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", 100)),
+      tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue)),
       thread_(std::move(make_renderer)) {}
 
 void ServerCamera::show(ros::Time stamp) {

@@ -27,7 +27,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kNanosecondsPerSecond = 1e9;
 
-constexpr std::chrono::seconds kMasterTimeout{2};
 constexpr std::chrono::seconds kPeerTimeout{3};
 // Half of ROS time, which no server of ours reaches in a month as fast as it goes.
 constexpr std::uint32_t kLate = 2147483648U;  // [s]

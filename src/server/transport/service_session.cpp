@@ -37,10 +37,7 @@ bool is_set(const tcpros::Fields& fields, const char* name) {
 }
 
 /// What a client has sent, within an error that it gets and that is logged.
-std::string quoted(const std::string& text) {
-  constexpr std::size_t kMost = 200;
-  return printable(text, kMost);
-}
+std::string quoted(const std::string& text) { return printable(text, kMaxQuotedBytes); }
 
 bool may_be_tried_again() { return errno == EAGAIN || errno == EINTR; }
 

@@ -6,6 +6,7 @@
 #include <new>
 #include <type_traits>
 
+#include "base/limits.h"
 #include "robots/bipedal_walker/box2d_pinned/world_impacts.h"
 #include "robots/bipedal_walker/box2d_pinned/world_step.h"
 #include "robots/bipedal_walker/physics.h"
@@ -13,8 +14,6 @@
 
 namespace walker::bipedal_walker {
 namespace {
-
-static_assert(kMaxGroupSize <= kMostIslands);
 
 /// What is asked to be solved, those that have the most in common beside each other.
 template <typename Problem>

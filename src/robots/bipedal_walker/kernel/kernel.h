@@ -117,14 +117,12 @@ struct Impact {
   unsigned pattern;
 };
 
-constexpr std::size_t kMostIslands = 64;  ///< that a kernel solves in one call
-
 /// One compilation of the kernel.
 struct Kernel {
   const char* instruction_set;
   int lanes;  ///< worlds that are solved together
 
-  /// @param count at most kMostIslands
+  /// @param count at most kMaxGroupSize
   void (*solve)(Island* const* islands, std::size_t count, const Model& model);
   void (*solve_impacts)(Impact* const* impacts, std::size_t count, const Model& model);
 

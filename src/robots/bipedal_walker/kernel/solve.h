@@ -5,6 +5,7 @@
 #include <new>
 #include <type_traits>
 
+#include "base/limits.h"
 #include "robots/bipedal_walker/kernel/impact.h"
 #include "robots/bipedal_walker/kernel/island.h"
 #include "robots/bipedal_walker/kernel/rotation.h"
@@ -43,7 +44,7 @@ Lanes& new_lanes(void* memory, Problem* const* problems, int count, const Model&
 
 template <int W>
 void solve_islands(Island* const* islands, std::size_t count, const Model& model) {
-  std::array<Island*, kMostIslands> far_off;
+  std::array<Island*, kMaxGroupSize> far_off;
   std::size_t num_far_off = 0;
   void* const memory = simd::workspace().lanes;
   const int few = std::min(kFewIterations, model.position_iterations);

@@ -137,11 +137,9 @@ class KernelPhysics : public mujoco::Physics {
 
   /// mj_fwdActuation. @return whether the kernel may make the step; else the world is flagged
   bool take_control(const double* control) {
-    constexpr double kLargestControl = 1e10;  // mjMAXVAL
     std::copy_n(control, World::kMotors, control_.begin());
-    world_.is_flagged = !std::all_of(control_.begin(), control_.end(), [](double value) {
-      return std::abs(value) <= kLargestControl;
-    });
+    world_.is_flagged = !std::all_of(control_.begin(), control_.end(),
+                                     [](double value) { return std::abs(value) <= mjMAXVAL; });
     for (std::size_t motor = 0; motor < World::kMotors; ++motor) {
       const int index = static_cast<int>(motor);
       const double* const range = mujoco::at(model_->actuator_ctrlrange, index, 2);

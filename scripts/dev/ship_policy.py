@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Takes a finished training over into the package: its policy, its settings, its curve, and a card.
 
-  ./scripts/env python3 scripts/ship_policy.py runs/Walker2d-v5 --on "two cores"
+  ./scripts/env python3 scripts/dev/ship_policy.py runs/Walker2d-v5 --on "two cores"
 
 The card's returns are those of `python3 -m walker_sim evaluate ID --policy shipped --seeds
 1000000:1000100`, which a test repeats.
@@ -23,9 +23,9 @@ from walker_sim.training.curve import read_curve
 from walker_sim.training.evaluation import FIRST_CHOICE_SEED
 from walker_sim.training.settings import read_settings
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 SEEDS = "1000000:1000100"
-BEGIN, END = "<!-- cards begin: written by scripts/ship_policy.py -->", "<!-- cards end -->"
+BEGIN, END = "<!-- cards begin: written by scripts/dev/ship_policy.py -->", "<!-- cards end -->"
 RETURNS = r"^\| (\*\*.+\*\*) \| (.+) \| (.+) \| (.+) \| (.+) \|$"
 
 CARD = """\

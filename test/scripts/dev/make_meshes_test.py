@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""The committed meshes are those that scripts/make_meshes writes."""
+"""The committed meshes are those that scripts/dev/make_meshes writes."""
 
 import pathlib
 import subprocess
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 class MakeMeshesTest(unittest.TestCase):
@@ -16,7 +16,7 @@ class MakeMeshesTest(unittest.TestCase):
         committed = [*ROOT.glob("assets/*.dae"), *ROOT.glob("assets/*.stl")]
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(
-                ["/usr/bin/python3", ROOT / "scripts" / "make_meshes", folder], check=True
+                ["/usr/bin/python3", ROOT / "scripts" / "dev" / "make_meshes", folder], check=True
             )
             written = {path.name: path.read_bytes() for path in pathlib.Path(folder).iterdir()}
         self.assertEqual(sorted(written), sorted(path.name for path in committed))

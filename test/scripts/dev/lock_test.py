@@ -1,4 +1,4 @@
-"""What pip installs by has the requirements' versions, with hashes; ./scripts/lock writes it."""
+"""The lock files have the requirements' versions, with hashes; ./scripts/dev/lock writes them."""
 
 import json
 import pathlib
@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 LOCKS = [path for folder in ("docs", "scripts", "test") for path in (ROOT / folder).rglob("*.lock")]
 
 
