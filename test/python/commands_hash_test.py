@@ -68,7 +68,7 @@ def test_no_vector_width_changes_it(kernel):
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one variant on others")
 def test_the_other_variant_of_the_c_library_has_the_other_documented_hashes():
-    """glibc is told that the processor has no FMA."""
+    """GLIBC_TUNABLES hides the processor's FMA from glibc."""
     done = subprocess.run(
         [sys.executable, "-m", "walker_sim", "hash", "--steps", str(STEPS)],
         env={

@@ -105,8 +105,9 @@ def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
-    """Another MuJoCo stops its solver elsewhere, unless that runs to the end (see
-    test/robots/mujoco/episodes_gymnasium_test.py); the episodes are too short for the rest to grow."""
+    """Another MuJoCo stops its solver elsewhere, unless that runs to the end: see
+    test/robots/mujoco/episodes_gymnasium_test.py. The episodes are too short for the rest to grow.
+    """
     converging = tmp_path / "converging.xml"
     model = MODELS["Walker2d-v5"].read_text()
     converging.write_text(model.replace("<option ", '<option tolerance="0" ', 1))

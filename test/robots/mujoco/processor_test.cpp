@@ -1,5 +1,4 @@
-// A processor that cannot run MuJoCo is told from one that can, and the variant of its C library is
-// named.
+// check_processor refuses processors that cannot run MuJoCo, and the C library's variant is named.
 #include <gtest/gtest.h>
 
 #include <cstddef>
