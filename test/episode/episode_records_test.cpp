@@ -310,6 +310,7 @@ class Endless : public BareRobot {
  public:
   Endless() {
     specification_.id = "Endless";
+    specification_.joints.resize(1);
     specification_.action_low = {-1};
     specification_.action_high = {1};
   }
