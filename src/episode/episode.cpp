@@ -184,8 +184,8 @@ void Episode::take_over(Episode& other) {
 
 void Episode::reset(std::optional<std::uint64_t> seed, Result& result) {
   reset(seed);
-  copy_to(result);
   if (state_.failed_at_reset()) throw std::runtime_error(state_.error);
+  copy_to(result);
 }
 
 void Episode::step(const double* action, std::size_t size, Result& result) {

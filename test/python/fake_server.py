@@ -93,7 +93,8 @@ def batch_reset(**changes):
         "info": [0.0] * (NUM_ENVS * INFO),
         **changes,
     }
-    return outcome() + array("d", fields["observations"]) + array("d", fields["info"])
+    rows = array("d", fields["observations"]) + array("d", fields["info"])
+    return outcome() + rows + array("I", []) + array("I", [])  # no failures
 
 
 BATCH = {  # the second environment has ended
@@ -104,6 +105,9 @@ BATCH = {  # the second environment has ended
     "episodes": ("I", [1, 2]),
     "steps": ("I", [1, 0]),
     "info": ("d", [0.0] * (NUM_ENVS * INFO)),
+    "failed_environments": ("I", []),
+    "failed_at_reset": ("B", []),
+    "failures": ("I", []),  # no texts
     "final_environments": ("I", [1]),
     "final_observations": ("d", [0.25] * WIDTH),
     "final_info": ("d", [0.0] * INFO),
