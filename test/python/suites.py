@@ -65,12 +65,12 @@ SUITES = {
     "sb3": Suite(
         replaced={"Pendulum-v1": "walker_sim/BipedalWalker-v3"},
         files=["test_run.py", "test_predict.py", "test_vec_normalize.py"],
-        # DQN takes no walker's actions, and CUDA is not here.
+        # DQN takes no walker's actions; CUDA is not here; test_ppo_warnings wants a loss above 0,
+        # which Pendulum's large negative rewards give, but a walker's do not always.
         chosen=r"^(?!.*(cuda|DQN)).*Pendulum|^test_(deterministic_pg|n_critics|offpolicy_normalization|"
-        r"ppo_warnings|sac|train_freq|offpolicy_multi_env\[(DDPG|SAC|TD3)|(sync_vec_normalize|vec_env)"
-        r"\[make_env)",
+        r"sac|train_freq|offpolicy_multi_env\[(DDPG|SAC|TD3)|(sync_vec_normalize|vec_env)\[make_env)",
         failing={},
-        count=36,
+        count=35,
     ),
 }
 
