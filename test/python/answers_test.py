@@ -88,7 +88,7 @@ def resized(values):
 SIZES = [
     (name, values)
     for name, (_, right) in BATCH.items()
-    if name != "final_environments"
+    if name not in ("final_environments", "failed_environments", "failed_at_reset", "failures")
     for values in resized(right)
 ]
 INDICES = [[2], [LARGEST], [1, 1], [1, 0], [0, 1, 2], [1] * 1000]
@@ -131,9 +131,55 @@ def test_a_batchs_step_that_ends_other_environments(server, environments):
     assert_goes_on(environment)
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"failures": ["it broke"]}, "failures has 1 elements; must have 0"),
+        ({"failed_environments": [0]}, "failures has 0 elements; must have 1"),
+        (
+            {"failed_environments": [2], "failures": ["it broke"]},
+            r"failed_environments\[0\] is 2; must be below num_envs = 2",
+        ),
+        ({"failures": ["it broke"] * 5}, "failures has 5 texts; must have at most 4"),
+    ],
+    ids=["no-environment", "no-text", "another", "many"],
+)
+def test_failures_that_cannot_be(server, changes, words):
+    environment = make_batch(server)
+    environment.reset(seed=1)
+    of_a_step = {"failed_at_reset": [1] * len(changes.get("failures", [])), **changes}
+    server.answers["step_batch"] = batch_step(**of_a_step)
+    with pytest.raises(walker_sim.ConnectionError, match=f"its answer's {words};"):
+        environment.step(zeros(environment))
+    server.answers["step_batch"] = RIGHT["step_batch"]
+    assert_goes_on(environment)
+    server.answers["reset_batch"] = batch_reset(**changes)
+    with pytest.raises(
+        walker_sim.ConnectionError, match=f"its answer's {words.replace('most 4', 'most 2')};"
+    ):
+        environment.reset(seed=1)
+    server.answers["reset_batch"] = RIGHT["reset_batch"]
+    assert_goes_on(environment)
+
+
 def test_flags_that_are_neither_0_nor_1(server):
     environment = make_batch(server)
     environment.reset(seed=1)
+    server.answers["step_batch"] = batch_step(failed_at_reset=[1])
+    with pytest.raises(
+        walker_sim.ConnectionError, match="failed_at_reset has 1 elements; must have 0;"
+    ):
+        environment.step(zeros(environment))
+    server.answers["step_batch"] = RIGHT["step_batch"]
+    assert_goes_on(environment)
+    failed = {"failed_environments": [1], "failed_at_reset": [2], "failures": ["it broke"]}
+    server.answers["step_batch"] = batch_step(**failed)
+    with pytest.raises(
+        walker_sim.ConnectionError, match=r"failed_at_reset\[0\] is 2; must be 0 or 1;"
+    ):
+        environment.step(zeros(environment))
+    server.answers["step_batch"] = RIGHT["step_batch"]
+    assert_goes_on(environment)
     for field in ("terminated", "truncated"):
         server.answers["step_batch"] = batch_step(**{field: [0, 2]})
         with pytest.raises(
@@ -285,14 +331,14 @@ def test_texts_that_are_not_utf_8(server):
 
 def test_failures_of_a_batch_that_are_not_utf_8(server):
     environment = make_batch(server, "disabled")
-    words = b"environment 0: the simulation failed%s: it broke: \xff"
-    server.answers["reset_batch"] = outcome(True, words % b" at its reset") + batch_reset()[5:]
+    failure = {"failed_environments": [0], "failures": [b"it broke: \xff"]}
+    server.answers["reset_batch"] = batch_reset(**failure)
     _, info = environment.reset(seed=1)
     assert info["error"][0] == "it broke: \\xff"
     server.answers["reset_batch"] = RIGHT["reset_batch"]
     environment.reset(seed=1)
-    words = words.replace(b"0", b"1")  # the one that ends
-    server.answers["step_batch"] = outcome(True, words % b"") + batch_step()[5:]
+    failure["failed_environments"] = [1]  # the one that ends
+    server.answers["step_batch"] = batch_step(failed_at_reset=[0], **failure)
     *_, info = environment.step(zeros(environment))
     assert info["error"][1] == "it broke: \\xff"
 

@@ -25,6 +25,8 @@ def texts(values):
 
 
 def array(kind, values):
+    if kind == "text":
+        return texts(values)
     return struct.pack(f"<I{len(values)}{kind}", len(values), *values)
 
 
@@ -91,10 +93,13 @@ def batch_reset(**changes):
     fields = {
         "observations": [0.5] * (NUM_ENVS * WIDTH),
         "info": [0.0] * (NUM_ENVS * INFO),
+        "failed_environments": [],
+        "failures": [],
         **changes,
     }
     rows = array("d", fields["observations"]) + array("d", fields["info"])
-    return outcome() + rows + array("I", []) + array("I", [])  # no failures
+    failures = array("I", fields["failed_environments"]) + texts(fields["failures"])
+    return outcome() + rows + failures
 
 
 BATCH = {  # the second environment has ended
@@ -107,7 +112,7 @@ BATCH = {  # the second environment has ended
     "info": ("d", [0.0] * (NUM_ENVS * INFO)),
     "failed_environments": ("I", []),
     "failed_at_reset": ("B", []),
-    "failures": ("I", []),  # no texts
+    "failures": ("text", []),
     "final_environments": ("I", [1]),
     "final_observations": ("d", [0.25] * WIDTH),
     "final_info": ("d", [0.0] * INFO),
