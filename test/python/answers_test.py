@@ -140,7 +140,7 @@ def test_a_batchs_step_that_ends_other_environments(server, environments):
             {"failed_environments": [2], "failures": ["it broke"]},
             r"failed_environments\[0\] is 2; must be below num_envs = 2",
         ),
-        ({"failures": ["it broke"] * 5}, "failures has 5 texts; must have at most 4"),
+        ({"failures": ["it broke"] * 5}, "array has 5 texts; must have at most 4"),
     ],
     ids=["no-environment", "no-text", "another", "many"],
 )
