@@ -10,7 +10,6 @@ common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev 
 screen_packages=(x11-utils xvfb)
 common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev locales pkg-config python3-pytest)
 lint_packages=(catkin-lint cppcheck shellcheck)
-system_engine_packages=(libbox2d-dev)
 # Processors that the machine is not.
 emulator_packages=(qemu-user)
 # Of the wheels for several Pythons, all but the bindings is compiled alike.
@@ -38,10 +37,7 @@ packages_of_debian() {
   done
   test_packages=("${common_test_packages[@]}" librostest-dev python3-rostest libtf2-ros-dev
     python3-tf2-ros liburdf-dev)
-  if [ "$1" -gt 11 ]; then
-    system_engine_packages+=(libmujoco-dev)
-    fuzz_packages+=(libclang-rt-dev)
-  fi
+  if [ "$1" -gt 11 ]; then fuzz_packages+=(libclang-rt-dev); fi
   view_packages=(rviz)
   # Without libopenblas0 torch multiplies matrices by a slow reference.
   example_packages=(debootstrap libopenblas0 python3-torch)

@@ -11,7 +11,6 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 build=$root/build
 logs=$build/log
 venv=$build/venv
-engines=${WALKER_SIM_ENGINES:-pinned}
 jobs=$(nproc)
 ros_setup=/dev/null # what the distribution's ROS itself needs sourced
 release_alone=''    # where packages are taken from if they cannot be had with its updates
@@ -22,7 +21,7 @@ source "$root/scripts/packages.sh"
 ros_build=$build/.ros
 devel=$root/devel
 common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3)
-ros_options=("${common_options[@]}" "-DWALKER_SIM_ENGINES=$engines" "-DCATKIN_DEVEL_PREFIX=$devel"
+ros_options=("${common_options[@]}" "-DCATKIN_DEVEL_PREFIX=$devel"
   "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}")
 # What a command wants on top, set by it before set_up.
 extra_packages=()
@@ -92,10 +91,6 @@ check_system() {
   case $root in
     *[[:space:]\;\"\'\$\\]*) die "the path $root has a blank or one of ; \" ' \$ \\ in it," \
       "which catkin cannot work in: move this folder" ;;
-  esac
-  case $engines in
-    pinned | system) ;;
-    *) die "WALKER_SIM_ENGINES = $engines: must be pinned or system" ;;
   esac
 }
 
@@ -169,7 +164,7 @@ set_up_example() {
 fetch_engine() { [ -n "${!2:-}" ] || "$root/scripts/fetch_engines" "$1" >/dev/null; }
 
 set_up_engines() {
-  [ "$engines" = system ] || { fetch_engine box2d BOX2D_SOURCE_DIR && fetch_engine mujoco MUJOCO_DIR; }
+  fetch_engine box2d BOX2D_SOURCE_DIR && fetch_engine mujoco MUJOCO_DIR
 }
 
 # configure DIR OPTION...: with Ninja, unless it was done with these options (or more) before. Ninja
@@ -188,7 +183,7 @@ configure() {
   fi
   [ $ready = no ] || return 0
   say "configure: ${dir#"$root/"}, $(printf '%s\n' "$@" |
-    sed -n 's/^-D\(WALKER_SIM_ENGINES\|BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/\1=\2/p' | paste -sd ' ')"
+    sed -n 's/^-D\(BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/\1=\2/p' | paste -sd ' ')"
   rm -f "$stamp"
   # Without these folders catkin would cache an environment in which Python finds no messages, and
   # pkg-config no package.
@@ -240,7 +235,7 @@ set_up_instrumented() {
   # gcov's counters go by the paths that the cache shortens.
   if [ "$kind" != coverage ]; then use_compiler_cache; fi
   mkdir -p "$dir/devel/lib/python3/dist-packages" "$dir/devel/lib/pkgconfig"
-  configure "$dir" "${common_options[@]}" "-DWALKER_SIM_INSTRUMENT=$kind" -DWALKER_SIM_ENGINES=pinned \
+  configure "$dir" "${common_options[@]}" "-DWALKER_SIM_INSTRUMENT=$kind" \
     -DWALKER_SIM_WERROR=$warnings_are_errors -DWALKER_SIM_TESTS=ON "-DCATKIN_DEVEL_PREFIX=$dir/devel" \
     "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}" "${extra_options[@]}" || return
   build_in "$dir" "$@"

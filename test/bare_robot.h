@@ -14,7 +14,6 @@ class BareRobot : public Robot {
   void observe(double* /*observation*/) const override {}
   void sense(Sensors& /*sensors*/) override {}
   void scene(Scene& /*scene*/) const override {}
-  bool can_save() const override { return false; }
   void save(StateWriter& /*writer*/) const override { throw std::logic_error("save"); }
   std::function<void()> load(StateReader& /*reader*/) override { throw std::logic_error("load"); }
 

@@ -27,8 +27,6 @@ KEYS = {
 }
 # What Python calls a module, where rosdep calls its package something else.
 MODULES = {module: f"python3-{module}" for module in ("numpy", "rospkg", "yaml")}
-# Of the distribution, and asked for by WALKER_SIM_ENGINES=system alone; rosdep has no key.
-SYSTEM_ENGINES = {"box2d", "mujoco"}
 # Roscpp's own folders and what its package exports.
 OF_ROSCPP = {"ros"}
 

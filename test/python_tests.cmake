@@ -23,25 +23,9 @@ set(short_suites
   python/vector_environment_test
   readme_test
   robots/mujoco/spaces_gymnasium_test)
-# These need the pinned Box2D: its bits or its hidden symbols.
-set(pinned_suites
-  robots/bipedal_walker/coexistence_test
-  robots/bipedal_walker/episodes_gymnasium_test
-  robots/bipedal_walker/renderer_gymnasium_test
-  episode/pool_gymnasium_test
-  robots/mujoco/no_avx_test
-  python/bits_bipedal_walker_test
-  python/commands_evaluate_test
-  python/commands_hash_test
-  python/commands_record_test
-  python/hash_ros_test
-  python/shipped_policies_test
-  soak/soak_test)
 # These take a minute. They start early, so that none runs alone at the end.
 set(slow_suites bench/bench_test robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
   robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
-# These start masters and servers, or inspect what was built for ROS.
-set(ros_suites bench/bench_test exports_test programs_test readme_test rviz/rviz_test soak/soak_test)
 # stages.cmake runs these in virtual environments of their own.
 set(other_suites python/normalization_test python/readme_wheel_test python/rosnodejs_test
   python/sb3_make_vec_env_test python/sb3_test python/torch_test python/train_test python/wheel_test)
@@ -52,7 +36,7 @@ target_link_libraries(walker_sim_c_interface PRIVATE walker_sim_core walker_sim_
 set_target_properties(walker_sim_c_interface PROPERTIES INSTALL_RPATH "$ORIGIN")
 
 string(CONCAT suite_environment
-  "PYTHONDONTWRITEBYTECODE=1;WALKER_SIM_ENGINES=${WALKER_SIM_ENGINES}"
+  "PYTHONDONTWRITEBYTECODE=1"
   ";WALKER_SIM_ROLLOUT=$<TARGET_FILE:walker_sim_rollout>"
   ";WALKER_SIM_POOL_ROLLOUT=$<TARGET_FILE:walker_sim_pool_rollout>"
   ";WALKER_SIM_CORE_LIBRARY=$<TARGET_FILE:walker_sim_core>"
@@ -79,11 +63,6 @@ function(walker_sim_add_suite path)
     list(APPEND tools benchmarks)
   endif()
   walker_sim_label(${name} ${label} ${tools})
-  if(NOT WALKER_SIM_ROS)
-    get_filename_component(folder ${python_package} DIRECTORY)
-    set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT
-      "PYTHONPATH=${CMAKE_CURRENT_SOURCE_DIR}/src/python:${folder}")
-  endif()
 endfunction()
 
 file(GLOB_RECURSE suites CONFIGURE_DEPENDS
@@ -92,8 +71,6 @@ list(FILTER suites EXCLUDE REGEX "^(examples|launch|nodes|scripts)/")
 foreach(suite ${suites})
   string(REGEX REPLACE "\\.py$" "" path ${suite})
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test OR path IN_LIST other_suites
-    OR (NOT WALKER_SIM_ROS AND (path IN_LIST ros_suites OR path MATCHES "_ros_test$"))
-    OR (NOT WALKER_SIM_ENGINES STREQUAL "pinned" AND path IN_LIST pinned_suites)
     OR (NOT WALKER_SIM_PYTHON AND path MATCHES "^python/")
     OR (WALKER_SIM_INSTRUMENT AND NOT path MATCHES "^python/")) # others run the same code, or inspect files
     continue()

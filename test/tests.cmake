@@ -6,12 +6,7 @@
 # A gtest that needs no master has the label `unit` too; `unit_tests` builds these. `tests` builds all
 # tests, `benchmarks` what ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
-if(WALKER_SIM_ROS)
-  find_package(tf2 REQUIRED)
-else()
-  enable_testing()
-  add_custom_target(tests)
-endif()
+find_package(tf2 REQUIRED)
 add_custom_target(short_tests)
 add_custom_target(unit_tests)
 add_custom_target(benchmarks)
@@ -34,14 +29,9 @@ endfunction()
 # walker_sim_register_gtest(NAME PROGRAM LABEL ARGUMENT...): adds a run of a gtest program as a test.
 function(walker_sim_register_gtest name program label)
   set(results ${test_results}/gtest-${name}.xml)
-  if(WALKER_SIM_ROS)
-    string(JOIN " " command $<TARGET_FILE:${program}> ${ARGN} --gtest_output=xml:${results})
-    catkin_run_tests_target(gtest ${name} gtest-${name}.xml DEPENDENCIES ${program} COMMAND ${command})
-    set(name _ctest_${PROJECT_NAME}_gtest_${name})
-  else()
-    add_test(NAME ${name} COMMAND ${program} ${ARGN} --gtest_output=xml:${results})
-  endif()
-  walker_sim_label(${name} "${label};unit" ${program})
+  string(JOIN " " command $<TARGET_FILE:${program}> ${ARGN} --gtest_output=xml:${results})
+  catkin_run_tests_target(gtest ${name} gtest-${name}.xml DEPENDENCIES ${program} COMMAND ${command})
+  walker_sim_label(_ctest_${PROJECT_NAME}_gtest_${name} "${label};unit" ${program})
   add_dependencies(unit_tests ${program})
 endfunction()
 
@@ -49,14 +39,6 @@ endfunction()
 set(test_options -O1)
 if(WALKER_SIM_INSTRUMENT STREQUAL "address")
   list(APPEND test_options -Wno-maybe-uninitialized) # a false positive of GCC 12 in std::regex
-endif()
-
-# Only the files that read the definition get it: a compiler cache serves the others for all engines.
-if(WALKER_SIM_ENGINES STREQUAL "pinned")
-  set_source_files_properties(test/robots/bipedal_walker/episodes_test.cpp
-    test/robots/bipedal_walker/renderer_test.cpp test/robots/bipedal_walker/specification_test.cpp
-    test/robots/bipedal_walker/statistics_test.cpp test/robots/mujoco/specification_test.cpp
-    PROPERTIES COMPILE_DEFINITIONS WALKER_SIM_ENGINES_PINNED)
 endif()
 
 # ---------------------------------------------------------------- units: gtests, a program a room
@@ -118,13 +100,9 @@ endif()
 walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${left_out}
   ALSO test/robots/agent_test.cpp test/robots/registry_test.cpp)
 
-set(left_out shortcuts_test) # a program of its own
-if(NOT WALKER_SIM_ENGINES STREQUAL "pinned") # only the pinned Box2D has Gymnasium's bits
-  list(APPEND left_out block_allocator_test recordings_test saved_state_test swept_vertices_test
-    world_state_test)
-endif()
+set(left_out "")
 if(NOT bipedal_walker_kernels)
-  list(APPEND left_out kernel_test rotation_test trial_test)
+  set(left_out kernel_test rotation_test trial_test)
 endif()
 walker_sim_add_unit_tests(robots/bipedal_walker LIBRARIES ${core_libraries} LEFT_OUT ${left_out})
 
@@ -144,10 +122,7 @@ function(walker_sim_register_variant name program file label)
     return()
   endif()
   walker_sim_register_gtest(${name} ${program} ${label} --file=${file}.cpp)
-  if(WALKER_SIM_ROS)
-    set(name _ctest_${PROJECT_NAME}_gtest_${name})
-  endif()
-  set_tests_properties(${name} PROPERTIES ENVIRONMENT "${ARGN}")
+  set_tests_properties(_ctest_${PROJECT_NAME}_gtest_${name} PROPERTIES ENVIRONMENT "${ARGN}")
 endfunction()
 
 if(walker2d_kernels)
@@ -177,17 +152,14 @@ if(bipedal_walker_kernels)
     bipedal_walker_tests rotation_test long WALKER_SIM_TEST_ALL_ANGLES=1)
   target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/run.cpp)
 endif()
-if(WALKER_SIM_ENGINES STREQUAL "pinned")
-  # Unoptimised, this comparison would take longer than the steps.
-  set_source_files_properties(test/robots/bipedal_walker/kernel/world_words.cpp PROPERTIES
-    SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "-O3;-fno-access-control")
-  target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/world_words.cpp)
-  set_source_files_properties(test/robots/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
-    SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
-  if(NOT WALKER_SIM_INSTRUMENT) # these programs run the code of other tests again
-    include(test/robots/bipedal_walker/shortcuts.cmake)
-    include(test/episode/race_test.cmake)
-  endif()
+# Unoptimised, this comparison would take longer than the steps.
+set_source_files_properties(test/robots/bipedal_walker/kernel/world_words.cpp PROPERTIES
+  SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "-O3;-fno-access-control")
+target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/world_words.cpp)
+set_source_files_properties(test/robots/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
+  SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
+if(NOT WALKER_SIM_INSTRUMENT) # this program runs the code of another test again
+  include(test/episode/race_test.cmake)
 endif()
 
 # ---------------------------------------------------------------- fuzz targets
@@ -208,26 +180,21 @@ foreach(tool ${core_tools} ${benchmark_tools})
   target_include_directories(${tool} PRIVATE test)
   target_link_libraries(${tool} PRIVATE walker_sim_core_objects Threads::Threads ${CMAKE_DL_LIBS})
 endforeach()
-if(WALKER_SIM_ROS)
-  foreach(name lockstep_client null_server)
-    add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/bench/${name}.cpp)
-    target_include_directories(walker_sim_${name} PRIVATE test)
-    target_link_libraries(walker_sim_${name} PRIVATE walker_sim_server walker_sim_flags)
-    list(APPEND benchmark_tools walker_sim_${name})
-  endforeach()
-  add_dependencies(benchmarks ${node_targets} ${PROJECT_NAME}_generate_messages_py)
-endif()
-add_dependencies(benchmarks ${benchmark_tools})
+foreach(name lockstep_client null_server)
+  add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/bench/${name}.cpp)
+  target_include_directories(walker_sim_${name} PRIVATE test)
+  target_link_libraries(walker_sim_${name} PRIVATE walker_sim_server walker_sim_flags)
+  list(APPEND benchmark_tools walker_sim_${name})
+endforeach()
+add_dependencies(benchmarks ${benchmark_tools} ${node_targets} ${PROJECT_NAME}_generate_messages_py)
 if(WALKER_SIM_PYTHON)
   add_dependencies(benchmarks walker_sim_python)
 endif()
 
-if(WALKER_SIM_ROS)
-  include(test/ros_tests.cmake)
-endif()
+include(test/ros_tests.cmake)
 if(WALKER_SIM_TEST_PYTHON)
   include(test/python_tests.cmake)
-  if(WALKER_SIM_ROS AND NOT WALKER_SIM_INSTRUMENT)
+  if(NOT WALKER_SIM_INSTRUMENT)
     include(test/stages.cmake)
   endif()
 endif()

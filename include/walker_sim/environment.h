@@ -81,22 +81,16 @@ class WALKER_SIM_EXPORT Environment {
   /// @throws std::invalid_argument naming the field that no generator's state has
   virtual void set_generator_state(const GeneratorState& state) = 0;
 
-  /// Whether the state can be saved as bytes and loaded again. If not, an episode can only be
-  /// repeated.
-  virtual bool can_save_state() const = 0;
-
   /// Appends everything that later calls depend on: id, parameters, engine release and model, the
   /// episode with its last outcome, the robot's state, and a checksum. Equal states have equal
   /// bytes.
-  /// @throws std::logic_error if `can_save_state` is false
   virtual void save_state(std::vector<std::byte>& state) const = 0;
 
   /// Continues from a saved state, to the bit. All parameters must be those of the environment that
   /// saved it except `max_episode_steps`, which stays this one's.
   /// @param result receives what the last reset or step before the saving gave; its texts last
   ///               until the next call
-  /// @throws std::invalid_argument naming what differs or is damaged, std::logic_error if
-  ///         `can_save_state` is false; then nothing has changed
+  /// @throws std::invalid_argument naming what differs or is damaged; then nothing has changed
   virtual Progress load_state(const std::byte* state, std::size_t size, Result& result) = 0;
 
   /// Sets the generalized positions and velocities, as Gymnasium's `set_state` does; the episode

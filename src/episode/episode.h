@@ -128,7 +128,6 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
   void set_generator_state(const GeneratorState& state) override { generator_.emplace(state); }
-  bool can_save_state() const override { return robot_->can_save(); }
   void save_state(std::vector<std::byte>& state) const override;
   Progress load_state(const std::byte* state, std::size_t size, Result& result) override;
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,

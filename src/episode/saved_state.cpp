@@ -57,12 +57,6 @@ void read(StateReader& reader, EpisodeState& state) {
   if (phase != phase_of(state)) refuse_state("its phase is not that of its outcome");
 }
 
-[[noreturn]] void refuse_to_save(const Specification& specification) {
-  throw std::logic_error("the state of " + specification.id + " on " + specification.engine + " " +
-                         specification.engine_version +
-                         " cannot be saved; its episode can only be repeated");
-}
-
 }  // namespace
 
 const StateOrigin& Episode::origin() const {
@@ -71,7 +65,6 @@ const StateOrigin& Episode::origin() const {
 }
 
 void Episode::save_state(std::vector<std::byte>& state) const {
-  if (!can_save_state()) refuse_to_save(specification());
   const std::size_t begin = origin().begin(state);
   StateWriter writer(state);
   write(state_, writer);
@@ -81,7 +74,6 @@ void Episode::save_state(std::vector<std::byte>& state) const {
 }
 
 std::function<void()> Episode::read_state(const std::byte* state, std::size_t size) {
-  if (!can_save_state()) refuse_to_save(specification());
   StateReader reader = origin().open(state, size);
   EpisodeState read_state;
   read_state.observation.resize(state_.observation.size());

@@ -67,7 +67,6 @@ class WALKER_SIM_EXPORT Robot {
   virtual void scene(Scene& scene) const = 0;
 
   /// Whether `save` and `load` work. If not, an episode can only be repeated.
-  virtual bool can_save() const { return true; }
 
   /// Appends everything that later calls depend on. Also called before the first reset and after a
   /// failure.

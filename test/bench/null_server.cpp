@@ -23,7 +23,6 @@ class Frozen : public Robot {
   void observe(double* observation) const override { robot_->observe(observation); }
   void sense(Sensors& sensors) override { robot_->sense(sensors); }
   void scene(Scene& scene) const override { robot_->scene(scene); }
-  bool can_save() const override { return false; }
   void save(StateWriter& writer) const override { robot_->save(writer); }
   std::function<void()> load(StateReader& reader) override { return robot_->load(reader); }
 

@@ -27,8 +27,7 @@ namespace {
 
 // The engine computes in single precision, and so are the file's numbers. Another version of the
 // engine rounds elsewhere.
-constexpr double kPinnedTolerance = 2e-7;  // of the number
-constexpr double kSystemTolerance = 5e-6;  // of the number
+constexpr double kTolerance = 2e-7;  // of the number
 // Numbers derived from several singles: sizes and angles of the shapes [m, rad].
 constexpr double kShapeTolerance = 1e-6;
 
@@ -176,13 +175,8 @@ class CommittedUrdf : public testing::Test {
 
   const Specification& specification() const { return environment_->specification(); }
 
-  bool is_pinned() const {
-    return specification().engine_version.find("pinned") != std::string::npos;
-  }
-
   void expect_single(double expected, double actual, const std::string& what) const {
-    const double tolerance = is_pinned() ? kPinnedTolerance : kSystemTolerance;
-    EXPECT_NEAR(actual, expected, tolerance * std::abs(expected)) << what;
+    EXPECT_NEAR(actual, expected, kTolerance * std::abs(expected)) << what;
   }
 
   std::unique_ptr<Environment> environment_ = make("BipedalWalker-v3");
@@ -191,7 +185,6 @@ class CommittedUrdf : public testing::Test {
 };
 
 TEST_F(CommittedUrdf, IsWhatTheRunningWorldGives) {
-  if (!is_pinned()) GTEST_SKIP() << "the files are those of the pinned engine";
   const UrdfFiles files = make_urdf(specification(), "bipedal_walker");
   EXPECT_EQ(files.urdf, text_);
   ASSERT_EQ(files.meshes.size(), specification().links.size() + 1) << "to be seen, and to collide";

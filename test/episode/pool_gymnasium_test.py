@@ -1,7 +1,6 @@
 """The pool against the SyncVectorEnv that is installed: everything that a step gives, to the bit.
 
-Holds for the pinned Box2D only. Gymnasium keeps the Box2D world from one episode to the next, so
-ours do here.
+Gymnasium keeps the Box2D world from one episode to the next, so ours do here.
 """
 
 import gymnasium

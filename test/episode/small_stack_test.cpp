@@ -76,7 +76,6 @@ void play_alone(const std::string& id, const Parameters& parameters = {}) {
     }
     walker->scene(scene);
   }
-  if (!walker->can_save_state()) return;  // with another Box2D
   std::vector<std::byte> state;
   walker->save_state(state);
   walker->load_state(state.data(), state.size(), result);

@@ -36,17 +36,11 @@ function(walker_sim_add_fuzz_targets room)
   endforeach()
 endfunction()
 
-set(of_pinned_engines "")
-if(WALKER_SIM_ENGINES STREQUAL "pinned") # the states of others cannot be saved
-  set(of_pinned_engines saved_state)
-endif()
 walker_sim_add_fuzz_targets(core LIBRARIES ${core_libraries}
-  TARGETS answers model parameter_text policy ${of_pinned_engines} tcpros xml_rpc)
+  TARGETS answers model parameter_text policy saved_state tcpros xml_rpc)
 # The same code over another socket.
 walker_sim_add_fuzz_targets(client LIBRARIES walker_sim_wire walker_sim_box2d walker_sim_mujoco
   TARGETS client http
   ALSO test/fuzz/scripted_socket.cpp $<TARGET_OBJECTS:walker_sim_core_objects>)
-if(WALKER_SIM_ROS)
-  walker_sim_add_fuzz_targets(server LIBRARIES walker_sim_replay walker_sim_server
-    TARGETS bag bag_index episode_record requests service_session)
-endif()
+walker_sim_add_fuzz_targets(server LIBRARIES walker_sim_replay walker_sim_server
+  TARGETS bag bag_index episode_record requests service_session)

@@ -18,8 +18,8 @@ PHYSICS = (
     "robots/walker2d",
 )
 ROS = ("agents", "client", "description", "nodes", "replay", "ros", "server", "wire")
-# Not compiled here, or for no test to see: for other engines, for other processors.
-OTHERS = ("box2d_any", "kernel_neon")
+# Not compiled here, or for no test to see: for other processors.
+OTHERS = ("kernel_neon",)
 
 
 class Side(NamedTuple):

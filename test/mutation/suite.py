@@ -16,7 +16,7 @@ TIMES = 6  # as long as without a break
 # or repeat with more numbers what a shorter one does.
 LEFT_OUT = re.compile(
     r"^(lint|install|wheel|examples|scripts|bench|soak|rviz|walks|docs|readme|package_xml|launch)_?"
-    r"|symbols|exports|pace_test|ten_walkers|ten_pains|_long|shortcuts_test|race_test|mutation"
+    r"|symbols|exports|pace_test|ten_walkers|ten_pains|_long|race_test|mutation"
 )
 # What physics does, seen from Python.
 PYTHON_ALONE = (

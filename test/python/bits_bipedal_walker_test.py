@@ -1,5 +1,5 @@
 """BipedalWalker through Gymnasium's own interface against Gymnasium's own: every observation,
-reward and flag to the bit. Holds for the pinned Box2D only."""
+reward and flag to the bit."""
 
 import gymnasium
 import numpy as np

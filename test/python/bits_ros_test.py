@@ -1,6 +1,5 @@
 """The same bits over ROS as in process and, live, as Gymnasium's own BipedalWalker."""
 
-import os
 import pathlib
 
 import gymnasium
@@ -50,9 +49,6 @@ def test_single(serve, environment_id):
         assert type(outcomes[0][2]) is type(outcomes[0][3]) is bool
 
 
-@pytest.mark.skipif(
-    os.environ.get("WALKER_SIM_ENGINES") == "system", reason="the bits are the pinned Box2D's"
-)
 @pytest.mark.parametrize("environment_id", IDS[:2])
 def test_single_is_gymnasiums(serve, environment_id):
     server, _ = serve(environment_id)

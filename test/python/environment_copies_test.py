@@ -1,7 +1,6 @@
 """Copies and pickles of one walker carry its whole state: both go on alike, to the bit."""
 
 import copy
-import os
 import pathlib
 import pickle
 
@@ -141,20 +140,16 @@ def test_time_limit_of_its_own(copied):
 
 
 @pytest.mark.parametrize("copied", [pickled, copy.deepcopy])
-def test_a_reused_world_is_copied_where_its_state_can_be_saved(copied):
+def test_a_reused_world_is_copied(copied):
     environment, untouched = (make_ours("BipedalWalker-v3", reuse_world=True) for _ in range(2))
     copied(environment).reset(seed=1)
     actions = random_actions("BipedalWalker-v3", 400)
     for each in (environment, untouched):
         each.reset(seed=1)
         follow(each, actions[:300])
-    if os.environ.get("WALKER_SIM_ENGINES", "pinned") == "pinned":
-        expected = follow(untouched, actions[300:])
-        assert follow(copied(environment), actions[300:]) == expected
-        assert follow(environment, actions[300:]) == expected
-        return
-    with pytest.raises(ValueError, match="with reuse_world an episode depends on those before it"):
-        copied(environment)
+    expected = follow(untouched, actions[300:])
+    assert follow(copied(environment), actions[300:]) == expected
+    assert follow(environment, actions[300:]) == expected
 
 
 def test_another_version_is_refused():

@@ -1,8 +1,7 @@
 """get_state and set_state of one walker and of many, and copies of many: what follows is the same,
-to the bit. With another Box2D than the pinned one, BipedalWalker's state is the way to it."""
+to the bit."""
 
 import copy
-import os
 import pickle
 
 import gymnasium
@@ -13,8 +12,6 @@ from vector_comparison import assert_same
 from walker_sim import WalkerEnv
 from walkers import IDS, follow, make_ours, random_actions
 
-IS_PINNED = os.environ.get("WALKER_SIM_ENGINES", "pinned") == "pinned"
-SAVED_IDS = [name for name in IDS if IS_PINNED or not name.startswith("Bipedal")]
 MODES = ["next_step", "same_step", "disabled"]
 NUM_ENVS = 5
 
@@ -62,7 +59,6 @@ def test_one_goes_on_alike(environment_id):
     assert follow(original, actions[30:]) == expected[0]
 
 
-@pytest.mark.skipif(not IS_PINNED, reason="with another Box2D it grows with the episode")
 @pytest.mark.parametrize("environment_id", IDS)
 def test_its_size_does_not_grow_with_the_episode(environment_id):
     environment = WalkerEnv(environment_id)
@@ -141,7 +137,7 @@ def test_what_is_refused_changes_nothing():
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("environment_id", SAVED_IDS)
+@pytest.mark.parametrize("environment_id", IDS)
 def test_many_go_on_alike(environment_id, mode):
     actions = random_actions(environment_id, 150)
     original, other = (make_many(environment_id, mode) for _ in range(2))
@@ -158,7 +154,7 @@ def test_many_go_on_alike(environment_id, mode):
     assert other.get_state([2, 3]) == states[2:4]
 
 
-@pytest.mark.parametrize("environment_id", SAVED_IDS)
+@pytest.mark.parametrize("environment_id", IDS)
 def test_one_of_many_goes_on_alone(environment_id):
     envs, single = make_many(environment_id), WalkerEnv(environment_id)
     envs.reset(seed=3)
@@ -206,7 +202,7 @@ def test_what_many_refuse_changes_nothing():
     "copied", [copy.copy, copy.deepcopy, lambda envs: pickle.loads(pickle.dumps(envs))]
 )
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("environment_id", SAVED_IDS)
+@pytest.mark.parametrize("environment_id", IDS)
 def test_copies_of_many_go_on_alike(environment_id, mode, copied):
     actions = random_actions(environment_id, 120)
     parameters = {"reuse_world": True} if environment_id.startswith("Bipedal") else {}

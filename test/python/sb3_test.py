@@ -1,7 +1,6 @@
 """walker_sim.sb3.VecEnv beside Stable-Baselines3's DummyVecEnv, to the bit.
 
-Around Gymnasium's own BipedalWalker that holds for the pinned Box2D only; Gymnasium keeps the Box2D
-world from one episode to the next, so ours do here.
+Gymnasium keeps the Box2D world from one episode to the next, so ours do here.
 """
 
 import copy

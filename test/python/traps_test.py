@@ -77,10 +77,7 @@ def test_one_walker(env_id):
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 @pytest.mark.parametrize("env_id", IDS)
 def test_many_walkers(env_id, mode):
-    # With another Box2D the states of many cannot be saved.
-    is_pinned = os.environ.get("WALKER_SIM_ENGINES", "pinned") == "pinned"
-    has_states = is_pinned or not env_id.startswith("Bipedal")
-    check(VECTOR, PLAY + (STATES if has_states else ""), env_id=env_id, mode=mode)
+    check(VECTOR, PLAY + STATES, env_id=env_id, mode=mode)
 
 
 def test_over_ros():

@@ -1,10 +1,9 @@
 """WalkerVectorEnv against the SyncVectorEnv that is installed: all that both give, to the bit.
 
 Of Gymnasium's own BipedalWalker, which keeps its world from one episode to the next, so ours do
-here; and of our single environments. With another Box2D than the pinned one, of these alone.
+here; and of our single environments.
 """
 
-import os
 import pathlib
 
 import gymnasium
@@ -28,9 +27,8 @@ LIMITS = {
 }  # some fall, some do not
 OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
 GYMNASIUMS = [("BipedalWalker-v3", LIMITS["BipedalWalker-v3"], {"reuse_world": True})]
-HAS_GYMNASIUMS_BITS = os.environ.get("WALKER_SIM_ENGINES", "pinned") == "pinned"
 CASES = [
-    *(GYMNASIUMS if HAS_GYMNASIUMS_BITS else []),
+    *GYMNASIUMS,
     *OURS,
     ("walker_sim/BipedalWalkerHardcore-v3", 90, {}),
     ("walker_sim/Walker2d-v5", 25, {"healthy_reward": 0.5, "reset_noise_scale": 0.1}),

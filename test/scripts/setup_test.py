@@ -12,7 +12,7 @@ STUBS = """
 set -euo pipefail
 source "$ROOT/scripts/setup.sh"
 build=$FOLDER logs=$FOLDER/log venv=$FOLDER/venv ros_build=$FOLDER/.ros devel=$FOLDER/devel
-BOX2D_SOURCE_DIR=$FOLDER MUJOCO_DIR=$FOLDER ros_options=(-DWALKER_SIM_ENGINES=pinned -DMUJOCO_DIR=)
+BOX2D_SOURCE_DIR=$FOLDER MUJOCO_DIR=$FOLDER ros_options=(-DMUJOCO_DIR=$FOLDER -DBOX2D_SOURCE_DIR=)
 base_packages=(one two)
 mkdir -p "$logs"
 missing_packages() { printf '%s' "${MISSING:-}"; }
@@ -60,7 +60,7 @@ class SetupTest(unittest.TestCase):
         self.assertEqual(len(lines), 4, lines)
         self.assertTrue(lines[0].startswith("build: "), lines)
         self.assertTrue(lines[1].startswith("configure: "), lines)
-        self.assertTrue(lines[1].endswith(", WALKER_SIM_ENGINES=pinned"), lines)
+        self.assertTrue(lines[1].endswith(f", MUJOCO_DIR={self.folder}"), lines)
         self.assertEqual(lines[2], "packages: installing 1 of 2 and what they need")
         self.assertTrue(lines[3].startswith("virtual environment: installing "), lines)
 

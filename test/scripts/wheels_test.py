@@ -84,11 +84,6 @@ def test_what_is_refused(arguments, words):
     assert done.stdout == ""
 
 
-def test_other_engines_are_refused():
-    done = run(ROOT / "scripts/wheels", "--here", WALKER_SIM_ENGINES="system")
-    assert (done.returncode, "WALKER_SIM_ENGINES = system: wheels have" in done.stderr) == (1, True)
-
-
 def test_what_it_says(built):
     lines = built.told.splitlines()
     assert lines[0] == f"here, Python {pythons_version()}"

@@ -27,7 +27,6 @@ from walker_sim.time_limit import ANY, limit_of_make
 from walker_sim.transport import (
     TRANSPORTS,
     Place,
-    SavedState,
     State,
     Walker,
     by_name,
@@ -284,7 +283,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             return None
         return self._pictures.take(self._walker.render)
 
-    def get_state(self) -> SavedState:
+    def get_state(self) -> bytes:
         """The whole state, amid an episode too, in a time that does not grow with the episode.
 
         It is this walker's, `np_random` with it, and nothing of wrappers: Gymnasium's ``TimeLimit``
@@ -292,9 +291,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
 
         Returns
         -------
-        ``bytes``, which any process can keep and give to `set_state`. Over ROS a record of the
-        episode, and where the engine's state cannot be saved a tuple of its actions: then it grows
-        with the episode, and `set_state` repeats that.
+        ``bytes``, which any process can keep and give to `set_state`. Over ROS they are a
+        record of the episode, which grows with it, and `set_state` has the server repeat that.
 
         Raises
         ------
@@ -307,7 +305,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             raise ClosedEnvironmentError("get_state: the environment has been closed; reset first")
         return self._walker.get_state(self._np_random)
 
-    def set_state(self, state: SavedState | ArrayLike, qvel: ArrayLike | None = None) -> None:
+    def set_state(self, state: bytes | ArrayLike, qvel: ArrayLike | None = None) -> None:
         """Goes on from a state, to the bit, whatever went before.
 
         Parameters
@@ -332,10 +330,10 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
                     "set_state: the environment has been closed; reset first"
                 )
             self._walker.set_coordinates(
-                to_coordinates("qpos", cast(ArrayLike, state)), to_coordinates("qvel", qvel)
+                to_coordinates("qpos", state), to_coordinates("qvel", qvel)
             )
             return
-        random = self._walker.set_state(cast(SavedState, state))
+        random = self._walker.set_state(cast(bytes, state))
         if self._transport != "ros":
             self._np_random = random
             self._np_random_seed = None if random is None else -1  # as of one that was set

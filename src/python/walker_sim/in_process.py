@@ -14,7 +14,6 @@ from walker_sim.transport import (
     Batch,
     Colors,
     Depths,
-    SavedState,
     Specification,
     State,
     Walkers,
@@ -80,10 +79,10 @@ class InProcessWalker:
         """The environment is only looked at; while it is drawn, others may step it."""
         pictures.renderer.render(self._environment.capture(), rgb, depth)
 
-    def get_state(self, random: np.random.Generator | None) -> SavedState:
+    def get_state(self, random: np.random.Generator | None) -> bytes:
         return self._environment.get_state(None if random is None else state_of(random))
 
-    def set_state(self, state: SavedState) -> np.random.Generator | None:
+    def set_state(self, state: bytes) -> np.random.Generator | None:
         return generator_in(self._environment.set_state(state))
 
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:

@@ -17,7 +17,6 @@ from walker_sim.transport import (
     Colors,
     Depths,
     Place,
-    SavedState,
     Specification,
     State,
     Walkers,
@@ -166,11 +165,11 @@ class RemoteWalker:
         """The server draws."""
         self._connection.client.render(0, pictures.camera_parameters, rgb, depth)
 
-    def get_state(self, random: np.random.Generator | None) -> SavedState:
+    def get_state(self, random: np.random.Generator | None) -> bytes:
         """The server's record of the episode, whose generator is the server's."""
         return self._connection.client.snapshot()
 
-    def set_state(self, state: SavedState) -> np.random.Generator | None:
+    def set_state(self, state: bytes) -> np.random.Generator | None:
         """The server repeats the record."""
         if not isinstance(state, bytes):
             raise TypeError(f"a state is of type {type(state).__name__}; must be bytes")

@@ -16,7 +16,7 @@ def get_states(walkers: Walkers, environments: list[int]) -> list[bytes]:
     AttributeError
         Over ROS, where walkers are on a server that tells no state of many.
     RuntimeError
-        For a walker that is under way, or where the engine's state cannot be saved.
+        For a walker that is under way.
     """
     return _in_process(walkers, "get_state").get_states(environments)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -23,9 +23,6 @@ Specification = Dict[str, Any]
 State = Tuple[NDArray[Any], NDArray[np.float64]]
 """Observation, shape (observation size,), float32 or float64, and info, shape (info names,), NaN
 where absent; of several walkers a row each."""
-
-SavedState = Union[bytes, Tuple[Any, ...]]
-"""Of one walker; a tuple where its engine's state cannot be saved, so that its actions are."""
 
 Colors = Optional[NDArray[np.uint8]]
 """To be filled, shape (height, width, 3), where they are wanted."""
@@ -82,10 +79,10 @@ class Walker(Protocol):
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         """Draws what it shows now."""
 
-    def get_state(self, random: np.random.Generator | None) -> SavedState:
+    def get_state(self, random: np.random.Generator | None) -> bytes:
         """All that decides about what follows, `random` in place of its own generator."""
 
-    def set_state(self, state: SavedState) -> np.random.Generator | None:
+    def set_state(self, state: bytes) -> np.random.Generator | None:
         """Goes on from there. Returns the generator; None: none yet, or the server has it."""
 
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:

@@ -318,7 +318,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         Raises
         ------
         RuntimeError
-            For a walker that is under way, or where the engine's state cannot be saved.
+            For a walker that is under way.
         """
         self._need_open("get_state")
         return get_states(self._walkers, to_indices("indices", indices, self.num_envs))

@@ -34,7 +34,6 @@ class BipedalWalker : public Robot {
   void observe(double* observation) const override;
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
-  bool can_save() const override;
   void save(StateWriter& writer) const override;
   std::function<void()> load(StateReader& reader) override;
 

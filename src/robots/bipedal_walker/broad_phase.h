@@ -1,11 +1,9 @@
 // The world's search for pairs of shapes that come near each other.
 #pragma once
 
-#include "robots/bipedal_walker/box2d.h"
+#include <Box2D/Box2D.h>
 
 namespace walker::bipedal_walker {
-
-// box2d_any/ leaves all to the engine.
 
 /// Makes room for the nodes of so many fixtures: the engine would double its room again and again,
 /// write to all of it, and leave holes in the heap.

@@ -3,7 +3,8 @@
 
 #include <array>
 
-#include "robots/bipedal_walker/box2d.h"
+#include <Box2D/Box2D.h>
+
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/terrain.h"
 
@@ -29,8 +30,7 @@ void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan)
 /// Finds where the segments from `origin` to `ends` meet the ground first. The ends go from left to
 /// right.
 ///
-/// box2d_any/ asks the world; box2d_pinned/ looks at the pieces of ground below the rays, by the
-/// same formulas.
+/// Looks at the pieces of ground below the rays alone, by Box2D's formulas.
 void cast_rays(const Physics& physics, const Terrain& terrain, const b2Vec2& origin,
                const RayEnds& ends, LidarScan& scan);
 

@@ -132,7 +132,7 @@ void Physics::build_terrain(const Terrain& terrain) {
   }
   for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
     b2EdgeShape shape;
-    set_edge(shape, to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
+    shape.Set(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
     add_terrain(shape);
   }
 }

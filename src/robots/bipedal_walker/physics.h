@@ -4,7 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "robots/bipedal_walker/box2d.h"
+#include <Box2D/Box2D.h>
+
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/terrain.h"
 #include "robots/bipedal_walker/walker_parts.h"

@@ -25,8 +25,6 @@ LidarScan read_lidar(StateReader& reader) {
 
 }  // namespace
 
-bool BipedalWalker::can_save() const { return WorldState::can_be_saved(); }
-
 /// Terrain and clouds are not written: they are drawn again from the generator's state.
 void BipedalWalker::save(StateWriter& writer) const {
   writer.number(std::uint8_t{has_world()});

@@ -123,9 +123,9 @@ void set_engine(Specification& specification) {
   specification.engine = "Box2D";
   specification.engine_version = std::to_string(b2_version.major) + "." +
                                  std::to_string(b2_version.minor) + "." +
-                                 std::to_string(b2_version.revision) + WALKER_SIM_BOX2D_ORIGIN;
+                                 std::to_string(b2_version.revision) + " (pinned, box2d-py 2.3.8)";
   Dl_info where{};
-  // b2_version lives in the engine's own library, or in ours where the engine is linked into it.
+  // The engine is linked into what contains b2_version.
   if (dladdr(&b2_version, &where) != 0 && where.dli_fname != nullptr) {
     specification.engine_path = where.dli_fname;
   }

@@ -4,7 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "robots/bipedal_walker/box2d.h"
+#include <Box2D/Box2D.h>
+
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/terrain.h"
 #include "walker_sim/sensors.h"

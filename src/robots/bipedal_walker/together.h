@@ -18,8 +18,6 @@ struct WorldCall {
 };
 
 /// Advances distinct worlds by a step, each as `Physics::step` does it, to the bit.
-///
-/// box2d_any/ steps one after the other; box2d_pinned/ leaves the solvers to the kernel.
 /// @param count at most kMaxGroupSize
 void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept;
 

@@ -3,7 +3,8 @@
 
 #include <array>
 
-#include "robots/bipedal_walker/box2d.h"
+#include <Box2D/Box2D.h>
+
 #include "robots/bipedal_walker/kernel/kernel.h"
 
 namespace walker::bipedal_walker {

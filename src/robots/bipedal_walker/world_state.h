@@ -6,8 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include <Box2D/Box2D.h>
+
 #include "base/state_bytes.h"
-#include "robots/bipedal_walker/box2d.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
 #include "robots/bipedal_walker/terrain.h"
 
@@ -17,11 +18,8 @@ class Physics;
 
 /// The world of a `Physics` that has been stepped: a step leaves it without pairs to look for,
 /// forces and flags of islands.
-///
-/// box2d_any/ cannot; box2d_pinned/ can.
 class WorldState {
  public:
-  static bool can_be_saved();
   static void save(const Physics& physics, StateWriter& writer);
 
   /// Every index is looked at: `put_into` relies on them.

@@ -14,10 +14,3 @@ foreach(file ${model_files})
 endforeach()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/builtin_models.cpp.in builtin_models.cpp @ONLY)
 list(APPEND core_sources ${CMAKE_CURRENT_BINARY_DIR}/builtin_models.cpp)
-
-set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/specification.cpp PROPERTIES
-  COMPILE_DEFINITIONS "WALKER_SIM_MUJOCO_ORIGIN=\" (${mujoco_origin})\"")
-if(mujoco_dir) # MuJoCo's own releases need AVX; distributions compile for every processor
-  set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/processor.cpp PROPERTIES
-    COMPILE_DEFINITIONS WALKER_SIM_MUJOCO_NEEDS_AVX)
-endif()

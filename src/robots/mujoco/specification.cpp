@@ -34,7 +34,7 @@ void set_spaces(const PlanarOptions& options, const mjModel& model, Specificatio
 void set_engine(Specification& specification) {
   specification.engine = "MuJoCo";
   specification.engine_version =
-      std::string(mj_versionString()) + WALKER_SIM_MUJOCO_ORIGIN + kLibm + libm_variant();
+      std::string(mj_versionString()) + " (pinned, mujoco 2.2.2)" + kLibm + libm_variant();
   Dl_info where{};
   if (dladdr(reinterpret_cast<const void*>(&mj_step), &where) != 0 && where.dli_fname != nullptr) {
     specification.engine_path = where.dli_fname;

@@ -1,6 +1,6 @@
 """Episodes against the Gymnasium that is installed: every observation, reward and flag to the bit.
 
-Holds for the pinned Box2D only. Seeds are others than the recorded ones (recordings_test.cpp).
+Seeds are others than the recorded ones (recordings_test.cpp).
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-// Episodes that Gymnasium 1.4.0 played, repeated to the bit. Holds for the pinned Box2D only.
+// Episodes that Gymnasium 1.4.0 played, repeated to the bit.
 #include <gtest/gtest.h>
 
 #include <memory>

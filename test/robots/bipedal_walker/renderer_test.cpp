@@ -110,7 +110,6 @@ TEST(RendererTest, ColorsAreGymnasiums) {
   }
 }
 
-#ifdef WALKER_SIM_ENGINES_PINNED
 TEST(RendererTest, EpisodesLookAsGymnasiums) {
   expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 9});
   expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 150});
@@ -120,7 +119,6 @@ TEST(RendererTest, EpisodesLookAsGymnasiums) {
   expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 610});
   expect_gymnasiums({"BipedalWalkerHardcore-v3", "saturated", 9, 82});
 }
-#endif
 
 TEST(RendererTest, DependsOnTheCaptureAlone) {
   const std::vector<StateCapture> captures = some_captures();

@@ -1,4 +1,4 @@
-// BipedalWalkers go on from saved states, to the bit. Holds for the pinned Box2D only.
+// BipedalWalkers go on from saved states, to the bit.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -183,16 +183,10 @@ TEST_F(SpecificationTest, EngineSaysWhichCodeRuns) {
   EXPECT_EQ(specification().engine, "Box2D");
   const std::string& version = specification().engine_version;
   const std::string& path = specification().engine_path;
-  EXPECT_EQ(version.substr(0, 2), "2.") << version;
   ASSERT_TRUE(fs::exists(path)) << path;
-#ifdef WALKER_SIM_ENGINES_PINNED
   EXPECT_EQ(version.substr(0, 4), "2.3.");
   EXPECT_NE(version.find("pinned"), std::string::npos) << version;
   EXPECT_TRUE(fs::equivalent(path, "/proc/self/exe")) << path << ": linked into this test";
-#else
-  EXPECT_NE(version.find("system"), std::string::npos) << version;
-  EXPECT_NE(path.find("ox2"), std::string::npos) << path << ": the distribution's library";
-#endif
 }
 
 }  // namespace

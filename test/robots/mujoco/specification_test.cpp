@@ -291,9 +291,7 @@ TEST(BuiltInWalkers, SayWhichEngineRuns) {
   EXPECT_EQ(specification.engine_version.rfind("2.2.2 (", 0), 0U) << specification.engine_version;
   ASSERT_TRUE(fs::exists(specification.engine_path)) << specification.engine_path;
   EXPECT_NE(specification.engine_path.find("libmujoco"), std::string::npos);
-#ifdef WALKER_SIM_ENGINES_PINNED
   EXPECT_NE(specification.engine_version.find("pinned"), std::string::npos);
-#endif
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "robots/bipedal_walker/box2d.h"
+#include <Box2D/Box2D.h>
 
 namespace walker::bipedal_walker {
 

@@ -7,7 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "robots/bipedal_walker/box2d.h"
+#include <Box2D/Box2D.h>
+
 #include "robots/bipedal_walker/kernel/kernel.h"
 
 namespace walker::bipedal_walker {

@@ -64,8 +64,6 @@ void read_into(std::vector<Element>& elements, StateReader& reader) {
 
 }  // namespace
 
-bool WorldState::can_be_saved() { return true; }
-
 WorldState::Body WorldState::body_of(const b2Body& body) {
   const b2Sweep& sweep = body.m_sweep;
   const b2Transform& transform = body.m_xf;
