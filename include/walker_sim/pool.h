@@ -14,7 +14,8 @@
 
 namespace walker {
 
-class PoolSlot;
+class Episode;
+struct EpisodeState;
 
 /// What follows the end of an episode, with the names of Gymnasium's vector environments.
 enum class AutoresetMode {
@@ -49,12 +50,12 @@ struct Batch {
   /// same_step only: rows of those with `terminated` or `truncated`; other rows stay as they are.
   double* final_observations = nullptr;  ///< num_envs x observation size
   double* final_info = nullptr;          ///< num_envs x info names
+  float* single_observations = nullptr;  ///< as `observations`, rounded to single precision
 };
 
 /// Steps its environments with several threads, the caller's among them. Not thread-safe: one
-/// thread calls. Results never depend on the number of threads. Only the constructor, the first
-/// `reset` and the first `send`, `send_resets` or `step` of some allocate memory, unless an engine
-/// fails.
+/// thread calls. Results never depend on the number of threads. Only the constructor and the
+/// first `send`, `send_resets` or `step` of some allocate memory, unless an engine fails.
 ///
 /// An engine that fails ends the episode of its own environment; the call completes, and the other
 /// rows are those of an undisturbed run.
@@ -139,12 +140,14 @@ class WALKER_SIM_EXPORT Pool {
   void load_states(const std::vector<std::uint32_t>& environments,
                    const std::vector<std::vector<std::byte>>& states, const Batch& batch);
 
-  /// An environment, which may also be reset, stepped or loaded alone. This and the next four throw
-  /// std::invalid_argument if the index is out of range, std::logic_error if the environment is
-  /// under way.
+  /// An environment. Without same_step it may also be reset, stepped or loaded alone. This and the
+  /// next five throw std::invalid_argument if the index is out of range, std::logic_error if the
+  /// environment is under way.
   Environment& environment(std::size_t index);
-  /// Its state and outcome (src/episode/pool_slot.h), for bindings that read rows in place.
-  const PoolSlot& slot(std::size_t index) const;
+  // For bindings and servers (src/episode/): the same, and its state after the last step or reset,
+  // in same_step of the episode that this has ended.
+  Episode& episode(std::size_t index);
+  const EpisodeState& outcome(std::size_t index) const;
   /// The engine's message if it failed at the environment's last step; empty if it did not.
   const char* error(std::size_t index) const;
   /// The engine's message if it failed at the last reset, so that there is no episode; empty if it

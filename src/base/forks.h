@@ -8,4 +8,9 @@ namespace walker {
 /// for. Costs no system call.
 unsigned num_forks();
 
+/// What a client says in the child of a fork.
+inline constexpr const char* kForked =
+    "this client was made before a fork, by the parent process, whose connections it has; make "
+    "another one in this process";
+
 }  // namespace walker

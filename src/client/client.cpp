@@ -9,8 +9,8 @@
 #include <tuple>
 #include <utility>
 
+#include "base/forks.h"
 #include "base/shortest_text.h"
-#include "client/forks.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
 #include "client/service_types.h"

@@ -113,54 +113,24 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
                            " instead of " + std::to_string(*asked));
 }
 
-/// Of an answer beside what the specification measures: numbers, and words of the server.
-constexpr std::size_t kOtherBytes = std::size_t{1} << 20U;
-
-std::size_t transition_bytes(const ServerSpecification& server) {
-  const std::size_t values =
-      std::size_t{server.action_size} + server.observation_size + server.info_names.size();
-  return values * sizeof(double) + kOtherBytes;
-}
-
-/// With the final rows, and texts of 1.5 KiB for each environment whose engine failed.
-std::size_t batch_bytes(const ServerSpecification& server) {
-  constexpr std::size_t kTexts = 1536;
-  constexpr std::size_t kNumbers =
-      sizeof(double) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint32_t);
-  const std::size_t values = std::size_t{server.observation_size} + server.info_names.size();
-  return server.num_envs * (2 * values * sizeof(double) + kNumbers + kTexts) + kOtherBytes;
-}
-
-std::size_t record_bytes(const ServerSpecification& server) {
-  return std::size_t{kMaxRecordedSteps} * server.action_size * sizeof(double) +
-         kMostSpecificationBytes + kOtherBytes;
-}
-
-std::size_t needed_bytes(ServiceIndex service, const ServerSpecification& server) {
-  constexpr std::size_t kPictureBytes = std::size_t{kMaxPixels} * kMaxPixels * sizeof(float);
-  switch (service) {
-    case kGetSpec:
-      return kMostSpecificationBytes;
-    case kReset:
-    case kStep:
-    case kStepMany:
-    case kRestore:
-      return transition_bytes(server);
-    case kResetBatch:
-    case kStepBatch:
-      return batch_bytes(server);
-    case kSnapshot:
-      return record_bytes(server);
-    case kRender:
-      return kPictureBytes + kOtherBytes;
-  }
-  return tcpros::kMostMessageBytes;
-}
-
 }  // namespace
 
 std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
-  return std::min(needed_bytes(service, server), tcpros::kMostMessageBytes);
+  constexpr std::size_t kWords = std::size_t{1} << 20U;  // of the server, beside what is measured
+  constexpr std::size_t kTexts = 4096;                   // of an environment whose engine failed
+  constexpr std::size_t kNumbers =
+      sizeof(double) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint32_t);
+  const std::size_t row =
+      (std::size_t{server.observation_size} + server.info_names.size()) * sizeof(double);
+  const std::size_t action = server.action_size * sizeof(double);
+  std::size_t bytes = row + action + kWords;  // of a transition
+  if (service == kGetSpec) bytes = kMostSpecificationBytes;
+  if (service == kResetBatch || service == kStepBatch) {  // with the final rows
+    bytes = server.num_envs * (2 * row + kNumbers + kTexts) + kWords;
+  }
+  if (service == kSnapshot) bytes = kMaxRecordedSteps * action + kMostSpecificationBytes + kWords;
+  if (service == kRender) bytes = std::size_t{kMaxPixels} * kMaxPixels * sizeof(float) + kWords;
+  return std::min(bytes, tcpros::kMostMessageBytes);
 }
 
 void read(Reader& reader, ServerSpecification& told) {
@@ -206,7 +176,7 @@ void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps
 void read_record(Reader& reader, std::vector<std::uint8_t>& record) {
   read_outcome(reader);
   const std::size_t size = reader.size();
-  const std::uint8_t* const begin = reader.advance(size);
+  const std::uint8_t* const begin = reader.bytes(size);
   record.assign(begin, begin + size);
 }
 

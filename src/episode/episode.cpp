@@ -8,9 +8,42 @@
 #include <utility>
 
 #include "base/checks.h"
-#include "episode/failure.h"
+#include "walker_sim/registry.h"
 
 namespace walker {
+namespace {
+
+/// The exception's message, never empty.
+std::string message_of(const std::exception_ptr& thrown) {
+  std::string message;
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const std::exception& exception) {
+    message = exception.what();
+  } catch (...) {
+    message = "the exception is not a std::exception";
+  }
+  return message.empty() ? "the exception has no message" : message;
+}
+
+}  // namespace
+
+std::string EpisodeState::step_refusal() const {
+  if (has_ended() && !error.empty()) return kStepFailed;
+  return step_refusal(AutoresetMode::disabled);
+}
+
+std::string EpisodeState::step_refusal(AutoresetMode mode) const {
+  if (!has_begun()) return "there is no episode yet";
+  if (!has_ended() || mode != AutoresetMode::disabled) return "";
+  if (failed_at_reset()) return kResetFailed;
+  return "the episode ended after " + std::to_string(step) + " steps";
+}
+
+const char* EpisodeState::bare_end_reason() const {
+  const std::size_t colon = end_reason.find(": ");
+  return colon == std::string::npos ? "" : &end_reason[colon + 2];
+}
 
 Episode::Episode(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {
   state_.action.reserve(specification().action_size());
@@ -30,21 +63,16 @@ void Episode::configure(const EpisodeOptions& options) {
 
 void Episode::reset(std::optional<std::uint64_t> seed) {
   if (!seed && !state_.has_begun()) seed = options_.first_seed;
-  if (seed) {
-    generator_.emplace(*seed);
-  } else if (!generator_) {
-    generator_.emplace(draw_seed());
-  }
-  begin_episode(generator_->state(), seed);
+  if (seed) generator_.emplace(*seed);
+  begin_episode(seed);
 }
 
 void Episode::begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed) {
-  generator_.emplace(generator_state);
-  begin_episode(generator_state, seed);
+  generator_ = Generator(generator_state);  // which may throw
+  begin_episode(seed);
 }
 
-void Episode::begin_episode(const GeneratorState& generator_state,
-                            std::optional<std::uint64_t> seed) {
+void Episode::begin_episode(std::optional<std::uint64_t> seed) {
   ++state_.episode;
   state_.step = 0;
   state_.action.clear();
@@ -55,11 +83,13 @@ void Episode::begin_episode(const GeneratorState& generator_state,
   state_.end_reason.clear();
   state_.error.clear();
   state_.seed = seed;
-  state_.generator_state = generator_state;
+  state_.generator_state = {};
   actions_.clear();
   was_loaded_ = false;
   sensors_are_fresh_ = false;
   try {
+    if (!generator_) generator_.emplace(draw_seed());
+    state_.generator_state = generator_->state();
     robot_->reset(*generator_, state_.info.data());
     robot_->observe(state_.observation.data());
   } catch (...) {
@@ -218,6 +248,18 @@ void Episode::require_state(const char* call) const {
   throw ResetNeeded(std::string(call) + ": " + state_.step_refusal() + "; reset first");
 }
 
+void Episode::capture(StateCapture& captured) {
+  require_state("render");
+  robot_->sense(captured.sensors);
+  robot_->scene(captured.scene);
+  captured.step = state_.step;
+}
+
+void capture(Environment& environment, std::uint32_t step, StateCapture& captured) {
+  episode_of(environment).capture(captured);
+  captured.step = step;
+}
+
 void Episode::set_coordinates(const std::vector<double>& position,
                               const std::vector<double>& velocity) {
   require_state("set_state");
@@ -246,6 +288,15 @@ std::optional<bool> Episode::is_healthy() const {
 
 GeneratorState Episode::generator_state() const {
   return generator_ ? generator_->state() : GeneratorState{};
+}
+
+std::unique_ptr<Episode> make_episode(const std::string& id, const Parameters& given) {
+  const Parameters complete = complete_parameters(parameter_descriptions(id), given);
+  return std::make_unique<Episode>(find_registration(id).create(id, complete));
+}
+
+std::unique_ptr<Environment> make(const std::string& id, const Parameters& given) {
+  return make_episode(id, given);
 }
 
 }  // namespace walker

@@ -84,12 +84,9 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// Surroundings of the present episode. @throws ResetNeeded
   const Scene& scene();
   /// Copies both, for a picture. @throws ResetNeeded
-  void capture(StateCapture& captured) { walker::capture(*this, state_.step, captured); }
+  void capture(StateCapture& captured);
 
   // Records (episode_record.cpp).
-
-  /// Recorded actions of the present episode, step x action; none if it is too long for a record.
-  const std::vector<double>& actions() const { return actions_; }
 
   /// The present episode up to now.
   /// @throws std::logic_error if there is none, if it cannot be repeated, or if it is longer than
@@ -98,13 +95,9 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// Begins the episode that was recorded; `repeat` continues it.
   /// @throws std::invalid_argument naming what prevents its repetition here
   void begin(const EpisodeRecord& record);
-  /// Repeats steps, at least one, up to the last one or until about this time.
-  /// @param actions of the whole episode, step x action
+  /// Repeats its steps, at least one, up to the last one or until about this time.
   /// @return whether the last one is done
-  /// @throws std::invalid_argument naming a step that is refused
-  bool repeat(const std::vector<double>& actions, std::chrono::steady_clock::time_point until =
-                                                      std::chrono::steady_clock::time_point::max());
-  /// The same with a record. @throws also if its sum of rewards differs here
+  /// @throws std::invalid_argument naming a step that is refused, or if the sum of rewards differs
   bool repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until);
   /// Exchanges the episodes; this one counts as the next.
   void take_over(Episode& other);
@@ -135,7 +128,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   std::optional<bool> is_healthy() const override;
 
  private:
-  void begin_episode(const GeneratorState& generator_state, std::optional<std::uint64_t> seed);
+  void begin_episode(std::optional<std::uint64_t> seed);
   void prepare(const double* action);
   void conclude();
   void end(const char* reason);
@@ -148,7 +141,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   EpisodeOptions options_;
   EpisodeState state_;
   RobotStep step_;                      // kept, for only the action changes
-  std::optional<Generator> generator_;  // none before the first reset without a seed
+  std::optional<Generator> generator_;  // none before the first reset
   std::vector<double> actions_;         // of the present episode, step x action
   bool was_loaded_ = false;             // the first actions are not known
   bool sensors_are_fresh_ = false;

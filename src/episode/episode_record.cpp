@@ -9,7 +9,6 @@
 #include "base/printable_text.h"
 #include "base/random.h"
 #include "episode/episode.h"
-#include "episode/failure.h"
 
 namespace walker {
 namespace {
@@ -118,24 +117,19 @@ void Episode::begin(const EpisodeRecord& record) {
   }
 }
 
-bool Episode::repeat(const std::vector<double>& actions,
-                     std::chrono::steady_clock::time_point until) {
+bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until) {
   const std::size_t size = specification().action_size();
-  const std::size_t num_steps = actions.size() / size;
+  const std::size_t num_steps = record.actions.size() / size;
   while (state_.step < num_steps) {
     try {
-      step(&actions[state_.step * size], size);
+      step(&record.actions[state_.step * size], size);
     } catch (const std::exception& error) {
       throw std::invalid_argument("step " + std::to_string(state_.step + 1) +
                                   " of the record: " + error.what());
     }
     if (std::chrono::steady_clock::now() >= until) break;
   }
-  return state_.step >= num_steps;
-}
-
-bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until) {
-  if (!repeat(record.actions, until)) return false;
+  if (state_.step < num_steps) return false;
   if (state_.episode_return != record.episode_return) {
     throw std::invalid_argument("episode_return = " + to_string(record.episode_return) +
                                 " in the record; repeated here it is " +

@@ -11,6 +11,10 @@
 
 namespace walker {
 
+// End reasons of an engine that fails.
+inline constexpr const char* kStepFailed = "the simulation failed";
+inline constexpr const char* kResetFailed = "the simulation failed at its reset";
+
 /// The present state as a transition reports it. Units as in Transition.msg.
 struct EpisodeState {
   std::uint32_t environment = 0;  ///< index within its pool

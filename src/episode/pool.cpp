@@ -10,12 +10,13 @@
 #include "base/checks.h"
 #include "base/interruption.h"
 #include "base/limits.h"
-#include "episode/parking.h"
-#include "episode/pool_slot.h"
+#include "episode/episode.h"
 #include "episode/thread_pool.h"
 
 namespace walker {
 namespace {
+
+constexpr std::array<const char*, 3> kAutoresetModes{"next_step", "same_step", "disabled"};
 
 std::string name_of(std::size_t index) { return "environment " + std::to_string(index) + ": "; }
 
@@ -44,39 +45,64 @@ std::size_t max_group(const PoolOptions& options) {
   return (options.batch_size + options.num_threads - 1) / options.num_threads;
 }
 
-}  // namespace
-
-const char* to_text(AutoresetMode mode) {
-  switch (mode) {
-    case AutoresetMode::next_step:
-      return "next_step";
-    case AutoresetMode::same_step:
-      return "same_step";
-    case AutoresetMode::disabled:
-      return "disabled";
-  }
-  return "";
+template <typename T>
+void write_row(const std::vector<double>& from, T* to, std::size_t row) {
+  if (to == nullptr) return;
+  std::transform(from.begin(), from.end(), to + row * from.size(),
+                 [](double value) { return static_cast<T>(value); });
 }
 
+template <typename T, typename Value>
+void write_value(Value value, T* to, std::size_t row) {
+  if (to != nullptr) to[row] = value;
+}
+
+/// An episode, and what autoreset needs beside it. Aligned, for neighbours may be in the hands of
+/// different threads.
+struct alignas(kCacheLine) Slot {
+  std::unique_ptr<Episode> episode;
+  bool wants_reset = false;
+  std::optional<std::uint64_t> seed;  ///< of the reset that is wanted
+  bool has_final = false;
+  EpisodeState final_state;  ///< same_step: of the episode that the last call has ended
+
+  const EpisodeState& state() const { return episode->state(); }
+  /// The state after the last step or reset: in same_step possibly of the episode that it ended.
+  const EpisodeState& outcome() const { return has_final ? final_state : state(); }
+  bool is_reset_by_step() const {
+    return wants_reset || !state().has_begun() || state().has_ended();
+  }
+};
+
+void write(const Slot& slot, const Batch& batch, std::size_t row) {
+  const EpisodeState& state = slot.state();
+  const EpisodeState& outcome = slot.outcome();
+  write_row(state.observation, batch.observations, row);
+  write_row(state.observation, batch.single_observations, row);
+  write_row(state.info, batch.info, row);
+  write_value(outcome.reward, batch.rewards, row);
+  write_value(outcome.terminated, batch.terminated, row);
+  write_value(outcome.truncated, batch.truncated, row);
+  write_value(state.episode, batch.episodes, row);
+  write_value(state.step, batch.steps, row);
+  if (!slot.has_final) return;
+  write_row(outcome.observation, batch.final_observations, row);
+  write_row(outcome.info, batch.final_info, row);
+}
+
+}  // namespace
+
+const char* to_text(AutoresetMode mode) { return kAutoresetModes[static_cast<int>(mode)]; }
+
 std::optional<AutoresetMode> find_autoreset_mode(const std::string& text) {
-  for (const AutoresetMode mode :
-       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
-    if (text == to_text(mode)) return mode;
+  for (int i = 0; i < static_cast<int>(kAutoresetModes.size()); ++i) {
+    if (text == kAutoresetModes[i]) return static_cast<AutoresetMode>(i);
   }
   return std::nullopt;
 }
 
 /// What the pool's methods work on, and what they check first.
 struct Pool::Implementation {
-  /// What the threads do with the environments that they are given. Changes only while none is
-  /// under way.
-  struct Task {
-    bool is_reset = false;
-    const double* actions = nullptr;                      // rows of all environments
-    const std::optional<std::uint64_t>* seeds = nullptr;  // of all environments
-    const Batch* batch = nullptr;                         // rows of all; null: `recv` writes
-  };
-
   Implementation(const std::function<std::unique_ptr<Environment>()>& make,
                  const PoolOptions& given)
       : options(complete(given)),
@@ -85,68 +111,76 @@ struct Pool::Implementation {
         last_list(options.num_envs),
         all(options.num_envs),
         arrived(options.num_envs),
-        group_size(std::min(slots[0].episode().group_size(), max_group(options))),
+        action_size(specification().action_size()),
+        group_size(std::min(slots[0].episode->group_size(), max_group(options))),
         threads(options.num_envs, options.num_threads, group_size,
                 [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
     std::iota(all.begin(), all.end(), 0U);
   }
 
-  static std::vector<PoolSlot> make_slots(const std::function<std::unique_ptr<Environment>()>& make,
-                                          const PoolOptions& options) {
-    std::vector<PoolSlot> slots;
-    slots.reserve(options.num_envs);
+  static std::vector<Slot> make_slots(const std::function<std::unique_ptr<Environment>()>& make,
+                                      const PoolOptions& options) {
+    std::vector<Slot> slots(options.num_envs);
     for (std::uint32_t i = 0; i < options.num_envs; ++i) {
       check_interruption();
-      slots.emplace_back(make(), i, options.autoreset_mode);
-      const Episode& episode = slots[i].episode();
-      const Episode& first = slots[0].episode();
+      slots[i].episode.reset(&episode_of(*make().release()));
+      Episode& episode = *slots[i].episode;
+      const Episode& first = *slots[0].episode;
       if (!episode.is_like(first)) {
         throw std::invalid_argument(name_of(i) + episode.specification().id +
                                     "; must be as the first one, " + first.specification().id +
                                     " with the same parameters");
       }
+      episode.set_index(i);
+      if (options.autoreset_mode != AutoresetMode::same_step) continue;
+      slots[i].final_state = episode.state();
+      slots[i].final_state.action.reserve(episode.specification().action_size());
+      slots[i].final_state.end_reason.reserve(kMaxEndReason);
     }
     return slots;
   }
 
-  const Specification& specification() const { return slots[0].episode().specification(); }
+  const Specification& specification() const { return slots[0].episode->specification(); }
 
+  /// Steps environments together, or resets those whose reset is due, and writes their rows.
   void work(const std::uint32_t* indices, std::size_t count) {
-    if (task.is_reset) {
-      std::for_each(indices, indices + count,
-                    [this](std::uint32_t i) { slots[i].reset(task.seeds[i]); });
-    } else {
-      step(indices, count);
-    }
-    if (!task.batch) return;
-    std::for_each(indices, indices + count,
-                  [this](std::uint32_t i) { slots[i].write(*task.batch, i); });
-  }
-
-  /// Steps environments together, or resets those whose reset is due.
-  void step(const std::uint32_t* indices, std::size_t count) {
-    std::array<Episode::GroupStep, kMaxGroupSize> steps;
-    std::array<PoolSlot*, kMaxGroupSize> stepped;
+    std::array<Episode::GroupStep, kMaxGroupSize> steps{};
+    std::array<Slot*, kMaxGroupSize> stepped;
     std::size_t num_steps = 0;
-    const std::size_t action_size = specification().action_size();
     for (std::size_t i = 0; i < count; ++i) {
-      PoolSlot& slot = slots[indices[i]];
+      Slot& slot = slots[indices[i]];
       if (slot.is_reset_by_step()) {
-        slot.reset(std::nullopt);
+        slot.wants_reset = false;
+        slot.episode->reset(std::exchange(slot.seed, std::nullopt));
+        keep_final(slot);
         continue;
       }
-      slot.begin_step();
-      steps[num_steps] = {&slot.episode(), task.actions + indices[i] * action_size};
+      slot.has_final = false;
+      steps[num_steps] = {slot.episode.get(), actions + indices[i] * action_size};
       stepped[num_steps++] = &slot;
     }
     Episode::step_group(steps.data(), num_steps);
-    for (std::size_t i = 0; i < num_steps; ++i) stepped[i]->finish_step();
+    for (std::size_t i = 0; i < num_steps; ++i) {
+      keep_final(*stepped[i]);
+      if (stepped[i]->has_final) stepped[i]->episode->reset(std::nullopt);
+    }
+    if (batch == nullptr) return;
+    std::for_each(indices, indices + count,
+                  [this](std::uint32_t i) { write(slots[i], *batch, i); });
+  }
+
+  void keep_final(Slot& slot) const {
+    slot.has_final = options.autoreset_mode == AutoresetMode::same_step && slot.state().has_ended();
+    if (slot.has_final) slot.final_state = slot.state();
   }
 
   std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
 
-  void run(const Task& wanted, const std::uint32_t* environments, std::size_t count) {
-    task = wanted;
+  /// @param rows of all environments, which the threads write; null: the caller writes them
+  void run(const double* wanted_actions, const Batch* rows, const std::uint32_t* environments,
+           std::size_t count) {
+    actions = wanted_actions;
+    batch = rows;
     std::for_each(environments, environments + count,
                   [this](std::uint32_t index) { threads.add(index); });
     threads.start(num_groups(count) - 1);  // one is the caller's
@@ -154,25 +188,27 @@ struct Pool::Implementation {
   }
 
   void begin_sending() {
-    if (num_under_way != 0) return;  // the threads are reading the task
-    sent_actions.resize(options.num_envs * specification().action_size());
-    task = {};
-    task.actions = sent_actions.data();
+    if (num_under_way != 0) return;  // the threads are reading these
+    sent_actions.resize(options.num_envs * action_size);
+    actions = sent_actions.data();
+    batch = nullptr;
   }
 
-  void take_actions(const double* actions, const std::uint32_t* environments, std::size_t count) {
-    const std::size_t size = specification().action_size();
+  /// Copies rows of actions to where the threads read those of all.
+  void take_actions(const double* given, const std::uint32_t* environments, std::size_t count) {
+    begin_sending();
     for (std::size_t i = 0; i < count; ++i) {
-      std::copy_n(actions + i * size, size, &sent_actions[environments[i] * size]);
+      std::copy_n(given + i * action_size, action_size,
+                  &sent_actions[environments[i] * action_size]);
     }
   }
 
-  void put_under_way(std::uint32_t index) {
-    is_under_way[index] = 1;
-    threads.add(index);
-  }
-
-  void start_sent(std::size_t count) {
+  void put_under_way(const std::uint32_t* environments, std::size_t count) {
+    begin_sending();
+    std::for_each(environments, environments + count, [this](std::uint32_t index) {
+      is_under_way[index] = 1;
+      threads.add(index);
+    });
     num_under_way += count;
     threads.start(num_groups(count));
   }
@@ -193,7 +229,7 @@ struct Pool::Implementation {
     }
   }
 
-  const PoolSlot& slot_at_rest(std::size_t index) const {
+  const Slot& slot_at_rest(std::size_t index) const {
     require_at_rest(index);
     return slots[index];
   }
@@ -208,13 +244,12 @@ struct Pool::Implementation {
     }
   }
 
-  void check_steps(const double* actions, const std::uint32_t* environments, std::size_t count) {
-    const std::size_t size = specification().action_size();
+  void check_steps(const double* given, const std::uint32_t* environments, std::size_t count) {
     // Once every episode has begun, only `disabled` refuses steps. Not looking saves loading what
     // other threads' processors have in their caches.
     const bool is_looked_at = !all_have_begun || options.autoreset_mode == AutoresetMode::disabled;
     for (std::size_t i = 0; i < count; ++i) {
-      check_action_of(environments[i], specification(), actions + i * size);
+      check_action_of(environments[i], specification(), given + i * action_size);
       if (is_looked_at) require_episode(environments[i]);
     }
     all_have_begun = all_have_begun || count == slots.size();
@@ -222,24 +257,28 @@ struct Pool::Implementation {
 
   /// @throws ResetNeeded naming the environment if a step neither steps nor resets it
   void require_episode(std::size_t index) const {
-    const std::string refusal = slots[index].episode().state().step_refusal(options.autoreset_mode);
+    const EpisodeState& state = slots[index].state();
+    if (state.has_begun() && !state.has_ended()) return;
+    const std::string refusal = state.step_refusal(options.autoreset_mode);
     if (!refusal.empty()) throw ResetNeeded(name_of(index) + refusal + "; reset first");
   }
 
   PoolOptions options;
-  std::vector<PoolSlot> slots;
+  std::vector<Slot> slots;
   bool all_have_begun = false;
-  Task task;
   std::size_t num_under_way = 0;
   std::vector<std::uint8_t> is_under_way;
   std::uint64_t num_lists = 0;           // checked so far
   std::vector<std::uint64_t> last_list;  // in which the environment stood
   std::vector<std::uint32_t> all;        // 0 .. num_envs - 1
   std::vector<std::uint32_t> arrived;
-  std::vector<double> sent_actions;                 // rows of all; none before the first `send`
-  std::vector<std::optional<std::uint64_t>> seeds;  // of all; none before the first `reset`
+  std::vector<double> sent_actions;  // rows of all; none before the first call for some
+  std::size_t action_size;
   std::size_t group_size;
-  ThreadPool threads;  // the last: its threads end before what they use
+  // What the threads read; changes only while no environment is under way.
+  const double* actions = nullptr;  // rows of all environments
+  const Batch* batch = nullptr;     // rows of all; null: `recv` writes
+  ThreadPool threads;               // the last: its threads end before what they use
 };
 
 Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options)
@@ -261,13 +300,13 @@ void Pool::reset(const std::vector<std::uint32_t>& environments,
     throw std::invalid_argument(std::to_string(seeds.size()) + " seeds; must be 0, or " +
                                 std::to_string(listed.size()) + " as the environments");
   }
-  pool.seeds.assign(pool.options.num_envs, std::nullopt);
-  for (std::size_t i = 0; i < seeds.size(); ++i) pool.seeds[listed[i]] = seeds[i];
-  Implementation::Task task;
-  task.is_reset = true;
-  task.seeds = pool.seeds.data();
-  task.batch = &batch;
-  pool.run(task, listed.data(), listed.size());
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    Slot& slot = pool.slots[listed[i]];
+    slot.wants_reset = true;
+    slot.seed = seeds.empty() ? std::nullopt : seeds[i];
+  }
+  pool.run(nullptr, &batch, listed.data(), listed.size());
+  pool.all_have_begun = pool.all_have_begun || listed.size() == pool.slots.size();
 }
 
 void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
@@ -275,10 +314,7 @@ void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
   pool.require_none_under_way("step");
   check_actions_size(specification(), size, pool.options.num_envs);
   pool.check_steps(actions, pool.all.data(), pool.all.size());
-  Implementation::Task task;
-  task.actions = actions;
-  task.batch = &batch;
-  pool.run(task, pool.all.data(), pool.all.size());
+  pool.run(actions, &batch, pool.all.data(), pool.all.size());
 }
 
 void Pool::step(const double* actions, const std::uint32_t* environments, std::size_t count,
@@ -288,35 +324,26 @@ void Pool::step(const double* actions, const std::uint32_t* environments, std::s
   if (count == 0) throw std::invalid_argument("step: no environment is listed");
   pool.check_list(environments, count);
   pool.check_steps(actions, environments, count);
-  pool.begin_sending();
   pool.take_actions(actions, environments, count);
-  pool.run(pool.task, environments, count);
-  for (std::size_t row = 0; row < count; ++row) {
-    pool.slots[environments[row]].write(batch, row);
-  }
+  pool.run(pool.sent_actions.data(), nullptr, environments, count);
+  for (std::size_t row = 0; row < count; ++row) write(pool.slots[environments[row]], batch, row);
 }
 
 void Pool::send(const double* actions, const std::uint32_t* environments, std::size_t count) {
   Implementation& pool = *implementation_;
   pool.check_list(environments, count);
   pool.check_steps(actions, environments, count);
-  pool.begin_sending();
   pool.take_actions(actions, environments, count);
-  std::for_each(environments, environments + count,
-                [&pool](std::uint32_t index) { pool.put_under_way(index); });
-  pool.start_sent(count);
+  pool.put_under_way(environments, count);
 }
 
 void Pool::send_resets(const std::vector<std::uint32_t>& environments) {
   Implementation& pool = *implementation_;
   const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
   pool.check_list(listed.data(), listed.size());
-  pool.begin_sending();
-  for (const std::uint32_t index : listed) {
-    pool.slots[index].request_reset();
-    pool.put_under_way(index);
-  }
-  pool.start_sent(listed.size());
+  for (const std::uint32_t index : listed) pool.slots[index].wants_reset = true;
+  pool.put_under_way(listed.data(), listed.size());
+  pool.all_have_begun = pool.all_have_begun || listed.size() == pool.slots.size();
 }
 
 void Pool::recv(const Batch& batch, std::uint32_t* environments) {
@@ -330,13 +357,13 @@ void Pool::recv(const Batch& batch, std::uint32_t* environments) {
   pool.threads.collect(size, environments);
   for (std::size_t row = 0; row < size; ++row) {
     pool.is_under_way[environments[row]] = 0;
-    pool.slots[environments[row]].write(batch, row);
+    write(pool.slots[environments[row]], batch, row);
   }
   pool.num_under_way -= size;
 }
 
 void Pool::save_state(std::size_t index, std::vector<std::byte>& state) const {
-  implementation_->slot_at_rest(index).episode().save_state(state);
+  implementation_->slot_at_rest(index).episode->save_state(state);
 }
 
 void Pool::load_states(const std::vector<std::uint32_t>& environments,
@@ -352,7 +379,7 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
   std::vector<std::function<void()>> loads(states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
     try {
-      loads[i] = pool.slots[listed[i]].episode().read_state(states[i].data(), states[i].size());
+      loads[i] = pool.slots[listed[i]].episode->read_state(states[i].data(), states[i].size());
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument(name_of(listed[i]) + error.what());
     }
@@ -360,29 +387,28 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
   pool.all_have_begun = false;
   for (std::size_t i = 0; i < loads.size(); ++i) {
     loads[i]();
-    pool.slots[listed[i]].forget_final();
-    pool.slots[listed[i]].write(batch, listed[i]);
+    pool.slots[listed[i]].has_final = false;
+    write(pool.slots[listed[i]], batch, listed[i]);
   }
 }
 
-Environment& Pool::environment(std::size_t index) {
-  return implementation_->slot_at_rest(index).episode();
+Environment& Pool::environment(std::size_t index) { return episode(index); }
+
+Episode& Pool::episode(std::size_t index) { return *implementation_->slot_at_rest(index).episode; }
+
+const EpisodeState& Pool::outcome(std::size_t index) const {
+  return implementation_->slot_at_rest(index).outcome();
 }
 
-const PoolSlot& Pool::slot(std::size_t index) const { return implementation_->slot_at_rest(index); }
-
 const char* Pool::error(std::size_t index) const {
-  const EpisodeState& outcome = implementation_->slot_at_rest(index).outcome();
-  return outcome.failed_at_reset() ? "" : outcome.error.c_str();
+  return outcome(index).failed_at_reset() ? "" : outcome(index).error.c_str();
 }
 
 const char* Pool::reset_error(std::size_t index) const {
-  const EpisodeState& state = implementation_->slot_at_rest(index).episode().state();
+  const EpisodeState& state = implementation_->slot_at_rest(index).state();
   return state.failed_at_reset() ? state.error.c_str() : "";
 }
 
-const char* Pool::end_reason(std::size_t index) const {
-  return implementation_->slot_at_rest(index).outcome().bare_end_reason();
-}
+const char* Pool::end_reason(std::size_t index) const { return outcome(index).bare_end_reason(); }
 
 }  // namespace walker

@@ -3,7 +3,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/generator_bytes.h"
 #include "base/state_bytes.h"
 #include "episode/episode.h"
 
@@ -68,7 +67,8 @@ void Episode::save_state(std::vector<std::byte>& state) const {
   const std::size_t begin = origin().begin(state);
   StateWriter writer(state);
   write(state_, writer);
-  write_generator(generator_, writer);
+  writer.number(std::uint8_t{generator_.has_value()});
+  if (generator_) writer.numbers(generator_->state().data(), std::tuple_size_v<GeneratorState>);
   robot_->save(writer);
   StateOrigin::seal(state, begin);
 }
@@ -79,7 +79,12 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
   read_state.observation.resize(state_.observation.size());
   read_state.info.resize(state_.info.size());
   read(reader, read_state);
-  const std::optional<Generator> generator = read_generator(reader);
+  std::optional<Generator> generator;
+  if (reader.flag()) {
+    GeneratorState generator_state{};
+    reader.numbers(generator_state.data(), generator_state.size());
+    generator.emplace(generator_state);
+  }
   std::function<void()> load_robot = robot_->load(reader);
   reader.finish();
   return [this, read_state = std::move(read_state), generator, load_robot = std::move(load_robot)] {

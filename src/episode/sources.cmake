@@ -1,3 +1,2 @@
 walker_sim_sources(core_sources
-  episode episode_record episode_state failure make parking pool pool_slot renderer saved_state state_header
-  thread_pool)
+  episode episode_record pool saved_state state_header thread_pool)

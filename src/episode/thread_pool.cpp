@@ -1,7 +1,13 @@
 #include "episode/thread_pool.h"
 
+#include <linux/futex.h>
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <limits>
 #include <new>
 #include <utility>
@@ -11,6 +17,48 @@
 namespace walker {
 namespace {
 
+// The kernel looks at the number's bytes.
+static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t));
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+
+/// Tells the processor that its thread only waits.
+void relax() {
+#ifdef __x86_64__
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
+/// Waits awake, up to 150 us, for `number` to be another one than `old`.
+/// @param keeps_processor or leaves it to whoever wants it, whom a scheduler may then let run for
+///                        milliseconds
+/// @return whether the number changed
+bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, bool keeps_processor) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::microseconds kLongest(150);  // docs/pool.md says why
+  const Clock::time_point end = Clock::now() + kLongest;
+  do {
+    if (number.load(std::memory_order_acquire) != old) return true;
+    if (keeps_processor) {
+      relax();
+    } else {
+      std::this_thread::yield();
+    }
+  } while (Clock::now() < end);
+  return false;
+}
+
+/// Sleeps while `number` is `old`, until `wake` is called; may return sooner.
+void sleep_while(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
+  syscall(SYS_futex, &number, FUTEX_WAIT_PRIVATE, old, nullptr, nullptr, 0);
+}
+
+/// Wakes up to `count` threads that sleep on `number`.
+void wake(const std::atomic<std::uint32_t>& number, int count) {
+  syscall(SYS_futex, &number, FUTEX_WAKE_PRIVATE, count, nullptr, nullptr, 0);
+}
+
 /// Whether a count that wraps has not reached another one.
 bool is_before(std::uint32_t count, std::uint32_t other) {
   return static_cast<std::int32_t>(count - other) < 0;
@@ -18,12 +66,18 @@ bool is_before(std::uint32_t count, std::uint32_t other) {
 
 }  // namespace
 
+std::size_t num_processors() {
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;  // more than the set has room for
+  return static_cast<std::size_t>(std::max(CPU_COUNT(&set), 1));
+}
+
 ThreadPool::ThreadPool(std::size_t num_items, std::size_t num_threads, std::size_t group_size,
                        Work work)
     : num_items_(num_items),
       group_size_(group_size),
       work_(std::move(work)),
-      awake_(num_threads <= num_processors() ? Awake::spins : Awake::yields),
+      has_processors_(num_threads <= num_processors()),
       thread_of_(num_items),
       done_(num_items) {
   make_slices(num_threads);
@@ -74,7 +128,7 @@ void ThreadPool::run(std::size_t thread) {
   while (true) {
     const std::uint32_t num_starts = num_starts_.load();
     if (is_stopping_.load(std::memory_order_relaxed)) return;
-    if (work_once(thread) || wait_awake(num_starts_, num_starts, awake_)) continue;
+    if (work_once(thread) || wait_awake(num_starts_, num_starts, has_processors_)) continue;
     num_sleepers_.fetch_add(1);
     sleep_while(num_starts_, num_starts);
     num_sleepers_.fetch_sub(1);
@@ -117,7 +171,7 @@ void ThreadPool::await(std::uint32_t awaited) {
   while (true) {
     const std::uint32_t num_done = num_done_.load();
     if (!is_before(num_done, awaited)) return;
-    if (wait_awake(num_done_, num_done, awake_)) continue;
+    if (wait_awake(num_done_, num_done, has_processors_)) continue;
     awaited_.store(awaited);
     caller_sleeps_.store(true);
     sleep_while(num_done_, num_done);

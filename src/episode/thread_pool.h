@@ -1,6 +1,7 @@
 // A pool of threads, which work on numbered items together with the thread that hands these out.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -10,17 +11,60 @@
 #include <vector>
 
 #include "base/limits.h"
-#include "episode/parking.h"
-#include "episode/work_queue.h"
 
 namespace walker {
+
+/// How many processors this thread may use, at least 1.
+std::size_t num_processors();
+
+/// A ring of small numbers with one producer and many consumers, without locks. The producer never
+/// puts more items than `capacity` before some are taken.
+class WorkQueue {
+ public:
+  explicit WorkQueue(std::size_t capacity) : ring_(std::max<std::size_t>(capacity, 1)) {}
+
+  /// The producer's. Nobody sees the item before `publish`.
+  void put(std::uint32_t item) {
+    ring_[put_++ % ring_.size()].store(item, std::memory_order_relaxed);
+  }
+
+  /// The producer's: what was put can be taken.
+  void publish() { end_.store(put_, std::memory_order_release); }
+
+  /// Any thread's. Takes the oldest items, `most` or fewer.
+  /// @return how many; 0: there are none
+  std::size_t take(std::uint32_t* items, std::size_t most) {
+    std::uint64_t begin = begin_.load(std::memory_order_acquire);
+    while (true) {
+      const std::uint64_t end = end_.load(std::memory_order_acquire);
+      if (begin >= end) return 0;
+      const std::size_t count = std::min<std::size_t>(most, end - begin);
+      // Read before they are taken, for afterwards the producer may reuse their places. If another
+      // thread takes them meanwhile, they are read again.
+      for (std::size_t i = 0; i < count; ++i) {
+        items[i] = ring_[(begin + i) % ring_.size()].load(std::memory_order_relaxed);
+      }
+      if (begin_.compare_exchange_weak(begin, begin + count, std::memory_order_acq_rel,
+                                       std::memory_order_acquire)) {
+        return count;
+      }
+    }
+  }
+
+ private:
+  // What consumers write does not share a cache line with what the producer writes.
+  alignas(kCacheLine) std::atomic<std::uint64_t> begin_{0};  // taken
+  alignas(kCacheLine) std::atomic<std::uint64_t> end_{0};    // published
+  std::uint64_t put_ = 0;                                    // the producer's; never wraps
+  std::vector<std::atomic<std::uint32_t>> ring_;
+};
 
 /// Each thread has the same slice of the items every time, since its processor's caches know them,
 /// and takes from the others' once it has done its own. The thread that made the pool is one of
 /// them: it alone calls, and works in `collect`.
 ///
 /// No call takes a lock or memory. Threads without work wait awake for a while, then sleep
-/// (parking.h).
+/// in the kernel.
 class ThreadPool {
  public:
   /// Works on some items; must not throw. What it writes, whoever collects the items sees.
@@ -58,7 +102,7 @@ class ThreadPool {
   std::size_t num_items_;
   std::size_t group_size_;
   Work work_;
-  Awake awake_;
+  bool has_processors_;                   // one for each thread
   std::vector<std::uint32_t> thread_of_;  // by item
   std::deque<WorkQueue> queues_;          // by thread
 

@@ -67,12 +67,12 @@ Input::Input(py::handle object, const char* name, std::optional<std::size_t> siz
 }
 
 void Output::take(const double* values, std::size_t begin, std::size_t count) {
-  if (format() == 'd') {
-    std::copy_n(values, count, static_cast<double*>(memory()) + begin);
-    return;
+  if (double* const to = doubles()) {
+    std::copy_n(values, count, to + begin);
+  } else {
+    std::transform(values, values + count, singles() + begin,
+                   [](double value) { return static_cast<float>(value); });
   }
-  auto* const singles = static_cast<float*>(memory()) + begin;
-  for (std::size_t i = 0; i < count; ++i) singles[i] = static_cast<float>(values[i]);
 }
 
 }  // namespace walker::python

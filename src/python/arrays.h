@@ -62,7 +62,9 @@ class Output : public Array {
   void take_row(std::size_t row, const std::vector<double>& values) {
     take(values.data(), row * values.size(), values.size());
   }
-  void take_value(std::size_t index, double value) { take(&value, index, 1); }
+  /// Its memory, if its values are of that type; else null.
+  double* doubles() const { return format() == 'd' ? static_cast<double*>(memory()) : nullptr; }
+  float* singles() const { return format() == 'f' ? static_cast<float*>(memory()) : nullptr; }
 
  private:
   void take(const double* values, std::size_t begin, std::size_t count);
@@ -77,13 +79,14 @@ class ExactOutput : public Array {
       : Array(object, name, kFormats, true, size) {}
 
   /// @param values `size()` ones
-  void take(const Value* values) { std::copy_n(values, size(), static_cast<Value*>(memory())); }
-  void take_value(std::size_t index, Value value) { static_cast<Value*>(memory())[index] = value; }
+  void take(const Value* values) { std::copy_n(values, size(), data()); }
+  Value* data() { return static_cast<Value*>(memory()); }
 
  private:
   static constexpr char kFormats[] = {kFormat, '\0'};
 };
 
+using NumberOutput = ExactOutput<double, 'd'>;
 using FlagOutput = ExactOutput<std::uint8_t, '?'>;  ///< one byte each
 using ColorOutput = ExactOutput<std::uint8_t, 'B'>;
 using DepthOutput = ExactOutput<float, 'f'>;
@@ -100,10 +103,10 @@ struct StepOutputs {
         info(batch[4], "info", infos) {}
 
   Output observations;
-  Output rewards;
+  NumberOutput rewards;
   FlagOutput terminated;
   FlagOutput truncated;
-  Output info;
+  NumberOutput info;
 };
 
 }  // namespace walker::python

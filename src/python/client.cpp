@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "base/checks.h"
-#include "client/forks.h"
+#include "base/forks.h"
 #include "episode/episode_state.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
@@ -150,13 +150,12 @@ class RemoteWalkers {
   /// The present episode as a record, of which nothing is known here.
   py::bytes snapshot() {
     std::vector<std::uint8_t> record;
-    ask([&] {
-      if (is_lost_) throw ResetNeeded(std::string("get_state: ") + kLost);
-      if (!episodes_.front().state.has_begun()) {
-        throw ResetNeeded("get_state: there is no episode yet; reset first");
-      }
-      client_->snapshot(record);
-    });
+    call(
+        [&] {
+          check_look("get_state", 0);
+          client_->snapshot(record);
+        },
+        /*refusal_loses=*/false);
     return {reinterpret_cast<const char*>(record.data()), record.size()};
   }
 
@@ -165,10 +164,12 @@ class RemoteWalkers {
     std::vector<std::uint8_t> numbers(bytes.size());
     std::transform(bytes.begin(), bytes.end(), numbers.begin(),
                    [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
-    ask([&] {
-      client_->restore(numbers, transition_);
-      take_transition();
-    });
+    call(
+        [&] {
+          client_->restore(numbers, transition_);
+          take_transition();
+        },
+        /*refusal_loses=*/false);
     is_lost_ = false;
   }
 
@@ -229,7 +230,7 @@ class RemoteWalkers {
     if (!depth.is_none()) depths.emplace(depth, "depth");
     try {
       const Unlocked unlocked = enter();
-      check_look(environment);
+      check_look("render", environment);
       if (colors) {
         client_->render(environment, "rgb8", camera, image_);
         take(image_.rgb, *colors);
@@ -262,11 +263,12 @@ class RemoteWalkers {
     return Unlocked(mutex_);
   }
 
-  /// Without the interpreter's lock.
+  /// Without the interpreter's lock. A refusal loses the episode, for by what is known here the
+  /// call should have been made, unless `refusal_loses` is false.
   /// @return what `made` returns
   /// @throws what `made` throws; what a signal's handler has raised
   template <typename Made>
-  std::invoke_result_t<Made> call(const Made& made) {
+  std::invoke_result_t<Made> call(const Made& made, bool refusal_loses = true) {
     try {
       const Unlocked unlocked = enter();
       return made();
@@ -274,22 +276,7 @@ class RemoteWalkers {
       is_lost_ = true;
       throw;
     } catch (const RequestRefused&) {
-      is_lost_ = true;  // by what is known here it should have been made
-      throw;
-    } catch (const Interrupted&) {
-      is_lost_ = true;
-      throw py::error_already_set();
-    }
-  }
-
-  /// As `call`, where a refusal says nothing of the episode.
-  template <typename Made>
-  void ask(const Made& made) {
-    try {
-      const Unlocked unlocked = enter();
-      made();
-    } catch (const ConnectionError&) {
-      is_lost_ = true;
+      if (refusal_loses) is_lost_ = true;
       throw;
     } catch (const Interrupted&) {
       is_lost_ = true;
@@ -304,12 +291,11 @@ class RemoteWalkers {
   }
 
   /// What is there may be somebody else's episode, so one of this client's own is asked for.
-  void check_look(std::uint32_t environment) const {
+  void check_look(const std::string& call, std::uint32_t environment) const {
     check_index(environment);
-    if (is_lost_) throw ResetNeeded(std::string("render: ") + kLost);
-    if (!episodes_[environment].state.has_begun()) {
-      throw ResetNeeded("render: there is no episode yet; reset first");
-    }
+    if (is_lost_) throw ResetNeeded(call + ": " + kLost);
+    if (episodes_[environment].state.has_begun()) return;
+    throw ResetNeeded(call + ": there is no episode yet; reset first");
   }
 
   void check_step(const Input& action) const {

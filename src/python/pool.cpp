@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "episode/episode.h"
-#include "episode/pool_slot.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -34,7 +33,7 @@ PoolOptions make_options(std::size_t num_envs, std::size_t num_threads,
   return {num_envs, num_threads, *mode, batch_size};
 }
 
-/// A pool whose rows are read where its episodes keep them.
+/// A pool, whose threads write rows into NumPy's arrays.
 class VectorWalkers {
  public:
   VectorWalkers(std::string id, const py::dict& parameters, std::size_t num_envs,
@@ -43,9 +42,10 @@ class VectorWalkers {
         parameters_(to_parameters(parameters)),
         asked_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
         pool_([this] { return make(id_, parameters_); }, asked_),
-        all_(asked_.num_envs),
         arrived_(pool_.options().batch_size) {
-    std::iota(all_.begin(), all_.end(), 0U);
+    if (asked_.autoreset_mode != AutoresetMode::same_step) return;
+    final_observations_.resize(asked_.num_envs * observation_size());
+    final_info_.resize(asked_.num_envs * num_infos());
   }
 
   py::dict specification() const { return to_dict(pool_.specification()); }
@@ -56,24 +56,27 @@ class VectorWalkers {
   /// @param observations, info rows of all environments
   void reset(const std::vector<std::uint32_t>& environments, py::handle observations,
              py::handle info) {
-    Output observations_output(observations, "observations", all_.size() * observation_size());
-    Output info_output(info, "info", all_.size() * num_infos());
+    Output observations_output(observations, "observations", asked_.num_envs * observation_size());
+    NumberOutput info_output(info, "info", asked_.num_envs * num_infos());
+    Batch rows;
+    rows.observations = observations_output.doubles();
+    rows.single_observations = observations_output.singles();
+    rows.info = info_output.data();
     const Unlocked unlocked(mutex_);
-    pool_.reset(environments, {}, {});
-    for (const std::uint32_t i : all_) {
-      const EpisodeState& state = pool_.slot(i).episode().state();
+    pool_.reset(environments, {}, rows);
+    if (environments.empty()) return;
+    for (std::size_t i = 0; i < asked_.num_envs; ++i) {  // also of those that were not reset
+      const EpisodeState& state = pool_.episode(i).state();
       observations_output.take_row(i, state.observation);
-      info_output.take_row(i, state.info);
+      std::copy(state.info.begin(), state.info.end(), info_output.data() + i * num_infos());
     }
   }
 
   void step(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs(batch, all_.size(), all_.size() * observation_size(),
-                        all_.size() * num_infos());
+    StepOutputs outputs = outputs_of(batch, asked_.num_envs);
     const Unlocked unlocked(mutex_);
-    pool_.step(input.data(), input.size(), {});
-    write(all_, outputs);
+    pool_.step(input.data(), input.size(), rows_of(outputs));
   }
 
   /// Of some, a row for each in their order.
@@ -81,25 +84,23 @@ class VectorWalkers {
                  const py::sequence& batch) {
     const std::size_t count = environments.size();
     const Input input(actions, "actions", count * pool_.specification().action_size());
-    StepOutputs outputs(batch, count, count * observation_size(), count * num_infos());
+    StepOutputs outputs = outputs_of(batch, count);
     const Unlocked unlocked(mutex_);
-    pool_.step(input.data(), environments.data(), count, {});
-    write(environments, outputs);
+    pool_.step(input.data(), environments.data(), count, rows_of(outputs));
   }
 
-  /// same_step: rows of the episodes that ended in the newest step or `recv`, in the order of its
-  /// rows; others stay as they are.
+  /// same_step: rows of the newest step or `recv`, in which those of episodes that ended then have
+  /// their last observations.
   void final_rows(py::handle observations, py::handle info) {
-    const std::size_t count = newest_.size();
-    Output observations_output(observations, "observations", count * observation_size());
-    Output info_output(info, "info", count * num_infos());
-    const Unlocked unlocked(mutex_);
-    for (std::size_t row = 0; row < count; ++row) {
-      const PoolSlot& slot = pool_.slot(newest_[row]);
-      if (!slot.has_final()) continue;
-      observations_output.take_row(row, slot.outcome().observation);
-      info_output.take_row(row, slot.outcome().info);
+    Output observations_output(observations, "observations");
+    NumberOutput info_output(info, "info");
+    if (observations_output.size() > final_observations_.size() ||
+        info_output.size() > final_info_.size()) {
+      throw py::value_error("final_rows: has rows in same_step alone, and at most num_envs");
     }
+    const Unlocked unlocked(mutex_);
+    observations_output.take(final_observations_.data());
+    info_output.take(final_info_.data());
   }
 
   void send(py::handle actions, const std::vector<std::uint32_t>& environments) {
@@ -122,11 +123,9 @@ class VectorWalkers {
 
   /// @return whose rows these are
   std::vector<std::uint32_t> recv(const py::sequence& batch) {
-    const std::size_t count = arrived_.size();
-    StepOutputs outputs(batch, count, count * observation_size(), count * num_infos());
+    StepOutputs outputs = outputs_of(batch, arrived_.size());
     const Unlocked unlocked(mutex_);
-    pool_.recv({}, arrived_.data());
-    write(arrived_, outputs);
+    pool_.recv(rows_of(outputs), arrived_.data());
     return arrived_;
   }
 
@@ -155,8 +154,10 @@ class VectorWalkers {
 
   /// For pickle and copy.
   py::tuple stored() {
+    std::vector<std::uint32_t> all(asked_.num_envs);
+    std::iota(all.begin(), all.end(), 0U);
     return py::make_tuple(id_, parameters_, asked_.num_envs, asked_.num_threads,
-                          to_text(asked_.autoreset_mode), asked_.batch_size, get_states(all_));
+                          to_text(asked_.autoreset_mode), asked_.batch_size, get_states(all));
   }
 
   static std::unique_ptr<VectorWalkers> from_stored(const py::tuple& stored) {
@@ -174,7 +175,7 @@ class VectorWalkers {
   StateCapture capture(std::size_t index) {
     StateCapture captured;
     const Unlocked unlocked(mutex_);
-    episode_of(pool_.environment(index)).capture(captured);
+    pool_.episode(index).capture(captured);
     return captured;
   }
 
@@ -210,19 +211,21 @@ class VectorWalkers {
   std::size_t observation_size() const { return pool_.specification().observation_size(); }
   std::size_t num_infos() const { return pool_.specification().info_names.size(); }
 
-  /// Writes what the newest call gave, a row for each of these.
-  void write(const std::vector<std::uint32_t>& environments, StepOutputs& outputs) {
-    for (std::size_t row = 0; row < environments.size(); ++row) {
-      const PoolSlot& slot = pool_.slot(environments[row]);
-      const EpisodeState& state = slot.episode().state();
-      const EpisodeState& outcome = slot.outcome();
-      outputs.observations.take_row(row, state.observation);
-      outputs.info.take_row(row, state.info);
-      outputs.rewards.take_value(row, outcome.reward);
-      outputs.terminated.take_value(row, outcome.terminated ? 1 : 0);
-      outputs.truncated.take_value(row, outcome.truncated ? 1 : 0);
-    }
-    newest_ = environments;
+  StepOutputs outputs_of(const py::sequence& batch, std::size_t count) const {
+    return StepOutputs(batch, count, count * observation_size(), count * num_infos());
+  }
+
+  Batch rows_of(StepOutputs& outputs) {
+    Batch rows;
+    rows.observations = outputs.observations.doubles();
+    rows.single_observations = outputs.observations.singles();
+    rows.rewards = outputs.rewards.data();
+    rows.terminated = outputs.terminated.data();
+    rows.truncated = outputs.truncated.data();
+    rows.info = outputs.info.data();
+    rows.final_observations = final_observations_.data();
+    rows.final_info = final_info_.data();
+    return rows;
   }
 
   std::string id_;
@@ -230,9 +233,10 @@ class VectorWalkers {
   PoolOptions asked_;
   Pool pool_;
   std::mutex mutex_;
-  std::vector<std::uint32_t> all_;      // 0 .. num_envs - 1
   std::vector<std::uint32_t> arrived_;  // of the newest `recv`
-  std::vector<std::uint32_t> newest_;   // of the newest step or `recv`
+  // same_step: rows of episodes that have ended, in the order of the newest step's or `recv`'s.
+  std::vector<double> final_observations_;
+  std::vector<double> final_info_;
 };
 
 /// Rows of info turned into columns: what is NaN becomes 0, and its mask false. One call, for after

@@ -22,7 +22,7 @@ class CheckedStream : public MessageReader {
   using MessageReader::MessageReader;
 
   std::uint8_t* advance(std::size_t size) {
-    return const_cast<std::uint8_t*>(MessageReader::advance(size));  // NOLINT: it is only read
+    return const_cast<std::uint8_t*>(bytes(size));  // NOLINT: it is only read
   }
 
   template <typename Field>

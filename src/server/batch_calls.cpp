@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <numeric>
 #include <stdexcept>
+#include <type_traits>
 
 #include <ros/console.h>
 
-#include "episode/failure.h"
 #include "server/topics/effort_command.h"
 
 namespace walker {
@@ -55,11 +55,7 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   counters_.resets += listed.size();
   for (const std::uint32_t environment : listed) {
     const EpisodeState& state = state_of(environment);
-    if (state.failed_at_reset()) {
-      record_failure(environment, kResetFailed, response.status_message);
-      response.failed_environments.push_back(environment);
-      response.failures.push_back(state.error);
-    }
+    if (state.failed_at_reset()) record_failure(state, response);
     append(state.observation, response.observations);
     append(state.info, response.info);
   }
@@ -130,13 +126,13 @@ void BatchCalls::account(const std::vector<double>& actions,
         response.terminated[environment] != 0 || response.truncated[environment] != 0;
     if (response.steps[environment] == 0) {
       ++counters_.resets;
-      if (has_ended) record_failure(environment, kResetFailed, response);
+      if (has_ended) record_failure(state, response);
     } else {
       ++counters_.steps;
       const double* action = actions.data() + environment * specification_.action_size();
       if (is_clamped(specification_, action)) ++counters_.clamped_commands;
       if (has_ended) {
-        if (!state.error.empty()) record_failure(environment, kStepFailed, response);
+        if (!state.error.empty()) record_failure(state, response);
         episodes_.add(state);
         ended_.push_back(environment);
       }
@@ -149,24 +145,21 @@ void BatchCalls::account(const std::vector<double>& actions,
   }
 }
 
-/// Counts and logs a failure, and appends its line.
-void BatchCalls::record_failure(std::uint32_t environment, const char* what,
-                                std::string& status_message) {
+/// Counts and logs a failure, and appends it with a line for people.
+template <typename Response>
+void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
   ++counters_.simulation_errors;
-  const std::string words =
-      std::to_string(environment) + ": " + what + ": " + state_of(environment).error;
+  const std::string words = std::to_string(state.environment) + ": " +
+                            (state.failed_at_reset() ? kResetFailed : kStepFailed) + ": " +
+                            state.error;
   if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << words);
-  if (!status_message.empty()) status_message += '\n';
-  status_message += "environment " + words;
-}
-
-void BatchCalls::record_failure(std::uint32_t environment, const char* what,
-                                walker_sim::StepBatch::Response& response) {
-  const EpisodeState& state = state_of(environment);
-  record_failure(environment, what, response.status_message);
-  response.failed_environments.push_back(environment);
-  response.failed_at_reset.push_back(state.failed_at_reset() ? 1 : 0);
+  if (!response.status_message.empty()) response.status_message += '\n';
+  response.status_message += "environment " + words;
+  response.failed_environments.push_back(state.environment);
   response.failures.push_back(state.error);
+  if constexpr (std::is_same_v<Response, walker_sim::StepBatch::Response>) {
+    response.failed_at_reset.push_back(state.failed_at_reset() ? 1 : 0);
+  }
 }
 
 void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
@@ -178,8 +171,8 @@ void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
   pool_.reset(ended_, {}, rows);
   counters_.resets += ended_.size();
   for (const std::uint32_t environment : ended_) {
-    if (state_of(environment).failed_at_reset())
-      record_failure(environment, kResetFailed, response);
+    const EpisodeState& state = state_of(environment);
+    if (state.failed_at_reset()) record_failure(state, response);
   }
 }
 

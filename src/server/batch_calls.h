@@ -38,14 +38,13 @@ class BatchCalls {
 
  private:
   const EpisodeState& state_of(std::uint32_t environment) const {
-    return episode(pool_, environment).state();
+    return pool_.episode(environment).state();
   }
   void check(const walker_sim::ResetBatch::Request& request) const;
   Batch rows_of(walker_sim::StepBatch::Response& response) const;
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
-  void record_failure(std::uint32_t environment, const char* what, std::string& status_message);
-  void record_failure(std::uint32_t environment, const char* what,
-                      walker_sim::StepBatch::Response& response);
+  template <typename Response>
+  void record_failure(const EpisodeState& state, Response& response);
 
   Pool& pool_;
   const Specification& specification_;

@@ -1,24 +1,18 @@
 #include "server/environments.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "base/random.h"
 
 namespace walker {
-namespace {
-
-PoolOptions pool_options(const ServerOptions& options) {
-  PoolOptions own;
-  own.num_envs = options.num_envs;
-  own.num_threads = options.num_threads;
-  own.autoreset_mode = options.autoreset_mode == AutoresetMode::same_step ? AutoresetMode::next_step
-                                                                          : options.autoreset_mode;
-  return own;
-}
-
-}  // namespace
-
 Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
+  PoolOptions pool_options;
+  pool_options.num_envs = options.num_envs;
+  pool_options.num_threads = std::min(options.num_threads, options.num_envs);
+  pool_options.autoreset_mode = options.autoreset_mode == AutoresetMode::same_step
+                                    ? AutoresetMode::next_step
+                                    : options.autoreset_mode;
   const std::uint64_t seed = options.seed ? *options.seed : draw_seed();
   std::uint32_t index = 0;
   const auto make_episode = [&] {
@@ -29,11 +23,11 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
     episode_of(*environment).configure(own);
     return environment;
   };
-  return Pool(make_episode, pool_options(options));
+  return {make_episode, pool_options};
 }
 
 Episode& single_episode(Pool& pool, const std::string& service) {
-  if (pool.options().num_envs == 1) return episode(pool, 0);
+  if (pool.options().num_envs == 1) return pool.episode(0);
   throw std::logic_error(service + ": is for one environment, and this server has num_envs = " +
                          std::to_string(pool.options().num_envs) +
                          "; call ~reset_batch and ~step_batch");

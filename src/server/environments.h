@@ -21,11 +21,6 @@ using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 /// states; what is left to the pool's next step are resets that failed.
 Pool make_pool(const ServerOptions& options, const MakeEnvironment& make);
 
-/// @throws as Pool::environment
-inline Episode& episode(Pool& pool, std::size_t index) {
-  return episode_of(pool.environment(index));
-}
-
 /// The only environment.
 /// @param service that is called
 /// @throws std::logic_error if there are many, naming the service and what to call instead

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/topics/listener_queue.h"
+#include "server/topics/converters.h"
 
 namespace walker {
 namespace {
@@ -15,7 +15,7 @@ constexpr bool kLatched = true;
 
 Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options,
                  const RenderThread::MakeRenderer& make_renderer)
-    : shown_(episode(pool, options.shown_environment)),
+    : shown_(pool.episode(options.shown_environment)),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),
       recorder_watch_(options.recorder),

@@ -214,13 +214,6 @@ void Server::serve(Drive::Clock::duration longest) {
 }
 
 void Server::offer_services() {
-  offer_steps();
-  offer_records();
-  offer_pace();
-  offer_gazebo_services();
-}
-
-void Server::offer_steps() {
   advertise<walker_sim::Reset>(port_, "reset", [this](const auto& request, auto& response) {
     const std::optional<std::uint64_t> seed = request.seed;
     const EpisodeState& state = drive_->reset(request.has_seed != 0 ? seed : std::nullopt);
@@ -255,9 +248,6 @@ void Server::offer_steps() {
         simulation_.record_stepping(port_.caller());
       },
       pool_.options().num_envs * pool_.specification().action_size() * sizeof(double));
-}
-
-void Server::offer_records() {
   port_.advertise<walker_sim::GetSpec>(name("get_spec"), [this](auto& /*request*/, auto& response) {
     response.spec = outputs_.spec();
   });
@@ -273,15 +263,13 @@ void Server::offer_records() {
                                         [this](const auto& request, const auto& reply) {
                                           outputs_.camera().render(request, clock_.now(), reply);
                                         });
-}
-
-void Server::offer_pace() {
   advertise<walker_sim::SetRealTimeFactor>(port_, "set_real_time_factor",
                                            [this](const auto& request, auto& /*response*/) {
                                              drive_->set_real_time_factor(request.factor);
                                            });
   advertise_trigger(port_, "pause", [this] { return drive_->pause(); });
   advertise_trigger(port_, "unpause", [this] { return drive_->unpause(); });
+  offer_gazebo_services();
 }
 
 void Server::offer_gazebo_services() {

@@ -40,9 +40,6 @@ class Server {
 
   // The private services. What a call throws becomes `status_message`.
   void offer_services();
-  void offer_steps();
-  void offer_records();
-  void offer_pace();
   /// Of Gazebo's names and types, for a remap alone does not serve a client that expects another
   /// type. Both resets begin an episode, and time goes on.
   void offer_gazebo_services();

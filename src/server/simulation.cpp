@@ -7,7 +7,7 @@
 #include <ros/console.h>
 
 #include "ros/throttle.h"
-#include "server/topics/listener_queue.h"
+#include "server/topics/converters.h"
 
 namespace walker {
 namespace {
@@ -21,7 +21,7 @@ Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock
                        Outputs& outputs)
     : options_(options),
       pool_(pool),
-      shown_(episode(pool, options.shown_environment)),
+      shown_(pool.episode(options.shown_environment)),
       clock_(clock),
       outputs_(outputs),
       command_(pool.specification(), options.command_timeout, options.real_time_factor == 0),

@@ -30,7 +30,7 @@ class MessageReader {
   template <typename Number>
   Number number() {
     Number value{};
-    std::memcpy(&value, advance(sizeof(value)), sizeof(value));
+    std::memcpy(&value, bytes(sizeof(value)), sizeof(value));
     return value;
   }
 
@@ -46,7 +46,7 @@ class MessageReader {
   void read_array(std::vector<Number>& values) {
     values.resize(count(sizeof(Number)));
     const std::size_t size = values.size() * sizeof(Number);
-    if (size > 0) std::memcpy(values.data(), advance(size), size);
+    if (size > 0) std::memcpy(values.data(), bytes(size), size);
   }
 
   /// A view of a string's bytes, or of a uint8[]'s, which has the same form.
@@ -62,12 +62,12 @@ class MessageReader {
     if (size() < sizeof(length)) return std::nullopt;
     std::memcpy(&length, next_, sizeof(length));
     if (length > size() - sizeof(length)) return std::nullopt;
-    advance(sizeof(length));
-    return std::string_view(reinterpret_cast<const char*>(advance(length)), length);
+    bytes(sizeof(length));
+    return std::string_view(reinterpret_cast<const char*>(bytes(length)), length);
   }
 
   /// Takes as many bytes.
-  const std::uint8_t* advance(std::size_t size) {
+  const std::uint8_t* bytes(std::size_t size) {
     if (size > this->size()) fail(" ends within a field");
     const std::uint8_t* const begin = next_;
     next_ += size;

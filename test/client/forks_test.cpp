@@ -1,5 +1,5 @@
 // A client in the child of a fork.
-#include "client/forks.h"
+#include "base/forks.h"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

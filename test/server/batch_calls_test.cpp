@@ -110,7 +110,7 @@ class AnyBatch : public testing::TestWithParam<Case> {};
 TEST_P(AnyBatch, TheShownEnvironmentIsAsOneDrivenAlone) {
   const auto [id, mode] = GetParam();
   Herd herd(id, mode);
-  Episode& shown = episode(herd.pool, kShown);
+  Episode& shown = herd.pool.episode(kShown);
   const std::unique_ptr<Episode> driven_alone = make_alone([id = id] { return make_episode(id); });
   Episode& alone = *driven_alone;
   EXPECT_FALSE(shown.state().has_begun());
@@ -225,6 +225,7 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
     options_.shown_environment = shown;
     int num_made = 0;
     calls_.reset();
+    // NOLINTNEXTLINE(modernize-make-unique): a Pool does not move
     pool_ = std::unique_ptr<Pool>(new Pool(make_pool(options_, [&] {
       const bool may_fail = num_envs == 1 || num_made++ == 1;
       return std::make_unique<Episode>(std::make_unique<Brittle>(may_fail ? fails_ : never_));
@@ -240,7 +241,7 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
     calls_->step(Values(options_.num_envs), reply_);
     calls_->reset_ended(reply_);
   }
-  const EpisodeState& shown() { return episode(*pool_, options_.shown_environment).state(); }
+  const EpisodeState& shown() { return pool_->episode(options_.shown_environment).state(); }
   void expect_shown_failed(std::uint32_t episode) {
     EXPECT_TRUE(shown().failed_at_reset());
     EXPECT_EQ(shown().episode, episode);
@@ -301,7 +302,7 @@ TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
   step();
   EXPECT_EQ(reply_.status_message, "");
   EXPECT_EQ(reply_.steps[1], 1U);
-  EXPECT_EQ(episode(*pool_, 1).state().episode_return, 1);
+  EXPECT_EQ(pool_->episode(1).state().episode_return, 1);
 }
 
 TEST_P(Failing, AtItsAutoresetLeavesTheOthersAlone) {
@@ -412,12 +413,12 @@ TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
       alone.step(action);
     }
     calls.step(actions, reply);
-    expect_same_account(episode(pool, kShown).state(), alone.state());
+    expect_same_account(pool.episode(kShown).state(), alone.state());
     calls.reset_ended(reply);
     if (alone.state().has_ended() && !alone.state().failed_at_reset() &&
         mode == AutoresetMode::same_step) {
       alone.reset(std::nullopt);
-      expect_same_account(episode(pool, kShown).state(), alone.state());
+      expect_same_account(pool.episode(kShown).state(), alone.state());
     }
     failed += alone.state().failed_at_reset() ? 1 : 0;
   }

@@ -172,12 +172,21 @@ class InProcessWalkers(Walkers):
         self._pool.set_generator_states(list(range(self.num_envs)), states)
         self._seeds = [-1] * self.num_envs
 
+    def pool(self, name: str) -> InProcessWalkers:
+        return self
+
     def get_states(self, environments: list[int]) -> list[bytes]:
         """Of these, each as a single walker's."""
         return self._pool.get_states(environments)
 
     def set_states(self, environments: list[int], states: Sequence[bytes]) -> None:
         """These go on from there; all of them or none."""
+        is_one = isinstance(states, (bytes, str)) or not hasattr(states, "__len__")
+        if is_one or len(states) != len(environments):
+            given = "one state" if is_one else f"{len(states)} states"
+            raise ValueError(
+                f"{given}; must be a sequence of {len(environments)}, one for each walker"
+            )
         self._pool.set_states(environments, states)
         for index in environments:
             has_generator = any(self._pool.generator_state(index))

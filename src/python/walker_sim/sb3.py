@@ -17,7 +17,6 @@ from walker_sim.attributes import attributes_of
 from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
-from walker_sim.saved_states import get_states, set_states
 from walker_sim.sb3_env_fns import EnvFns, Plan, plan_of
 from walker_sim.transport import Batch, Place, by_name, make_walkers, spaces_of
 
@@ -218,12 +217,12 @@ class VecEnv(vec_env.VecEnv):
     def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
         """In process: the whole states of walkers, as `WalkerVectorEnv.get_state`."""
         self._check_open()
-        return get_states(self._walkers, self._to_indices(indices))
+        return self._walkers.pool("get_state").get_states(self._to_indices(indices))
 
     def set_state(self, states: Sequence[bytes], indices: VecEnvIndices = None) -> None:
         """In process: walkers go on from states, as `WalkerVectorEnv.set_state`."""
         self._check_open()
-        set_states(self._walkers, self._to_indices(indices), states)
+        self._walkers.pool("set_state").set_states(self._to_indices(indices), states)
 
     def __copy__(self) -> VecEnv:
         """As `copy.deepcopy`: two environments must not drive the same walkers."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from walker_sim import _core
+    from walker_sim.in_process import InProcessWalkers
     from walker_sim.rendering import Draw, Pictures
 
 TRANSPORTS = ("inprocess", "ros")
@@ -128,6 +129,10 @@ class Walkers(ABC):
         `environments` empty: of all. `seeds`: empty, or one for each of these.
         """
 
+    def pool(self, name: str) -> InProcessWalkers:
+        """These, for what only walkers of this process have: `name`, for the AttributeError."""
+        raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
+
     def step(self, actions: NDArray[Any]) -> Batch:
         """Steps all, actions of shape (n, action size), float32 or float64."""
         batch = self._new_batch(self.num_envs)
@@ -204,6 +209,7 @@ def make_walkers(
             )
         return RemoteWalkers(env_id, parameters, num_envs, autoreset_mode, place)
     from walker_sim import _core
+    from walker_sim.in_process import InProcessWalkers
 
     raise ValueError(
         f"transport = {_core.shown(place.transport)}: must be one of {', '.join(TRANSPORTS)}"

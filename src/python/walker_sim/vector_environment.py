@@ -25,7 +25,6 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.saved_states import get_states, set_states
 from walker_sim.transport import Batch, Place, make_walkers, spaces_of
 from walker_sim.vector_arguments import (
     AutoresetMode,
@@ -320,8 +319,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         RuntimeError
             For a walker that is under way.
         """
-        self._need_open("get_state")
-        return get_states(self._walkers, to_indices("indices", indices, self.num_envs))
+        pool = self._pool("get_state")
+        return pool.get_states(to_indices("indices", indices, self.num_envs))
 
     def set_state(self, states: Sequence[bytes], indices: ArrayLike | None = None) -> None:
         """In process: walkers go on from states, to the bit, whatever went before.
@@ -341,8 +340,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         RuntimeError
             While some are under way.
         """
-        self._need_open("set_state")
-        set_states(self._walkers, to_indices("indices", indices, self.num_envs), states)
+        pool = self._pool("set_state")
+        pool.set_states(to_indices("indices", indices, self.num_envs), states)
 
     def __copy__(self) -> WalkerVectorEnv:
         """As `copy.deepcopy`: two environments must not drive the same walkers."""
@@ -398,9 +397,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     def _pool(self, name: str) -> InProcessWalkers:
         """The walkers, for what only those in this process have."""
         self._need_open(name)
-        if not isinstance(self._walkers, InProcessWalkers):
-            raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
-        return self._walkers
+        return self._walkers.pool(name)
 
     def _step_some(self, actions: ArrayLike, env_id: ArrayLike) -> Outcome:
         pool = self._pool("env_id")

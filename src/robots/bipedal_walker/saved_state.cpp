@@ -1,5 +1,4 @@
 // The state of a BipedalWalker as bytes: what it remembers itself, and its world.
-#include "base/generator_bytes.h"
 #include "base/state_bytes.h"
 #include "robots/bipedal_walker/bipedal_walker.h"
 #include "robots/bipedal_walker/world_state.h"
@@ -46,7 +45,8 @@ std::function<void()> BipedalWalker::load(StateReader& reader) {
       world_is_broken_ = false;
     };
   }
-  const GeneratorState terrain_origin = read_generator_state(reader);
+  GeneratorState terrain_origin{};
+  reader.numbers(terrain_origin.data(), terrain_origin.size());
   const bool has_shaping = reader.flag();
   const auto shaping = reader.number<double>();
   b2Vec2 velocity_before_step;

@@ -43,7 +43,7 @@ std::string name_variant() {
 }  // namespace
 
 bool has_needed_instructions() {
-#if defined(__x86_64__)
+#ifdef __x86_64__
   return __builtin_cpu_supports("avx") != 0;
 #else
   return true;

@@ -12,7 +12,7 @@
 
 #include "base/parameter_text.h"
 #include "base/printable_text.h"
-#include "server/topics/listener_queue.h"
+#include "server/topics/converters.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -62,7 +62,7 @@ std::uint64_t period_of(double rate) {
 ServerCamera::ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
                            const ServerOptions& options, RenderThread::MakeRenderer make_renderer)
     : pool_(pool),
-      shown_(episode(pool, options.shown_environment)),
+      shown_(pool.episode(options.shown_environment)),
       frames_(std::move(frames)),
       options_(options),
       period_(period_of(options.camera_rate)),
@@ -113,7 +113,7 @@ void ServerCamera::render(const walker_sim::Render::Request& request, ros::Time 
   RenderJob job;
   job.channels = channels_of(request.encoding);
   job.camera = camera_of(request, options_);
-  episode(pool_, request.environment).capture(job.captured);
+  pool_.episode(request.environment).capture(job.captured);
   job.is_wanted = [reply] { return reply.is_awaited(); };
   job.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
     walker_sim::Render::Response response;

@@ -1,15 +1,224 @@
 #include "server/drive/drive.h"
 
+#include <algorithm>
 #include <stdexcept>
+#include <utility>
 
+#include <ros/console.h>
+#include <ros/names.h>
 #include <ros/time.h>
+#include <ros/topic_manager.h>
 
-#include "episode/failure.h"
-#include "server/drive/follow.h"
-#include "server/drive/free.h"
-#include "server/drive/lockstep.h"
+#include "base/pacer.h"
+#include "ros/throttle.h"
+#include "server/time/clock_follower.h"
 
 namespace walker {
+namespace {
+
+constexpr std::chrono::seconds kUntilNextReset{1};  // after one that failed
+
+/// Only services move anything.
+class LockstepDrive : public Drive {
+ public:
+  using Drive::Drive;
+
+  void take_command(const std::vector<double>& /*efforts*/, const std::string& /*agent*/) override {
+    simulation_.refuse_command("effort command: in mode lockstep only ~step drives the walker");
+  }
+  bool takes_commands() const override { return false; }
+  void set_real_time_factor(double /*factor*/) override {
+    throw std::logic_error("set_real_time_factor: in lockstep who calls ~step sets the pace");
+  }
+  std::string pause() override {
+    return "nothing to pause: in lockstep nothing moves between steps";
+  }
+  std::string unpause() override {
+    return "nothing to unpause: in lockstep only ~step moves anything";
+  }
+  bool stands_still() const override { return true; }
+  const char* pace() const override { return "who calls ~step sets the pace"; }
+};
+
+/// Steps by the held effort command, resets itself unless `auto_reset` is off, and can be paused;
+/// then services may step. After a reset that failed it waits a second, whatever the pace, so that
+/// an engine that fails at every reset keeps neither the processor nor subscribers busy.
+class RunningDrive : public Drive {
+ public:
+  RunningDrive(const ServerOptions& options, Simulation& simulation)
+      : Drive(simulation), auto_reset_(options.auto_reset), is_paused_(options.paused) {}
+
+  void start() override { restart_schedule(); }
+
+  Clock::duration until_due(Clock::time_point now) const override {
+    if (!runs()) return kIdle;
+    const Clock::duration due =
+        waits_to_reset_again(now) ? resets_again_at_ - now : until_step(now);
+    return std::clamp<Clock::duration>(due, {}, kIdle);
+  }
+
+  void step_if_due() override {
+    if (!runs()) return;
+    const Clock::time_point now = Clock::now();
+    if (waits_to_reset_again(now)) {
+      restart_schedule();  // no deadline is missed meanwhile
+    } else if (is_step_due(now)) {
+      step();
+    }
+  }
+
+  void require_steps_by_service(const std::string& service) const override {
+    if (is_paused_) return;
+    throw std::logic_error(service + (runs()
+                                          ? ": mode is free and the simulation runs; call ~pause "
+                                            "first, or start with mode lockstep"
+                                          : ": the episode has ended, and ~reset begins the next"));
+  }
+
+  void take_command(const std::vector<double>& efforts, const std::string& agent) override {
+    simulation_.take_command(efforts, agent);
+  }
+  bool takes_commands() const override { return true; }
+
+  std::string pause() override {
+    return std::exchange(is_paused_, true) ? "was paused already" : "paused";
+  }
+
+  std::string unpause() override {
+    if (!is_paused_) return "ran already";
+    is_paused_ = false;
+    restart_schedule();
+    return "runs";
+  }
+
+  bool is_paused() const override { return is_paused_; }
+  bool stands_still() const override { return is_paused_; }
+
+ protected:
+  /// Logs the first of consecutive failures; diagnostics report all of them.
+  void begin_episode(std::optional<std::uint64_t> seed) override {
+    const bool failed_before = state().failed_at_reset();
+    simulation_.reset(seed);
+    resets_again_at_ = Clock::now() + kUntilNextReset;
+    if (failed_before || !state().failed_at_reset()) return;
+    ROS_ERROR_STREAM("No episode: " << kResetFailed << ": " << state().error << "; "
+                                    << (auto_reset_
+                                            ? "running, it is reset again after a second, and "
+                                              "~reset begins an episode at once"
+                                            : "~reset begins the next"));
+  }
+
+ private:
+  virtual Clock::duration until_step(Clock::time_point now) const = 0;
+  /// Called if the next step may be made. @return whether to make it now
+  virtual bool is_step_due(Clock::time_point now) = 0;
+
+  void step() {
+    if (!state().has_begun() || state().has_ended()) {
+      begin_episode(std::nullopt);
+    } else {
+      simulation_.step_by_command();
+    }
+  }
+
+  const EpisodeState& state() const { return simulation_.shown().state(); }
+  bool runs() const { return !is_paused_ && (auto_reset_ || !state().has_ended()); }
+  bool waits_to_reset_again(Clock::time_point now) const {
+    return state().failed_at_reset() && now < resets_again_at_;
+  }
+
+  bool auto_reset_;
+  bool is_paused_;
+  Clock::time_point resets_again_at_;  // after a reset that failed
+};
+
+/// Keeps a pace of its own.
+class FreeDrive : public RunningDrive {
+ public:
+  FreeDrive(const ServerOptions& options, Simulation& simulation)
+      : RunningDrive(options, simulation),
+        pacer_(simulation.shown().specification().dt, options.real_time_factor) {}
+
+  void start() override {
+    begin_episode(std::nullopt);
+    restart_schedule();
+  }
+
+  void restart_schedule() override {
+    RunningDrive::restart_schedule();
+    pacer_.restart(Clock::now());
+  }
+
+  void set_real_time_factor(double factor) override {
+    complete_parameters(server_parameters(), {{"real_time_factor", factor}});  // throws
+    pacer_.set_real_time_factor(factor, Clock::now());
+    simulation_.timing().interrupt();
+    simulation_.command().count_in_wall_time(factor == 0, simulation_.clock().now().toNSec());
+  }
+
+  std::optional<double> real_time_factor() const override { return pacer_.real_time_factor(); }
+  const char* pace() const override {
+    if (is_paused()) return "paused";
+    return pacer_.real_time_factor() == 0 ? "as fast as it goes" : "keeps up";
+  }
+
+ private:
+  Clock::duration until_step(Clock::time_point now) const override { return pacer_.remaining(now); }
+
+  bool is_step_due(Clock::time_point now) override {
+    if (pacer_.remaining(now) > Clock::duration::zero()) return false;
+    simulation_.timing().step_begins(now, pacer_.period());
+    simulation_.counters().missed_deadlines += pacer_.step_begins(now);
+    return true;
+  }
+
+  Pacer pacer_;
+};
+
+/// Steps under another node's /clock.
+class FollowDrive : public RunningDrive {
+ public:
+  FollowDrive(const ServerOptions& options, Simulation& simulation)
+      : RunningDrive(options, simulation),
+        follower_(static_cast<std::uint64_t>(simulation.clock().dt().toNSec())) {}
+
+  void restart_schedule() override {
+    RunningDrive::restart_schedule();
+    follower_.restart();
+  }
+
+  void set_real_time_factor(double /*factor*/) override {
+    throw std::logic_error(
+        "set_real_time_factor: this server follows /clock, so its publisher sets the pace");
+  }
+
+  bool follows_clock() const override { return true; }
+  const char* pace() const override { return is_paused() ? "paused" : "follows /clock"; }
+  std::string complaint() const override { return is_paused() ? "" : follower_.complaint(); }
+
+ private:
+  Clock::duration until_step(Clock::time_point /*now*/) const override {
+    return std::chrono::milliseconds(1);
+  }
+
+  bool is_step_due(Clock::time_point now) override {
+    SimulationClock& clock = simulation_.clock();
+    const std::uint64_t time = std::min(ros::Time::now().toNSec(), ros::TIME_MAX.toNSec());
+    const std::string clock_topic = ros::names::resolve("/clock");
+    follower_.count(ros::TopicManager::instance()->getNumPublishers(clock_topic), now);
+    const ClockFollower::Advice advice = follower_.look(time, clock.now().toNSec());
+    clock.catch_up(ros::Time().fromNSec(advice.stamp));
+    simulation_.counters().missed_deadlines += advice.missed;
+    const std::string complaint = follower_.complaint();
+    static Throttle throttle;
+    if (!complaint.empty() && throttle.passes()) ROS_WARN_STREAM("Nothing moves: " << complaint);
+    return advice.is_due;
+  }
+
+  ClockFollower follower_;
+};
+
+}  // namespace
 
 const EpisodeState& Drive::reset(std::optional<std::uint64_t> seed) {
   begin_episode(seed);

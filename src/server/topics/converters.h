@@ -23,6 +23,10 @@
 
 namespace walker {
 
+/// Queue length of the topics whose listeners want every message; those of recorders are longer.
+/// Upper bound of the steps of one request as well: its messages overflow no queue.
+constexpr std::uint32_t kListenerQueue = 100;
+
 /// Names of the frames under the tf_prefix; no leading slash. Links are called as in the robot
 /// description.
 struct Frames {

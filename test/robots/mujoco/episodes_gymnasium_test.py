@@ -18,7 +18,7 @@ from mujoco_reference import IDS, MODELS, NEARLY_ALL, OTHER_PARAMETERS, own_mode
 
 STEPS = 20
 NEAR = 1e-9
-ASSETS = pathlib.Path(__file__).parents[2] / "assets"
+ASSETS = pathlib.Path(__file__).parents[3] / "assets"
 
 
 def largest_differences(rollout, ours, theirs):
