@@ -13,9 +13,9 @@
 namespace walker {
 
 std::vector<ParameterDescription> agent_parameters() {
-  constexpr double kMostEpisodes = 4294967295.0;
-  constexpr double kLongestTolerance = 1;
-  constexpr double kLargestSeed = 2147483647.0;  // XML-RPC's integers have 32 bits
+  constexpr double kMaxEpisodes = 4294967295.0;
+  constexpr double kMaxTolerance = 1;
+  constexpr double kMaxSeed = 2147483647.0;  // XML-RPC's integers have 32 bits
   return {
       {"agent", std::string("heuristic"), "", "Who decides: policy, heuristic or random.", 0, 0},
       {"policy", std::string(), "",
@@ -27,14 +27,14 @@ std::vector<ParameterDescription> agent_parameters() {
       {"seeds", std::string(), "",
        "Seeds of the episodes, in turn, as decimal texts with blanks between; empty: the server's.",
        0, 0},
-      {"agent_seed", std::int64_t{0}, "", "Seed of the random agent.", 0, kLargestSeed},
-      {"episodes", std::int64_t{0}, "", "How many; 0: no end.", 0, kMostEpisodes},
+      {"agent_seed", std::int64_t{0}, "", "Seed of the random agent.", 0, kMaxSeed},
+      {"episodes", std::int64_t{0}, "", "How many; 0: no end.", 0, kMaxEpisodes},
       {"real_time_factor", 0.0, "",
        "Simulation time over wall time in lock-step; 0: as fast as it goes.", 0,
        kMaxRealTimeFactor},
       {"stamp_tolerance", 0.0, "s",
        "How far apart the stamps of sensors of one instant may be; 0: equal stamps.", 0,
-       kLongestTolerance},
+       kMaxTolerance},
   };
 }
 

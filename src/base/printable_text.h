@@ -9,14 +9,14 @@
 
 namespace walker {
 
-constexpr std::size_t kMostPrintableBytes = 1000;  ///< of a text before it loses its middle
-constexpr std::size_t kMaxQuotedBytes = 200;       ///< the same for a peer's text within a message
+constexpr std::size_t kMaxPrintableBytes = 1000;  ///< of a text before it loses its middle
+constexpr std::size_t kMaxQuotedBytes = 200;      ///< the same for a peer's text within a message
 
 /// On one line: control characters, and bytes that are no UTF-8, become \n, \t or \x1b. Of a long
 /// text the middle is left out, with a word on how much that is: what stands at its beginning and
 /// its end tells most.
 WALKER_SIM_EXPORT std::string printable(std::string_view text,
-                                        std::size_t most = kMostPrintableBytes);
+                                        std::size_t most = kMaxPrintableBytes);
 
 WALKER_SIM_EXPORT bool is_utf8(std::string_view text);
 

@@ -133,10 +133,10 @@ double Generator::uniform(double low, double high) {
 }
 
 std::int64_t Generator::integers(std::int64_t low, std::int64_t high) {
-  constexpr std::uint32_t kLargest = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::uint32_t kMax = std::numeric_limits<std::uint32_t>::max();
   // Unsigned, for the difference of two far integers does not fit into a signed one.
   const std::uint64_t values = static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
-  if (high <= low || values > kLargest) {
+  if (high <= low || values > kMax) {
     throw std::invalid_argument("integers: the range [" + std::to_string(low) + ", " +
                                 std::to_string(high) + ") must hold 1 .. 2^32 - 1 values");
   }
@@ -145,7 +145,7 @@ std::int64_t Generator::integers(std::int64_t low, std::int64_t high) {
   const auto count = static_cast<std::uint32_t>(values);
   std::uint64_t product = std::uint64_t{next_uint32()} * count;
   if (static_cast<std::uint32_t>(product) < count) {
-    const std::uint32_t threshold = (kLargest - count + 1U) % count;
+    const std::uint32_t threshold = (kMax - count + 1U) % count;
     while (static_cast<std::uint32_t>(product) < threshold) {
       product = std::uint64_t{next_uint32()} * count;
     }

@@ -32,8 +32,8 @@ ClientOptions completed(ClientOptions options) {
     throw std::invalid_argument("server = \"" + name +
                                 "\"; must be a node's full name, e.g. /walker_sim");
   }
-  constexpr double kMostSeconds = 1e6;
-  if (std::isnan(options.timeout) || options.timeout <= 0 || options.timeout > kMostSeconds) {
+  constexpr double kMaxSeconds = 1e6;
+  if (std::isnan(options.timeout) || options.timeout <= 0 || options.timeout > kMaxSeconds) {
     throw std::invalid_argument("timeout = " + fixed_text(options.timeout) +
                                 " s; must be above 0 and at most 1000000");
   }
@@ -65,9 +65,9 @@ class Client::Implementation {
     request_.assign(tcpros::kLengthBytes, 0);
     Writer writer(request_);
     write(writer);
-    if (request_.size() - tcpros::kLengthBytes > tcpros::kMostMessageBytes) {
+    if (request_.size() - tcpros::kLengthBytes > tcpros::kMaxMessageBytes) {
       throw std::invalid_argument("a request of " + std::to_string(request_.size()) +
-                                  " bytes; at most " + std::to_string(tcpros::kMostMessageBytes) +
+                                  " bytes; at most " + std::to_string(tcpros::kMaxMessageBytes) +
                                   " can be sent");
     }
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());

@@ -124,13 +124,13 @@ std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& s
       (std::size_t{server.observation_size} + server.info_names.size()) * sizeof(double);
   const std::size_t action = server.action_size * sizeof(double);
   std::size_t bytes = row + action + kWords;  // of a transition
-  if (service == kGetSpec) bytes = kMostSpecificationBytes;
+  if (service == kGetSpec) bytes = kMaxSpecificationBytes;
   if (service == kResetBatch || service == kStepBatch) {  // with the final rows
     bytes = server.num_envs * (2 * row + kNumbers + kTexts) + kWords;
   }
-  if (service == kSnapshot) bytes = kMaxRecordedSteps * action + kMostSpecificationBytes + kWords;
+  if (service == kSnapshot) bytes = kMaxRecordedSteps * action + kMaxSpecificationBytes + kWords;
   if (service == kRender) bytes = std::size_t{kMaxPixels} * kMaxPixels * sizeof(float) + kWords;
-  return std::min(bytes, tcpros::kMostMessageBytes);
+  return std::min(bytes, tcpros::kMaxMessageBytes);
 }
 
 void read(Reader& reader, ServerSpecification& told) {

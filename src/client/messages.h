@@ -32,7 +32,7 @@ class Writer {
   /// @throws std::invalid_argument for more elements than a message can have
   template <typename Number>
   void array(const Number* values, std::size_t size) {
-    if (size > tcpros::kMostMessageBytes / sizeof(Number)) {
+    if (size > tcpros::kMaxMessageBytes / sizeof(Number)) {
       throw std::invalid_argument(std::to_string(size) + " values are too many for one request");
     }
     number(static_cast<std::uint32_t>(size));

@@ -34,7 +34,7 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
 tcpros::Fields ServiceConnection::receive_header(const Deadline& deadline) {
   receive_at_least(tcpros::kLengthBytes, deadline);
   const std::size_t size = tcpros::load_length(input_.data());
-  if (size > tcpros::kMostHeaderBytes) {
+  if (size > tcpros::kMaxHeaderBytes) {
     throw std::runtime_error("it sent a header of " + std::to_string(size) +
                              " bytes; is it a ROS node?");
   }

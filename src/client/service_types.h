@@ -28,7 +28,7 @@ enum ServiceIndex : std::size_t {
 
 // A specification is taken before anything is known that it could be checked by; an observation of
 // 500000 values has a place in it.
-constexpr std::size_t kMostSpecificationBytes = 1 << 24;
+constexpr std::size_t kMaxSpecificationBytes = 1 << 24;
 
 constexpr std::array<ServiceType, 9> kServiceTypes{{
     {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4"},

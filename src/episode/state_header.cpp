@@ -30,8 +30,8 @@ Fields fields_of(const Specification& specification) {
 }
 
 Fields read_fields(StateReader& reader) {
-  constexpr std::size_t kLeastBytes = 2 * sizeof(std::uint32_t);
-  Fields fields(reader.count(kLeastBytes));
+  constexpr std::size_t kMinBytes = 2 * sizeof(std::uint32_t);
+  Fields fields(reader.count(kMinBytes));
   for (auto& [name, value] : fields) {
     name = reader.text();
     value = reader.text();

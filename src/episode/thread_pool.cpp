@@ -36,8 +36,8 @@ void relax() {
 /// @return whether the number changed
 bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, bool keeps_processor) {
   using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::microseconds kLongest(150);  // docs/pool.md says why
-  const Clock::time_point end = Clock::now() + kLongest;
+  constexpr std::chrono::microseconds kMaxSpin(150);  // docs/pool.md says why
+  const Clock::time_point end = Clock::now() + kMaxSpin;
   do {
     if (number.load(std::memory_order_acquire) != old) return true;
     if (keeps_processor) {

@@ -85,9 +85,9 @@ WALKER_SIM_INLINE inline void add_product(const float* weight, std::ptrdiff_t ro
 
 /// A quotient of polynomials, within 4e-7 of tanh; the coefficients are Eigen 3.4's.
 WALKER_SIM_INLINE inline float rational_tanh(float value) {
-  constexpr float kLargest = 7.90531110763549805F;  // beyond, the quotient leaves [-1, 1]
-  constexpr float kTiny = 0.0004F;                  // below, tanh is its argument
-  const float x = std::max(std::min(value, kLargest), -kLargest);
+  constexpr float kMax = 7.90531110763549805F;  // beyond, the quotient leaves [-1, 1]
+  constexpr float kTiny = 0.0004F;              // below, tanh is its argument
+  const float x = std::max(std::min(value, kMax), -kMax);
   const float square = x * x;
   float odd = square * -2.76076847742355e-16F + 2.00018790482477e-13F;
   odd = square * odd + -8.60467152213735e-11F;

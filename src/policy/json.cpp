@@ -119,11 +119,11 @@ class Reader {
   }
 
   std::uint64_t read_whole() {
-    constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max() / 10 - 1;
+    constexpr std::uint64_t kMax = std::numeric_limits<std::uint64_t>::max() / 10 - 1;
     const std::size_t begin = at_;
     std::uint64_t value = 0;
     for (; at_ < text_.size() && text_[at_] >= '0' && text_[at_] <= '9'; ++at_) {
-      if (value > kLargest) fail("has a number that is too large");
+      if (value > kMax) fail("has a number that is too large");
       value = value * 10 + static_cast<std::uint64_t>(text_[at_] - '0');
     }
     if (at_ == begin) fail("has neither text, whole number, array nor object");

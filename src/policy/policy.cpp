@@ -18,8 +18,8 @@ namespace walker {
 namespace {
 
 constexpr const char* kFormat = "walker_sim policy 1";
-constexpr std::size_t kMostLayers = 16;
-constexpr std::streamoff kLargestFile = std::streamoff{1} << 28U;
+constexpr std::size_t kMaxLayers = 16;
+constexpr std::streamoff kMaxFile = std::streamoff{1} << 28U;
 
 [[noreturn]] void refuse(const std::string& name, const std::string& reason) {
   throw PolicyError("policy " + printable(name) + ": " + printable(reason));
@@ -35,7 +35,7 @@ std::vector<char> read_file(const std::string& path) {
   }
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
-  if (size < 0 || size > kLargestFile) refuse(path, "it cannot be read as a file");
+  if (size < 0 || size > kMaxFile) refuse(path, "it cannot be read as a file");
   std::vector<char> data(static_cast<std::size_t>(size));
   file.seekg(0);
   if (!file.read(data.data(), size)) refuse(path, "it cannot be read");
@@ -93,11 +93,11 @@ Layer read_layer(const Tensors& tensors, const std::string& name, Eigen::Index i
 }
 
 std::size_t read_layer_count(const std::string& text) {
-  for (std::size_t count = 1; count <= kMostLayers; ++count) {
+  for (std::size_t count = 1; count <= kMaxLayers; ++count) {
     if (text == std::to_string(count)) return count;
   }
   throw std::invalid_argument("layers = " + text + ": must be a number from 1 to " +
-                              std::to_string(kMostLayers));
+                              std::to_string(kMaxLayers));
 }
 
 Network read_network(const Tensors& tensors, std::map<std::string, std::string>& metadata) {

@@ -11,8 +11,8 @@
 namespace walker {
 namespace {
 
-constexpr std::size_t kLargestHeader = std::size_t{1} << 20U;
-constexpr std::size_t kMostValues = std::size_t{1} << 26U;
+constexpr std::size_t kMaxHeader = std::size_t{1} << 20U;
+constexpr std::size_t kMaxValues = std::size_t{1} << 26U;
 
 /// The machines that are supported are little-endian, as the file is.
 template <typename Number>
@@ -42,7 +42,7 @@ Tensor read_tensor(const std::string& name, const json::Object& entry, const cha
   std::size_t count = 1;
   for (const json::Value& extent : field("shape").array(name + "'s shape")) {
     const std::uint64_t value = extent.whole(name + "'s extent");
-    if (value == 0 || value > kMostValues / count) {
+    if (value == 0 || value > kMaxValues / count) {
       throw std::invalid_argument(name + " has an extent of " + std::to_string(value));
     }
     tensor.shape.push_back(value);
@@ -94,7 +94,7 @@ Tensors read_safetensors(const std::vector<char>& data) {
   }
   header_size = read_as<std::uint64_t>(data.data());
   const std::size_t rest = data.size() - sizeof(header_size);
-  if (header_size > rest || header_size > kLargestHeader) {
+  if (header_size > rest || header_size > kMaxHeader) {
     throw std::invalid_argument("its header should have " + std::to_string(header_size) +
                                 " bytes; the file has " + std::to_string(data.size()));
   }

@@ -24,9 +24,9 @@ bool is_text(const py::handle& value) { return PyUnicode_Check(value.ptr()) != 0
 /// Python writes an integer in a time quadratic in its digits, and from 3.9.14 on refuses to where
 /// there are more than 4300.
 bool is_too_long(const py::handle& value) {
-  constexpr int kMostBits = 14284;  // of 4300 digits
+  constexpr int kMaxBits = 14284;  // of 4300 digits
   return PyLong_Check(value.ptr()) != 0 &&
-         value.attr("bit_length")().cast<py::ssize_t>() > kMostBits;
+         value.attr("bit_length")().cast<py::ssize_t>() > kMaxBits;
 }
 
 std::string to_text(const std::string& name, const py::handle& value) {
@@ -51,11 +51,11 @@ double to_number(const std::string& name, const py::handle& number, const py::ha
 }
 
 std::vector<double> to_numbers(const std::string& name, const py::handle& value) {
-  constexpr std::size_t kMost = 1000;  // of what may come without end
+  constexpr std::size_t kMax = 1000;  // of what may come without end
   const py::object real = py::module::import("numbers").attr("Real");
   std::vector<double> numbers;
   for (const py::handle element : value) {
-    if (!py::isinstance(element, real) || numbers.size() == kMost) refuse(name, value);
+    if (!py::isinstance(element, real) || numbers.size() == kMax) refuse(name, value);
     numbers.push_back(to_number(name, element, value));
   }
   return numbers;

@@ -24,8 +24,8 @@ namespace {
 using tcpros::Fields;
 using tcpros::kLengthBytes;
 
-constexpr std::uint64_t kLargestHeader = std::uint64_t{1} << 20U;
-constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 28U;
+constexpr std::uint64_t kMaxHeader = std::uint64_t{1} << 20U;
+constexpr std::uint64_t kMaxChunk = std::uint64_t{1} << 28U;
 
 /// What is wrong, and where; the file's name is put before it.
 struct Fault : std::runtime_error {
@@ -185,16 +185,16 @@ class Checker {
   void read_record() {
     record_ = place_;
     const std::uint64_t header_size = read_length("a header");
-    if (header_size > kLargestHeader) {
+    if (header_size > kMaxHeader) {
       throw Fault(false, record_, "a header of " + std::to_string(header_size) + " bytes");
     }
     fields_ = read_fields(read(header_size, header_));
     op_ = op_of(fields_, record_);
     const std::uint64_t data_size = read_length("a record");
-    if (data_size > kLargestChunk) {
+    if (data_size > kMaxChunk) {
       throw Fault(false, record_,
                   "a record of " + std::to_string(data_size) + " bytes; must have at most " +
-                      std::to_string(kLargestChunk));
+                      std::to_string(kMaxChunk));
     }
     data_ = read(data_size, buffer_);
     ops_[record_] = op_;
@@ -257,10 +257,10 @@ class Checker {
     if (!is_bz2 && compression != rosbag::COMPRESSION_LZ4) {
       throw Fault(false, record_, "a chunk with an unknown compression");
     }
-    if (size > kLargestChunk) {
+    if (size > kMaxChunk) {
       throw Fault(false, record_,
                   "a chunk of " + std::to_string(size) + " bytes; must have at most " +
-                      std::to_string(kLargestChunk));
+                      std::to_string(kMaxChunk));
     }
     // What comes out may be less than it should be, and rosbag does not say how much it was: then
     // these two differ.

@@ -31,7 +31,7 @@ struct CheckedMessage {
 };
 
 /// None of the topics that a walker's nodes listen to comes near it.
-constexpr std::size_t kMostMessageBytes = 1 << 20;
+constexpr std::size_t kMaxMessageBytes = 1 << 20;
 
 /// @param take   called with each message and the name of the node that has published it, fit for
 ///               a log
@@ -103,9 +103,9 @@ struct Serializer<walker::CheckedMessage<Message>> {
   static void read(Stream& stream, walker::CheckedMessage<Message>& checked) {
     const std::uint32_t size = stream.getLength();
     const std::uint8_t* const bytes = stream.advance(size);
-    if (size > walker::kMostMessageBytes) {
+    if (size > walker::kMaxMessageBytes) {
       checked.error = "the message has " + std::to_string(size) + " bytes; must have at most " +
-                      std::to_string(walker::kMostMessageBytes);
+                      std::to_string(walker::kMaxMessageBytes);
       return;
     }
     try {

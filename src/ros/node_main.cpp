@@ -37,7 +37,7 @@ namespace {
 // An end without hindrance takes less. After it the master is asked.
 constexpr std::chrono::milliseconds kPatience{500};
 // An error may list all that is allowed; and it may have a stranger's words.
-constexpr std::size_t kMostErrorBytes = 8000;
+constexpr std::size_t kMaxErrorBytes = 8000;
 
 sem_t is_told;  // what a handler may do to wake a thread
 std::atomic<bool> is_signalled{false};
@@ -172,7 +172,7 @@ int run_node(int argc, char** argv, const NodeDescription& node, const std::func
   } catch (const std::exception& error) {
     // Without a master, or while it ends, what it needs is missing.
     if (is_signalled || (is_started && !ros::ok())) return EXIT_SUCCESS;
-    ROS_FATAL_STREAM(printable(error.what(), kMostErrorBytes));
+    ROS_FATAL_STREAM(printable(error.what(), kMaxErrorBytes));
     return EXIT_FAILURE;
   }
   return EXIT_SUCCESS;

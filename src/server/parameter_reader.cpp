@@ -14,7 +14,7 @@
 namespace walker {
 namespace {
 
-constexpr double kLongestTimeout = 3600;
+constexpr double kMaxTimeout = 3600;
 constexpr double kHighestRate = 1000;
 
 Mode parse_mode(const std::string& text) {
@@ -113,7 +113,7 @@ std::vector<ParameterDescription> server_parameters() {
        kMaxRealTimeFactor},
       {"auto_reset", true, "", "Begin the next episode by itself when free-running.", 0, 0},
       {"command_timeout", 0.5, "s",
-       "Age at which an effort command gives way to zero torque; 0: never.", 0, kLongestTimeout},
+       "Age at which an effort command gives way to zero torque; 0: never.", 0, kMaxTimeout},
       {"publish_clock", true, "", "Publish /clock; false: follow it when free-running.", 0, 0},
       {"paused", false, "", "Begin paused when free-running.", 0, 0},
       {"wait_for_recorder", std::string(), "",
@@ -125,7 +125,7 @@ std::vector<ParameterDescription> server_parameters() {
       {"camera_rate", 25.0, "1/s",
        "Pictures per second of simulation time while somebody subscribes; 0: one of every state.",
        0, kHighestRate},
-      {"diagnostic_period", 1.0, "s", "Wall time between diagnostics.", 0.01, kLongestTimeout},
+      {"diagnostic_period", 1.0, "s", "Wall time between diagnostics.", 0.01, kMaxTimeout},
   };
 }
 

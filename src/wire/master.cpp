@@ -16,9 +16,9 @@ namespace {
 // ---------------------------------------------------------------- HTTP, as far as a call needs it
 
 // A master's answer has a few hundred bytes, and five fields.
-constexpr std::size_t kMostBodyBytes = 1 << 20;
-constexpr std::size_t kMostHeadBytes = 1 << 16;
-constexpr std::size_t kMostFields = 100;
+constexpr std::size_t kMaxBodyBytes = 1 << 20;
+constexpr std::size_t kMaxHeadBytes = 1 << 16;
+constexpr std::size_t kMaxFields = 100;
 
 /// Reads an answer of HTTP/1.1 from its socket.
 class HttpReader {
@@ -31,7 +31,7 @@ class HttpReader {
     bool is_chunked = false;
     std::size_t count = 0;
     for (std::string field = line(); !field.empty(); field = line()) {
-      if (++count > kMostFields) fail("more than 100 header fields");
+      if (++count > kMaxFields) fail("more than 100 header fields");
       const std::size_t colon = field.find(':');
       if (colon == std::string::npos) fail("a header field without a colon: " + field);
       const std::string name = lowered(field.substr(0, colon));
@@ -84,7 +84,7 @@ class HttpReader {
     const char* const end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, size, base);
     if (error != std::errc() || stop != end) fail("the length \"" + text + "\"");
-    if (size > kMostBodyBytes) fail("a length of " + std::to_string(size) + " bytes");
+    if (size > kMaxBodyBytes) fail("a length of " + std::to_string(size) + " bytes");
     return size;
   }
 
@@ -95,21 +95,21 @@ class HttpReader {
       const std::size_t size = to_size(trimmed(head.substr(0, head.find(';'))), kHexadecimal);
       if (size == 0) return body;
       body += take(size);
-      if (body.size() > kMostBodyBytes) fail("more than 1 MiB");
+      if (body.size() > kMaxBodyBytes) fail("more than 1 MiB");
       if (!line().empty()) fail("a chunk that does not end where it should");
     }
   }
 
   /// Of the header, or before and after a chunk.
   std::string line() {
-    constexpr std::size_t kMostLineBytes = 8192;
+    constexpr std::size_t kMaxLineBytes = 8192;
     std::size_t end = 0;
     while ((end = input_.find('\n')) == std::string::npos) {
-      if (input_.size() > kMostLineBytes) fail("a line of more than 8 KiB");
+      if (input_.size() > kMaxLineBytes) fail("a line of more than 8 KiB");
       if (!receive()) fail("it ends in its header");
     }
     line_bytes_ += end + 1;
-    if (line_bytes_ > kMostHeadBytes) fail("lines of more than 64 KiB around its body");
+    if (line_bytes_ > kMaxHeadBytes) fail("lines of more than 64 KiB around its body");
     std::string line = input_.substr(0, end);
     input_.erase(0, end + 1);
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -130,7 +130,7 @@ class HttpReader {
 
   std::string rest() {
     while (receive()) {
-      if (input_.size() > kMostBodyBytes) fail("more than 1 MiB");
+      if (input_.size() > kMaxBodyBytes) fail("more than 1 MiB");
     }
     return std::move(input_);
   }

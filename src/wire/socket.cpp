@@ -21,7 +21,7 @@ namespace walker {
 namespace {
 
 // Shorter than from one look to the next, so that a quick answer finds it short enough.
-constexpr std::chrono::milliseconds kLongestReceive = kLookPeriod / 2;
+constexpr std::chrono::milliseconds kMaxReceive = kLookPeriod / 2;
 
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
@@ -41,7 +41,7 @@ void wait_for(int descriptor, short events, const Deadline& deadline) {
 
 /// Lets the socket itself wait in a receive, which spares each answer a poll.
 void wait_in_receive(int descriptor) {
-  const timeval timeout{0, std::chrono::microseconds(kLongestReceive).count()};
+  const timeval timeout{0, std::chrono::microseconds(kMaxReceive).count()};
   if (setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout)) != 0 ||
       fcntl(descriptor, F_SETFL, 0) != 0) {
     fail(errno);
@@ -129,7 +129,7 @@ void Socket::send_all(const void* data, std::size_t size, const Deadline& deadli
 std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& deadline) {
   while (true) {
     // Where the deadline, or the next look, is near, the socket's own time limit would be too long.
-    if (deadline.check() < kLongestReceive) wait_for(descriptor_, POLLIN, deadline);
+    if (deadline.check() < kMaxReceive) wait_for(descriptor_, POLLIN, deadline);
     const ssize_t received = recv(descriptor_, data, capacity, 0);
     if (received >= 0) return static_cast<std::size_t>(received);
     if (errno == EINTR) {

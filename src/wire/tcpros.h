@@ -29,8 +29,8 @@ using Bytes = std::vector<std::uint8_t>;
 using Fields = std::map<std::string, std::string>;
 
 constexpr std::size_t kLengthBytes = sizeof(std::uint32_t);
-constexpr std::size_t kMostHeaderBytes = 65536;        // ours have less than 300
-constexpr std::size_t kMostMessageBytes = 1000000000;  // as roscpp draws the line
+constexpr std::size_t kMaxHeaderBytes = 65536;        // ours have less than 300
+constexpr std::size_t kMaxMessageBytes = 1000000000;  // as roscpp draws the line
 
 constexpr std::uint8_t kResponseFollows = 1;  // first byte of an answer that is no text
 

@@ -91,8 +91,8 @@ class Parser {
   }
 
   Value value(int depth) {
-    constexpr int kMostDepth = 16;
-    if (depth > kMostDepth) fail("values nested deeper than 16");
+    constexpr int kMaxDepth = 16;
+    if (depth > kMaxDepth) fail("values nested deeper than 16");
     take("<value>");
     // Without a type's tag the whole content is a string, blanks included.
     const std::size_t begin = position_;

@@ -24,9 +24,9 @@ namespace walker::bench {
 namespace {
 
 std::size_t bytes(const Arguments& arguments, const char* name) {
-  constexpr double kMost = 1e9;
+  constexpr double kMax = 1e9;
   const double number = arguments.number(name);
-  if (!(number >= 1 && number <= kMost)) {
+  if (!(number >= 1 && number <= kMax)) {
     throw std::invalid_argument("--" + std::string(name) + " = " + arguments.text(name) +
                                 "; must be 1 .. 1000000000");
   }

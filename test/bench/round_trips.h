@@ -22,8 +22,8 @@ class RoundTrips {
       throw std::invalid_argument("--seconds = " + std::to_string(seconds) +
                                   "; must be above 0 and at most 3600");
     }
-    constexpr double kMostPerSecond = 1e6;  // what nothing reaches: so nothing grows meanwhile
-    nanoseconds_.reserve(static_cast<std::size_t>(seconds * kMostPerSecond));
+    constexpr double kMaxPerSecond = 1e6;  // what nothing reaches: so nothing grows meanwhile
+    nanoseconds_.reserve(static_cast<std::size_t>(seconds * kMaxPerSecond));
   }
 
   /// @param call    is measured

@@ -26,7 +26,7 @@ using test::Peer;
 using test::ScriptedServer;
 using test::ScriptedWalker;
 
-constexpr std::uint32_t kLargest = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kMax = std::numeric_limits<std::uint32_t>::max();
 
 /// A message that is wrong in one field, and what is said of it.
 template <typename Message>
@@ -112,7 +112,7 @@ TEST(Answers, OfAStepAreMeasured) {
   table.add_sizes("observation", &Transition::observation);
   table.add_sizes("info", &Transition::info);
   table.add_sizes("action", &Transition::action);
-  for (const std::uint32_t environment : {std::uint32_t{2}, kLargest}) {
+  for (const std::uint32_t environment : {std::uint32_t{2}, kMax}) {
     table.add([&](Transition& transition) { transition.environment = environment; },
               "environment is " + std::to_string(environment) + "; must be below num_envs = 2");
   }
@@ -127,7 +127,7 @@ TEST(Answers, OfARepeatedStepAreMeasured) {
             "observation has 0 elements; must have 3");
   table.add([](RepeatedStep& repeated) { repeated.transition.environment = 2; },
             "environment is 2; must be below num_envs = 2");
-  for (const std::uint32_t steps : {std::uint32_t{0}, std::uint32_t{5}, kLargest}) {
+  for (const std::uint32_t steps : {std::uint32_t{0}, std::uint32_t{5}, kMax}) {
     table.add([&](RepeatedStep& repeated) { repeated.steps = steps; },
               "steps is " + std::to_string(steps) + "; must be in [1, 4]");
   }
@@ -167,7 +167,7 @@ TEST(Answers, OfABatchsStepAreMeasured) {
   ended({}, "final_observations has 3 elements; must have 0");
   ended({0, 1}, "final_observations has 3 elements; must have 6");
   ended({2}, "final_environments[0] is 2; must be below num_envs = 2");
-  ended({kLargest}, "final_environments[0] is 4294967295; must be below num_envs = 2");
+  ended({kMax}, "final_environments[0] is 4294967295; must be below num_envs = 2");
   ended({1, 1}, "final_environments[1] is 1; must be above the one before, 1");
   ended({1, 0}, "final_environments[1] is 0; must be above the one before, 1");
   ended({0, 1, 2}, "final_environments[2] is 2; must be below num_envs = 2");
@@ -218,11 +218,11 @@ std::string specification_refusal(const std::string& answer) {
 
 TEST(Answers, OfASpecificationAreMeasuredByThemselves) {
   Table<ServerSpecification> table(test::example_specification());
-  for (const std::uint32_t num_envs : {std::uint32_t{0}, std::uint32_t{100001}, kLargest}) {
+  for (const std::uint32_t num_envs : {std::uint32_t{0}, std::uint32_t{100001}, kMax}) {
     table.add([&](ServerSpecification& told) { told.num_envs = num_envs; },
               "num_envs is " + std::to_string(num_envs) + "; must be in [1, 100000]");
   }
-  for (const std::uint32_t size : {std::uint32_t{0}, std::uint32_t{4}, kLargest}) {
+  for (const std::uint32_t size : {std::uint32_t{0}, std::uint32_t{4}, kMax}) {
     table.add([&](ServerSpecification& told) { told.observation_size = size; },
               "observation_low has 3 elements; must have " + std::to_string(size));
     table.add([&](ServerSpecification& told) { told.action_size = size; },
@@ -242,7 +242,7 @@ TEST(Answers, OfASpecificationAreMeasuredByThemselves) {
 
 /// Nothing is known yet that would say how much is too much.
 TEST(Answers, ALongSpecificationIsNotTaken) {
-  EXPECT_EQ(specification_refusal(test::Message().number('\1').number(kLargest).bytes()),
+  EXPECT_EQ(specification_refusal(test::Message().number('\1').number(kMax).bytes()),
             "it announces an answer of 4294967295 bytes; at most 16777216 are taken" + kLost);
 }
 
@@ -254,14 +254,14 @@ TEST(Answers, AreNoLongerThanTheyNeedToBe) {
     EXPECT_GE(most_answer_bytes(service, server), kMebibyte);
     EXPECT_LT(most_answer_bytes(service, server), kMebibyte + 4096);
   }
-  EXPECT_EQ(most_answer_bytes(kGetSpec, server), kMostSpecificationBytes);
-  EXPECT_GE(most_answer_bytes(kSnapshot, server), 8000000 + kMostSpecificationBytes);
-  EXPECT_LT(most_answer_bytes(kSnapshot, server), 10000000 + kMostSpecificationBytes);
+  EXPECT_EQ(most_answer_bytes(kGetSpec, server), kMaxSpecificationBytes);
+  EXPECT_GE(most_answer_bytes(kSnapshot, server), 8000000 + kMaxSpecificationBytes);
+  EXPECT_LT(most_answer_bytes(kSnapshot, server), 10000000 + kMaxSpecificationBytes);
   EXPECT_LT(most_answer_bytes(kRender, server), 70 * kMebibyte);
   ServerSpecification large = server;
   large.num_envs = kMaxEnvironments;
   large.observation_size = 500000;
-  EXPECT_EQ(most_answer_bytes(kStepBatch, large), tcpros::kMostMessageBytes);
+  EXPECT_EQ(most_answer_bytes(kStepBatch, large), tcpros::kMaxMessageBytes);
 }
 
 /// In memory a text has eight times the bytes of an empty one's length.

@@ -26,12 +26,12 @@
 namespace walker::test {
 namespace {
 
-constexpr std::chrono::seconds kLongestWait{60};
+constexpr std::chrono::seconds kMaxWait{60};
 
 /// Calls until it does not throw ConnectionError: servers need a moment to begin.
 template <typename Call>
 void until_connected(const Call& call) {
-  const auto give_up = std::chrono::steady_clock::now() + kLongestWait;
+  const auto give_up = std::chrono::steady_clock::now() + kMaxWait;
   while (true) {
     try {
       call();
@@ -177,7 +177,7 @@ TEST(Episodes, AreSharedWithRoscpp) {
   for (const bool persistent : {true, false}) {
     ros::ServiceClient theirs =
         node.serviceClient<walker_sim::Step>("/walker_sim/step", persistent);
-    EXPECT_TRUE(theirs.waitForExistence(ros::Duration(kLongestWait.count())));
+    EXPECT_TRUE(theirs.waitForExistence(ros::Duration(kMaxWait.count())));
     EXPECT_TRUE(theirs.exists());
     for (int i = 0; i < 5; ++i) {
       twin.step(call.request.action);

@@ -175,7 +175,7 @@ class ScriptedWalker {
                           std::function<bool()> is_interrupted = {},
                           const ServerSpecification& specification = example_specification())
       : server_(after(telling(specification), std::move(scripts))),
-        master_(std::vector<ScriptedServer::Script>(kMostLookUps, master_of(server_.address()))) {
+        master_(std::vector<ScriptedServer::Script>(kMaxLookUps, master_of(server_.address()))) {
     ClientOptions options;
     options.master_uri = "http://" + master_.address();
     options.timeout = timeout;
@@ -191,7 +191,7 @@ class ScriptedWalker {
   Transition transition;
 
  private:
-  static constexpr std::size_t kMostLookUps = 10;
+  static constexpr std::size_t kMaxLookUps = 10;
 
   static std::vector<ScriptedServer::Script> after(const ScriptedServer::Script& first,
                                                    std::vector<ScriptedServer::Script> scripts) {

@@ -47,10 +47,10 @@ void silence() {
 SharedBySessions& shared() {
   static SharedBySessions made_once = [] {
     silence();
-    constexpr std::size_t kMostRequestBytes = 4096;
+    constexpr std::size_t kMaxRequestBytes = 4096;
     const OfferedService service{"walker_sim/Step",        "0123",
                                  "walker_sim/StepRequest", "walker_sim/StepResponse",
-                                 kMostRequestBytes,        step};
+                                 kMaxRequestBytes,         step};
     OfferedService slow = service;
     slow.call = render;
     SharedBySessions made;
@@ -78,8 +78,8 @@ void run(const std::uint8_t* data, std::size_t size) {
     while (!is_over && input.size() > 0) {
       const std::vector<std::uint8_t> piece = input.piece();
       if (send(ends[1], piece.data(), piece.size(), MSG_NOSIGNAL) < 0) break;
-      constexpr int kMostTurns = 100;
-      for (int turn = 0; !is_over && (turn == 0 || session.has_work()) && turn < kMostTurns;
+      constexpr int kMaxTurns = 100;
+      for (int turn = 0; !is_over && (turn == 0 || session.has_work()) && turn < kMaxTurns;
            ++turn) {
         is_over = session.advance(POLLIN | POLLOUT) == ServiceSession::Outcome::over;
         drain(ends[1]);

@@ -42,13 +42,13 @@ class Gate {
   /// Until so many have come, whether they have passed or not.
   void wait_for_arrivals(std::uint64_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
-    if (!changed_.wait_for(lock, kLongest, [&] { return arrivals_ >= count; })) {
+    if (!changed_.wait_for(lock, kTimeout, [&] { return arrivals_ >= count; })) {
       throw std::runtime_error("nobody came to the gate");
     }
   }
 
  private:
-  static constexpr std::chrono::seconds kLongest{30};  // only a failing test waits as long
+  static constexpr std::chrono::seconds kTimeout{30};  // only a failing test waits as long
 
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -73,8 +73,8 @@ class Mailbox {
   /// All so far, once this one has come.
   std::vector<std::string> take_until(const std::string& last) {
     std::unique_lock<std::mutex> lock(mutex_);
-    constexpr std::chrono::seconds kLongest{30};  // only a failing test waits as long
-    if (!changed_.wait_for(lock, kLongest,
+    constexpr std::chrono::seconds kTimeout{30};  // only a failing test waits as long
+    if (!changed_.wait_for(lock, kTimeout,
                            [&] { return !texts_.empty() && texts_.back() == last; })) {
       throw std::runtime_error("nobody said " + last);
     }

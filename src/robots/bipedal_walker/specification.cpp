@@ -98,16 +98,16 @@ const Specification& the_walker() {
 }
 
 void set_spaces(Specification& specification) {
-  constexpr double kMostSpeed = 5.0;
+  constexpr double kMaxSpeed = 5.0;
   const auto pi = double{static_cast<float>(M_PI)};
   // hull angle, three speeds, then two legs: hip angle, speed, knee angle, speed, contact
-  specification.observation_low = {-pi, -kMostSpeed, -kMostSpeed, -kMostSpeed};
-  specification.observation_high = {pi, kMostSpeed, kMostSpeed, kMostSpeed};
+  specification.observation_low = {-pi, -kMaxSpeed, -kMaxSpeed, -kMaxSpeed};
+  specification.observation_high = {pi, kMaxSpeed, kMaxSpeed, kMaxSpeed};
   for (int leg = 0; leg < 2; ++leg) {
-    for (const double low : {-pi, -kMostSpeed, -pi, -kMostSpeed, -0.0}) {
+    for (const double low : {-pi, -kMaxSpeed, -pi, -kMaxSpeed, -0.0}) {
       specification.observation_low.push_back(low);
     }
-    for (const double high : {pi, kMostSpeed, pi, kMostSpeed, kMostSpeed}) {
+    for (const double high : {pi, kMaxSpeed, pi, kMaxSpeed, kMaxSpeed}) {
       specification.observation_high.push_back(high);
     }
   }

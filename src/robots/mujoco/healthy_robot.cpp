@@ -20,8 +20,8 @@ enum InfoIndex : std::size_t {
 
 /// In single precision; what lies beyond its range becomes its largest number.
 float saturated(double value) {
-  constexpr double kLargest = std::numeric_limits<float>::max();
-  return static_cast<float>(std::clamp(value, -kLargest, kLargest));
+  constexpr double kMax = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kMax, kMax));
 }
 
 }  // namespace

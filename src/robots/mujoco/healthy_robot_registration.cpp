@@ -43,9 +43,9 @@ struct Version {
 /// Gymnasium's constructor parameters, in its order.
 std::vector<ParameterDescription> parameters(const Version& version) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  constexpr double kLargestWeight = 1e9;
-  constexpr double kLargestNoise = 1e6;
-  constexpr double kMostFrames = 1000;
+  constexpr double kMaxWeight = 1e9;
+  constexpr double kMaxNoise = 1e6;
+  constexpr double kMaxFrames = 1000;
   std::vector<ParameterDescription> all;
   if (version.is_v5) {
     all.push_back({"xml_file", version.model(), "",
@@ -53,21 +53,21 @@ std::vector<ParameterDescription> parameters(const Version& version) {
                        " are built in.",
                    0, 0});
     all.push_back({"frame_skip", std::int64_t{kFrameSkip}, "",
-                   "Engine steps of one environment step.", 1, kMostFrames});
+                   "Engine steps of one environment step.", 1, kMaxFrames});
   }
   all.push_back({"forward_reward_weight", 1.0, "s/m", "Reward for the velocity along x.",
-                 -kLargestWeight, kLargestWeight});
+                 -kMaxWeight, kMaxWeight});
   all.push_back({"ctrl_cost_weight", 1e-3, "", "Cost of the sum of the squared actions.",
-                 -kLargestWeight, kLargestWeight});
-  all.push_back({"healthy_reward", 1.0, "", "Reward of a step that ends healthy.", -kLargestWeight,
-                 kLargestWeight});
+                 -kMaxWeight, kMaxWeight});
+  all.push_back(
+      {"healthy_reward", 1.0, "", "Reward of a step that ends healthy.", -kMaxWeight, kMaxWeight});
   all.push_back({"terminate_when_unhealthy", true, "", "End the episode when unhealthy.", 0, 0});
   for (const HealthyRange& range : version.kind->healthy_ranges) {
     all.push_back({range.name, std::vector<double>(range.interval.begin(), range.interval.end()),
                    range.unit, range.description, -kInfinity, kInfinity});
   }
   all.push_back({"reset_noise_scale", 5e-3, "m, rad, m/s, rad/s",
-                 "Largest deviation of each position and velocity at a reset.", 0, kLargestNoise});
+                 "Largest deviation of each position and velocity at a reset.", 0, kMaxNoise});
   all.push_back({"exclude_current_positions_from_observation", true, "",
                  "Leave the torso's x out of the observation.", 0, 0});
   return all;

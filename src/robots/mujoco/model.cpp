@@ -101,21 +101,21 @@ void check_settings(const mjModel& model) {
     int least;
     int most;
   };
-  constexpr int kMostIterations = 10000;
+  constexpr int kMaxIterations = 10000;
   constexpr int kMaxBufferPixels = 16384;
-  constexpr int kMostFacets = 1000;
+  constexpr int kMaxFacets = 1000;
   const auto& quality = model.vis.quality;
   for (const Setting& setting : {
-           Setting{"option iterations", model.opt.iterations, 0, kMostIterations},
-           Setting{"option noslip_iterations", model.opt.noslip_iterations, 0, kMostIterations},
-           Setting{"option mpr_iterations", model.opt.mpr_iterations, 0, kMostIterations},
+           Setting{"option iterations", model.opt.iterations, 0, kMaxIterations},
+           Setting{"option noslip_iterations", model.opt.noslip_iterations, 0, kMaxIterations},
+           Setting{"option mpr_iterations", model.opt.mpr_iterations, 0, kMaxIterations},
            Setting{"global offwidth", model.vis.global.offwidth, 1, kMaxBufferPixels},
            Setting{"global offheight", model.vis.global.offheight, 1, kMaxBufferPixels},
            Setting{"quality shadowsize", quality.shadowsize, 0, kMaxBufferPixels},
            Setting{"quality offsamples", quality.offsamples, 0, 64},
-           Setting{"quality numslices", quality.numslices, 1, kMostFacets},
-           Setting{"quality numstacks", quality.numstacks, 1, kMostFacets},
-           Setting{"quality numquads", quality.numquads, 1, kMostFacets},
+           Setting{"quality numslices", quality.numslices, 1, kMaxFacets},
+           Setting{"quality numstacks", quality.numstacks, 1, kMaxFacets},
+           Setting{"quality numquads", quality.numquads, 1, kMaxFacets},
        }) {
     if (setting.value >= setting.least && setting.value <= setting.most) continue;
     throw std::runtime_error(std::string(setting.name) + " = " + std::to_string(setting.value) +
@@ -171,8 +171,8 @@ std::string identity(const std::string& xml_file) {
 void refuse_model(const std::string& xml_file, std::string reason) {
   while (!reason.empty() && reason.back() == '\n') reason.pop_back();
   std::replace(reason.begin(), reason.end(), '\n', ' ');
-  constexpr std::size_t kMostOfPath = 300;  // the reason may have it again
-  throw std::invalid_argument("parameter xml_file = " + printable(xml_file, kMostOfPath) + ": " +
+  constexpr std::size_t kMaxOfPath = 300;  // the reason may have it again
+  throw std::invalid_argument("parameter xml_file = " + printable(xml_file, kMaxOfPath) + ": " +
                               reason);
 }
 

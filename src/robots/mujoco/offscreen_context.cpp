@@ -67,10 +67,10 @@ EGLDisplay display_of_device() {
   const auto query = extension_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
   const auto get = extension_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
   if (query == nullptr || get == nullptr) return EGL_NO_DISPLAY;
-  constexpr EGLint kMostDevices = 32;
-  std::array<EGLDeviceEXT, kMostDevices> devices{};
+  constexpr EGLint kMaxDevices = 32;
+  std::array<EGLDeviceEXT, kMaxDevices> devices{};
   EGLint count = 0;
-  if (query(kMostDevices, devices.data(), &count) != EGL_TRUE) return EGL_NO_DISPLAY;
+  if (query(kMaxDevices, devices.data(), &count) != EGL_TRUE) return EGL_NO_DISPLAY;
   for (EGLint i = 0; i < count; ++i) {
     EGLDisplay const display =
         initialized(get(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr));

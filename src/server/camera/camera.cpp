@@ -53,8 +53,8 @@ Parameters camera_of(const walker_sim::Render::Request& request, const ServerOpt
 /// @return [ns]
 std::uint64_t period_of(double rate) {
   constexpr double kPerSecond = 1e9;
-  constexpr double kLongest = 1e18;  // longer than ROS time
-  return rate > 0 ? static_cast<std::uint64_t>(std::min(kPerSecond / rate, kLongest)) : 1;
+  constexpr double kMax = 1e18;  // longer than ROS time
+  return rate > 0 ? static_cast<std::uint64_t>(std::min(kPerSecond / rate, kMax)) : 1;
 }
 
 }  // namespace

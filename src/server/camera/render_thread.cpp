@@ -39,8 +39,8 @@ class Renderers {
     if (found != kept_.end()) {
       kept_.splice(kept_.begin(), kept_, found);
     } else {
-      constexpr std::size_t kMost = 4;  // each may hold a context of OpenGL
-      if (kept_.size() == kMost) kept_.pop_back();
+      constexpr std::size_t kMax = 4;  // each may hold a context of OpenGL
+      if (kept_.size() == kMax) kept_.pop_back();
       kept_.push_front({camera, make_(camera)});
     }
     return *kept_.front().renderer;

@@ -215,7 +215,7 @@ bool Path::add(const Vector3& trunk) {
     const geometry_msgs::Point& last = points_.back();
     if (std::hypot(point.x - last.x, point.y - last.y, point.z - last.z) < kSpacing) return false;
   }
-  if (points_.size() == kMostPoints) points_.pop_front();
+  if (points_.size() == kMaxPoints) points_.pop_front();
   points_.push_back(point);
   return true;
 }

@@ -31,8 +31,8 @@ std::optional<Eigen::Vector3d> lowest_point(const Link& link, double y, const Po
 /// The way of the trunk through an episode: its newest points, each some way from the one before.
 class Path {
  public:
-  static constexpr double kSpacing = 0.1;          ///< between points, at least [m]
-  static constexpr std::size_t kMostPoints = 400;  ///< older ones are forgotten
+  static constexpr double kSpacing = 0.1;         ///< between points, at least [m]
+  static constexpr std::size_t kMaxPoints = 400;  ///< older ones are forgotten
 
   /// Takes the point if it is the first, or far enough from the newest.
   /// @param trunk position in the world [m]; one that is not finite is left out

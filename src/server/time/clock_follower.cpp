@@ -10,10 +10,10 @@ namespace walker {
 namespace {
 
 // A /clock that has gone on by more steps than this is followed by a slip, not by a burst.
-constexpr std::uint64_t kMostStepsToCatchUp = 5;
+constexpr std::uint64_t kMaxStepsToCatchUp = 5;
 
 // Until then a publisher may be on its way, or being started again.
-constexpr std::chrono::seconds kLongestWithoutPublisher{3};
+constexpr std::chrono::seconds kMaxWithoutPublisher{3};
 
 }  // namespace
 
@@ -30,7 +30,7 @@ ClockFollower::Advice ClockFollower::look(std::uint64_t clock, std::uint64_t sta
   behind_ = stamp > clock ? stamp - clock : 0;
   const std::uint64_t due = behind_ > 0 ? 0 : (clock - stamp) / dt_;
   Advice advice{stamp, 0, due > 0};
-  if (due > (has_restarted ? 1 : kMostStepsToCatchUp)) {
+  if (due > (has_restarted ? 1 : kMaxStepsToCatchUp)) {
     const std::uint64_t left_out = due - 1;
     advice.stamp += left_out * dt_;
     advice.missed = has_restarted ? 0 : left_out;
@@ -44,7 +44,7 @@ void ClockFollower::count(std::size_t publishers, std::chrono::steady_clock::tim
   } else if (!unpublished_since_) {
     unpublished_since_ = now;
   }
-  is_unpublished_ = unpublished_since_ && now - *unpublished_since_ >= kLongestWithoutPublisher;
+  is_unpublished_ = unpublished_since_ && now - *unpublished_since_ >= kMaxWithoutPublisher;
 }
 
 std::string ClockFollower::complaint() const {

@@ -34,26 +34,25 @@ std::string list_of(const std::vector<Value>& elements);
 
 /// Short, for a message.
 std::string to_text(const Value& value) {  // NOLINT(misc-no-recursion): the parser bounds depths
-  constexpr std::size_t kLongest = 60;
+  constexpr std::size_t kMax = 60;
   switch (value.kind) {
     case Value::Kind::array:
       return "[" + list_of(value.elements) + "]";
     case Value::Kind::structure:
       return "{" + list_of(value.elements) + "}";
     case Value::Kind::text:
-      return "\"" + value.text.substr(0, kLongest) +
-             (value.text.size() > kLongest ? "...\"" : "\"");
+      return "\"" + value.text.substr(0, kMax) + (value.text.size() > kMax ? "...\"" : "\"");
     default:
-      return value.text.substr(0, kLongest);
+      return value.text.substr(0, kMax);
   }
 }
 
 std::string list_of(const std::vector<Value>& elements) {  // NOLINT(misc-no-recursion)
-  constexpr std::size_t kMost = 4;
+  constexpr std::size_t kMax = 4;
   std::string text;
   for (std::size_t i = 0; i < elements.size(); ++i) {
     if (i > 0) text += ", ";
-    if (i == kMost) return text + "...";
+    if (i == kMax) return text + "...";
     text += to_text(elements[i]);
   }
   return text;

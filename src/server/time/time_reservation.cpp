@@ -18,13 +18,13 @@ constexpr double kWallSecondsAhead = 20;  // renewed while half of it is left
 // Whoever keeps it may obey what it was asked after a while, when nobody waits for the answer any
 // more: a master that was stopped, and goes on. So where it is silent an hour is asked for.
 constexpr double kWallSecondsAheadOfSilence = 3600;
-constexpr double kShortest = 10;  // [s]
-constexpr double kLongest = 1e6;  // [s]
+constexpr double kShortest = 10;   // [s]
+constexpr double kMaxAhead = 1e6;  // [s]
 
-constexpr std::chrono::milliseconds kLongestWait{200};
+constexpr std::chrono::milliseconds kMaxWait{200};
 // Between attempts. Few, for each may wait in the queue of whom it is for.
 constexpr std::chrono::milliseconds kShortestPause{1000};
-constexpr std::chrono::milliseconds kLongestPause{5000};
+constexpr std::chrono::milliseconds kMaxPause{5000};
 
 }  // namespace
 
@@ -60,7 +60,7 @@ void TimeReservation::use(std::uint64_t now) {
   used_ = now;
   if (!std::exchange(is_wanted_, true)) wanted_.notify_one();
   if (now <= reserved_ || has_waited_ || !failure_.empty()) return;
-  settled_.wait_for(lock, kLongestWait, [&] { return now <= reserved_ || !failure_.empty(); });
+  settled_.wait_for(lock, kMaxWait, [&] { return now <= reserved_ || !failure_.empty(); });
   has_waited_ = now > reserved_;
 }
 
@@ -93,7 +93,7 @@ void TimeReservation::run() {
     if (failure.empty()) {
       note_success(from, until, at);
     } else {
-      if (was_silent) pause_ = std::clamp(2 * pause_, kShortestPause, kLongestPause);
+      if (was_silent) pause_ = std::clamp(2 * pause_, kShortestPause, kMaxPause);
       failure_ = failure;
     }
     const std::string warning = failure.empty() || was_silent ? "" : describe_failure();
@@ -114,7 +114,7 @@ std::uint64_t TimeReservation::next_end() const {
   const bool is_silent = !failure_.empty();
   const double ahead = is_silent ? std::max(pace, 1.0) * kWallSecondsAheadOfSilence
                                  : std::max(pace * kWallSecondsAhead, kShortest);
-  const auto nanoseconds = static_cast<std::uint64_t>(std::min(ahead, kLongest) * kPerSecond);
+  const auto nanoseconds = static_cast<std::uint64_t>(std::min(ahead, kMaxAhead) * kPerSecond);
   const std::uint64_t until = used_ + std::min(nanoseconds, end_ - used_);
   return is_silent ? std::max(until, asked_) : until;
 }

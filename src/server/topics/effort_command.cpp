@@ -19,9 +19,9 @@ void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
   check_action(specification_, efforts.data(), efforts.size(), "effort command", " N m");
   for (std::size_t i = 0; i < efforts.size(); ++i) {
     // Motors weaker than 1 N m turn the largest efforts into an infinite action.
-    constexpr double kLargest = std::numeric_limits<double>::max();
+    constexpr double kMax = std::numeric_limits<double>::max();
     const double action = efforts[i] / specification_.effort_per_action[i];
-    action_[i] = std::clamp(action, -kLargest, kLargest);
+    action_[i] = std::clamp(action, -kMax, kMax);
   }
   state_ = State::held;
   set_at_ = time(now);

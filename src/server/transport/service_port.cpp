@@ -54,10 +54,10 @@ int listen_anywhere(std::uint16_t& port) {
 
 /// The other half of the descriptors is for topics, and for all else.
 std::size_t most_sessions() {
-  constexpr std::size_t kMost = 1000;
+  constexpr std::size_t kMaxConnections = 1000;
   rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMost;
-  return std::min<std::size_t>(kMost, limit.rlim_cur / 2);
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMaxConnections;
+  return std::min<std::size_t>(kMaxConnections, limit.rlim_cur / 2);
 }
 
 void set(int descriptor, int level, int option, int value) {
@@ -82,9 +82,9 @@ bool tell_master(const std::string& method, const std::string& service, const st
 ServiceSession::Outcome advance(ServiceSession& session, short happened) {
   // On one core the client runs as soon as it has its answer, and has asked again by now: then
   // its next calls need no poll. A few, for others wait.
-  constexpr int kMostCalls = 8;
+  constexpr int kMaxCalls = 8;
   ServiceSession::Outcome outcome = session.advance(happened);
-  for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < kMostCalls; ++calls) {
+  for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < kMaxCalls; ++calls) {
     outcome = session.advance(POLLIN);
   }
   return outcome;
@@ -142,7 +142,7 @@ void ServicePort::serve_sessions() {
     const bool is_over = advance(*sessions_[i], happened) == ServiceSession::Outcome::over;
     held_ += sessions_[i]->held() - before;  // which may be less than nothing, modulo 2^64
     if (is_over) remove(sessions_[i]);
-    if (held_ > kMostHeldBytes) make_room();
+    if (held_ > kMaxHeldBytes) make_room();
   }
 }
 
@@ -154,7 +154,7 @@ void ServicePort::remove(std::unique_ptr<ServiceSession>& session) {
 
 /// Those that hold little all together never fill it.
 void ServicePort::make_room() {
-  while (held_ > kMostHeldBytes) {
+  while (held_ > kMaxHeldBytes) {
     std::unique_ptr<ServiceSession>* last = nullptr;
     for (std::unique_ptr<ServiceSession>& session : sessions_) {
       if (!session || !session->holds_much()) continue;
@@ -198,8 +198,8 @@ void ServicePort::turn_away(int descriptor) {
 }
 
 void ServicePort::accept_clients() {
-  constexpr int kMostAtOnce = 64;  // whoever is connected is not to wait for all of them
-  for (int i = 0; i < kMostAtOnce; ++i) {
+  constexpr int kMaxAtOnce = 64;  // whoever is connected is not to wait for all of them
+  for (int i = 0; i < kMaxAtOnce; ++i) {
     const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;

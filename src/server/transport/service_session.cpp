@@ -72,7 +72,7 @@ std::size_t ServiceSession::frame_size() const {
 
 /// Of a header or request, without its length.
 std::size_t ServiceSession::most_bytes() const {
-  return service_ != nullptr ? service_->second.most_request_bytes : tcpros::kMostHeaderBytes;
+  return service_ != nullptr ? service_->second.most_request_bytes : tcpros::kMaxHeaderBytes;
 }
 
 bool ServiceSession::has_request() const {
@@ -228,10 +228,10 @@ void ServiceSession::take_pending() {
 }
 
 void ServiceSession::refuse_long_answer() {
-  if (output_.size() <= kMostHeldBytes) return;
+  if (output_.size() <= kMaxHeldBytes) return;
   const std::string why = "service " + service_->first + ": an answer of " +
                           std::to_string(output_.size()) + " bytes; at most " +
-                          std::to_string(kMostHeldBytes) + " are given";
+                          std::to_string(kMaxHeldBytes) + " are given";
   log_client(shared_, "gets no answer", why);
   free_memory(output_);
   output_.assign(1 + tcpros::kLengthBytes, 0);
@@ -244,7 +244,7 @@ bool ServiceSession::give_way() {
                           std::to_string(held()) +
                           " bytes, longer than those of others; all "
                           "together may hold " +
-                          std::to_string(kMostHeldBytes);
+                          std::to_string(kMaxHeldBytes);
   if (pending_ || has_output() || !has_length() || service_ == nullptr) {
     log_client(shared_, "is cut off", why);
     return false;

@@ -42,7 +42,7 @@ struct SharedBySessions {
 
 /// How much all sessions of a port may hold of unfinished requests and of answers that have not
 /// been read; an answer longer than this is not given.
-constexpr std::size_t kMostHeldBytes = std::size_t{256} << 20U;
+constexpr std::size_t kMaxHeldBytes = std::size_t{256} << 20U;
 
 /// Logs what a client did wrong, where the throttle lets it. What the client itself has sent is
 /// made printable.

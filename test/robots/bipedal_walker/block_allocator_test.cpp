@@ -12,7 +12,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-constexpr int kLargest = 2 * b2_maxBlockSize;  // the heap serves what is larger than that
+constexpr int kMax = 2 * b2_maxBlockSize;  // the heap serves what is larger than that
 
 struct Block {
   unsigned char* bytes;
@@ -22,7 +22,7 @@ struct Block {
 
 /// A block of each size in an order without rule, aligned as all that Box2D puts there.
 std::vector<Block> take_all_sizes(b2BlockAllocator& allocator, unsigned seed) {
-  std::vector<int> sizes(kLargest);
+  std::vector<int> sizes(kMax);
   std::iota(sizes.begin(), sizes.end(), 1);
   std::shuffle(sizes.begin(), sizes.end(), std::mt19937(seed));
   std::vector<Block> blocks;

@@ -63,7 +63,7 @@ TEST(Reward, ChargesTheActionAsGivenNotAsLimited) {
 
 /// Gymnasium's would be infinite, or with a weight of 0 no number.
 TEST(Reward, StaysFiniteForTheLargestActions) {
-  constexpr double kLargestCost = std::numeric_limits<float>::max();
+  constexpr double kMaxCost = std::numeric_limits<float>::max();
   for (const double huge : {1e19, 1e30, 1e300, -std::numeric_limits<double>::max()}) {
     const double action[kJointCount] = {0, huge, 0, huge, 0, 0};
     RewardOptions weighted = options(true);
@@ -71,7 +71,7 @@ TEST(Reward, StaysFiniteForTheLargestActions) {
       weighted.ctrl_cost_weight = weight;
       const double control = reward_of_step(weighted, 0, true, action, kJointCount).control;
       EXPECT_TRUE(std::isfinite(control)) << huge << " " << weight;
-      EXPECT_LE(std::abs(control), kLargestCost);
+      EXPECT_LE(std::abs(control), kMaxCost);
       EXPECT_EQ(control<0, weight> 0) << "a cost is a cost";
     }
   }

@@ -459,10 +459,10 @@ TEST(PathMarker, HasAPointWhereverTheTrunkHasGoneSomeWay) {
 
 TEST(PathMarker, ForgetsWhatLiesFarBack) {
   Path path;
-  const auto most = static_cast<int>(Path::kMostPoints);
+  const auto most = static_cast<int>(Path::kMaxPoints);
   for (int i = 0; i < most + 10; ++i) EXPECT_TRUE(path.add({1.0 * i, 0, 1}));
   const Marker marker = path.marker(header());
-  ASSERT_EQ(marker.points.size(), Path::kMostPoints);
+  ASSERT_EQ(marker.points.size(), Path::kMaxPoints);
   EXPECT_EQ(marker.points.front().x, 10);
   EXPECT_EQ(marker.points.back().x, most + 9);
   path.clear();

@@ -45,8 +45,8 @@ class Keeper {
   /// All that was asked, once it is so much.
   std::vector<std::uint64_t> asked(std::size_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
-    constexpr std::chrono::seconds kLongest{30};  // only a failing test waits as long
-    EXPECT_TRUE(changed_.wait_for(lock, kLongest, [&] { return asked_.size() >= count; }));
+    constexpr std::chrono::seconds kTimeout{30};  // only a failing test waits as long
+    EXPECT_TRUE(changed_.wait_for(lock, kTimeout, [&] { return asked_.size() >= count; }));
     return asked_;
   }
 

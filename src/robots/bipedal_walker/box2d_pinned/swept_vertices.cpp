@@ -16,20 +16,20 @@ static_assert(2 * b2_polygonRadius - 3 * b2_linearSlop < 1.001F * b2_linearSlop)
 /// below these; a margin of ten times that serves both what is computed here and what Box2D
 /// computes.
 constexpr float kMargin = 1e-3F;
-constexpr float kLargestPlace = 500;  // [m]
-constexpr float kLargestAngle = 100;  // [rad]
+constexpr float kMaxPlace = 500;  // [m]
+constexpr float kMaxAngle = 100;  // [rad]
 
 bool is_same(const b2Sweep& a, const b2Sweep& b) {
   return a.c0 == b.c0 && a.c == b.c && a.a0 == b.a0 && a.a == b.a;
 }
 
 bool is_near(const b2Vec2& place) {
-  return std::abs(place.x) < kLargestPlace && std::abs(place.y) < kLargestPlace;
+  return std::abs(place.x) < kMaxPlace && std::abs(place.y) < kMaxPlace;
 }
 
 bool is_near(const b2Sweep& sweep) {
-  return is_near(sweep.c0) && is_near(sweep.c) && std::abs(sweep.a0) < kLargestAngle &&
-         std::abs(sweep.a) < kLargestAngle;
+  return is_near(sweep.c0) && is_near(sweep.c) && std::abs(sweep.a0) < kMaxAngle &&
+         std::abs(sweep.a) < kMaxAngle;
 }
 
 /// What of an axis some vertices take up.

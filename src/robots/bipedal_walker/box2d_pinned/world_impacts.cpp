@@ -165,7 +165,7 @@ void WorldImpacts::read_impact(const b2Body& walker, float alpha) {
   impact_.body = static_cast<int>(index_of(walker));
   impact_.dt = (1.0F - alpha) * model_->dt;
   impact_.state = state_of(walker);
-  impact_.num_contacts = std::min(num_contacts_, kMostContactsOfBody);
+  impact_.num_contacts = std::min(num_contacts_, kMaxContactsOfBody);
   impact_.pattern = static_cast<unsigned>(num_contacts_);
   for (int i = 0; i < impact_.num_contacts; ++i) {
     const auto place = static_cast<std::size_t>(i);
@@ -176,7 +176,7 @@ void WorldImpacts::read_impact(const b2Body& walker, float alpha) {
 
 void WorldImpacts::finish() {
   b2Body& walker = *parts_.bodies[static_cast<std::size_t>(impact_.body)];
-  if (num_contacts_ <= kMostContactsOfBody && is_finite(impact_.state)) {
+  if (num_contacts_ <= kMaxContactsOfBody && is_finite(impact_.state)) {
     walker.m_sweep.c0.Set(impact_.safe_x, impact_.safe_y);
     walker.m_sweep.a0 = impact_.safe_angle;
     set_state(walker, impact_.state);

@@ -13,7 +13,7 @@
 
 namespace walker::bipedal_walker {
 
-static_assert(kMostContacts <= b2_maxTOIContacts && kMostContactsOfBody <= b2_maxTOIContacts);
+static_assert(kMaxContacts <= b2_maxTOIContacts && kMaxContactsOfBody <= b2_maxTOIContacts);
 
 inline int truth(bool is_true) { return is_true ? -1 : 0; }
 

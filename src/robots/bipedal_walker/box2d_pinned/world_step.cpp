@@ -79,17 +79,17 @@ bool WorldStep::read_island() {
     const int before = num_contacts_;
     if (!read_contacts(body)) return false;
     island_.num_contacts[i] = num_contacts_ - before;
-    counts = (kMostContactsOfBody + 1) * counts + static_cast<unsigned>(island_.num_contacts[i]);
+    counts = (kMaxContactsOfBody + 1) * counts + static_cast<unsigned>(island_.num_contacts[i]);
   }
   // What the kernel has most work with comes first.
-  island_.pattern = ((kMostContacts + 1) * counts + num_pairs_) << kJoints;
+  island_.pattern = ((kMaxContacts + 1) * counts + num_pairs_) << kJoints;
   island_.pattern += read_joints();
   return true;
 }
 
 /// @return whether there is room for them
 bool WorldStep::read_contacts(const b2Body& body) {
-  const int most = std::min(kMostContacts, num_contacts_ + kMostContactsOfBody);
+  const int most = std::min(kMaxContacts, num_contacts_ + kMaxContactsOfBody);
   for (const b2ContactEdge* edge = body.m_contactList; edge != nullptr; edge = edge->next) {
     b2Contact& contact = *edge->contact;
     if (!is_solid(contact)) continue;

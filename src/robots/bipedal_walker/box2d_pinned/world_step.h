@@ -43,8 +43,8 @@ class WorldStep {
   const Model* model_;
   Island island_;
   int num_contacts_;
-  unsigned num_pairs_;                              ///< contacts with two points
-  std::array<b2Contact*, kMostContacts> contacts_;  ///< in the island's order
+  unsigned num_pairs_;                             ///< contacts with two points
+  std::array<b2Contact*, kMaxContacts> contacts_;  ///< in the island's order
 };
 
 /// Of the worlds that `Physics` builds. @param parts of any of them

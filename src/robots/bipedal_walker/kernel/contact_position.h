@@ -12,7 +12,7 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr float kMostLinearCorrection = 0.2F;  ///< b2_maxLinearCorrection [m]
+constexpr float kMaxLinearCorrection = 0.2F;  ///< b2_maxLinearCorrection [m]
 
 /// b2ContactSolver::SolvePositionConstraints and SolveTOIPositionConstraints, of one contact.
 /// @param share      of the error that is taken back: b2_baumgarte or b2_toiBaugarte
@@ -54,7 +54,7 @@ WALKER_SIM_INLINE inline void solve_position(const ManifoldLanes<W>& manifold, b
 
     const Vec2<W> arm = clip_point - body.center;
     const Number<W> error = clamp(Number<W>(share) * (distance + Number<W>(kLinearSlop)),
-                                  Number<W>(-kMostLinearCorrection), zero);
+                                  Number<W>(-kMaxLinearCorrection), zero);
     const Number<W> arm_along = cross(arm, normal);
     const Number<W> mass_along = mass + inertia * arm_along * arm_along;
     const Number<W> push = -error / mass_along;

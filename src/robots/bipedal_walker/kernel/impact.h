@@ -147,8 +147,8 @@ class ImpactLanes {
   MassLanes<W> mass_;
   BodyState<Number<W>> body_;
   BodyLanes<W> velocity_;
-  std::array<ManifoldLanes<W>, kMostContactsOfBody> manifolds_;
-  std::array<ContactLanes<W>, kMostContactsOfBody> contacts_;
+  std::array<ManifoldLanes<W>, kMaxContactsOfBody> manifolds_;
+  std::array<ContactLanes<W>, kMaxContactsOfBody> contacts_;
   const Model& model_;
   std::array<Impact*, W> impacts_;
   int count_;

@@ -23,9 +23,9 @@ constexpr int kHull = kBodies / 2;
 constexpr int body_a(int joint) { return joint < kJoints / 2 ? joint + 1 : joint; }
 constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1; }
 
-constexpr float kMostTranslation = 2;        ///< b2_maxTranslation [m]
-constexpr float kMostRotation = 0.5F * kPi;  ///< b2_maxRotation [rad]
-constexpr float kShare = 0.2F;               ///< b2_baumgarte
+constexpr float kMaxTranslation = 2;        ///< b2_maxTranslation [m]
+constexpr float kMaxRotation = 0.5F * kPi;  ///< b2_maxRotation [rad]
+constexpr float kShare = 0.2F;              ///< b2_baumgarte
 
 /// b2Island's last part: positions by velocities, which are limited.
 template <int W>
@@ -33,13 +33,13 @@ WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body
   const Vec2<W> velocity{body.velocity_x, body.velocity_y};
   const Vec2<W> translation = dt * velocity;
   const Number<W> squared = dot(translation, translation);
-  const Truth<W> is_far = squared > Number<W>(kMostTranslation * kMostTranslation);
-  const Number<W> slower = Number<W>(kMostTranslation) / simd::sqrt(squared);
+  const Truth<W> is_far = squared > Number<W>(kMaxTranslation * kMaxTranslation);
+  const Number<W> slower = Number<W>(kMaxTranslation) / simd::sqrt(squared);
   const Vec2<W> limited = select(is_far, slower * velocity, velocity);
   const Number<W> rotation = dt * body.angular_velocity;
-  const Truth<W> is_wide = rotation * rotation > Number<W>(kMostRotation * kMostRotation);
+  const Truth<W> is_wide = rotation * rotation > Number<W>(kMaxRotation * kMaxRotation);
   const Number<W> size = select(rotation > Number<W>(0), rotation, -rotation);  // b2Abs
-  body.angular_velocity = select(is_wide, body.angular_velocity * (Number<W>(kMostRotation) / size),
+  body.angular_velocity = select(is_wide, body.angular_velocity * (Number<W>(kMaxRotation) / size),
                                  body.angular_velocity);
   body.velocity_x = limited.x;
   body.velocity_y = limited.y;
@@ -49,7 +49,7 @@ WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body
 }
 
 /// Each body's contacts are apart from the others'.
-constexpr int kMostContactsInLanes = kBodies * kMostContactsOfBody;
+constexpr int kMaxContactsInLanes = kBodies * kMaxContactsOfBody;
 
 /// The contacts of a body that are at the same place in the lists of their worlds.
 template <int W>
@@ -301,10 +301,10 @@ class IslandLanes {
   std::array<Island*, W> islands_;
   int num_slots_;
   int slots_of_hull_, slots_of_other_leg_;  ///< the first ones, of those that are sorted by body
-  std::array<Slot<W>, kMostContactsInLanes> slots_;
-  std::array<std::array<int, W>, kMostContactsInLanes> places_of_contacts_;
-  std::array<ContactImpulses<Number<W>>, kMostContactsInLanes> impulses_;
-  std::array<ContactLanes<W>, kMostContactsInLanes> contacts_;
+  std::array<Slot<W>, kMaxContactsInLanes> slots_;
+  std::array<std::array<int, W>, kMaxContactsInLanes> places_of_contacts_;
+  std::array<ContactImpulses<Number<W>>, kMaxContactsInLanes> impulses_;
+  std::array<ContactLanes<W>, kMaxContactsInLanes> contacts_;
   std::array<BodyState<Number<W>>, kBodies> bodies_;
   std::array<Rotation<Number<W>>, kBodies> rotations_;
   std::array<BodyLanes<W>, kBodies> velocities_;

@@ -11,10 +11,10 @@
 
 namespace walker::bipedal_walker {
 
-constexpr int kBodies = 5;  ///< one lower leg, its upper leg, the hull, the other legs' parts
-constexpr int kJoints = 4;  ///< joint i is between bodies i and i + 1
-constexpr int kMostContacts = 32;  ///< of one island
-constexpr int kMostContactsOfBody = 12;
+constexpr int kBodies = 5;        ///< one lower leg, its upper leg, the hull, the other legs' parts
+constexpr int kJoints = 4;        ///< joint i is between bodies i and i + 1
+constexpr int kMaxContacts = 32;  ///< of one island
+constexpr int kMaxContactsOfBody = 12;
 
 /// What is the same in all worlds [m, rad, kg, s].
 struct Model {
@@ -95,8 +95,8 @@ struct Island {
   std::array<BodyState<float>, kBodies> bodies;
   std::array<Force<float>, kBodies> forces;
   std::array<JointState<float, int>, kJoints> joints;
-  std::array<int, kBodies> num_contacts;  ///< of each body, at most kMostContactsOfBody
-  std::array<Contact<float, int>, kMostContacts> contacts;  ///< body by body
+  std::array<int, kBodies> num_contacts;  ///< of each body, at most kMaxContactsOfBody
+  std::array<Contact<float, int>, kMaxContacts> contacts;  ///< body by body
 
   std::array<Rotation<float>, kBodies> rotations_before;  ///< only written
   std::array<Rotation<float>, kBodies> rotations;         ///< only written
@@ -110,8 +110,8 @@ struct Impact {
   int body;  ///< of the walker
   float dt;  ///< of what is left of the step [s]
   BodyState<float> state;
-  int num_contacts;  ///< 1 .. kMostContactsOfBody
-  std::array<ContactManifold<float, int>, kMostContactsOfBody> contacts;
+  int num_contacts;  ///< 1 .. kMaxContactsOfBody
+  std::array<ContactManifold<float, int>, kMaxContactsOfBody> contacts;
 
   float safe_x, safe_y, safe_angle;  ///< only written: where the rest of the step starts
   unsigned pattern;

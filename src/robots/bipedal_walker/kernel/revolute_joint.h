@@ -161,10 +161,10 @@ struct PlaceLanes {
   Number<W> angle;
 };
 
-constexpr float kPi = 3.14159265359F;                          ///< b2_pi
-constexpr float kLinearSlop = 0.005F;                          ///< b2_linearSlop [m]
-constexpr float kAngularSlop = 2.0F / 180.0F * kPi;            ///< b2_angularSlop [rad]
-constexpr float kMostAngularCorrection = 8.0F / 180.0F * kPi;  ///< b2_maxAngularCorrection [rad]
+constexpr float kPi = 3.14159265359F;                         ///< b2_pi
+constexpr float kLinearSlop = 0.005F;                         ///< b2_linearSlop [m]
+constexpr float kAngularSlop = 2.0F / 180.0F * kPi;           ///< b2_angularSlop [rad]
+constexpr float kMaxAngularCorrection = 8.0F / 180.0F * kPi;  ///< b2_maxAngularCorrection [rad]
 
 /// b2RevoluteJoint::SolvePositionConstraints.
 /// @return where point and limit are near enough
@@ -185,7 +185,7 @@ WALKER_SIM_INLINE inline Truth<W> solve_position(const Model::Joint& model,
     const Number<W> angle = b.angle - a.angle - Number<W>(model.reference_angle);
     const Number<W> beyond_lower = angle - Number<W>(model.lower_angle);
     const Number<W> beyond_upper = angle - Number<W>(model.upper_angle);
-    const Number<W> most(kMostAngularCorrection);
+    const Number<W> most(kMaxAngularCorrection);
     const Number<W> slop(kAngularSlop);
     const Number<W> correction = select(state.at_lower, clamp(beyond_lower + slop, -most, zero),
                                         clamp(beyond_upper - slop, zero, most));

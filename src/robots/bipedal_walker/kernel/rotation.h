@@ -3,7 +3,7 @@
 // glibc (since 2.28, sysdeps/ieee754/flt-32/s_sincosf.h) evaluates a polynomial in double precision
 // and rounds once. Below, the same polynomial after a reduction of our own. With fused operations,
 // as glibc has them on newer processors, and without, as here, the results are the same float for
-// every angle below kLargestAngle: rotation_test.cpp tries them all. Lanes beyond ask the library.
+// every angle below kMaxAngle: rotation_test.cpp tries them all. Lanes beyond ask the library.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr float kLargestAngle = 16;     ///< [rad]; the first angle with another result is 17.279
+constexpr float kMaxAngle = 16;         ///< [rad]; the first angle with another result is 17.279
 constexpr float kTinyAngle = 0x1p-12F;  ///< its sine is itself, with its sign
 
 template <int W>
@@ -44,7 +44,7 @@ WALKER_SIM_INLINE inline Polynomials<W> evaluate(simd::Vector<double, W> angle) 
 template <int W>
 WALKER_SIM_INLINE inline Rotation<Number<W>> rotation_of(Number<W> angle) {
   using Bits = typename Truth<W>::Truth;
-  if (any(simd::exceeds(angle, kLargestAngle))) {
+  if (any(simd::exceeds(angle, kMaxAngle))) {
     Rotation<Number<W>> rotation;
     for (int lane = 0; lane < W; ++lane) {
       rotation.sine.set(lane, std::sin(angle[lane]));

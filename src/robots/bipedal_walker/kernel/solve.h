@@ -17,13 +17,13 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 /// Positions of most worlds are near enough after this many iterations; the others', mostly, never.
 constexpr int kFewIterations = 6;
 
-constexpr int kLeastLanes = 4;
+constexpr int kMinLanes = 4;
 
 /// Calls solve(first, lanes, W) for W problems at a time; what is left at the end, where half of
 /// the lanes are enough for it, with half of W.
 template <int W, typename Solve>
 void in_groups(std::size_t first, std::size_t count, const Solve& solve) {
-  constexpr std::size_t kFew = W > kLeastLanes ? W / 2 : 0;
+  constexpr std::size_t kFew = W > kMinLanes ? W / 2 : 0;
   for (; first < count && count - first > kFew; first += W) {
     solve(first, static_cast<int>(std::min<std::size_t>(W, count - first)),
           std::integral_constant<int, W>{});

@@ -10,7 +10,7 @@
 namespace walker::walker2d {
 namespace {
 
-constexpr int kLargestBuffer = 100;  // times what the built-in model has
+constexpr int kMaxBuffer = 100;  // times what the built-in model has
 
 /// To the bit; integers may be bytes in the model.
 bool is_equal(double a, double b) { return to_bits(a) == to_bits(b); }
@@ -62,7 +62,7 @@ std::string why_not_covered(const mjModel& model) {
   WALKER_SIM_MODEL_COUNTS(COMPARE_COUNT)
 // Nor much larger, for the trial has data for many worlds.
 #define COMPARE_BUFFER(name) \
-  if (model.name < model::name || model.name > kLargestBuffer * model::name) return #name;
+  if (model.name < model::name || model.name > kMaxBuffer * model::name) return #name;
   WALKER_SIM_MODEL_BUFFERS(COMPARE_BUFFER)
 #define COMPARE_NUMBER(type, part, name) \
   if (!is_equal(model.part.name, model::part##_##name)) return #part "." #name;

@@ -7,7 +7,7 @@
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr int kMostEvaluations = 50;  ///< mjMAXLSITER of 2.2.2
+constexpr int kMaxEvaluations = 50;  ///< mjMAXLSITER of 2.2.2
 
 /// Cost, and its first two derivatives, some way along the search direction.
 template <typename V>
@@ -42,14 +42,14 @@ class LineSearch {
     const double direction = p1.slope < 0 ? 1 : -1;
     Point<double> p2{};
     bool has_p2 = false;
-    while (p1.slope * direction <= -tolerance_ && count_ < kMostEvaluations) {
+    while (p1.slope * direction <= -tolerance_ && count_ < kMaxEvaluations) {
       p2 = p1;
       has_p2 = true;
       p1.alpha -= p1.slope / p1.slope_change;
       complete(p1);
       if (is_flat(p1)) return p1.alpha;
     }
-    if (count_ >= kMostEvaluations || !has_p2) return p1.alpha;
+    if (count_ >= kMaxEvaluations || !has_p2) return p1.alpha;
 
     // The minimum lies between p1 and p2: the next Newton points of both and their middle.
     Point<double> candidates[3];
@@ -58,7 +58,7 @@ class LineSearch {
     Point<double>& middle = candidates[2];
     p2_next = p1;
     p1_next = newton_point(p1);
-    while (count_ < kMostEvaluations) {
+    while (count_ < kMaxEvaluations) {
       middle.alpha = 0.5 * (p1.alpha + p2.alpha);
       complete(middle);
       const Point<double>* best = nullptr;

@@ -14,7 +14,7 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 /// Groups that pass a stage one after the other: its code, some 10 to 25 kB, stays in the cache.
 constexpr int kGroups = 4;
-constexpr double kLargestValue = 1e10;  ///< mjMAXVAL: beyond it a state is bad
+constexpr double kMaxValue = 1e10;  ///< mjMAXVAL: beyond it a state is bad
 
 /// MuJoCo's qpos, qvel, qacc_warmstart and qfrc_actuator of a group.
 template <int W>
@@ -30,8 +30,7 @@ struct Group {
 template <int W>
 WALKER_SIM_INLINE inline Mask<W> is_bad(const Vector<W>* values) {
   Mask<W> bad = Mask<W>::none();
-  unrolled<model::nv>([&](auto i)
-                          WALKER_SIM_INLINE { bad = bad | exceeds(values[i], kLargestValue); });
+  unrolled<model::nv>([&](auto i) WALKER_SIM_INLINE { bad = bad | exceeds(values[i], kMaxValue); });
   return bad;
 }
 
@@ -189,10 +188,10 @@ void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds
 
 template <int W>
 void step_worlds(World* const* worlds, std::size_t count, int steps, const Ground& ground) {
-  constexpr std::size_t kMost = std::size_t{W} * kGroups;
+  constexpr std::size_t kMax = std::size_t{W} * kGroups;
   auto& [groups, forward] = new_work<W, kGroups>(ground);
   while (count > 0) {
-    const int num_worlds = static_cast<int>(count < kMost ? count : kMost);
+    const int num_worlds = static_cast<int>(count < kMax ? count : kMax);
     const int num_groups = (num_worlds + W - 1) / W;
     const auto worlds_of = [&](int g) { return worlds + std::ptrdiff_t{g} * W; };
     const auto size = [&](int g) { return g + 1 < num_groups ? W : num_worlds - g * W; };

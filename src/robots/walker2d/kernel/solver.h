@@ -11,7 +11,7 @@
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr int kMostIterations = model::opt_iterations;
+constexpr int kMaxIterations = model::opt_iterations;
 constexpr double kTolerance = model::opt_tolerance;
 constexpr double kLineSearchTolerance = 0.01;
 
@@ -31,7 +31,7 @@ class Solver {
     make_hessian();
     choose_direction();
     going_ = rows_.has_any;
-    for (int i = 0; i < kMostIterations && any(going_) && iterate(qacc); ++i) {
+    for (int i = 0; i < kMaxIterations && any(going_) && iterate(qacc); ++i) {
     }
     unrolled<kSize>([&](auto i) WALKER_SIM_INLINE {
       qacc[i] = select(rows_.has_any, qacc[i], smooth_.qacc_smooth[i]);
