@@ -7,7 +7,6 @@ set(short_suites
   base/random_numpy_test
   docs_test
   exports_test
-  mutation/mutation_test
   package_xml_test
   programs_test
   python/answers_test
