@@ -1,7 +1,7 @@
-# The engines as interface targets, walker_sim_box2d and walker_sim_mujoco. Sets for the installation
-# mujoco_library and mujoco_licences.
+# The engines as interface targets: walker_sim_box2d and walker_sim_mujoco. Sets mujoco_library and
+# mujoco_licences.
 
-# Sets OUT to the folder in the cache that holds the pinned ENGINE, as scripts/fetch_engines names it.
+# Fetches the pinned ENGINE, unless it is in the cache, and sets OUT to its folder.
 function(walker_sim_fetch_engine engine out)
   execute_process(COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/fetch_engines ${engine}
     OUTPUT_VARIABLE fetched RESULT_VARIABLE result OUTPUT_STRIP_TRAILING_WHITESPACE)
@@ -11,8 +11,8 @@ function(walker_sim_fetch_engine engine out)
   set(${out} ${fetched} PARENT_SCOPE)
 endfunction()
 
-# Our replacements of Box2D's files rely on its local variables and private members: another version
-# may compile and give other bits.
+# Requires box2d-py 2.3.8. Our replacements of its files use its local variables and private
+# members, so another version may compile but give other bits.
 function(walker_sim_check_box2d folder)
   set(expected 5d76681c6b77404c086840ca0197fab6eb1dbfecf4bd12acd2acc78efebe6cff)
   file(GLOB_RECURSE files RELATIVE ${folder} ${folder}/Box2D/*.cpp ${folder}/Box2D/*.h)
@@ -40,7 +40,7 @@ if(NOT EXISTS "${box2d_source}/Box2D/Box2D.h")
 endif()
 walker_sim_check_box2d(${box2d_source})
 file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
-# Our files replace those of the same name; counters.cpp replaces two others.
+# Our files replace those of the same name; counters.cpp replaces b2Distance and b2TimeOfImpact.
 list(FILTER box2d_sources EXCLUDE
   REGEX "/b2(BlockAllocator|Distance|Island|TimeOfImpact|Timer)\\.cpp$")
 set(box2d_replacements b2BlockAllocator b2Island b2Timer counters)
@@ -53,13 +53,13 @@ set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
 set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
   ${box2d_ours}/broad_phase.cpp ${box2d_ours}/swept_vertices.cpp ${box2d_ours}/world_impacts.cpp
   ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
-if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # only our files, so that their lines stay apart
+if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # our files only, for exact line numbers
   foreach(name ${box2d_replacements})
     set_property(SOURCE ${box2d_ours}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -O0)
   endforeach()
 endif()
-# Optimisation level and contraction determine the bits. Symbols are hidden, for Gymnasium's own
-# Box2D may be loaded in the same process.
+# The optimisation level and FP contraction determine the bits. Symbols are hidden because
+# Gymnasium's Box2D may be loaded in the same process.
 set(box2d_options -O3 -ffp-contract=off -w)
 if(WALKER_SIM_INSTRUMENT STREQUAL "address")
   list(APPEND box2d_options -fno-sanitize=vptr) # Box2D reads a joint's type after its destructor
@@ -74,7 +74,6 @@ add_library(walker_sim_box2d INTERFACE)
 target_link_libraries(walker_sim_box2d INTERFACE box2d_pinned)
 
 # ---------------------------------------------------------------- MuJoCo
-# An unpacked release (lib/, include/), given or fetched.
 set(mujoco_dir ${MUJOCO_DIR})
 if(NOT mujoco_dir)
   walker_sim_fetch_engine(mujoco mujoco_dir)
@@ -96,8 +95,8 @@ endif()
 if(NOT EXISTS "${mujoco_library}")
   message(FATAL_ERROR "MUJOCO_DIR = ${mujoco_dir}: must hold lib/libmujoco.so.2.2.2")
 endif()
-# Programs load a copy in the build folder: if MUJOCO_DIR disappeared, the loader would silently take
-# the distribution's library, which has the same name.
+# Programs load a copy in the build folder. If they used MUJOCO_DIR and it was removed, the loader
+# would silently take the distribution's library of the same name.
 if(WALKER_SIM_ROS)
   set(mujoco_copy ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_LIB_DESTINATION}/libmujoco.so.2.2.2)
 else()
@@ -113,6 +112,6 @@ set_target_properties(mujoco_shared PROPERTIES IMPORTED_LOCATION ${mujoco_librar
 target_include_directories(mujoco_shared SYSTEM INTERFACE ${mujoco_include_dir})
 add_library(walker_sim_mujoco INTERFACE)
 target_link_libraries(walker_sim_mujoco INTERFACE mujoco_shared)
-# LD_LIBRARY_PATH may name the distribution's folder. The loader searches DT_RPATH before that variable,
-# and DT_RUNPATH, which linkers write by default, after it.
+# LD_LIBRARY_PATH may name the distribution's folder. The loader searches DT_RPATH before it, and
+# DT_RUNPATH, the linkers' default, after it.
 target_link_options(walker_sim_mujoco INTERFACE "-Wl,--disable-new-dtags")

@@ -1,4 +1,4 @@
-# What the catkin package and the wheel install.
+# Installation of the catkin package and of the wheel.
 if(WALKER_SIM_ROS)
   install(TARGETS walker_sim_core
     ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
@@ -21,7 +21,7 @@ if(WALKER_SIM_ROS)
     DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION}/licenses/mujoco)
 elseif(SKBUILD)
   install(TARGETS walker_sim_python LIBRARY DESTINATION walker_sim)
-  # Where walker_sim/files.py looks for them.
+  # walker_sim/files.py expects them there.
   install(DIRECTORY assets/policies DESTINATION walker_sim/share/assets)
   install(DIRECTORY config/training DESTINATION walker_sim/share/config)
   install(FILES ${mujoco_library} DESTINATION walker_sim)

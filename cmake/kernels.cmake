@@ -1,7 +1,7 @@
-# The robots' kernels: the same source compiled for several instruction sets, of which the fastest is
-# chosen when a program starts (docs/box2d_speed.md, docs/walker2d_speed.md).
+# The robots' kernels: one source, compiled for several instruction sets. A program selects the
+# fastest at its start (docs/box2d_speed.md, docs/walker2d_speed.md).
 
-# Walker2d's kernel has its model's constants compiled in. A program reads them from MuJoCo.
+# Walker2d's kernel has the model's constants compiled in; this program reads them from MuJoCo.
 set(walker2d_constants ${CMAKE_CURRENT_BINARY_DIR}/robots/walker2d/model_constants.h)
 get_filename_component(mujoco_library_dir ${mujoco_library} DIRECTORY)
 add_executable(walker2d_generate_constants src/robots/walker2d/kernel/generate_constants.cpp)
@@ -9,15 +9,15 @@ target_include_directories(walker2d_generate_constants PRIVATE src)
 target_link_libraries(walker2d_generate_constants PRIVATE walker_sim_mujoco walker_sim_flags)
 set_target_properties(walker2d_generate_constants PROPERTIES
   INSTALL_RPATH ${mujoco_library_dir} RUNTIME_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
-file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/robots/walker2d) # Ninja would create it, Make does not
+file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/robots/walker2d) # Make does not create it
 add_custom_command(OUTPUT ${walker2d_constants}
   COMMAND walker2d_generate_constants ${CMAKE_CURRENT_SOURCE_DIR}/assets/walker2d_v5.xml ${walker2d_constants}
   DEPENDS walker2d_generate_constants assets/walker2d_v5.xml VERBATIM)
 
-# Options of each robot's kernels, whatever the instruction set.
+# Options of each robot's kernels for all instruction sets.
 set(walker2d_kernel_options -O3 -fno-signed-zeros -ffinite-math-only -fno-trapping-math -fno-math-errno)
 set(bipedal_walker_kernel_options -O3 -fno-trapping-math -fno-math-errno)
-if(WALKER_SIM_INSTRUMENT STREQUAL "fuzzer") # clang takes minutes for each, and fuzzed bytes do not reach them
+if(WALKER_SIM_INSTRUMENT STREQUAL "fuzzer") # slow to compile, and not fuzzed
   list(APPEND walker2d_kernel_options -O1 -fno-sanitize=all)
   list(APPEND bipedal_walker_kernel_options -O1 -fno-sanitize=all)
 elseif(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
@@ -25,7 +25,7 @@ elseif(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
   list(APPEND bipedal_walker_kernel_options -Og)
 endif()
 
-# Each architecture has one set that every processor runs, and wider ones.
+# Each architecture has a baseline, which every processor supports, and wider instruction sets.
 set(sse2_options "")
 set(neon_options "")
 set(avx2_options -mavx2)

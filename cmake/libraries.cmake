@@ -4,7 +4,7 @@ if(NOT TARGET Eigen3::Eigen)
   message(FATAL_ERROR "Eigen/Core not found: install libeigen3-dev")
 endif()
 
-# walker_sim_pictures: headers of the libraries that draw. The first picture loads the libraries.
+# walker_sim_pictures: headers of the rendering libraries, which the first picture loads.
 find_path(CAIRO_INCLUDE_DIR cairo.h PATH_SUFFIXES cairo)
 find_path(EGL_INCLUDE_DIR EGL/egl.h)
 find_path(OSMESA_INCLUDE_DIR GL/osmesa.h)

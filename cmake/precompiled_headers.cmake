@@ -1,7 +1,7 @@
-# Headers of ROS, pybind11 and the standard library take longer to compile than the files that include
-# them. Every file includes what it uses, so -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON builds as well.
+# Headers of ROS, pybind11 and the standard library take longer to compile than the files that
+# include them. All files also compile with -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON.
 if(WALKER_SIM_ROS)
-  # The agents match topics by stamp with templates that compile twice as fast at -O1, and no step waits
+  # The agents match topics by stamp with templates that compile twice as fast at -O1; no step waits
   # for them. GCC reuses a precompiled header only at the same optimisation level.
   target_compile_options(walker_sim_agents PRIVATE -O1)
   foreach(library walker_sim_agents walker_sim_server)
@@ -11,8 +11,8 @@ if(WALKER_SIM_ROS)
       <sensor_msgs/Image.h> <sensor_msgs/Imu.h> <sensor_msgs/JointState.h> <sensor_msgs/LaserScan.h>
       <std_msgs/Float64MultiArray.h> <tf2_msgs/TFMessage.h> <visualization_msgs/MarkerArray.h>)
   endforeach()
-  # walker_sim_compile_as(LIBRARY TARGET...): compiles TARGETs like LIBRARY, whose precompiled headers
-  # they reuse.
+  # walker_sim_compile_as(LIBRARY TARGET...): compiles TARGETs like LIBRARY and reuses its
+  # precompiled headers.
   function(walker_sim_compile_as library)
     foreach(target ${ARGN})
       set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)

@@ -10,8 +10,8 @@ set_target_properties(walker_sim_python PROPERTIES OUTPUT_NAME _core CXX_VISIBIL
   VISIBILITY_INLINES_HIDDEN ON)
 target_link_libraries(walker_sim_python PRIVATE pybind11::module walker_sim_core_objects
   Threads::Threads ${CMAKE_DL_LIBS} "-Wl,--exclude-libs,ALL")
-# With ROS, the module goes beside the messages in the devel space. Without ROS, it goes into a folder
-# on which walker_sim's extend_path finds it if the folder is on Python's path.
+# With ROS, the module goes beside the messages in the devel space. Without ROS, walker_sim's
+# extend_path finds it if this build's python/ is on Python's path.
 if(WALKER_SIM_ROS)
   set(python_package ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_PYTHON_DESTINATION})
   file(RELATIVE_PATH way_to_libraries

@@ -29,5 +29,5 @@ foreach(node describe replay server service_agent status_line topic_agent)
   list(APPEND node_targets walker_sim_${node}_node)
 endforeach()
 target_link_libraries(walker_sim_replay_node PRIVATE walker_sim_replay)
-# The programs that ./scripts/run starts, and the messages with which rosservice and rostopic call them.
+# The programs that ./scripts/run starts, and the Python messages that rosservice and rostopic need.
 add_custom_target(walker_sim_nodes DEPENDS ${node_targets} ${PROJECT_NAME}_generate_messages_py)

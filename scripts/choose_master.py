@@ -1,8 +1,8 @@
-"""Chooses the ROS master for scripts/run, and a namespace where the launch ends nobody.
+"""Chooses the ROS master for scripts/run, and a namespace in which no node name is taken.
 
-On a master each name is one node's: a walker that took another's would end it. The arguments are
-those of walker.launch. Prints the master's URI and, where one has to be given, the namespace; what
-the user should know of them goes to stderr.
+A master has one node per name: a node that registers a taken name shuts down the other one. The
+arguments are those of walker.launch. Prints the master's URI and, if one is needed, the namespace.
+Messages for the user go to stderr.
 """
 
 import http.client
@@ -20,7 +20,7 @@ DEFAULT = "http://localhost:11311"
 
 
 def probe(uri):
-    """Whether a ROS master answers there; ValueError where none could be started either."""
+    """Whether a ROS master answers at the URI; ValueError if none can be started there, either."""
     try:
         parts = urllib.parse.urlparse(uri)
         host, _ = parts.hostname, parts.port
@@ -36,7 +36,7 @@ def probe(uri):
         raise ValueError(f"no ROS master answers at {uri}, and it is another machine's") from None
     except socket.gaierror:
         raise ValueError(f"ROS_MASTER_URI = {uri}: the name {host} is not known") from None
-    except Exception as error:  # whatever a program that is no master answers
+    except Exception as error:  # a program that is no master may answer anything
         raise ValueError(f"no ROS master answers at {uri} ({error})") from None
     if code != 1:
         raise ValueError(f"the program at {uri} is no ROS master")
@@ -44,7 +44,7 @@ def probe(uri):
 
 
 def choose_master(given):
-    """The master's URI, and whether it runs already; ValueError where the given one is none."""
+    """Returns the master's URI and whether it runs; ValueError if the given URI is unusable."""
     uri = given or DEFAULT
     try:
         return uri, probe(uri)
@@ -59,7 +59,7 @@ def choose_master(given):
 
 
 def lives(master, node):
-    """One that was killed stays registered, but refuses connections. One that hangs lives."""
+    """Whether a node runs. A killed one is still registered but refuses connections."""
     code, _, uri = master.lookupNode(CALLER, node)
     if code != 1:
         return False
@@ -68,12 +68,12 @@ def lives(master, node):
     except ConnectionRefusedError:
         return False
     except (OSError, http.client.HTTPException, xmlrpc.client.Error):
-        pass
+        pass  # a hung node runs
     return True
 
 
 def occupant(master, namespace, topic=None):
-    """A living node that a launch in the namespace would end, or that publishes the topic."""
+    """Returns a running node that a launch there would shut down, or that publishes the topic."""
     launched = xml.etree.ElementTree.parse(NODES).iter("node")
     names = [f"{namespace and '/' + namespace}/{node.get('name')}" for node in launched]
     names += dict(master.getSystemState(CALLER)[2][0]).get(topic, [])
@@ -81,7 +81,7 @@ def occupant(master, namespace, topic=None):
 
 
 def choose_namespace(uri, arguments):
-    """Empty unless it has to be given; ValueError where the one in the arguments is taken."""
+    """Returns a namespace, empty if none is needed; ValueError if the given one is taken."""
     master = xmlrpc.client.ServerProxy(uri)
     given = dict(argument.split(":=", 1) for argument in arguments)
     if "ns" in given:
@@ -92,7 +92,7 @@ def choose_namespace(uri, arguments):
                 "another namespace, or none: then a free one is chosen"
             )
         return ""
-    # /clock has one publisher: a further walker has to leave it alone, as it does in a namespace.
+    # /clock may have one publisher only: a walker in a namespace does not publish it by default.
     other = occupant(master, "", None if "publish_clock" in given else "/clock")
     if not other:
         return ""

@@ -1,13 +1,13 @@
 # shellcheck shell=bash
-# Roots of Debian's releases, made by debootstrap: one to compile in, clean ones to try a wheel in.
-# Source it after setup.sh. Nothing is mounted in them: each can be removed like any folder.
+# Root file systems of Debian's releases, made by debootstrap: one for compiling, clean ones for
+# testing wheels. Source it after setup.sh. Nothing is mounted in them, so rm -rf removes each.
 # shellcheck disable=SC2034,SC2154  # what others use, and what setup.sh sets
 
-debian_roots=$build/.debian # hidden, for roslaunch walks through a package's visible folders
+debian_roots=$build/.debian # hidden, because roslaunch searches visible folders
 compile_root=$debian_roots/compile
 debian_11_glibc=2_31
 
-# The first of: WALKER_SIM_DEBIAN_MIRROR, what this system's apt takes Debian from, Debian's own.
+# Prints WALKER_SIM_DEBIAN_MIRROR if set, else the mirror of this system's apt, else Debian's own.
 debian_mirror() {
   local found=${WALKER_SIM_DEBIAN_MIRROR:-}
   # shellcheck disable=SC2016  # apt's variable
@@ -16,7 +16,8 @@ debian_mirror() {
   echo "${found:-http://deb.debian.org/debian}"
 }
 
-# debian_archive SUITE PACKAGE...: the tar file of a minimal Debian with these packages, made if need be.
+# debian_archive SUITE PACKAGE...: prints the tar file of a minimal Debian with these packages, and
+# makes it if necessary.
 debian_archive() {
   local suite=$1 packages=("${@:2}") name root includes
   name=$suite-$(printf '%s\n' "$@" | sha256sum | head -c 8)
@@ -39,27 +40,27 @@ debian_archive() {
   echo "$debian_roots/$name.tar"
 }
 
-# make_debian_root DIR SUITE PACKAGE...: in DIR, anew.
+# make_debian_root DIR SUITE PACKAGE...: makes a clean root in DIR.
 make_debian_root() {
   local root=$1 archive
   archive=$(debian_archive "${@:2}") || return
   rm -rf "$root" && mkdir -p "$root" && chmod 755 "$root" && tar -C "$root" -xf "$archive"
 }
 
-# in_debian_root DIR CMD...: CMD there, with nothing of this system's environment.
+# in_debian_root DIR CMD...: runs CMD in the root, without this system's environment variables.
 in_debian_root() {
   chroot "$1" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 "${@:2}"
 }
 
-# make_compile_root DIR: Debian 11 with its compiler, whose glibc is the oldest that a wheel of ours asks
-# for. A cache of compilations is among its packages, for wheels differ in the bindings alone.
+# make_compile_root DIR: Debian 11 with its compiler, whose glibc is the oldest that our wheels
+# support. The root has ccache, because the wheels differ in the bindings only.
 make_compile_root() {
   local root=$1
   make_debian_root "$root" bullseye ccache g++ libcairo2-dev libegl-dev libeigen3-dev libosmesa6-dev ||
     return
-  # The root as a part of itself: below DIR, every path means the same inside and outside.
+  # The root links to itself, so that paths below DIR are the same inside and outside.
   mkdir -p "$root${root%/*}" && ln -s / "$root$root"
-  # What CMake and pip, which run outside, take for the compiler.
+  # The compiler for CMake and pip, which run outside.
   mkdir -p "$root/work" && cat >"$root/work/c++" <<END_OF_COMPILER
 #!/bin/sh
 exec chroot '$root' /usr/bin/env -C "\$PWD" PATH=/usr/bin:/bin CCACHE_DIR='$root/work/ccache' \\
@@ -69,8 +70,8 @@ END_OF_COMPILER
   chmod +x "$root/work/c++"
 }
 
-# show_sources ROOT PYTHON: what of this system is compiled there, at the same path: PYTHON's headers, and
-# the programs by which CMake gets to know a compiler.
+# show_sources ROOT PYTHON: copies this system's sources that are compiled in the root, to the same
+# paths: PYTHON's headers, and the programs with which CMake identifies a compiler.
 show_sources() {
   local root=$1 folder folders
   mapfile -t folders < <("$2" -I - <<'END_OF_PROGRAM'
@@ -82,7 +83,7 @@ print(include)
 print("/usr/include/%s/%s" % (sysconfig.get_config_var("MULTIARCH"), include.rpartition("/")[2]))
 END_OF_PROGRAM
   )
-  folders+=(/usr/share/cmake*/Modules) # where there is no CMake, pip brings one to where it is seen
+  folders+=(/usr/share/cmake*/Modules) # without CMake here, pip installs one that the root sees
   for folder in "${folders[@]}"; do
     if [ -d "$folder" ]; then
       mkdir -p "$root$folder" && cp -aL "$folder/." "$root$folder/" || return

@@ -1,19 +1,19 @@
 # shellcheck shell=bash
-# The set-up that the commands share: system, packages, engines, virtual environment, build.
-# Source it, then call set_up. Every step looks first whether it is done; an interrupted one is done
-# again by the next command. What the tools say goes to build/log/, what this says to stderr: a line
-# for each step that has something to do.
+# Set-up shared by the commands: system, packages, engines, virtual environment, build.
+# Source it, then call set_up. A step that is done is skipped; an interrupted one is repeated by the
+# next command. The tools' output goes to build/log/. Each step that has work to do prints a line to
+# stderr.
 #
-# The build is in build/.ros, hidden from roslaunch, which walks through a package's visible folders; its
-# devel space is in devel/, for rosrun does not look into a package's build/.
+# The build directory is build/.ros, hidden because roslaunch searches a package's visible folders.
+# The devel space is devel/, because rosrun does not search a package's build/.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 build=$root/build
 logs=$build/log
 venv=$build/venv
 jobs=$(nproc)
-ros_setup=/dev/null # what the distribution's ROS itself needs sourced
-release_alone=''    # where packages are taken from if they cannot be had with its updates
+ros_setup=/dev/null # set-up file of the distribution's ROS, if any
+release_alone=''    # release whose own packages replace updates that cannot be downloaded
 # shellcheck source=scripts/packages.sh
 source "$root/scripts/packages.sh"
 
@@ -23,12 +23,12 @@ devel=$root/devel
 common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3)
 ros_options=("${common_options[@]}" "-DCATKIN_DEVEL_PREFIX=$devel"
   "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}")
-# What a command wants on top, set by it before set_up.
+# A command may set these before set_up.
 extra_packages=()
 extra_options=()
 wants_venv=yes
 build_targets=(all)
-# Languages in which nobody here talks to the messages.
+# Message languages that are not used here.
 export ROS_LANG_DISABLE=geneus:genlisp:gennodejs
 
 say() { printf '%s\n' "$*" >&2; }
@@ -38,7 +38,7 @@ die() {
   exit 1
 }
 
-# quiet NAME CMD...: CMD with its output in build/log/NAME.log; the log's end is shown on failure.
+# quiet NAME CMD...: runs CMD with its output in build/log/NAME.log; on failure prints its end.
 quiet() {
   local log=$logs/$1.log status=0
   shift
@@ -50,8 +50,8 @@ quiet() {
   return "$status"
 }
 
-# within SETUP CMD...: CMD where only the space with the file SETUP is sourced, out of sight of
-# pyenv, conda and other workspaces. SETUP is /dev/null where there is nothing to source.
+# within SETUP CMD...: runs CMD with only the file SETUP sourced, isolated from pyenv, conda and
+# other workspaces. SETUP is /dev/null if there is nothing to source.
 within() {
   # shellcheck disable=SC2016  # for the inner shell
   env -u PYTHONHOME -u PYTHONPATH -u CMAKE_PREFIX_PATH -u ROS_PACKAGE_PATH -u LD_LIBRARY_PATH \
@@ -59,7 +59,7 @@ within() {
     bash -c 'command=("$@"); set --; source "$0"; exec "${command[@]}"' "$@"
 }
 
-# find_files EXPRESSION...: our files, without what was built.
+# find_files EXPRESSION...: lists our files, without build products.
 find_files() {
   find "$root" \( -path "$build" -o -path "$devel" -o -path "$root/.git" \) -prune -o -type f "$@" -print
 }
@@ -98,7 +98,7 @@ as_root() {
   if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
 }
 
-# Those of the packages $@ that are not installed whole, one a line.
+# missing_packages PACKAGE...: prints those that are not completely installed, one per line.
 missing_packages() {
   comm -23 <(printf '%s\n' "$@" | sort -u) \
     <(dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' "$@" 2>/dev/null |
@@ -110,7 +110,8 @@ apt_install() {
     -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install "$@"
 }
 
-# Debian 11's security archive lists packages that it holds no longer: then the release's own.
+# Debian 11's security archive lists packages that it no longer has. If one is missing, installs the
+# release's own.
 install_packages() {
   as_root dpkg --configure -a && as_root apt-get -q -o Acquire::Retries=3 update || return
   apt_install "$@" || { [ -n "$release_alone" ] && apt_install -t "$release_alone" "$@"; }
@@ -124,7 +125,7 @@ set_up_packages() {
     die "not root and no sudo, so these packages cannot be installed: ${missing[*]}"
   fi
   say "packages: installing ${#missing[@]} of ${#wanted[@]} and what they need"
-  quiet packages install_packages "${missing[@]}" 8>&- 9>&- # no daemon shall inherit a lock
+  quiet packages install_packages "${missing[@]}" 8>&- 9>&- # daemons must not inherit the locks
 }
 
 # make_venv DIR REQUIREMENTS PYTHON OPTION...
@@ -135,9 +136,10 @@ make_venv() {
       --require-hashes -r "$2"
 }
 
-# set_up_venv WHAT DIR REQUIREMENTS [PYTHON]: unless that is done already, with the hashes in the .lock
-# beside the requirements. Of the distribution's Python with the system's packages: ROS's are among them,
-# and its command line tools are run by the first python3 in sight. Of another PYTHON without any.
+# set_up_venv WHAT DIR REQUIREMENTS [PYTHON]: makes a virtual environment unless it is up to date,
+# with the hashes in the .lock beside the requirements. Without PYTHON it uses the distribution's
+# Python and sees the system's packages: ROS is among them, and its command line tools run the first
+# python3 on PATH. With PYTHON it sees no system packages.
 set_up_venv() {
   local what=$1 dir=$2 requirements=${3%.txt}.lock python=(/usr/bin/python3 --system-site-packages) wanted
   if [ $# -gt 3 ]; then python=("$4"); fi
@@ -149,35 +151,34 @@ set_up_venv() {
   echo "$wanted" >"$dir/ready.new" && mv "$dir/ready.new" "$dir/ready"
 }
 
-# Of the examples and of the benchmark's learner: example_venv LEARNER.
+# example_venv LEARNER: prints the virtual environment of an example or of the benchmark's learner.
 example_venv() { echo "$build/.examples/$1"; }
 
-# With the distribution's PyTorch, for pip's brings gigabytes for GPUs; pip does not see it, so the
-# requirements are complete and pip has to look for no more.
+# set_up_example LEARNER: uses the distribution's PyTorch, because pip's has gigabytes for GPUs. pip
+# does not see it and must not resolve dependencies, so the requirements are complete.
 set_up_example() {
   PIP_NO_DEPS=1 set_up_venv "examples $1" "$(example_venv "$1")" \
     "$root/test/examples/requirements_$1.txt"
 }
 
-# fetch_engine NAME VARIABLE: the pinned engine, unless the variable names a copy at hand. The fetching
-# speaks if it has to fetch.
+# fetch_engine NAME VARIABLE: fetches the pinned engine unless the variable names a local copy.
 fetch_engine() { [ -n "${!2:-}" ] || "$root/scripts/fetch_engines" "$1" >/dev/null; }
 
 set_up_engines() {
   fetch_engine box2d BOX2D_SOURCE_DIR && fetch_engine mujoco MUJOCO_DIR
 }
 
-# configure DIR OPTION...: with Ninja, unless it was done with these options (or more) before. Ninja
-# itself sees changed files.
+# configure DIR OPTION...: runs CMake for Ninja, unless DIR is configured with these options (or
+# more). Ninja itself detects changed files.
 configure() {
   local dir=$1 stamp=$1/configured_with option ready=yes
   shift
   if [ ! -e "$stamp" ]; then
     ready=no
-    rm -f "$dir/CMakeCache.txt" # never done, or interrupted
+    rm -f "$dir/CMakeCache.txt" # not configured yet, or interrupted
   elif ! grep -qxF "source $root" "$stamp"; then
     ready=no
-    rm -rf "$dir" # the folder has moved: nothing of it can be used
+    rm -rf "$dir" # the repository has moved: nothing in it can be reused
   else
     for option in "$@"; do grep -qxF -e "$option" "$stamp" || ready=no; done
   fi
@@ -185,14 +186,13 @@ configure() {
   say "configure: ${dir#"$root/"}, $(printf '%s\n' "$@" |
     sed -n 's/^-D\(BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/\1=\2/p' | paste -sd ' ')"
   rm -f "$stamp"
-  # Without these folders catkin would cache an environment in which Python finds no messages, and
-  # pkg-config no package.
+  # Without these folders catkin would cache an environment in which Python does not find the
+  # messages and pkg-config does not find the package.
   mkdir -p "$devel/lib/python3/dist-packages" "$devel/lib/pkgconfig"
   quiet "configure_${dir##*[/.]}" within "$ros_setup" cmake -G Ninja -S "$root" -B "$dir" "$@" || return
   printf '%s\n' "source $root" "$@" >"$stamp.new" && mv "$stamp.new" "$stamp"
 }
 
-# build_in DIR TARGET...
 build_in() {
   local dir=$1
   shift
@@ -200,17 +200,18 @@ build_in() {
     within "$ros_setup" ninja -C "$dir" -j "$jobs" "$@" 3>&2
 }
 
-# announced TEXT NINJA...: says TEXT on descriptor 3 once Ninja makes something. It looks for new files each
-# time, and catkin for the packages of messages.
+# announced TEXT NINJA...: prints TEXT on descriptor 3 when Ninja builds something. The checks for
+# new files (Ninja) and message packages (catkin) run every time and do not count.
 announced() {
   "${@:2}" | TEXT=$1 awk '/^\[[0-9]+\/[0-9]+\] / && !/Re-checking globbed|genmsg_check_deps/ && !said++ {
       print ENVIRON["TEXT"] | "cat >&3"; close("cat >&3") }
     { print; fflush() }'
 }
 
-# A cache of compilations where there is one. It knows a file by its way from the build directory, so
-# build directories that are as far below their sources share what is compiled. It tells locales apart
-# too: where there is none, Python sets one for what it starts, catkin_make's compiler for example.
+# Uses ccache if it is installed. ccache hashes paths relative to the build directory, so build
+# directories at the same depth below their sources share results. It also hashes the locale: if
+# none is set, Python sets one for its child processes (such as catkin_make's compiler), so this
+# sets the same one.
 use_compiler_cache() {
   if command -v ccache >/dev/null; then
     export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_SLOPPINESS=pch_defines,time_macros \
@@ -225,14 +226,14 @@ set_up_build() {
   build_in "$ros_build" "${build_targets[@]}"
 }
 
-# set_up_instrumented KIND TARGET...: what test/instrument.cmake can do, in a build and a devel space of its
-# own, build/.KIND.
+# set_up_instrumented KIND TARGET...: builds a KIND of test/instrument.cmake in build/.KIND, with a
+# devel space of its own.
 set_up_instrumented() {
   local kind=$1 dir=$build/.$1 warnings_are_errors=ON
   shift
-  if [ "$kind" = fuzzer ]; then warnings_are_errors=OFF; fi # clang's are others than GCC's
+  if [ "$kind" = fuzzer ]; then warnings_are_errors=OFF; fi # clang has other warnings than GCC
   set_up_packages && set_up_engines || return
-  # gcov's counters go by the paths that the cache shortens.
+  # gcov's counter files are named by the paths that ccache shortens.
   if [ "$kind" != coverage ]; then use_compiler_cache; fi
   mkdir -p "$dir/devel/lib/python3/dist-packages" "$dir/devel/lib/pkgconfig"
   configure "$dir" "${common_options[@]}" "-DWALKER_SIM_INSTRUMENT=$kind" \
@@ -241,8 +242,8 @@ set_up_instrumented() {
   build_in "$dir" "$@"
 }
 
-# locked CMD...: one at a time in this folder. A subshell, so that nothing started later inherits
-# the lock.
+# locked CMD...: runs CMD while no other command sets up this folder. A subshell, so that later
+# processes do not inherit the lock.
 locked() (
   if ! flock -n 9; then
     say "waiting for another command that is setting up here"
@@ -251,7 +252,7 @@ locked() (
   "$@"
 ) 9>"$build/lock"
 
-# The virtual environment while the compiler works, for that one waits for the network.
+# The virtual environment waits for the network, so it is made while the compiler works.
 set_up_all() {
   local status=0 venv_job=''
   set_up_packages || return
@@ -264,15 +265,15 @@ set_up_all() {
   return "$status"
 }
 
-# Everything; its failure is the caller's end or not, as the caller says.
+# set_up: does all steps; returns a status, on which the caller decides.
 set_up() {
   check_system
   mkdir -p "$logs"
   locked set_up_all || return
-  use_compiler_cache # again: what is locked is a shell of its own
+  use_compiler_cache # again, because locked runs in a subshell
 }
 
-# The ready environment, for this shell and what it starts.
+# Activates the environment for this shell and its child processes.
 activate() {
   local -
   set +eu

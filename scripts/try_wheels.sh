@@ -1,14 +1,14 @@
 # shellcheck shell=bash
-# How ./scripts/wheels tries what it has built. Source it after setup.sh and debian_root.sh; its functions
-# use pythons, wheel_dir and version, and add to trials and failures.
+# Tests of ./scripts/wheels for the wheels that it has built. Source it after setup.sh and
+# debian_root.sh. The functions read pythons, wheel_dir and version, and update trials and failures.
 # shellcheck disable=SC2154
 
 suites=(bullseye bookworm trixie)
 declare -A suite_names=([bullseye]="Debian 11" [bookworm]="Debian 12" [trixie]="Debian 13")
 picture_packages=(libcairo2 libosmesa6)
 
-# fetch_requirements VERSION PROGRAM: the wheel with what it requires, as pip would choose for Debian 11, in
-# build/.wheelhouse/VERSION.
+# fetch_requirements VERSION PROGRAM: collects the wheel and its requirements, as pip would choose
+# them for Debian 11, in build/.wheelhouse/VERSION.
 fetch_requirements() {
   local name=$1 house=$build/.wheelhouse/$1 wheel platforms=() x
   wheel=$(ls "$wheel_dir/walker_sim-$version-cp${name/./}-"*.whl) || return
@@ -18,7 +18,7 @@ fetch_requirements() {
     --only-binary=:all: "${platforms[@]}" --platform "manylinux2014_$(uname -m)" --dest "$house" "$wheel"
 }
 
-# try_wheel WHERE VERSION LOG CMD...: what CMD, which runs test/python/try_wheel.py, says of the wheel.
+# try_wheel WHERE VERSION LOG CMD...: runs CMD, which calls test/python/try_wheel.py, and reports.
 try_wheel() {
   local where=$1 name=$2 log=$logs/try_wheel_$3.log
   trials=$((trials + 1))
@@ -31,7 +31,7 @@ try_wheel() {
   fi
 }
 
-# Here, in an empty virtual environment.
+# try_here VERSION PROGRAM: tests the wheel in an empty virtual environment of this system.
 try_here() {
   local name=$1 program=$2 environment=$work/trial_$1
   # shellcheck disable=SC2016  # for the inner shell
@@ -43,7 +43,8 @@ try_here() {
     "$root/test/python/try_wheel.py"
 }
 
-# try_in_root ROOT WHERE VERSION PROGRAM drawn|missing. pip is given all wheels, and has to take the right one.
+# try_in_root ROOT WHERE VERSION PROGRAM drawn|missing: tests the wheel in the root, where pictures
+# are drawn or their libraries are missing. pip is given all wheels and must choose the right one.
 try_in_root() {
   local debian=$1 name=$3 place
   place=$debian/trial/$name
@@ -61,7 +62,7 @@ try_in_root() {
     environment/bin/python -I test/python/try_wheel.py --bare "$3"' - "$name" "$4" "$5"
 }
 
-# Without what is installed for it; and pip needs no tests of Python's own.
+# copy_python ROOT PROGRAM: copies a Python installation without its packages and its own tests.
 copy_python() {
   local prefix
   prefix=$("$2" -I -c 'import sys; print(sys.prefix)')
@@ -69,7 +70,7 @@ copy_python() {
     tar -x -C "$1$prefix"
 }
 
-# The Pythons that there are wheels for: the distribution's own one, and those of this system that run there.
+# try_on SUITE: tests with the distribution's own Python and with this system's that run there.
 try_on() {
   local suite=$1 debian=$debian_roots/$1 where=${suite_names[$1]} line name program own
   make_debian_root "$debian" "$suite" python3-venv || return

@@ -1,4 +1,4 @@
-// What decides: an observation in, an action out.
+// The interface of agents, which map observations to actions.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace walker {
 
-/// A policy with memory over one episode. Not thread-safe.
+/// A policy that may keep state within an episode. Not thread-safe.
 class WALKER_SIM_EXPORT Agent {
  public:
   Agent() = default;
@@ -19,18 +19,17 @@ class WALKER_SIM_EXPORT Agent {
   Agent& operator=(const Agent&) = delete;
   virtual ~Agent() = default;
 
-  /// A new episode begins.
+  /// Clears the per-episode state. Must be called at the beginning of each episode.
   virtual void reset() = 0;
 
-  /// @param observation as the environment's specification describes it
+  /// @param observation of the environment, `Specification::observation_size()` values
   /// @return float32 values within the action's bounds, valid until the next call
   virtual const std::vector<double>& act(const std::vector<double>& observation) = 0;
 };
 
-/// @param name "heuristic" (the gait that comes with the environment) or "random" (uniform within
-///             the bounds)
-/// @param seed of the random agent
-/// @throws std::invalid_argument naming the agent and what is allowed
+/// @param name "heuristic" (the environment's own gait) or "random" (uniform within the bounds)
+/// @param seed seeds the random agent; "heuristic" ignores it
+/// @throws std::invalid_argument if the name is unknown or the environment has no gait
 WALKER_SIM_EXPORT std::unique_ptr<Agent> make_agent(const std::string& name,
                                                     const Specification& specification,
                                                     std::uint64_t seed);

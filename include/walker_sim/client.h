@@ -17,20 +17,20 @@
 
 namespace walker {
 
-/// The master or the server cannot be reached, the connection broke, or what came is not what it
-/// must be; the next call tries again, over new connections.
+/// The master or the server is unreachable, the connection broke, or an answer is malformed. The
+/// next call opens new connections.
 struct WALKER_SIM_EXPORT ConnectionError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The server refused; the message is its own. The connection stays, and nothing has moved, unless
-/// it was a reset at which the engine failed: then there is no episode.
+/// The server refused the request; the message is the server's. The connection stays open. Nothing
+/// has moved, except if the engine failed at a reset: then there is no episode.
 struct WALKER_SIM_EXPORT RequestRefused : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A signal ended the call (`ClientOptions::is_interrupted`); as after a ConnectionError, whether
-/// it was made is not known, and the next call tries again.
+/// A signal ended the call (`ClientOptions::is_interrupted`). As after a ConnectionError, it is
+/// unknown whether the server executed the call, and the next call opens new connections.
 struct WALKER_SIM_EXPORT Interrupted : std::exception {
   const char* what() const noexcept override { return "interrupted by a signal"; }
 };
@@ -38,15 +38,15 @@ struct WALKER_SIM_EXPORT Interrupted : std::exception {
 struct ClientOptions {
   std::string server = "/walker_sim";  ///< the server's resolved node name
   std::string master_uri;              ///< empty: ROS_MASTER_URI, or http://localhost:11311
-  /// Of each call, and of each connection before it: wall time, above 0 [s]. The system's look-up
-  /// of a host's name is not in it: that has the resolver's own timeouts.
+  /// Timeout of a call, including the connection that it may have to open: wall time in
+  /// (0, 1e6] [s]. It does not cover DNS look-ups, which have the resolver's own timeouts.
   double timeout = 10;
-  /// Whether a signal has come that ends the call with Interrupted. Asked in the calling thread
-  /// when a signal has interrupted its wait and, as a signal may come beside a wait, ten times a
-  /// second in a call that lasts. Must not throw. Without it a call goes on after a signal.
+  /// Returns whether a signal has arrived that ends the call with Interrupted. Runs in the calling
+  /// thread, when a signal interrupts its wait and ten times a second during a call, as a signal
+  /// may arrive outside a wait. Must not throw. Empty: calls continue after a signal.
   std::function<bool()> is_interrupted;
-  /// By which the server tells clients from one another, e.g. in its log: a node's full name.
-  /// Empty: /walker_sim_client_ with the process's number.
+  /// Full node name by which the server identifies the client, e.g. in its log.
+  /// Empty: /walker_sim_client_ followed by the process id.
   std::string caller;
 };
 
@@ -69,11 +69,11 @@ struct Transition {
 /// StepMany.srv's response.
 struct RepeatedStep {
   Transition transition;    ///< of the last step
-  std::uint32_t steps = 0;  ///< done; fewer than asked for where the episode has ended
-  double total_reward = 0;  ///< of these steps
+  std::uint32_t steps = 0;  ///< steps made; fewer than requested if the episode ended
+  double total_reward = 0;  ///< sum over these steps
 };
 
-/// StepBatch.srv's response; rows in the order of the environments.
+/// StepBatch.srv's response; one row per environment, by index.
 struct BatchTransition {
   std::vector<double> observations;      ///< num_envs x observation size
   std::vector<double> rewards;           ///< num_envs
@@ -82,22 +82,22 @@ struct BatchTransition {
   std::vector<std::uint32_t> episodes;   ///< num_envs
   std::vector<std::uint32_t> steps;      ///< num_envs
   std::vector<double> info;              ///< num_envs x info names
-  // The environments whose engine failed in this call, with its messages. Under same_step one may
-  // be listed twice, the step first.
+  // Environments whose engine failed in this call, and the engine's messages. With same_step an
+  // environment may appear twice: first for its step, then for its reset.
   std::vector<std::uint32_t> failed_environments;
-  std::vector<std::uint8_t> failed_at_reset;  ///< 1: at the reset of its present episode
+  std::vector<std::uint8_t> failed_at_reset;  ///< 1: at the reset of its current episode; 0: step
   std::vector<std::string> failures;
-  // Under same_step only: the episodes that ended in this call.
+  // With same_step only: the episodes that ended in this call.
   std::vector<std::uint32_t> final_environments;
   std::vector<double> final_observations;  ///< final_environments x observation size
   std::vector<double> final_info;          ///< final_environments x info names
 };
 
-/// ResetBatch.srv's response; rows in the order asked for.
+/// ResetBatch.srv's response; rows in the order of the request.
 struct BatchReset {
   std::vector<double> observations;
   std::vector<double> info;
-  // The environments whose engine failed, with its messages.
+  // Environments whose engine failed, and the engine's messages.
   std::vector<std::uint32_t> failed_environments;
   std::vector<std::string> failures;
 };
@@ -129,66 +129,68 @@ struct ServerSpecification {
   std::string version;
 };
 
-/// Drives a server through its services over connections that stay open. Not thread-safe.
+/// Calls a server's services over persistent connections. Not thread-safe.
 ///
-/// A call blocks on its own socket until the answer is there: no thread stands between. When the
-/// connection breaks (the server died, or was started again), the call throws ConnectionError, and
-/// the next one looks the server up anew. A call is never sent twice: after a ConnectionError
-/// nobody knows whether the server has made it. What is kept between calls is memory only, so that
-/// a step allocates nothing, and the sizes that the server has last told with its specification: an
-/// answer of other sizes, or with an index beyond them, is a ConnectionError. Texts are UTF-8:
-/// other bytes are escaped, in hexadecimal as C does it.
+/// A call blocks on a socket in the calling thread until the answer is complete. If the connection
+/// breaks (the server died or was restarted), the call throws ConnectionError, and the next call
+/// looks the server up again. A call is never sent twice: after a ConnectionError it is unknown
+/// whether the server executed it.
 ///
-/// It belongs to the process that made it: in the child of a fork every call is a ConnectionError
-/// that says so, and the parent's goes on.
+/// Buffers are reused, so that a step allocates no memory. Answers are validated against the last
+/// received specification: a wrong size or an index out of range is a ConnectionError. Strings are
+/// UTF-8; bytes that are not valid UTF-8 are escaped as \xff.
+///
+/// A client belongs to the process that constructed it. In the child of a fork every call throws
+/// ConnectionError; the parent's client is not affected.
 class WALKER_SIM_EXPORT Client {
  public:
-  /// Connects, and asks for the specification.
+  /// Connects and reads the specification.
   /// @throws ConnectionError naming the master, the service and the cause; Interrupted;
-  ///         std::invalid_argument naming an option, its value and what is allowed
+  ///         std::invalid_argument naming the invalid option, its value and the allowed values
   explicit Client(const ClientOptions& options = {});
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client();
 
-  /// ~get_spec: as of now, also after the server was started again. To be asked for where that may
-  /// have been with other parameters.
+  /// ~get_spec: the current specification, also of a restarted server. Call it again if the server
+  /// may have been restarted with other parameters.
   /// @throws ConnectionError, Interrupted
   ServerSpecification specification();
 
-  // Each of these throws ConnectionError, Interrupted or RequestRefused; then the result is as it
-  // was. Memory is kept from call to call; a result's vectors may change places with the client's.
+  // The calls below throw ConnectionError, Interrupted, RequestRefused, or std::invalid_argument
+  // if the request is too large to send; the result is then unchanged. Memory is reused: a
+  // result's vectors may be swapped with the client's own.
 
-  /// ~reset. @param seed none: the generator continues
+  /// ~reset. @param seed std::nullopt: the generator continues
   void reset(std::optional<std::uint64_t> seed, Transition& transition);
   /// ~step. @param action `size` values, one per joint, unitless
   void step(const double* action, std::size_t size, Transition& transition);
-  /// ~step_many: repeats an action, at the most until the episode ends. A server of an older
-  /// version has no such service: only this call then fails, as a ConnectionError.
-  /// @param action `size` values, one per joint, unitless
+  /// ~step_many: repeats an action until the steps are made or the episode ends. Older servers lack
+  /// this service: only this call then throws ConnectionError.
+  /// @param action as for `step`
   /// @param steps  1 .. 100
   void step_many(const double* action, std::size_t size, std::uint32_t steps,
                  RepeatedStep& repeated);
-  /// ~snapshot: the present episode, from its beginning to now.
-  /// @param record receives EpisodeRecord.msg as it is sent; opaque here
+  /// ~snapshot: records the current episode from its beginning.
+  /// @param record receives the serialized EpisodeRecord.msg; opaque to the client
   void snapshot(std::vector<std::uint8_t>& record);
-  /// ~restore: the record's episode takes the place of the present one, and goes on.
-  /// @param record      as `snapshot` gave it, of this server or another
-  /// @param transition receives what the record's last step gave
+  /// ~restore: replaces the current episode by the recorded one, which then continues.
+  /// @param record     from `snapshot`, of this server or another
+  /// @param transition receives the transition of the record's last step
   void restore(const std::vector<std::uint8_t>& record, Transition& transition);
   /// ~reset_batch.
-  /// @param environments which; empty: all
-  /// @param seeds        empty, or one per listed environment (none: its generator continues)
+  /// @param environments indices; empty: all
+  /// @param seeds empty, or one per listed environment; std::nullopt: its generator continues
   void reset_batch(const std::vector<std::uint32_t>& environments,
                    const std::vector<std::optional<std::uint64_t>>& seeds, BatchReset& reset);
-  /// ~step_batch. @param actions num_envs x action size, row-major, `size` values in all
+  /// ~step_batch. @param actions num_envs x action size, row-major, `size` values in total
   void step_batch(const double* actions, std::size_t size, BatchTransition& transition);
-  /// ~render: what an environment shows now. A server of an older version has no such service:
-  /// only this call then fails, as a ConnectionError.
+  /// ~render: draws the current state of an environment. Older servers lack this service: only this
+  /// call then throws ConnectionError.
   /// @param environment index within the server
   /// @param encoding    rgb8 (also when empty) fills `image.rgb`; 32FC1 fills `image.depth`
-  /// @param camera      parameters in place of the server's own
-  /// @param image       its camera_pose is left alone, for the service does not tell it
+  /// @param camera      parameters that override the server's
+  /// @param image       its camera_pose is unchanged: the service does not return it
   void render(std::uint32_t environment, const std::string& encoding, const Parameters& camera,
               Image& image);
 

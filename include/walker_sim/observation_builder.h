@@ -1,4 +1,4 @@
-// The environment's observation out of what a robot's sensors measure.
+// Computes the environment's observation from a robot's sensor measurements.
 #pragma once
 
 #include <cstdint>
@@ -9,24 +9,24 @@
 
 namespace walker {
 
-/// What a robot's sensors tell of one instant, in the axes and units of the ROS messages that carry
-/// it (REP 103, 117, 145). A policy needs nothing else to see what it saw in training.
+/// A robot's sensor measurements at one instant, in the axes and units of the ROS messages that
+/// carry them (REP 103, 117, 145). They suffice to compute a trained policy's observation.
 struct Measurements {
   std::vector<double> joint_position;    ///< joints in action order [rad]
   std::vector<double> joint_velocity;    ///< [rad/s]
-  Quaternion orientation{{0, 0, 0, 1}};  ///< of the trunk in the world; imu
-  Vector3 angular_velocity{};            ///< of the trunk, in its own axes [rad/s]; imu
-  Vector3 position{};                    ///< of the trunk's origin in the world [m]; odom
-  Vector3 linear_velocity{};  ///< of the trunk's origin, in the trunk's axes [m/s]; odom's twist
-  std::vector<std::uint8_t> contacts;  ///< per contact link: 1 touches the ground
-  std::vector<double> ranges;          ///< of the range finder [m]; +infinity: the ray met nothing
+  Quaternion orientation{{0, 0, 0, 1}};  ///< trunk in the world frame; from imu
+  Vector3 angular_velocity{};            ///< trunk, in its own axes [rad/s]; from imu
+  Vector3 position{};                    ///< trunk's origin in the world frame [m]; from odom
+  Vector3 linear_velocity{};  ///< trunk's origin, in the trunk's axes [m/s]; from odom's twist
+  std::vector<std::uint8_t> contacts;  ///< per contact link; 1: touches the ground
+  std::vector<double> ranges;          ///< of the range finder [m]; +infinity: no hit
 };
 
-/// Makes observations of one environment. Not thread-safe.
+/// Builds the observations of one environment. Not thread-safe.
 ///
-/// Of a simulated walker's measurements it makes the environment's own observation but for
-/// rounding: each value of BipedalWalker's within 1.2e-7 (2^-23, single precision), each of
-/// Walker2d's within 1e-12. Tests hold it to that.
+/// From a simulated walker's measurements it reproduces the environment's observation up to
+/// rounding: each value within 1.2e-7 (2^-23, single precision) for BipedalWalker, and within 1e-12
+/// for Walker2d. Tests check these bounds.
 class WALKER_SIM_EXPORT ObservationBuilder {
  public:
   ObservationBuilder() = default;
@@ -34,15 +34,15 @@ class WALKER_SIM_EXPORT ObservationBuilder {
   ObservationBuilder& operator=(const ObservationBuilder&) = delete;
   virtual ~ObservationBuilder() = default;
 
-  /// An episode begins: the trunk's pitch is taken to be within half a turn of where the walker
-  /// starts. From then on whole turns are counted, as engines do and orientations do not; so the
-  /// trunk may turn by less than half a turn from one call of `build` to the next.
+  /// Begins an episode. The trunk's pitch is assumed to be within half a turn of the walker's start
+  /// pose. From then on the pitch is unwrapped, as engines count whole turns and orientations do
+  /// not; so the trunk must turn by less than half a turn between two calls of `build`.
   virtual void reset() = 0;
 
-  /// @param observation caller's, as many values as the environment's observations have
-  /// @throws std::invalid_argument naming the measurement, its value and what is allowed where a
-  ///         size is wrong or a number that the observation needs is no number; then `observation`
-  ///         is untouched
+  /// @param observation caller's buffer, the environment's `observation_size()` values
+  /// @throws std::invalid_argument naming the measurement, its value and the allowed values if a
+  ///         size is wrong or a value that the observation needs is invalid; `observation` is then
+  ///         unchanged
   virtual void build(const Measurements& measurements, double* observation) = 0;
 };
 

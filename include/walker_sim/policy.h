@@ -1,5 +1,4 @@
-// A trained network that acts: what `python3 -m walker_sim train` leaves, read and run without
-// Python.
+// Runs policies that `python3 -m walker_sim train` has trained, without Python.
 #pragma once
 
 #include <cstddef>
@@ -15,47 +14,47 @@
 
 namespace walker {
 
-/// A file is no policy, or none for this environment. The message names the file and the reason.
+/// A file is not a policy or does not fit the environment. The message names the file and the
+/// reason.
 struct WALKER_SIM_EXPORT PolicyError : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// Fully connected layers in single precision between a normalisation of observations and the
-/// action's limits. docs/policies.md documents the file.
+/// A multilayer perceptron in single precision. Observations are normalised first, and the output
+/// is limited to the action's bounds. docs/policies.md documents the file format.
 class WALKER_SIM_EXPORT Policy {
  public:
   /// Reads a safetensors file.
-  /// @throws PolicyError for a file that cannot be read, is cut short, or holds something else
+  /// @throws PolicyError if the file is unreadable, truncated or not a policy
   explicit Policy(const std::string& file);
-  /// Reads the content of such a file.
-  /// @param name stands in errors where a file's would
+  /// Reads the content of a safetensors file; `name` replaces the file name in error messages.
   /// @throws PolicyError likewise
   Policy(const std::string& name, const std::vector<char>& content);
   Policy(Policy&&) noexcept;
   Policy& operator=(Policy&&) noexcept;
   ~Policy();
 
-  /// Of the environment that it was trained on, e.g. "Walker2d-v5".
+  /// Id of the environment that the policy was trained on, e.g. "Walker2d-v5".
   const std::string& id() const;
 
-  /// What else its header says, by name: algorithm, steps, seed, settings (their SHA-256).
+  /// Remaining entries of the file's header: algorithm, steps, seed, settings (a SHA-256).
   const std::map<std::string, std::string>& notes() const;
 
   std::size_t observation_size() const;
   std::size_t action_size() const;
 
-  /// Refuses an environment with other observations, actions or limits of actions. Another id with
-  /// the same ones, or other parameters, is no reason: a policy may be tried elsewhere.
+  /// Checks that the environment's observation size, action size and action bounds are the
+  /// policy's. Id and parameters may differ, so that a policy can be tried on other environments.
   /// @throws PolicyError
   void check(const Specification& specification) const;
 
-  /// The deterministic action. Allocates nothing; not for two threads at once.
+  /// Computes the deterministic action. Allocates no memory. Not thread-safe.
   /// @param observation `observation_size()` values
-  /// @param action caller's, `action_size()` values, single precision, within the limits
+  /// @param action caller's buffer, `action_size()` values: single precision, within the bounds
   void act(const double* observation, double* action);
 
-  /// The same for several observations at once, faster; to the bit as for each alone.
-  /// @param observations, actions `rows` rows of these
+  /// Computes several actions at once: faster, and bitwise equal to single calls.
+  /// @param observations, actions `rows` rows
   void act(const double* observations, std::size_t rows, double* actions);
 
  private:
@@ -63,8 +62,7 @@ class WALKER_SIM_EXPORT Policy {
   std::unique_ptr<State> state_;
 };
 
-/// The agent "policy".
-/// @throws PolicyError for a broken file, or one that does not fit the environment
+/// @throws PolicyError if the file is not a policy or does not fit the environment
 WALKER_SIM_EXPORT std::unique_ptr<Agent> make_policy_agent(const std::string& file,
                                                            const Specification& specification);
 

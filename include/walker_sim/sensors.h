@@ -1,4 +1,4 @@
-// What sensors on the walker measure, and what stands around it.
+// Sensor measurements and surroundings of a walker.
 #pragma once
 
 #include <array>
@@ -10,20 +10,20 @@
 
 namespace walker {
 
-/// Measurements of one instant. `Environment::sense` sizes the vectors at its first call with a
-/// given object and only writes into them afterwards.
+/// Sensor measurements at one instant. The first `Environment::sense` into an object sizes its
+/// vectors; later calls reuse them.
 struct Sensors {
   std::vector<double> joint_position;  ///< joints in action order [rad]
   std::vector<double> joint_velocity;  ///< [rad/s]
-  std::vector<double> joint_effort;    ///< of the last step [N m]
-  std::vector<Pose> link_poses;        ///< links in specification order, in the world [m]
-  Vector3 linear_velocity{};           ///< of the trunk's origin, world axes [m/s]
-  Vector3 angular_velocity{};          ///< of the trunk, world axes [rad/s]
-  Vector3 linear_acceleration{};  ///< of the trunk's origin without gravity, mean over the last
-                                  ///< step, world axes [m/s^2]
+  std::vector<double> joint_effort;    ///< in the last step [N m]
+  std::vector<Pose> link_poses;        ///< links in specification order, world frame
+  Vector3 linear_velocity{};           ///< trunk's origin, world axes [m/s]
+  Vector3 angular_velocity{};          ///< trunk, world axes [rad/s]
+  Vector3 linear_acceleration{};  ///< trunk's origin, without gravity, mean over the last step,
+                                  ///< world axes [m/s^2]
   Vector3 gravity{};              ///< world axes [m/s^2]
-  std::vector<double> ranges;     ///< of the range finder [m]; +infinity: the ray met nothing
-  std::vector<std::uint8_t> contacts;  ///< per contact link: 1 touches the ground
+  std::vector<double> ranges;     ///< of the range finder [m]; +infinity: no hit
+  std::vector<std::uint8_t> contacts;  ///< per contact link; 1: touches the ground
 };
 
 /// A convex polygon in the world's x,z plane.
@@ -32,7 +32,6 @@ struct ScenePolygon {
   Color color;
 };
 
-/// A flag on a pole.
 struct Flag {
   double x;       ///< foot of the pole [m]
   double z;       ///< foot of the pole [m]
@@ -40,17 +39,17 @@ struct Flag {
   Color color;
 };
 
-/// Level ground without an end, laid out in square tiles of two colours in turn.
+/// An infinite level ground with a checkerboard of two colours.
 struct Floor {
   double z;                     ///< [m]
-  double tile;                  ///< side of a tile, of which one begins at x = 0 [m]
+  double tile;                  ///< side of a tile [m]; x = 0 is an edge
   std::array<Color, 2> colors;  ///< the lighter first
 };
 
-/// What stands around the walker. Changes only at a reset.
+/// The walker's surroundings. They change only at a reset.
 struct Scene {
-  std::vector<ScenePolygon> ground;  ///< pieces of the ground; the first two points are the surface
-  std::vector<Color> surface_colors;  ///< of the ground pieces' surfaces
+  std::vector<ScenePolygon> ground;   ///< the first two points of each are its surface
+  std::vector<Color> surface_colors;  ///< per ground polygon
   std::optional<Floor> floor;
   std::vector<ScenePolygon> obstacles;
   std::vector<ScenePolygon> clouds;

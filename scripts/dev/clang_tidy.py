@@ -4,11 +4,11 @@
 COMMANDS is the build's compile_commands.json. CHOICE is all, PART/PARTS, or changed: since the
 merge base with origin's main branch.
 
-Most of clang-tidy's time goes to reading the libraries' headers. So it reads files that are
-compiled alike as one, and the halves of such a group only where that finds something or does not
-compile. The static analyzer skips headers by itself, and reads each file alone; src/ only, as
-test/.clang-tidy has it, and without what templates do inside: the libraries' take it five times as
-long. The compiler's precompiled headers are left out: only it can read them.
+Most of clang-tidy's time goes to reading the libraries' headers. So files with equal flags are
+read as one, and the halves of such a group only if that finds something or does not compile. The
+static analyzer skips headers by itself, so it reads each file alone: those in src/ only, as
+test/.clang-tidy says, and without inlining templates, because the libraries' make it five times as
+slow. The compiler's precompiled headers are omitted: only the compiler can read them.
 """
 
 import concurrent.futures
@@ -21,14 +21,14 @@ import sys
 import tempfile
 
 GROUP = 20  # files
-# The compiler, its precompiled header, what it writes, and what it makes of the code. That a name
-# shadows another, GCC says: here it would be one of another file's unnamed namespace.
+# The compiler, its precompiled header, its outputs and options of code generation. Shadowed names
+# are left to GCC: in a group they would include those of other files' unnamed namespaces.
 NOT_FOR_CLANG = re.compile(
     r"^.*?(?= -)|-Winvalid-pch|-include \S*cmake_pch\.hxx| -o \S+ -c \S+"
     r"| -(?:O\d|Wshadow|fPI[CE]|fvisibility\S*|D\w+_EXPORTS)\b"
 )
 NAMESPACE = re.compile(r"^namespace [\w:]+", re.MULTILINE)
-# What a file defines outside classes and functions, by its unindented lines: no members, no tests.
+# A name that a file defines in an unindented line, so outside classes and functions; no tests.
 TOP_LEVEL_NAME = re.compile(
     r"^(?:struct|class|enum class|enum|union) (\w+)|^using (\w+) =|"
     r"^(?!namespace|TEST)\w[^\n(={]*?(?<!::)\b(\w+)(?:\(|\{|\[.*\] = | = )",
@@ -42,8 +42,8 @@ def read(path):
 
 
 def read_commands(root, path):
-    """How the build compiles each file of ours: (directory, flags) by file."""
-    # A file of several programs once, not as the copy under ThreadSanitizer.
+    """Returns the build's (directory, flags) for each file of ours."""
+    # A file of several programs is read once, not with ThreadSanitizer's flags if it has others.
     entries = sorted(json.loads(read(path)), key=lambda e: "_race.dir" not in e["command"])
     commands = {}
     for entry in entries:
@@ -55,7 +55,7 @@ def read_commands(root, path):
 
 
 def changed(root, commands):
-    """The files that have changed, and for each changed header the first file that includes it."""
+    """Returns the changed files and, for each changed header, the first file that includes it."""
 
     def git(*arguments, may_fail=False):
         command = ["git", "-C", root, *arguments]
@@ -67,7 +67,7 @@ def changed(root, commands):
             sys.exit(f"git {arguments[0]} failed, so what has changed is not known; all: --all")
         return done.stdout.split()
 
-    branches = ("origin/HEAD", "origin/main", "main")  # not everybody has all of them
+    branches = ("origin/HEAD", "origin/main", "main")  # a clone may lack some
     bases = [base for name in branches for base in git("merge-base", "HEAD", name, may_fail=True)]
     names = git("diff", "--name-only", bases[0] if bases else "HEAD")
     names += git("ls-files", "--others", "--exclude-standard")
@@ -79,7 +79,7 @@ def changed(root, commands):
 
 
 def grouped(files, commands):
-    """Lists of files that are compiled alike and seem to have no name in common."""
+    """Returns lists of files with equal flags and, apparently, no name in common."""
     groups = []
     for file in files:
         text = read(file)
@@ -97,7 +97,7 @@ def grouped(files, commands):
 
 
 def complaints_of(root, file, checks, directory, flags):
-    """What clang-tidy says of a file; '' if nothing."""
+    """Returns clang-tidy's output for a file; '' if it has no complaint."""
     filters = f"--header-filter=^{root}/(include|src|test)/"
     command = ["clang-tidy", "--quiet", filters, f"--checks={checks}", file]
     command += ["--", *flags, "-Wno-unknown-warning-option", "-Wno-deprecated-declarations"]
@@ -110,7 +110,7 @@ def complaints_of_group(root, group, *command):
     if len(group) == 1:
         return complaints_of(root, group[0], checks, *command)
     with tempfile.TemporaryDirectory() as folder:
-        # It looks for this file; the option --config-file makes it five times as slow.
+        # clang-tidy finds this file; the option --config-file would make it five times as slow.
         os.symlink(f"{root}/.clang-tidy", f"{folder}/.clang-tidy")
         with open(f"{folder}/group.cpp", "w", encoding="utf-8") as joined:
             joined.writelines(f'#include "{file}"  // NOLINT\n' for file in group)

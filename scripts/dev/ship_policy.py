@@ -55,7 +55,7 @@ Returns over the 100 seeds 1000000 .. 1000099, which training never sees:
 
 
 def evaluate(env_id):
-    """What the command says of the shipped policy."""
+    """Returns the command's results for the shipped policy."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "evaluation.json")
         command = [sys.executable, "-m", "walker_sim", "evaluate", env_id, "--policy", "shipped"]
@@ -69,7 +69,7 @@ def describe_ends(outcomes):
 
 
 def write_table(cards):
-    """What the cards say, into docs/policies.md."""
+    """Writes the cards' results into docs/policies.md."""
     lines = ["| policy | mean return | deviation | least | ends | steps | wall time |"]
     lines.append("|---|---|---|---|---|---|---|")
     for card in sorted(cards.glob("*.md")):
@@ -101,7 +101,7 @@ def main():
     cards.mkdir(exist_ok=True)
     shutil.copy(run / "policy.safetensors", ROOT / "assets/policies" / f"{env_id}.safetensors")
     file = ROOT / "config/training" / f"{policy.id}.yaml"
-    # One that says the same may say why, too.
+    # An equal file may have comments, so it is kept.
     if not file.exists() or read_settings(file).hash() != notes["settings"]:
         shutil.copy(run / "settings.yaml", file)
     settings = read_settings(file)

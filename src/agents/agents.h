@@ -1,5 +1,5 @@
-// The agents that drive a walker over ROS. Each plays the episodes that the options ask for, or
-// until the node is told to stop.
+// Agents that drive a walker over ROS. Each plays the requested number of episodes, or until the
+// node shuts down.
 #pragma once
 
 #include <cstddef>
@@ -15,45 +15,44 @@
 
 namespace walker {
 
-/// What the nodes' private parameters choose.
+/// Values of the nodes' private parameters.
 struct AgentOptions {
   std::string agent;                 ///< ~agent: policy, heuristic or random
-  std::string policy;                ///< ~policy: its file; empty: the one that comes along
+  std::string policy;                ///< ~policy: policy file; empty: the package's own
   std::string server;                ///< ~server: the server's name, relative to the namespace
-  std::string env;                   ///< ~env: id of the environment; empty: the server is asked
-  std::vector<std::uint64_t> seeds;  ///< ~seeds: of the episodes, in turn; empty: the server's own
-  std::uint64_t agent_seed;          ///< ~agent_seed: of the random agent
-  std::uint32_t episodes;            ///< ~episodes: how many; 0: no end
-  double real_time_factor;  ///< ~real_time_factor: of a lock-step agent; 0: as fast as it goes
-  double stamp_tolerance;   ///< ~stamp_tolerance: of sensors' stamps of one instant [s]
+  std::string env;                   ///< ~env: id of the environment; empty: the server's
+  std::vector<std::uint64_t> seeds;  ///< ~seeds: used in turn; empty: none are sent
+  std::uint64_t agent_seed;          ///< ~agent_seed: seed of the random agent
+  std::uint32_t episodes;            ///< ~episodes: number of episodes; 0: no limit
+  double real_time_factor;           ///< ~real_time_factor: pace of a lock-step agent; 0: unlimited
+  double stamp_tolerance;            ///< ~stamp_tolerance: between stamps of one instant [s]
 
-  /// Of the episode after `finished` ones; none: the server's generator goes on.
+  /// Seed of the episode after `finished` ones; none: the server's generator continues.
   std::optional<std::uint64_t> seed_after(std::size_t finished) const;
 };
 
-/// What the agent nodes take.
 std::vector<ParameterDescription> agent_parameters();
 
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed
 AgentOptions read_agent_options();
 
-/// Who decides.
-/// @throws std::invalid_argument when it does not fit the environment
+/// Makes the agent that the options choose.
+/// @throws std::invalid_argument if an option is invalid, or the agent does not fit the environment
 std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification);
 
-/// Drives a lock-step server by ~reset and ~step. A server that goes away is waited for; its
-/// interrupted episode does not count.
-/// @throws std::invalid_argument when the agent does not fit the server; std::runtime_error with
-///         the server's words when it refuses
+/// Drives a lock-step server by ~reset and ~step. If the connection is lost, waits for the server
+/// and does not count the interrupted episode.
+/// @throws std::invalid_argument if the agent does not fit the server; std::runtime_error with the
+///         server's message if it refuses a request
 void drive_by_services(const AgentOptions& options);
 
-/// Drives a free-running server, or a robot: answers what the sensors measure with an
+/// Drives a free-running server or a robot: answers each set of sensor messages with an
 /// `effort_command` [N m].
 ///
-/// Where episodes begin and end it learns from `episode`; where nobody publishes that, as on a
-/// robot, there is one without end. With seeds it begins each episode itself through ~reset;
-/// without, the server does.
-/// @throws std::invalid_argument when the agent does not fit the environment
+/// The topic `episode` reports where episodes begin and end. If nothing publishes it, as on a
+/// robot, there is one endless episode. With seeds, the agent begins each episode through ~reset;
+/// without seeds, the server does.
+/// @throws std::invalid_argument if the agent does not fit the environment
 void drive_by_topics(const AgentOptions& options);
 
 }  // namespace walker

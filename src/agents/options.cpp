@@ -15,7 +15,7 @@ namespace walker {
 std::vector<ParameterDescription> agent_parameters() {
   constexpr double kMaxEpisodes = 4294967295.0;
   constexpr double kMaxTolerance = 1;
-  constexpr double kMaxSeed = 2147483647.0;  // XML-RPC's integers have 32 bits
+  constexpr double kMaxSeed = 2147483647.0;  // XML-RPC integers have 32 bits
   return {
       {"agent", std::string("heuristic"), "", "Who decides: policy, heuristic or random.", 0, 0},
       {"policy", std::string(), "",

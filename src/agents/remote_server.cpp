@@ -15,9 +15,10 @@
 namespace walker {
 namespace {
 
-constexpr double kPause = 0.25;  // between one attempt and the next [s]
+constexpr double kPause = 0.25;  // between attempts to connect [s]
 
-/// What an environment with the server's parameters says; the server tells only a part of it.
+/// Makes the server's environment here for its complete specification: the server publishes only a
+/// part of it.
 Specification to_specification(const ServerSpecification& told) {
   if (told.num_envs > 1) {
     throw std::invalid_argument("the server has num_envs = " + std::to_string(told.num_envs) +
@@ -33,7 +34,7 @@ Specification to_specification(const ServerSpecification& told) {
     throw std::invalid_argument("the server's environment cannot be made here: " +
                                 printable(error.what()));
   }
-  // The client measures answers by what the server tells; the agent reads as many as it has here.
+  // The client checks answers against the server's sizes; the agent reads the sizes made here.
   if (told.observation_size != made.observation_size() || told.action_size != made.action_size()) {
     throw std::invalid_argument(
         "the server's " + told.id + " has " + std::to_string(told.observation_size) +
@@ -78,12 +79,12 @@ bool RemoteServer::call(const std::function<void(Client&)>& request) {
 }
 
 bool RemoteServer::wait_for_it() {
-  // A wall-clock wait: simulation time stands still until the server's first step.
+  // On the wall clock: simulation time stands still until the server's first step.
   while (ros::ok() && !client_ && !connect()) ros::WallDuration(kPause).sleep();
   return ros::ok();
 }
 
-/// @return whether it is there
+/// @return whether the server is connected
 bool RemoteServer::connect() {
   try {
     auto client = std::make_unique<Client>(options_);
@@ -102,7 +103,7 @@ bool RemoteServer::connect() {
       ROS_INFO_STREAM("Waiting for " << name() << ": " << absence_);
     }
   } catch (const Interrupted&) {
-    return false;  // told to stop
+    return false;  // the node shuts down
   }
   return false;
 }

@@ -1,4 +1,4 @@
-// The server that an agent drives: waited for, asked what it is, and found again when it was away.
+// An agent's connection to its server, which waits for the server and reconnects.
 #pragma once
 
 #include <functional>
@@ -13,24 +13,24 @@
 
 namespace walker {
 
-/// Calls go by our own client, not by roscpp's: it bounds each in time, and takes no length or size
-/// of a server's for true.
+/// Uses walker::Client instead of roscpp's service client: it has a timeout for every call, and
+/// checks all lengths and sizes in answers.
 class RemoteServer {
  public:
-  /// @param name of the server's node, relative to the node's namespace
+  /// @param name of the server's node, relative to this node's namespace
   RemoteServer(const ros::NodeHandle& node, const std::string& name);
 
-  /// Waits for it, however long, and asks.
-  /// @return the specification of the same environment made here; none when told to stop
-  /// @throws std::invalid_argument when it cannot be made here: this package does not know it, or
-  ///         its model file is on the server's machine only; or when the server has several
+  /// Blocks until the server answers, without a timeout.
+  /// @return the specification of the same environment made here; none if the node shuts down
+  /// @throws std::invalid_argument if the environment cannot be made here (unknown id, or a model
+  ///         file on the server's machine only), has other sizes here, or is one of several
   std::optional<Specification> specification();
 
-  /// Makes one call, over a connection that stays; where there is none, once it is there again.
-  /// @param request makes it; throws as the client's calls do
-  /// @return whether it was answered; else it was logged why, unless told to stop
-  /// @throws RequestRefused with the server's words; std::runtime_error when the server has become
-  ///         another environment's
+  /// Makes one call over a persistent connection. Blocks until there is a connection.
+  /// @param request makes the call; throws as the client's methods do
+  /// @return whether the server answered; if not, the reason is logged unless the node shuts down
+  /// @throws RequestRefused with the server's message; std::runtime_error if the server was
+  ///         restarted with another environment
   bool call(const std::function<void(Client&)>& request);
 
   const std::string& name() const { return options_.server; }
@@ -40,9 +40,9 @@ class RemoteServer {
   bool connect();
 
   ClientOptions options_;
-  std::unique_ptr<Client> client_;               // none: it is away
-  std::optional<ServerSpecification> at_first_;  // as it first told
-  std::string absence_;                          // why it is away, as was last said
+  std::unique_ptr<Client> client_;               // null: not connected
+  std::optional<ServerSpecification> at_first_;  // of the first connection
+  std::string absence_;                          // last logged reason for not being connected
 };
 
 }  // namespace walker

@@ -10,8 +10,9 @@
 namespace walker {
 namespace {
 
-/// @return the value of `name`, which must be among the names and have one
-/// @throws std::invalid_argument saying on which topic which one is missing
+/// Returns the value at the position of `name` in `names`.
+/// @param what begins the error message
+/// @throws std::invalid_argument if the name or its value is missing
 template <typename Value>
 Value find(const std::vector<std::string>& names, const std::string& name, const char* what,
            const std::vector<Value>& values) {
@@ -22,7 +23,7 @@ Value find(const std::vector<std::string>& names, const std::string& name, const
   return values[place];
 }
 
-/// @param covariance begins with -1 where the value is not measured
+/// @param covariance begins with -1 if the value is not measured (REP 145)
 void check_measured(const char* field, const boost::array<double, 9>& covariance) {
   if (covariance[0] != -1) return;
   throw std::invalid_argument(std::string("imu: ") + field +

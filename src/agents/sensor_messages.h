@@ -1,5 +1,5 @@
-// From sensors' messages to measurements: the way back from src/server/topics/converters.h. Each
-// function takes over what its topic carries, in the order of the specification.
+// Conversion of sensor messages to measurements, the inverse of src/server/topics/converters.h.
+// Each function sets the fields that its topic carries, in the order of the specification.
 #pragma once
 
 #include <nav_msgs/Odometry.h>
@@ -13,25 +13,25 @@
 
 namespace walker {
 
-/// Joints in any order, among others.
+/// Accepts joints in any order and ignores unknown ones.
 /// @throws std::invalid_argument naming a joint that is missing or has no position or velocity
 void take(const sensor_msgs::JointState& message, const Specification& specification,
           Measurements& measurements);
 
-/// @throws std::invalid_argument where it says, as REP 145 has it, that it does not measure the
-///         orientation or the angular velocity
+/// @throws std::invalid_argument if the covariances say, by REP 145, that the orientation or the
+///         angular velocity is not measured
 void take(const sensor_msgs::Imu& message, const Specification& specification,
           Measurements& measurements);
 
 void take(const nav_msgs::Odometry& message, const Specification& specification,
           Measurements& measurements);
 
-/// Links in any order, among others.
+/// Accepts links in any order and ignores unknown ones.
 /// @throws std::invalid_argument naming a link that is missing
 void take(const walker_sim::Contacts& message, const Specification& specification,
           Measurements& measurements);
 
-/// @throws std::invalid_argument where its rays have other directions than the range finder's
+/// @throws std::invalid_argument if the directions of the rays differ from the range finder's
 void take(const sensor_msgs::LaserScan& message, const Specification& specification,
           Measurements& measurements);
 

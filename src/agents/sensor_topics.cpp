@@ -16,7 +16,7 @@
 namespace walker {
 namespace {
 
-constexpr std::uint32_t kQueue = 10;  // messages of a topic that wait for the other topics'
+constexpr std::uint32_t kQueue = 10;  // messages per topic that wait for the other topics
 constexpr double kReportPeriod = 1;   // wall time [s]
 
 }  // namespace
@@ -76,8 +76,8 @@ void SensorTopics::match_by_stamp(message_filters::PassThrough<Messages>&... mes
     auto approximate =
         std::make_shared<Synchronizer<Approximate>>(Approximate(kQueue), messages...);
     approximate->setMaxIntervalDuration(tolerance);
-    // So that a set is complete when its last message is there, and no later one is waited for that
-    // might fit better.
+    // With this bound a set is complete when its last message arrives. Without it the policy would
+    // wait for later messages that might match better.
     approximate->setInterMessageLowerBound(tolerance * 2);
     approximate->registerCallback(callback, this);
     synchronizer_ = approximate;
@@ -105,10 +105,10 @@ void SensorTopics::report() {
   for (const std::unique_ptr<Input>& input : inputs_) input->unmatched = 0;
 }
 
-/// Empty where all sensors are there and silent: a server that is paused, or waits for a reset.
+/// Empty if all topics have publishers and are silent: the server is paused or waits for a reset.
 std::string SensorTopics::what_is_missing() const {
   const auto is_alive = [](const std::unique_ptr<Input>& input) {
-    constexpr int kEnough = 2;  // one may be all that there is, its set still on the way
+    constexpr int kEnough = 2;  // the set of a single message may still be in transit
     return input->unmatched >= kEnough;
   };
   const bool is_any_alive = std::any_of(inputs_.begin(), inputs_.end(), is_alive);

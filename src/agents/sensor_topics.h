@@ -1,4 +1,4 @@
-// What a robot's sensors publish, put together by stamp.
+// Synchronisation of a robot's sensor topics by stamp.
 #pragma once
 
 #include <functional>
@@ -15,32 +15,31 @@
 
 namespace walker {
 
-/// Listens to joint_states, imu, odom, contacts and, where the environment has a range finder,
-/// scan, and turns messages of the same instant into measurements. Says once a second by wall time
-/// what is missing. Callbacks, the receiver's too, come from the node handle's callback queue.
+/// Subscribes to joint_states, imu, odom, contacts and, if the environment has a range finder,
+/// scan, and combines messages of the same instant into measurements. Logs once per second of wall
+/// time what is missing. All callbacks, including the receiver, run from the node handle's queue.
 class SensorTopics {
  public:
-  /// @param stamp the oldest of the messages'
+  /// @param stamp the oldest stamp of the set
   using Receiver = std::function<void(ros::Time stamp, const Measurements& measurements)>;
 
-  /// @param specification   of the environment whose sensors these are
-  /// @param stamp_tolerance how far apart the stamps of one instant may be [s]; 0: equal stamps. A
-  ///                        topic's own messages should be more than twice as far apart.
+  /// @param stamp_tolerance largest difference between the stamps of a set [s]; 0: equal stamps. A
+  ///                        topic's period should be more than twice as long.
   SensorTopics(ros::NodeHandle& node, const Specification& specification, double stamp_tolerance,
                Receiver receiver);
 
   /// Whether every topic has a publisher.
   bool are_connected() const;
 
-  /// Has something said with the next report; of several within a second the last.
+  /// Sets the message of the next report, replacing an earlier one.
   void complain(const std::string& complaint) { complaint_ = complaint; }
 
  private:
-  /// A topic, and what came on it since the last report or the last complete set of messages.
+  /// A topic, and its messages since the last report or complete set.
   struct Input {
     ros::Subscriber subscriber;
     int unmatched = 0;
-    ros::Time newest;  // stamp
+    ros::Time newest;  // last stamp
   };
 
   template <typename Message>
@@ -62,10 +61,10 @@ class SensorTopics {
   message_filters::PassThrough<nav_msgs::Odometry> odometry_;
   message_filters::PassThrough<walker_sim::Contacts> contacts_;
   message_filters::PassThrough<sensor_msgs::LaserScan> scan_;  // idle without a range finder
-  std::shared_ptr<void> synchronizer_;  // of the type that the topics and the tolerance ask for
+  std::shared_ptr<void> synchronizer_;  // its type depends on the topics and the tolerance
   Measurements measurements_;
   std::string complaint_;      // for the next report
-  bool has_received_ = false;  // a complete set, since the last report
+  bool has_received_ = false;  // a complete set since the last report
   ros::WallTimer timer_;
 };
 

@@ -15,7 +15,6 @@
 namespace walker {
 namespace {
 
-/// Repeats reset, then observe and step until the episode ends.
 class ServiceAgent {
  public:
   ServiceAgent(const AgentOptions& options, RemoteServer& server,
@@ -36,7 +35,7 @@ class ServiceAgent {
   }
 
  private:
-  /// @return false when the server went away amid it, or when told to stop
+  /// @return false if the connection was lost or the node shuts down
   bool play_episode() {
     const auto reset = [this](Client& client) {
       client.reset(options_.seed_after(finished_), transition_);
@@ -78,7 +77,7 @@ void drive_by_services(const AgentOptions& options) {
   }
   RemoteServer server(ros::NodeHandle(), options.server);
   const std::optional<Specification> specification = server.specification();
-  if (specification) ServiceAgent(options, server, *specification).run();  // else told to stop
+  if (specification) ServiceAgent(options, server, *specification).run();  // else shutting down
 }
 
 }  // namespace walker

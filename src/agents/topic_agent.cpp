@@ -24,7 +24,7 @@
 namespace walker {
 namespace {
 
-/// Hears of sensors and episodes in the thread that calls `run`.
+/// Its callbacks run in the thread that calls `run`.
 class TopicAgent {
  public:
   TopicAgent(const AgentOptions& options, ros::NodeHandle& node, RemoteServer& server,
@@ -58,7 +58,7 @@ class TopicAgent {
   }
 
  private:
-  /// A first episode begun before the topics are connected would lose its first commands.
+  /// An episode that began before the topics are connected would lose its first commands.
   void wait_for_connections() {
     while (ros::ok() && (effort_publisher_.getNumSubscribers() == 0 || !sensors_.are_connected() ||
                          episode_subscriber_.getNumPublishers() == 0)) {
@@ -73,7 +73,7 @@ class TopicAgent {
     if (!has_ended_) act();
   }
 
-  /// What is told of an episode comes over a connection of its own, so before or after the sensors'
+  /// The topic has a connection of its own, so its message may arrive before or after the sensor
   /// messages of the same instant.
   void on_episode(const walker_sim::Episode& episode) {
     if (episode.header.stamp < begun_at_) return;
@@ -85,14 +85,14 @@ class TopicAgent {
   }
 
   void begin_episode(const walker_sim::Episode& episode) {
-    // A latched message is told again after a lost connection.
+    // A latched message arrives again after a reconnection.
     if (episode.episode == episode_ && episode.header.stamp == begun_at_) return;
     episode_ = episode.episode;
     begun_at_ = episode.header.stamp;
     has_ended_ = false;
     builder_->reset();
     agent_->reset();
-    // Its first measurements were here before it: they are answered only now, or once more.
+    // If the episode's first measurements arrived before this message, acts on them now.
     if (!measured_at_.isZero() && measured_at_ >= begun_at_) act();
   }
 
@@ -139,11 +139,11 @@ class TopicAgent {
   std::unique_ptr<Agent> agent_;
   std::unique_ptr<ObservationBuilder> builder_;
   std::vector<double> observation_;
-  Measurements measurements_;  // the last
-  ros::Time measured_at_;      // zero: there are none yet
-  ros::Time begun_at_;         // what is older is not of the present episode
+  Measurements measurements_;  // the last ones
+  ros::Time measured_at_;      // their stamp; zero: none yet
+  ros::Time begun_at_;         // older messages belong to earlier episodes
   bool has_ended_ = false;     // the present episode
-  std::uint32_t episode_ = 0;  // the present one; 0: not told of any
+  std::uint32_t episode_ = 0;  // number of the present one; 0: unknown
   std::size_t finished_ = 0;
   std_msgs::Float64MultiArray efforts_;
   ros::Publisher effort_publisher_;
@@ -158,7 +158,7 @@ void drive_by_topics(const AgentOptions& options) {
   RemoteServer server(node, options.server);
   const std::optional<Specification> specification =
       options.env.empty() ? server.specification() : make(options.env)->specification();
-  if (specification) TopicAgent(options, node, server, *specification).run();  // else told to stop
+  if (specification) TopicAgent(options, node, server, *specification).run();  // else shutting down
 }
 
 }  // namespace walker

@@ -1,4 +1,4 @@
-// A double as its bits, which are equal also where a NaN or a -0 is.
+// Bit patterns of doubles: unlike the values, a NaN equals itself, and -0 differs from 0.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Failures of system calls as exceptions.
+// Converts failures of system calls to exceptions.
 #pragma once
 
 #include <cerrno>
@@ -6,9 +6,9 @@
 
 namespace walker {
 
-/// @param result of a system call that says -1, with the cause in errno, where it has failed
-/// @param what   stands before the cause
-/// @throws std::system_error
+/// @param result of a system call, negative if it failed and set errno
+/// @param what   prefix of the error message
+/// @throws std::system_error if the call failed
 inline int checked(int result, const char* what) {
   if (result < 0) throw std::system_error(errno, std::generic_category(), what);
   return result;

@@ -32,7 +32,7 @@ void check_joints(const std::string& name, const double* values, std::size_t siz
 }
 
 void check_orientation(const Quaternion& q) {
-  constexpr double kTolerance = 1e-3;  // of the norm: single precision and more passes
+  constexpr double kTolerance = 1e-3;  // of the norm: accepts quaternions in single precision
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (std::abs(norm - 1) <= kTolerance) return;
   std::string text;
@@ -44,7 +44,7 @@ void check_orientation(const Quaternion& q) {
 
 void check_action(const Specification& specification, const double* action, std::size_t size,
                   const char* what, const char* unit) {
-  // Looked at twice, so that no text is made for nothing.
+  // A valid action builds no message strings.
   if (size == specification.joints.size() && std::all_of(action, action + size, is_finite)) return;
   try {
     check_joints(what, action, size, unit, specification);

@@ -1,4 +1,4 @@
-// Which actions and measurements are well-formed.
+// Validation of actions and measurements.
 #pragma once
 
 #include <cstddef>
@@ -11,28 +11,30 @@
 namespace walker {
 
 /// @param action `size` values
-/// @param what, unit how the message calls them
-/// @throws InvalidAction when there is not one finite value per joint
+/// @param what, unit name and unit of the values in the error message
+/// @throws InvalidAction unless there is one finite value per joint
 WALKER_SIM_EXPORT void check_action(const Specification& specification, const double* action,
                                     std::size_t size, const char* what = "action",
                                     const char* unit = "");
 
-/// The same of one of several environments' right number of values, which the message names.
+/// Checks the action of one of several environments; the message names its index.
+/// @param action `specification.action_size()` values
+/// @throws InvalidAction if a value is non-finite
 WALKER_SIM_EXPORT void check_action_of(std::size_t environment, const Specification& specification,
                                        const double* action);
 
-/// @param size of the actions of `num_envs` environments together
-/// @throws InvalidAction when it is not theirs
+/// @param size number of values in the actions of all `num_envs` environments
+/// @throws InvalidAction if it is wrong
 WALKER_SIM_EXPORT void check_actions_size(const Specification& specification, std::size_t size,
                                           std::size_t num_envs);
 
-/// Checks all but the position: sizes, numbers that are none, a quaternion that is no rotation.
-/// @throws std::invalid_argument naming the measurement, its value and what is allowed
+/// Checks all measurements except the position: sizes, non-finite values, negative ranges, a
+/// non-unit quaternion.
+/// @throws std::invalid_argument naming the measurement, its value and the allowed values
 void check_measurements(const Measurements& measurements, const Specification& specification);
 
-/// @param name of the measurement
-/// @param unit as it follows a number
-/// @throws std::invalid_argument where the value is not finite
+/// @param name, unit of the value in the error message; the unit with a leading space
+/// @throws std::invalid_argument if the value is non-finite
 void check_finite(const std::string& name, double value, const std::string& unit);
 
 }  // namespace walker

@@ -1,4 +1,4 @@
-// File descriptors beside a host's standard ones.
+// Keeps file descriptors out of the range of the standard ones.
 #pragma once
 
 #include <fcntl.h>
@@ -8,10 +8,10 @@
 
 namespace walker {
 
-/// Moves a descriptor above the standard ones. If a process has closed these, new files get their
-/// numbers, and whatever prints would write to them.
-/// @param descriptor negative: passed through
-/// @return the descriptor, close-on-exec; -1 with errno
+/// Moves a file descriptor above stderr's. If the process has closed its standard descriptors, new
+/// files get their numbers, and printed text would go there.
+/// @param descriptor a negative value is returned unchanged
+/// @return the new descriptor, close-on-exec; -1 with errno on failure
 inline int above_standard(int descriptor) {
   if (descriptor < 0 || descriptor > STDERR_FILENO) return descriptor;
   const int moved = fcntl(descriptor, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);

@@ -1,4 +1,4 @@
-// The parts of an engine's version text.
+// Format of `Specification::engine_version`:
 //
 //   RELEASE (ORIGIN), libm: VARIANT, stepped by STEPPER
 #pragma once
@@ -7,25 +7,26 @@
 
 namespace walker {
 
-/// Precedes the variant of the C library's sin, cos and pow, where the engine's bits depend on it.
+/// Precedes the variant of the C library's sin, cos and pow; present if the engine's results depend
+/// on it.
 inline constexpr const char* kLibm = ", libm: ";
-/// Precedes what makes the steps, which no bit depends on.
+/// Precedes the implementation that makes the steps. Results do not depend on it.
 inline constexpr const char* kSteppedBy = ", stepped by ";
 
-/// The release and the origin.
+/// Returns RELEASE (ORIGIN).
 inline std::string engine_release(const std::string& engine_version) {
   const std::string text = engine_version.substr(0, engine_version.find(kSteppedBy));
   return text.substr(0, text.find(kLibm));
 }
 
-/// The variant of the C library; empty if the text names none.
+/// Returns VARIANT; empty if there is none.
 inline std::string libm_of(const std::string& engine_version) {
   const std::string text = engine_version.substr(0, engine_version.find(kSteppedBy));
   const std::size_t at = text.find(kLibm);
   return at == std::string::npos ? "" : text.substr(at + std::string(kLibm).size());
 }
 
-/// Whether both texts name a variant, and not the same one.
+/// Whether both versions name a variant and the variants differ.
 inline bool has_other_libm(const std::string& engine_version, const std::string& other) {
   const std::string one = libm_of(engine_version);
   const std::string two = libm_of(other);

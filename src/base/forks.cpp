@@ -13,7 +13,7 @@ std::atomic<unsigned> forks{0};
 
 unsigned num_forks() {
   static const int is_watched = pthread_atfork(nullptr, nullptr, [] { ++forks; });
-  static_cast<void>(is_watched);  // without memory for it forks go unnoticed, and nothing else
+  static_cast<void>(is_watched);  // fails only without memory; forks are then not detected
   return forks.load(std::memory_order_relaxed);
 }
 

@@ -1,14 +1,14 @@
-// Whether this process is still the one that made something.
+// Detection of forks.
 #pragma once
 
 namespace walker {
 
-/// How many forks this process has come out of since the first call, in it or before: a number that
-/// differs from an earlier one says that this is a child of the process in which that was asked
-/// for. Costs no system call.
+/// Returns the number of forks between the process that made the first call and this one. If it
+/// differs from a value stored earlier, this process is a child of the one that stored it. Makes no
+/// system call.
 unsigned num_forks();
 
-/// What a client says in the child of a fork.
+/// Error message of a client that is used in the child of a fork.
 inline constexpr const char* kForked =
     "this client was made before a fork, by the parent process, whose connections it has; make "
     "another one in this process";

@@ -1,4 +1,4 @@
-// How a host ends what takes long: a model's compilation, the making of many environments.
+// Lets a host interrupt long operations: compiling a model, creating many environments.
 #pragma once
 
 #include <poll.h>
@@ -8,20 +8,18 @@
 
 namespace walker {
 
-/// Waits as ::poll does. @throws Interrupted if a signal has come that ends what is under way
+/// A replacement for ::poll. @throws Interrupted if a signal has arrived that ends the operation
 using Poll = int (*)(pollfd* files, nfds_t num_files, int timeout);
 
-/// Sets what `make` and its like wait by, in the calling thread, from now on in this process. Until
-/// then it is ::poll: a signal either ends the process or changes nothing.
+/// Sets the process-wide function that long operations call in the caller's thread. The default is
+/// ::poll: a signal either ends the process or has no effect on the operation.
 WALKER_SIM_EXPORT void set_poll(Poll poll);
 
-/// Waits for one file by the host's `Poll`.
-/// @param timeout [ms]
-/// @return as ::poll
+/// Polls one file with the host's `Poll`. The timeout is in ms, the result as ::poll's.
 /// @throws Interrupted
 int poll_interruptibly(pollfd& file, int timeout);
 
-/// @throws Interrupted if a signal has come that ends what is under way
+/// @throws Interrupted if a signal has arrived that ends the operation
 void check_interruption();
 
 }  // namespace walker

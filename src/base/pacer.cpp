@@ -9,7 +9,7 @@ namespace {
 Pacer::Clock::duration planned_period(double dt, double real_time_factor) {
   using Duration = Pacer::Clock::duration;
   if (real_time_factor == 0) return Duration::zero();
-  // The smallest factors ask for more than the clock can count, the shortest steps for less.
+  // Small factors would overflow the clock's range; short steps would round to zero.
   const std::chrono::duration<double, Duration::period> exact =
       std::min(std::chrono::duration<double>(dt / real_time_factor),
                std::chrono::duration<double>(std::chrono::hours(24 * 365)));

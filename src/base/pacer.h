@@ -1,4 +1,4 @@
-// When the next step of a free-running simulation is due. No ROS.
+// Paces the steps of a free-running simulation. Independent of ROS.
 #pragma once
 
 #include <chrono>
@@ -8,37 +8,36 @@
 
 namespace walker {
 
-/// A schedule of the beginnings of steps: absolute deadlines on the steady clock, so that nothing
-/// drifts, whatever a step or a wake-up takes.
+/// Schedules the beginnings of steps with absolute deadlines on the steady clock, so that delays of
+/// steps and wake-ups do not accumulate.
 ///
-/// A step that begins less than a period late leaves the schedule as it is. One that begins later
-/// drops the deadlines that have passed, so that lost time is never made up for by a burst: two
-/// steps are at most one period closer together than planned, and a machine that cannot keep up
-/// makes one step after the other.
+/// A step that begins less than a period late leaves the schedule unchanged. A later one drops the
+/// deadlines that have passed, so that lost time is not made up in a burst: two steps are at most
+/// one period closer together than planned. A machine that cannot keep up steps back to back.
 class WALKER_SIM_EXPORT Pacer {
  public:
   using Clock = std::chrono::steady_clock;
 
   /// @param dt               simulation time of a step [s]
-  /// @param real_time_factor simulation time over wall time; 0: as fast as it goes
+  /// @param real_time_factor simulation time over wall time; 0: as fast as possible
   Pacer(double dt, double real_time_factor);
 
-  /// Changes the pace from the step that began last: the next one is due a new period after it, or
-  /// at once where that has passed. Steps go on also when this is called without end.
+  /// Sets the factor. The next step is due a new period after the last one began, or at once if
+  /// that has passed. Repeated calls do not postpone the next step.
   void set_real_time_factor(double factor, Clock::time_point now);
 
-  /// The next step is due one period from `now`.
+  /// Schedules the next step one period after `now`.
   void restart(Clock::time_point now);
 
-  /// Time until the next step is due; zero or less: it is due.
+  /// Time until the next step; it is due if this is zero or negative.
   Clock::duration remaining(Clock::time_point now) const { return deadline_ - now; }
 
-  /// The due step begins: schedules the next. @return missed deadlines: those after the step's own
-  /// that have passed as well
+  /// Schedules the next step when the due one begins.
+  /// @return number of missed deadlines: those after the step's own that have also passed
   std::uint64_t step_begins(Clock::time_point now);
 
   double real_time_factor() const { return real_time_factor_; }
-  /// Wall time from step to step as planned; zero: as fast as it goes.
+  /// Planned wall time between steps; zero: as fast as possible.
   Clock::duration period() const { return period_; }
 
  private:

@@ -16,8 +16,8 @@
 namespace walker {
 namespace {
 
-/// Whether a number that C's functions have read up to `end` is all of the text. Beyond a zero byte
-/// they do not look, and blanks before a number they skip.
+/// Whether the number that a C function has parsed up to `end` is the whole text. C functions stop
+/// at a zero byte and skip leading white space.
 bool is_whole(const std::string& text, const char* end) {
   return !text.empty() && std::isspace(static_cast<unsigned char>(text.front())) == 0 &&
          end == text.c_str() + text.size();
@@ -64,7 +64,6 @@ std::optional<ParameterValue> read(const std::string& text, const std::vector<do
 }  // namespace
 
 std::optional<double> parse_number(const std::string& text) {
-  // As YAML writes what is not finite.
   if (text == ".inf") return std::numeric_limits<double>::infinity();
   if (text == "-.inf") return -std::numeric_limits<double>::infinity();
   char* end = nullptr;

@@ -1,4 +1,4 @@
-// Environment parameters given as text: on a command line, in a message, in a recording.
+// Parses environment parameters from text: command lines, messages, recordings.
 #pragma once
 
 #include <optional>
@@ -10,19 +10,20 @@
 
 namespace walker {
 
-/// @param what stands before the message
-/// @throws std::invalid_argument for a name that is not one of the known, with the nearest of them
+/// @param what prefix of the message
+/// @throws std::invalid_argument for a name that is not in `known`, with the nearest known name
 [[noreturn]] void refuse_unknown(const std::string& what, const std::string& name,
                                  const std::vector<std::string>& known);
 
-/// A number as YAML has it, .inf included; none where the text is not just that, every byte of it,
-/// or where it is beyond what a double holds.
+/// Parses a number: strtod's syntax in the C locale, or YAML's .inf and -.inf. Returns std::nullopt
+/// if the text is not exactly one number, or if the number overflows a double.
 WALKER_SIM_EXPORT std::optional<double> parse_number(const std::string& text);
 
-/// Reads NAME=VALUE texts. A value is read in the type of the parameter's default, as YAML has it
-/// (true, 4, 0.5, a text, [0.8, 2.0]); one that cannot be stays a text, which `make` refuses.
-/// @param descriptions of the parameters that the environment takes
-/// @throws std::invalid_argument for a text without a name or given twice
+/// Parses NAME=VALUE texts. A value is parsed as the type of the parameter's default, in YAML's
+/// syntax (true, 4, 0.5, text, [0.8, 2.0]). A value that does not parse, or whose parameter is
+/// unknown, stays a string, which `make` refuses.
+/// @param descriptions of the environment's parameters
+/// @throws std::invalid_argument if a text is not NAME=VALUE, or a name is repeated
 WALKER_SIM_EXPORT Parameters
 parse_assignments(const std::vector<ParameterDescription>& descriptions,
                   const std::vector<std::string>& assignments);

@@ -14,8 +14,8 @@
 namespace walker {
 namespace {
 
-/// Short decimal text that reads back as the same double, in YAML 1.1 as well: there a number
-/// without a point is not a double, whether it has an exponent or not.
+/// Formats a double so that it survives a round trip through text and YAML 1.1, where a number
+/// without a decimal point is not a float, even with an exponent.
 std::string number_text(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
@@ -61,7 +61,8 @@ std::string range_text(const ParameterDescription& description) {
                               printable(to_string(value)) + ": must be " + allowed);
 }
 
-/// `value` in the type of the default, where the conversion loses nothing.
+/// Converts `value` to the type of the default.
+/// @throws std::invalid_argument unless the conversion is exact
 ParameterValue convert(const ParameterDescription& description, const ParameterValue& value) {
   const ParameterValue& model = description.default_value;
   if (value.index() == model.index()) return value;
@@ -80,7 +81,7 @@ ParameterValue convert(const ParameterDescription& description, const ParameterV
 
 void check_number(const ParameterDescription& description, const ParameterValue& value,
                   double number) {
-  // Before the comparison, which would raise a floating-point exception.
+  // isnan comes first: comparing a NaN would raise a floating-point exception.
   if (std::isnan(number) || number < description.minimum || number > description.maximum) {
     refuse(description, value, std::string(type_name(value)) + " in " + range_text(description));
   }
@@ -124,7 +125,7 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
   std::string nearest;
   std::size_t smallest = std::max<std::size_t>(2, name.size() / 3) + 1;
   for (const std::string& candidate : known) {
-    if (name.size() >= candidate.size() + smallest) continue;  // each byte more is an edit
+    if (name.size() >= candidate.size() + smallest) continue;  // each extra byte is an edit
     const std::size_t distance = edit_distance(name, candidate);
     if (distance < smallest) {
       smallest = distance;

@@ -12,8 +12,8 @@ std::uint8_t byte_at(std::string_view text, std::size_t index) {
 
 bool is_continuation(std::uint8_t byte) { return (byte & 0xC0U) == 0x80U; }
 
-/// The character at a text's beginning, as The Unicode Standard 15.0, table 3-7, has it.
-/// @return its bytes; 0: none begins there
+/// Returns the size in bytes of the UTF-8 character at the text's beginning; 0: it is invalid.
+/// Source: The Unicode Standard 15.0, table 3-7.
 std::size_t character_size(std::string_view text) {
   const std::uint8_t first = byte_at(text, 0);
   if (first < 0x80) return 1;
@@ -26,9 +26,9 @@ std::size_t character_size(std::string_view text) {
     if (!is_continuation(byte_at(text, i))) return 0;
   }
   const std::uint8_t second = byte_at(text, 1);
-  if (first == 0xE0 && second < 0xA0) return 0;  // longer than it must be
-  if (first == 0xED && second > 0x9F) return 0;  // half of a UTF-16 pair
-  if (first == 0xF0 && second < 0x90) return 0;  // longer than it must be
+  if (first == 0xE0 && second < 0xA0) return 0;  // overlong encoding
+  if (first == 0xED && second > 0x9F) return 0;  // UTF-16 surrogate
+  if (first == 0xF0 && second < 0x90) return 0;  // overlong encoding
   if (first == 0xF4 && second > 0x8F) return 0;  // above U+10FFFF
   return size;
 }
@@ -59,7 +59,7 @@ std::string escaped(std::string_view text, bool escapes_controls) {
   while (!text.empty()) {
     const std::size_t size = character_size(text);
     const std::string_view next = text.substr(0, std::max<std::size_t>(size, 1));
-    const bool ends_texts = next[0] == '\0';  // those of exceptions
+    const bool ends_texts = next[0] == '\0';  // what() of an exception ends there
     if (size == 0 || ends_texts || (escapes_controls && is_control(next))) {
       append_escaped(next, fit);
     } else {
@@ -76,7 +76,7 @@ std::string printable(std::string_view text, std::size_t most) {
   if (text.size() <= most) return escaped(text, true);
   std::size_t head = most / 2;
   std::size_t tail = text.size() - most / 2;
-  for (int i = 0; i < 3; ++i) {  // no character is cut in two
+  for (int i = 0; i < 3; ++i) {  // do not split a character
     if (head > 0 && is_continuation(byte_at(text, head))) --head;
     if (tail < text.size() && is_continuation(byte_at(text, tail))) ++tail;
   }

@@ -1,4 +1,4 @@
-// Texts of others, fit to be shown: in a log, an error, a terminal.
+// Escapes untrusted text for logs, error messages and terminals.
 #pragma once
 
 #include <cstddef>
@@ -9,19 +9,19 @@
 
 namespace walker {
 
-constexpr std::size_t kMaxPrintableBytes = 1000;  ///< of a text before it loses its middle
-constexpr std::size_t kMaxQuotedBytes = 200;      ///< the same for a peer's text within a message
+constexpr std::size_t kMaxPrintableBytes = 1000;  ///< longer texts are truncated in the middle
+constexpr std::size_t kMaxQuotedBytes = 200;      ///< the same for peers' text within a message
 
-/// On one line: control characters, and bytes that are no UTF-8, become \n, \t or \x1b. Of a long
-/// text the middle is left out, with a word on how much that is: what stands at its beginning and
-/// its end tells most.
+/// Returns the text on one line: control characters and bytes that are not valid UTF-8 are escaped
+/// as \n, \t or \x1b. If it is longer than `most` bytes, its middle is replaced by the number of
+/// bytes left out; the beginning and the end are the most informative parts.
 WALKER_SIM_EXPORT std::string printable(std::string_view text,
                                         std::size_t most = kMaxPrintableBytes);
 
 WALKER_SIM_EXPORT bool is_utf8(std::string_view text);
 
-/// The same text, but for bytes that are no UTF-8, which become \xff, and zero bytes, at which the
-/// text of an exception would end.
+/// Escapes bytes that are not valid UTF-8 as \xff, and zero bytes, which would end the text of an
+/// exception.
 WALKER_SIM_EXPORT std::string to_utf8(std::string_view text);
 
 }  // namespace walker

@@ -22,7 +22,7 @@ constexpr unsigned kShift = 16;
 constexpr std::size_t kPoolSize = 4;
 using Pool = std::array<std::uint32_t, kPoolSize>;
 
-/// One word through SeedSequence's running hash; `constant` advances with every word.
+/// SeedSequence's hash of one word; `constant` advances with every word.
 std::uint32_t hash(std::uint32_t value, std::uint32_t& constant, std::uint32_t multiplier) {
   value ^= constant;
   constant *= multiplier;
@@ -35,7 +35,7 @@ std::uint32_t mix(std::uint32_t left, std::uint32_t right) {
   return result ^ (result >> kShift);
 }
 
-/// SeedSequence(seed).pool: the seed's words, zero padded, each hashed into each.
+/// SeedSequence(seed).pool: the zero-padded words of the seed, each mixed into the others.
 Pool entropy_pool(std::uint64_t seed) {
   Pool pool{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U), 0, 0};
   std::uint32_t constant = kInitA;
@@ -134,14 +134,14 @@ double Generator::uniform(double low, double high) {
 
 std::int64_t Generator::integers(std::int64_t low, std::int64_t high) {
   constexpr std::uint32_t kMax = std::numeric_limits<std::uint32_t>::max();
-  // Unsigned, for the difference of two far integers does not fit into a signed one.
+  // Unsigned, as the difference may overflow a signed integer.
   const std::uint64_t values = static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
   if (high <= low || values > kMax) {
     throw std::invalid_argument("integers: the range [" + std::to_string(low) + ", " +
                                 std::to_string(high) + ") must hold 1 .. 2^32 - 1 values");
   }
   if (values == 1) return low;
-  // Lemire: the upper half of a 32 x 32 bit product, redrawn where the lower half is biased.
+  // Lemire's method: the upper half of a 32 x 32 bit product, rejected if the lower half is biased.
   const auto count = static_cast<std::uint32_t>(values);
   std::uint64_t product = std::uint64_t{next_uint32()} * count;
   if (static_cast<std::uint32_t>(product) < count) {

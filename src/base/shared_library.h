@@ -1,23 +1,22 @@
-// Libraries that only pictures need: looked for when the first one is drawn.
+// Run-time loading of the libraries that only rendering needs.
 #pragma once
 
 #include <string>
 
 namespace walker {
 
-/// A library of the system's, loaded while the process runs. It stays loaded.
+/// A system library loaded with dlopen. It is never unloaded.
 class SharedLibrary {
  public:
-  /// @param file    as the loader looks for it, e.g. libcairo.so.2
-  /// @param package of the distribution, for the error
-  /// @throws std::runtime_error saying what to install
+  /// @param file    name for the dynamic loader, e.g. libcairo.so.2
+  /// @param package of the distribution, for the error message
+  /// @throws std::runtime_error naming the package to install
   SharedLibrary(const char* file, const char* package);
 
-  /// Lets the whole process find its functions by name.
+  /// Makes the library's symbols visible to the whole process (RTLD_GLOBAL).
   void make_global() const;
 
-  /// A function that becomes a pointer of the type it is asked for in, e.g.
-  /// decltype(&cairo_create).
+  /// A function's address; converts to any function pointer type, e.g. decltype(&cairo_create).
   struct Function {
     void* address;
 
@@ -27,7 +26,7 @@ class SharedLibrary {
     }
   };
 
-  /// The function of this name. @throws std::runtime_error where the library has none
+  /// Looks up a function. @throws std::runtime_error if the library does not have it
   Function function(const char* name) const;
 
  private:

@@ -1,4 +1,4 @@
-// Numbers as decimal texts, alike in every locale of the process: of C's and of C++'s own.
+// Locale-independent conversion between numbers and decimal text.
 #pragma once
 
 #include <clocale>
@@ -11,14 +11,13 @@
 
 namespace walker {
 
-/// Writes numbers with a point and without grouping. A std::ostringstream follows the global
-/// locale.
+/// A std::ostringstream that ignores the global locale: decimal point, no grouping.
 class ClassicStream : public std::ostringstream {
  public:
   ClassicStream() { imbue(std::locale::classic()); }
 };
 
-/// Locale of C's functions whose names end in _l.
+/// The "C" locale, for C functions with the suffix _l.
 inline locale_t c_locale() {
   static const locale_t locale = newlocale(LC_ALL_MASK, "C", nullptr);
   return locale;
@@ -31,14 +30,12 @@ inline void read_number(const std::string& text, double& value) {
   value = strtod_l(text.c_str(), nullptr, c_locale());
 }
 
-/// The shortest decimal text that reads back as the same number, e.g. 0.1, 1e-07.
-/// @tparam Number float or double
+/// Returns the shortest decimal text that reads back as the same float or double, e.g. 0.1, 1e-07.
 template <typename Number>
 std::string shortest_text(Number value) {
   using Limits = std::numeric_limits<Number>;
   std::string text;
-  // Trailing zeros are not printed, so the digits that every decimal text survives are not too
-  // many for 0.1.
+  // Streams omit trailing zeros, so starting at digits10 still yields 0.1 for 0.1.
   for (int digits = Limits::digits10; digits <= Limits::max_digits10; ++digits) {
     ClassicStream stream;
     stream.precision(digits);
@@ -51,7 +48,7 @@ std::string shortest_text(Number value) {
   return text;
 }
 
-/// The number with so many digits after the point, as std::to_string writes it in the C locale.
+/// Returns the number with `digits` decimals; by default as std::to_string in the C locale.
 inline std::string fixed_text(double value, int digits = 6) {
   ClassicStream stream;
   stream << std::fixed << std::setprecision(digits) << value;

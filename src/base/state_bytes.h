@@ -1,4 +1,4 @@
-// A saved state as bytes: fields one after the other, as this processor has them.
+// Serialization of saved states: consecutive fields in the processor's representation.
 #pragma once
 
 #include <algorithm>
@@ -12,15 +12,15 @@
 
 namespace walker {
 
-/// What every complaint about bytes that cannot be a state begins with.
+/// Prefix of the error messages about malformed states.
 inline constexpr const char* kDamagedState = "the state is damaged: ";
 
 [[noreturn]] inline void refuse_state(const std::string& what) {
   throw std::invalid_argument(kDamagedState + what);
 }
 
-/// FNV-1a over words of eight bytes, the last one padded with zeros. Each round is invertible, so
-/// that a change within one word always changes the sum.
+/// FNV-1a over 8-byte words, the last one zero-padded. Each round is invertible, so a change within
+/// one word always changes the sum.
 inline std::uint64_t checksum(const std::byte* bytes, std::size_t size) {
   constexpr std::uint64_t kBasis = 0xcbf29ce484222325;
   constexpr std::uint64_t kPrime = 0x100000001b3;
@@ -36,7 +36,6 @@ inline std::uint64_t checksum(const std::byte* bytes, std::size_t size) {
   return sum;
 }
 
-/// Appends fields.
 class StateWriter {
  public:
   explicit StateWriter(std::vector<std::byte>& bytes) : bytes_(bytes) {}
@@ -46,7 +45,7 @@ class StateWriter {
     numbers(&value, 1);
   }
 
-  /// Also structs without gaps, whose bytes are all told.
+  /// Also accepts structs without padding, whose bytes are all determinate.
   template <typename Number>
   void numbers(const Number* values, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<Number> && !std::is_pointer_v<Number>);
@@ -63,7 +62,7 @@ class StateWriter {
   std::vector<std::byte>& bytes_;
 };
 
-/// Takes fields off. Throws std::invalid_argument where the bytes end before them.
+/// Reads fields from a state. Throws std::invalid_argument if the state ends within a field.
 class StateReader {
  public:
   StateReader(const std::byte* bytes, std::size_t size) : next_(bytes), end_(bytes + size) {}
@@ -83,7 +82,7 @@ class StateReader {
   void numbers(Number* values, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<Number> && !std::is_pointer_v<Number>);
     require(count, sizeof(Number));
-    // GCC 10 takes a type with initial values for one that must not be copied so.
+    // The cast avoids GCC 10's -Wclass-memaccess for types with default member initializers.
     if (count != 0) std::memcpy(static_cast<void*>(values), next_, count * sizeof(Number));
     next_ += count * sizeof(Number);
   }
@@ -102,8 +101,9 @@ class StateReader {
     return value;
   }
 
-  /// A number of things that follow, before memory for them is asked for.
-  /// @param bytes_each at least
+  /// Reads the number of elements that follow. Checks it against the remaining bytes, so that a
+  /// caller can allocate memory for them.
+  /// @param bytes_each minimum size of an element
   std::uint32_t count(std::size_t bytes_each) {
     const auto value = number<std::uint32_t>();
     require(value, bytes_each);

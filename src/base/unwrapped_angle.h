@@ -1,18 +1,18 @@
-// An angle that counts whole turns.
+// Unwraps an angle that is measured modulo whole turns.
 #pragma once
 
 #include <cmath>
 
 namespace walker {
 
-/// Engines count a body's turns; its orientation does not tell them.
+/// Tracks whole turns, which an engine's angle includes and an orientation does not.
 class UnwrappedAngle {
  public:
-  /// The next angle will be the one nearest to 0.
+  /// Makes the next angle the one nearest to 0.
   void reset() { value_ = 0; }
 
-  /// @param angle known but for whole turns [rad]
-  /// @return the same angle, nearest to the last one returned [rad]
+  /// @param angle modulo whole turns [rad]
+  /// @return the equivalent angle nearest to the last one returned [rad]
   double follow(double angle) {
     constexpr double kTurn = 2 * M_PI;
     value_ = angle + kTurn * std::round((value_ - angle) / kTurn);

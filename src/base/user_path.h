@@ -1,4 +1,4 @@
-// Paths as users write them.
+// Expansion of paths that users type.
 #pragma once
 
 #include <cstdlib>
@@ -6,8 +6,7 @@
 
 namespace walker {
 
-/// With ~/ at its beginning as the home directory, where that is known: roslaunch's arguments reach
-/// a node as they were typed.
+/// Replaces a leading ~/ by $HOME/, if HOME is set. roslaunch passes arguments on unexpanded.
 inline std::string expand_home(const std::string& path) {
   const char* const home = std::getenv("HOME");  // NOLINT(concurrency-mt-unsafe): nobody sets it
   return path.rfind("~/", 0) == 0 && home != nullptr ? home + path.substr(1) : path;

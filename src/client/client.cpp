@@ -25,7 +25,7 @@ std::string default_master_uri() {
   return uri != nullptr && *uri != '\0' ? uri : "http://localhost:11311";
 }
 
-/// @throws std::invalid_argument
+/// Validates the options and fills in defaults. @throws std::invalid_argument
 ClientOptions completed(ClientOptions options) {
   const std::string& name = options.server;
   if (name.size() < 2 || name.front() != '/' || name.back() == '/') {
@@ -54,10 +54,9 @@ class Client::Implementation {
  public:
   explicit Implementation(const ClientOptions& options) : options_(completed(options)) {}
 
-  /// Makes one call.
-  /// @param write puts the request's fields into a Writer
-  /// @param read  takes the response's fields off a Reader, to its end
-  /// @throws ConnectionError, Interrupted, RequestRefused
+  /// @param write appends the request's fields to a Writer
+  /// @param read  reads the whole response from a Reader
+  /// @throws ConnectionError, Interrupted, RequestRefused; std::invalid_argument (request too long)
   template <typename Write, typename Read>
   void call(ServiceIndex index, const Write& write, const Read& read) {
     refuse_in_fork();
@@ -84,14 +83,14 @@ class Client::Implementation {
                             "; whether the call was made is not known, and a server that was "
                             "started again has lost its episode: reset before the next step");
     } catch (...) {
-      disconnect();  // interrupted, or out of memory, amid an answer
+      disconnect();  // Interrupted, or std::bad_alloc, within an answer
       throw;
     }
   }
 
-  /// Reads a result apart, which then changes places with the caller's: where the answer is wrong,
-  /// that is as it was.
-  /// @param by what else it is measured by
+  /// Returns a `read` for `call` that leaves `result` unchanged if the answer is malformed: it
+  /// reads into `results_` and swaps.
+  /// @param by further arguments of the overload in messages.h
   template <typename Result, typename... By>
   auto into(Result& result, const By&... by) {
     return [&](Reader& reader) {
@@ -101,10 +100,10 @@ class Client::Implementation {
     };
   }
 
-  ServerSpecification server;  ///< as it has last told
+  ServerSpecification server;  ///< as last received
 
  private:
-  /// The connections are those of the process that made them: answers to one would reach the other.
+  /// @throws ConnectionError in a forked child, which could receive its parent's answers
   void refuse_in_fork() const {
     if (num_forks() != num_forks_) throw ConnectionError(kForked);
   }
@@ -124,7 +123,7 @@ class Client::Implementation {
     return "service " + name(index) + " at " + endpoints_[index].text();
   }
 
-  /// The connection to a service, made when it is first needed.
+  /// Returns the connection to a service, opened on first use.
   ServiceConnection& connected(ServiceIndex index, const Deadline& until) {
     std::optional<ServiceConnection>& connection = connections_[index];
     if (connection) return *connection;
@@ -141,7 +140,7 @@ class Client::Implementation {
     }
   }
 
-  /// From all services: what has happened to one connection will have happened to the server.
+  /// Closes all connections: if one failed, the server itself has probably failed.
   void disconnect() {
     for (std::optional<ServiceConnection>& connection : connections_) connection.reset();
   }
@@ -150,7 +149,7 @@ class Client::Implementation {
   unsigned num_forks_ = num_forks();
   std::array<Endpoint, kServiceTypes.size()> endpoints_;
   std::array<std::optional<ServiceConnection>, kServiceTypes.size()> connections_;
-  tcpros::Bytes request_;  // keeps its memory, as do the next
+  tcpros::Bytes request_;  // these two keep their memory between calls
   std::tuple<Transition, RepeatedStep, BatchTransition, BatchReset> results_;
 };
 

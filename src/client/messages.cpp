@@ -8,7 +8,7 @@
 namespace walker {
 namespace {
 
-// As sensor_msgs/image_encodings.h names them.
+// Source: sensor_msgs/image_encodings.h.
 constexpr const char* kColorEncoding = "rgb8";
 constexpr const char* kDepthEncoding = "32FC1";
 
@@ -32,7 +32,7 @@ void check_flags(const char* field, const std::vector<std::uint8_t>& flags) {
   }
 }
 
-/// In their order, so that each comes once.
+/// Requires strictly increasing indices below `num_envs`.
 void check_environments(const char* field, const std::vector<std::uint32_t>& environments,
                         std::size_t num_envs) {
   for (std::size_t i = 0; i < environments.size(); ++i) {
@@ -65,8 +65,7 @@ void refuse(std::string_view reason) {
 
 namespace {
 
-/// The beginning of an answer: whether the server did what it was asked to.
-/// @throws RequestRefused with the server's message
+/// Reads `success` and `status_message`. @throws RequestRefused if `success` is false
 void read_outcome(Reader& reader) {
   bool success = false;
   reader.read(success);
@@ -74,8 +73,7 @@ void read_outcome(Reader& reader) {
   if (!success) refuse(message);
 }
 
-/// std_msgs/Header, of which the stamp matters.
-/// @return [ns]
+/// Reads a std_msgs/Header and returns its stamp [ns].
 std::uint64_t read_header(Reader& reader) {
   std::uint32_t sequence_number = 0;
   std::uint32_t seconds = 0;
@@ -103,7 +101,7 @@ void check(const ServerSpecification& server, const Transition& transition) {
   check_size("action", transition.action.size(), transition.step == 0 ? 0 : server.action_size);
 }
 
-/// A picture's width or height, where it was asked for.
+/// Checks a picture's width or height, if the request set it.
 void check_asked(const Parameters& camera, const char* name, std::uint32_t told) {
   const auto found = camera.find(name);
   if (found == camera.end()) return;
@@ -116,16 +114,16 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
 }  // namespace
 
 std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
-  constexpr std::size_t kWords = std::size_t{1} << 20U;  // of the server, beside what is measured
-  constexpr std::size_t kTexts = 4096;                   // of an environment whose engine failed
+  constexpr std::size_t kWords = std::size_t{1} << 20U;  // strings and small fields
+  constexpr std::size_t kTexts = 4096;                   // the message of an environment's failure
   constexpr std::size_t kNumbers =
       sizeof(double) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint32_t);
   const std::size_t row =
       (std::size_t{server.observation_size} + server.info_names.size()) * sizeof(double);
   const std::size_t action = server.action_size * sizeof(double);
-  std::size_t bytes = row + action + kWords;  // of a transition
+  std::size_t bytes = row + action + kWords;  // a transition
   if (service == kGetSpec) bytes = kMaxSpecificationBytes;
-  if (service == kResetBatch || service == kStepBatch) {  // with the final rows
+  if (service == kResetBatch || service == kStepBatch) {  // includes final rows
     bytes = server.num_envs * (2 * row + kNumbers + kTexts) + kWords;
   }
   if (service == kSnapshot) bytes = kMaxRecordedSteps * action + kMaxSpecificationBytes + kWords;

@@ -1,4 +1,4 @@
-// Requests and responses as bytes, of the form that message_reader.h describes.
+// Serialization of requests and responses. wire/message_reader.h describes the format.
 // Source: the .srv files.
 #pragma once
 
@@ -19,7 +19,6 @@
 
 namespace walker {
 
-/// Appends fields to a request.
 class Writer {
  public:
   explicit Writer(tcpros::Bytes& bytes) : bytes_(bytes) {}
@@ -29,7 +28,7 @@ class Writer {
     append(&value, sizeof(value));
   }
 
-  /// @throws std::invalid_argument for more elements than a message can have
+  /// @throws std::invalid_argument if the elements exceed a message's maximum size
   template <typename Number>
   void array(const Number* values, std::size_t size) {
     if (size > tcpros::kMaxMessageBytes / sizeof(Number)) {
@@ -41,7 +40,7 @@ class Writer {
 
   void text(const std::string& value) { array(value.data(), value.size()); }
 
-  /// A message whose bytes are at hand.
+  /// Appends a serialized message.
   void message(const std::vector<std::uint8_t>& bytes) { append(bytes.data(), bytes.size()); }
 
  private:
@@ -53,18 +52,18 @@ class Writer {
   tcpros::Bytes& bytes_;
 };
 
-/// Takes fields off a response. Every method throws std::runtime_error where it is too short.
+/// Reads a response's fields. Every method throws std::runtime_error if the response is too short.
 class Reader : public MessageReader {
  public:
   Reader(const std::uint8_t* bytes, std::size_t size) : MessageReader(bytes, size, "the answer") {}
 
-  /// One field after the other. Vectors and texts keep their memory.
+  /// Reads fields in order. Reuses the memory of vectors and strings.
   template <typename... Fields>
   void read(Fields&... fields) {
     (take(fields), ...);
   }
 
-  /// An array of at most `max` texts.
+  /// @throws std::runtime_error also for more than `max` strings
   void read_texts(std::vector<std::string>& values, std::size_t max) {
     const std::uint32_t size = count(tcpros::kLengthBytes);
     if (size > max) {
@@ -82,7 +81,7 @@ class Reader : public MessageReader {
   }
 
   void take(bool& value) { value = number<std::uint8_t>() != 0; }
-  /// Bytes that are no UTF-8 are escaped, for who shows a text takes it for UTF-8.
+  /// Escapes invalid UTF-8, since callers display strings as UTF-8.
   void take(std::string& value) {
     value = text();
     if (!is_utf8(value)) value = to_utf8(value);
@@ -96,37 +95,35 @@ class Reader : public MessageReader {
   void take(std::vector<std::string>& values) { read_texts(values, kMaxTexts); }
 };
 
-// Each of these reads an answer. Whatever it says is checked, all lengths and indices, so that who
-// uses a result needs no check of its own. They throw RequestRefused with the server's words where
-// it did not do what it was asked to, and std::runtime_error that names the field, its value and
-// what is allowed; then the result is of no meaning. Answers are measured by what the server has
-// last told of itself.
+// Each `read` reads a whole answer and checks all lengths and indices against the specification
+// that the server sent last, so that callers need no checks. It throws RequestRefused with the
+// server's message if the server refused the request, and std::runtime_error naming the field, its
+// value and what is allowed if the answer is malformed. The result is then unspecified.
 
 void read(Reader& reader, ServerSpecification& told);
 
-/// How long an answer of a server that has told this of itself can be: of a known service, below
-/// what TCPROS allows in any case.
+/// Upper bound of a service's answer [bytes], given the server's specification; at most TCPROS's.
 std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server);
 
 void read(Reader& reader, const ServerSpecification& server, Transition& transition);
 void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch);
 
-/// @param steps that were to be made
+/// @param steps requested number of steps
 void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps,
           RepeatedStep& repeated);
 
-/// @param rows environments that were to be reset
+/// @param rows number of environments to reset
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset);
 
-/// EpisodeRecord.msg, whose bytes are kept as they are.
+/// Reads an EpisodeRecord.msg without deserializing it.
 void read_record(Reader& reader, std::vector<std::uint8_t>& record);
 
-/// sensor_msgs/Image; where it throws, the image is as it was.
-/// @param encoding that was asked for: 32FC1, or else rgb8
-/// @param camera   that was asked for; may have a width and a height
+/// Reads a sensor_msgs/Image. If it throws, `image` is unchanged.
+/// @param encoding requested encoding: 32FC1, or else rgb8
+/// @param camera   requested camera; may have a width and a height
 void read(Reader& reader, const std::string& encoding, const Parameters& camera, Image& image);
 
-/// Of an answer by which the server refuses. @throws RequestRefused with its words, made UTF-8
+/// @throws RequestRefused with the server's reason, with invalid UTF-8 escaped
 [[noreturn]] void refuse(std::string_view reason);
 
 }  // namespace walker

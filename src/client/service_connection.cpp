@@ -63,7 +63,7 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t most_an
   return {body, size};
 }
 
-/// Memory grows with what has come, not with what was promised.
+/// The buffer grows with the bytes received, not with the length announced.
 void ServiceConnection::receive_at_least(std::size_t size, const Deadline& deadline) {
   while (received_ < size) {
     if (received_ == input_.size()) input_.resize(2 * input_.size());

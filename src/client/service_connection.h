@@ -1,4 +1,4 @@
-// A connection to one service that stays open: TCPROS as in tcpros.h.
+// Persistent TCPROS connection to one service.
 #pragma once
 
 #include <cstddef>
@@ -14,18 +14,20 @@ namespace walker {
 
 class ServiceConnection {
  public:
-  /// Introduces itself to the server.
-  /// @param name   of the service, resolved
-  /// @param caller that the server shall know this client by
-  /// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
+  /// Connects and exchanges headers.
+  /// @param name   resolved name of the service
+  /// @param caller name by which the server identifies this client
+  /// @throws SocketError, Interrupted; std::runtime_error if the server's header is malformed, an
+  ///         error, or of another version of the service
   ServiceConnection(const Endpoint& endpoint, const std::string& name, const ServiceType& type,
                     const std::string& caller, const Deadline& deadline);
 
-  /// Sends a request with its length and waits for the answer.
-  /// @param most_answer_bytes of which a longer one is not taken
-  /// @return the serialised response: bytes of the connection, until its next call
-  /// @throws RequestRefused with the server's words where it has none; SocketError, Interrupted,
-  ///         std::runtime_error, and then the connection is of no use any more
+  /// Sends a request and blocks until its answer.
+  /// @param request begins with its length
+  /// @param most_answer_bytes upper bound of the answer
+  /// @return the serialised response, valid until the next call
+  /// @throws RequestRefused with the server's reason; SocketError, Interrupted, std::runtime_error,
+  ///         after which the connection is unusable
   Reader call(const tcpros::Bytes& request, std::size_t most_answer_bytes,
               const Deadline& deadline);
 
@@ -34,8 +36,8 @@ class ServiceConnection {
   tcpros::Fields receive_header(const Deadline& deadline);
 
   Socket socket_;
-  tcpros::Bytes input_ = tcpros::Bytes(4096);  // keeps its memory
-  std::size_t received_ = 0;                   // bytes at its beginning
+  tcpros::Bytes input_ = tcpros::Bytes(4096);  // keeps its memory between calls
+  std::size_t received_ = 0;                   // valid bytes of `input_`
 };
 
 }  // namespace walker

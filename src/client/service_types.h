@@ -1,4 +1,4 @@
-// The services that the client calls, as their files in srv/ define them.
+// The services that the client calls.
 #pragma once
 
 #include <array>
@@ -9,9 +9,9 @@
 namespace walker {
 
 struct ServiceType {
-  const char* name;  ///< below the server's
+  const char* name;  ///< relative to the server's
   const char* type;
-  const char* md5sum;  ///< of the definition, as ROS forms it: an own test compares
+  const char* md5sum;  ///< of the definition in srv/; service_types_test compares it with ROS's
 };
 
 enum ServiceIndex : std::size_t {
@@ -26,8 +26,7 @@ enum ServiceIndex : std::size_t {
   kRestore
 };
 
-// A specification is taken before anything is known that it could be checked by; an observation of
-// 500000 values has a place in it.
+// Bounds get_spec's answer, which no specification can. Enough for 500000 observation values.
 constexpr std::size_t kMaxSpecificationBytes = 1 << 24;
 
 constexpr std::array<ServiceType, 9> kServiceTypes{{

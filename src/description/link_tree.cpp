@@ -8,8 +8,8 @@
 namespace walker {
 namespace {
 
-/// The link with which the joint's branch of the trunk begins. Joints are in action order, which
-/// need not lead from the trunk outwards.
+/// Returns the first link of the trunk's branch that the joint belongs to. Joints are in action
+/// order, which need not lead from the trunk outwards.
 std::string branch_of(const Specification& specification, const Joint& joint) {
   const Joint* inner = &joint;
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
@@ -32,7 +32,7 @@ std::map<std::string, Place> place_links(const Specification& specification) {
   constexpr double kSpacing = kTrunkDepth + kLimbDepth + 2 * kGap;
   const std::string& trunk = specification.links.front().name;
   std::map<std::string, Place> places{{trunk, {0, kTrunkDepth}}};
-  std::vector<std::string> branches;  // by the link with which each begins
+  std::vector<std::string> branches;  // first link of each
   for (const Joint& joint : specification.joints) {
     if (joint.parent == trunk) branches.push_back(joint.child);
   }

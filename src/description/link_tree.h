@@ -1,4 +1,4 @@
-// The tree of links that a specification's joints make, as robot descriptions and viewers show it.
+// Placement and naming of a specification's links in robot descriptions and viewers.
 #pragma once
 
 #include <map>
@@ -9,24 +9,25 @@
 
 namespace walker {
 
-// How far bodies of a planar world reach in y, for the eye and for whoever collides with them [m].
-// Masses stay in the plane y = 0.
+// Depth along y of a planar world's bodies, for display and collision [m]. Masses stay in the plane
+// y = 0.
 constexpr double kTrunkDepth = 0.4;
 constexpr double kLimbDepth = 0.16;
 
-/// Where a link's prisms stand in y and how far they reach [m].
+/// Position of a link's prisms along y, and their depth [m].
 struct Place {
   double y = 0;
   double depth = 0;
 };
 
-/// The places of a planar world's links by name: branches of the trunk stand beside each other in
-/// y, the first on the far side (+y).
-/// @throws std::invalid_argument for a joint that does not hang on the trunk
+/// Returns the places of a planar world's links by name. Branches of the trunk stand beside each
+/// other in y, the first on the far side (+y).
+/// @throws std::invalid_argument for a joint that is not connected to the trunk
 std::map<std::string, Place> place_links(const Specification& specification);
 
-/// What each joint turns, by name: its child, or, where the child's frame is not the joint's, the
-/// link without mass on which the child is fixed, `<child>_hinge`; longer where that name is taken.
+/// Returns the name of the link that each joint turns: its child or, if the child's frame differs
+/// from the joint's, `<child>_hinge`, a massless link on which the child is fixed. If that name is
+/// taken, `_hinge` is appended again.
 std::vector<std::string> turned_links(const Specification& specification);
 
 }  // namespace walker

@@ -7,7 +7,7 @@
 namespace walker {
 namespace {
 
-/// Second moments of area about the centroid, of all shapes together, which must not overlap [m^4].
+/// Second moments of area of all shapes about their common centroid [m^4]. They must not overlap.
 Eigen::Matrix2d second_moments(const std::vector<Prism>& shapes) {
   double area = 0;
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
@@ -31,7 +31,7 @@ Eigen::Matrix2d second_moments(const std::vector<Prism>& shapes) {
 
 std::optional<Rectangle> to_rectangle(const Prism& prism) {
   constexpr std::size_t kCorners = 4;
-  constexpr double kTolerance = 1e-5;  // of the size
+  constexpr double kTolerance = 1e-5;  // relative to the size
   if (prism.vertices.size() != kCorners) return std::nullopt;
   const Eigen::Map<const Eigen::Matrix<double, 2, kCorners>> corners(prism.vertices[0].data());
   Eigen::Vector2d a = corners.col(1) - corners.col(0);
@@ -44,10 +44,11 @@ std::optional<Rectangle> to_rectangle(const Prism& prism) {
   if (std::abs(a.x()) < std::abs(a.y())) a.swap(b);
   if (a.x() < 0) a = -a;
   if (b.y() < 0) b = -b;
-  // The longer edge knows the direction better; a quarter turn back from the own z is the own x.
+  // The longer edge gives the more accurate direction. If it is the z axis, a quarter turn back
+  // gives the x axis.
   const bool is_high = b.squaredNorm() > a.squaredNorm();
   const Eigen::Vector2d x_axis = is_high ? Eigen::Vector2d(b.y(), -b.x()) : a;
-  const double pitch = std::atan2(-x_axis.y(), x_axis.x());  // positive: turns x down
+  const double pitch = std::atan2(-x_axis.y(), x_axis.x());  // positive pitch turns x down
   return Rectangle{(corners.col(0) + corners.col(2)) / 2, {a.norm(), b.norm()}, pitch};
 }
 

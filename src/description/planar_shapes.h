@@ -1,4 +1,4 @@
-// What follows from the shapes of a planar world's bodies.
+// Rectangles and inertias computed from the shapes of a planar world's bodies.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,17 +12,17 @@ namespace walker {
 struct Rectangle {
   Eigen::Vector2d center;  ///< x, z [m]
   Eigen::Vector2d size;    ///< along its own x and z [m]
-  double pitch;            ///< of its own axes, about +y, at most pi/4 either way [rad]
+  double pitch;            ///< of its own axes, about +y, in [-pi/4, pi/4] [rad]
 };
 
-/// The prism's section as a rectangle, if it is one to the engine's single precision.
+/// Returns the prism's section as a rectangle, if it is one within the engine's single precision.
 std::optional<Rectangle> to_rectangle(const Prism& prism);
 
-/// The whole inertia of a body of which the engine knows the moment about y alone. The rest is that
-/// of a prism of this depth whose density does not vary: iyy, the moment in the plane, is shared
-/// out as the section's second moments are, and the depth adds m d^2/12 about x and z. Such a body
-/// exists, so every simulator accepts it; motion in the plane does not depend on these numbers.
-/// @param link  with prisms that do not overlap
+/// Returns the inertia of a body whose engine knows only the moment about y. The other moments are
+/// those of a prism of uniform density: iyy, the moment in the plane, is divided in proportion to
+/// the section's second moments, and the depth adds m d^2/12 about x and z. Such a body can exist,
+/// so every simulator accepts it. Motion in the plane does not depend on the added numbers.
+/// @param link  its prisms must not overlap
 /// @param depth of the prisms along y [m]
 Inertia planar_inertia(const Link& link, double depth);
 

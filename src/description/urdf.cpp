@@ -20,10 +20,11 @@
 namespace walker {
 namespace {
 
-// A motor without a velocity limit: a turn of 20 rad within 2 ms is beyond what it ever reaches.
+// Velocity limit of a motor that has none [rad/s]: 20 rad in an engine step of 2 ms, which is never
+// reached.
 constexpr double kAnyVelocity = 10000;
 
-// What a reader of the file must know, by whether the engine's joints are exact.
+// Notes in the file, for planar engines with inexact joints and for engines with exact joints.
 constexpr const char* kPlanarNotes =
     "     Bodies move in the plane y = 0, where their masses lie. Only what is seen and\n"
     "     collides has depth and stands beside each other. The actuators are velocity\n"
@@ -35,11 +36,10 @@ constexpr const char* kExactNotes =
     "     back as the engine's own, double. The motors give their torque at any speed; URDF\n"
     "     demands a velocity limit, and 10000 stands for none.\n";
 
-/// An XML element.
 struct Element {
   const char* name;
   std::vector<std::pair<const char*, std::string>> attributes;
-  // GCC wants to be told that there may be none.
+  // GCC warns about an element without children unless there is an initializer.
   std::vector<Element> children = {};  // NOLINT(readability-redundant-member-init)
 };
 
@@ -58,7 +58,7 @@ class Printer : public tinyxml2::XMLPrinter {
   }
 };
 
-/// Writes numbers itself: urdfdom's exportURDF keeps six digits of them.
+/// Formats numbers itself, because urdfdom's exportURDF keeps only six digits.
 class Writer {
  public:
   explicit Writer(const Specification& specification) : specification_(specification) {}
@@ -160,7 +160,6 @@ class Writer {
     }
   }
 
-  /// What is seen is what collides.
   static void add_shape(const Link& link, const Element& pose, const Element& geometry,
                         Element& to) {
     to.children.push_back(visual(link, pose, geometry));
@@ -180,7 +179,7 @@ class Writer {
 
   // ---------------------------------------------------------------- joints
 
-  /// @param turned the link that it turns
+  /// @param turned name of the link that the joint turns
   void add_joint(const Joint& joint, const std::string& turned, Element& robot) const {
     const bool is_limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
     Element limit{"limit", {}};

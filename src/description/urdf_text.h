@@ -1,4 +1,4 @@
-// Numbers of a robot description as text.
+// Text of the numbers in a robot description.
 #pragma once
 
 #include <string>
@@ -7,17 +7,15 @@
 
 namespace walker {
 
-/// What the numbers of a description are, to the last digit.
 enum class Precision { in_single, in_double };
 
-/// Shortest text that reads back as the same number of this precision; 0 also for -0.
+/// Returns the shortest text that reads back as the same number of this precision; 0 for -0.
 inline std::string number_text(double value, Precision precision) {
   if (value == 0) value = 0;
   if (precision == Precision::in_single) return shortest_text(static_cast<float>(value));
   return shortest_text(value);
 }
 
-/// The numbers with blanks between.
 template <typename Numbers>
 std::string list_text(const Numbers& numbers, Precision precision) {
   std::string text;

@@ -13,7 +13,7 @@
 namespace walker {
 namespace {
 
-/// The exception's message, never empty.
+/// Returns the exception's message, never empty.
 std::string message_of(const std::exception_ptr& thrown) {
   std::string message;
   try {
@@ -68,7 +68,7 @@ void Episode::reset(std::optional<std::uint64_t> seed) {
 }
 
 void Episode::begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed) {
-  generator_ = Generator(generator_state);  // which may throw
+  generator_ = Generator(generator_state);  // may throw, before anything has changed
   begin_episode(seed);
 }
 
@@ -93,7 +93,7 @@ void Episode::begin_episode(std::optional<std::uint64_t> seed) {
     robot_->reset(*generator_, state_.info.data());
     robot_->observe(state_.observation.data());
   } catch (...) {
-    // Nothing depends on what was before.
+    // The outcome must not depend on the episode before.
     std::fill(state_.observation.begin(), state_.observation.end(), 0);
     fail(kResetFailed, std::current_exception());
   }
@@ -150,7 +150,6 @@ void Episode::prepare(const double* action) {
   }
 }
 
-/// Takes the outcome of the robot's step.
 void Episode::conclude() {
   ++state_.step;
   sensors_are_fresh_ = false;
@@ -176,7 +175,7 @@ void Episode::end(const char* reason) {
   state_.end_reason.append(reason);
 }
 
-/// Ends the episode without reward and info; the observation stays as it is.
+/// Ends the episode with reward 0 and NaN info; the observation is unchanged.
 void Episode::fail(const char* reason, const std::exception_ptr& thrown) {
   std::fill(state_.info.begin(), state_.info.end(), std::numeric_limits<double>::quiet_NaN());
   state_.reward = 0;

@@ -1,4 +1,4 @@
-// An episode: the one phase machine, on top of a robot.
+// Episode logic on top of a robot, shared by all environments.
 #pragma once
 
 #include <chrono>
@@ -25,24 +25,24 @@
 namespace walker {
 
 struct EpisodeOptions {
-  std::optional<std::uint64_t> first_seed;  ///< of the first reset, if that brings none
-  bool records_actions = false;             ///< needed by `record`
+  std::optional<std::uint64_t> first_seed;  ///< used if the first reset has no seed
+  bool records_actions = false;             ///< required by `record`
 };
 
-/// Keeps phase, counts, time limit, error, last outcome, generator and, on request, the actions of
-/// an episode, and calls the robot only when it may be called.
+/// The state machine of an episode: phase, step count, time limit, error, last outcome, generator
+/// and, optionally, the actions. Calls the robot only in phases that allow it.
 ///
 /// The time limit sets `truncated` on step `max_episode_steps` (0: never), also if that step
-/// terminates. An engine that fails at a step ends the episode: `terminated` with `error`, reward
-/// 0, no info, the observation as it was. One that fails at a reset leaves an episode that ended
-/// before its first step, with an observation of zeros. After either, only a reset is allowed.
+/// terminates. If the engine fails at a step, the episode ends: `terminated` with `error`, reward
+/// 0, NaN info, unchanged observation. If it fails at a reset, the episode has ended before its
+/// first step, with a zero observation. After either, only a reset is allowed.
 ///
-/// Aligned so that episodes in the hands of different threads share no cache line.
+/// Cache-line aligned, so that episodes stepped by different threads share no cache line.
 class WALKER_SIM_EXPORT Episode final : public Environment {
  public:
   explicit Episode(std::unique_ptr<Robot> robot);
 
-  // To be called before the first reset.
+  // Configuration, before the first reset.
 
   void configure(const EpisodeOptions& options);
   /// @param index within its pool
@@ -50,69 +50,69 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
 
   const EpisodeState& state() const { return state_; }
 
-  /// Begins an episode. If the engine fails, it has ended at once (`failed_at_reset`).
+  /// Begins an episode. If the engine fails, the episode has ended at once (`failed_at_reset`).
   void reset(std::optional<std::uint64_t> seed);
 
-  /// Begins the episode that began from this state of the generator.
+  /// Begins an episode from a state of the generator.
   /// @param seed that led to the state, for the record
-  /// @throws std::invalid_argument for a state that no generator has; then nothing has changed
+  /// @throws std::invalid_argument if the state is invalid; then nothing has changed
   void begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed);
 
   /// @throws InvalidAction, ResetNeeded; then nothing has changed
   void step(const double* action, std::size_t size);
   void step(const std::vector<double>& action) { step(action.data(), action.size()); }
 
-  /// Whether `step_group` takes both: robots of one type with equal specifications.
+  /// Whether both may be in one `step_group`: same robot type, id, parameters and sizes.
   bool is_like(const Episode& other) const;
   std::size_t group_size() const;
 
-  /// One member of `step_group`. The action is well-formed and the step allowed.
+  /// One member of `step_group`. The caller has checked the action and that a step is allowed.
   struct GroupStep {
     Episode* episode;
     const double* action;
   };
 
   /// Steps several episodes, each as `step` does, but without checks.
-  /// @param steps at most kMaxGroupSize, of distinct episodes that are alike
+  /// @param steps at most kMaxGroupSize distinct episodes that are pairwise `is_like`
   static void step_group(const GroupStep* steps, std::size_t count) noexcept;
 
-  /// As below; such an episode has no record either.
+  /// As the override below. The episode can then no longer be recorded.
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity);
 
-  /// Measurements of the present state, made at most once per state. @throws ResetNeeded
+  /// Measurements of the current state, cached until it changes. @throws ResetNeeded
   const Sensors& sensors();
-  /// Surroundings of the present episode. @throws ResetNeeded
+  /// Surroundings in the current episode. @throws ResetNeeded
   const Scene& scene();
-  /// Copies both, for a picture. @throws ResetNeeded
+  /// Copies both for a renderer. @throws ResetNeeded
   void capture(StateCapture& captured);
 
   // Records (episode_record.cpp).
 
-  /// The present episode up to now.
-  /// @throws std::logic_error if there is none, if it cannot be repeated, or if it is longer than
-  ///         `kMaxRecordedSteps`
+  /// Returns a record of the current episode up to its last step.
+  /// @throws std::logic_error if there is no episode, if it cannot be repeated, or if it has more
+  ///         than `kMaxRecordedSteps` steps
   EpisodeRecord record() const;
-  /// Begins the episode that was recorded; `repeat` continues it.
-  /// @throws std::invalid_argument naming what prevents its repetition here
+  /// Begins a recorded episode; `repeat` makes its steps.
+  /// @throws std::invalid_argument naming why it cannot be repeated here
   void begin(const EpisodeRecord& record);
-  /// Repeats its steps, at least one, up to the last one or until about this time.
-  /// @return whether the last one is done
-  /// @throws std::invalid_argument naming a step that is refused, or if the sum of rewards differs
+  /// Repeats the record's remaining steps, at least one, until about `until`.
+  /// @return whether all steps are done
+  /// @throws std::invalid_argument naming a step that fails, or if the sum of rewards differs
   bool repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until);
-  /// Exchanges the episodes; this one counts as the next.
+  /// Swaps the two episodes. Here the other one counts as the next episode.
   void take_over(Episode& other);
 
   // Saved states (saved_state.cpp).
 
-  /// Reads and checks a state.
-  /// @return puts it in place
+  /// Reads and checks a state without changing the episode.
+  /// @return a function that loads the state
   /// @throws as `load_state`
   std::function<void()> read_state(const std::byte* state, std::size_t size);
-  /// The same as `load_state`, into `state()`. Such an episode has no record, for its beginning and
-  /// its first actions are not known.
+  /// As the override below, into `state()`. The episode can then not be recorded, since its first
+  /// actions are unknown.
   void load_state(const std::byte* state, std::size_t size) { read_state(state, size)(); }
 
-  // Environment, with results in the caller's buffers.
+  // Overrides of Environment, with results in the caller's buffers.
 
   const Specification& specification() const override { return robot_->specification(); }
   void reset(std::optional<std::uint64_t> seed, Result& result) override;
@@ -140,21 +140,21 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   alignas(kCacheLine) std::unique_ptr<Robot> robot_;
   EpisodeOptions options_;
   EpisodeState state_;
-  RobotStep step_;                      // kept, for only the action changes
-  std::optional<Generator> generator_;  // none before the first reset
-  std::vector<double> actions_;         // of the present episode, step x action
-  bool was_loaded_ = false;             // the first actions are not known
+  RobotStep step_;                      // reused: robot and info stay the same
+  std::optional<Generator> generator_;  // nullopt before the first reset
+  std::vector<double> actions_;         // of the current episode, steps x action size
+  bool was_loaded_ = false;             // the episode's first actions are unknown
   bool sensors_are_fresh_ = false;
   Sensors sensors_;
   Scene scene_;
-  mutable std::optional<StateOrigin> origin_;  // none before the first saved state
+  mutable std::optional<StateOrigin> origin_;  // nullopt until a state is saved or read
 };
 
-/// `make`, with the interface of this package.
+/// As `make`, with the internal interface.
 WALKER_SIM_EXPORT std::unique_ptr<Episode> make_episode(const std::string& id,
                                                         const Parameters& given = {});
 
-/// Every environment is an episode.
+/// Downcast: Episode is the only implementation of Environment.
 inline Episode& episode_of(Environment& environment) { return static_cast<Episode&>(environment); }
 
 }  // namespace walker

@@ -13,7 +13,7 @@
 namespace walker {
 namespace {
 
-/// Records come from anywhere: what is said of one must not be as long as it likes.
+/// Truncates strings of untrusted records, to bound the length of messages.
 std::string shortened(const std::string& text) {
   return text.size() <= kMaxQuotedBytes ? text : text.substr(0, kMaxQuotedBytes) + "...";
 }
@@ -59,7 +59,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
   compare("engine", record.engine, own.engine);
   compare("engine_version", engine_release(record.engine_version),
           engine_release(own.engine_version));
-  // Repeated here, the episode would be another one, if only in the last bits.
+  // With another libm variant the results may differ in the last bits.
   if (has_other_libm(record.engine_version, own.engine_version)) {
     compare("libm", libm_of(record.engine_version), libm_of(own.engine_version));
   }

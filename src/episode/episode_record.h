@@ -1,4 +1,4 @@
-// An episode as what determines it: repeated from here it is the same to the bit.
+// A record of an episode that suffices to repeat it with bitwise equal results.
 #pragma once
 
 #include <cstdint>
@@ -12,25 +12,24 @@
 
 namespace walker {
 
-/// Where an episode came from and what was done in it.
 struct EpisodeRecord {
   std::string id;
   std::vector<std::pair<std::string, std::string>> parameters;  ///< complete, values as text
   std::string engine;
   std::string engine_version;
-  std::optional<std::uint64_t> seed;  ///< with which the episode began; none: generator continued
+  std::optional<std::uint64_t> seed;  ///< of the reset; nullopt: the generator continued
   GeneratorState generator_state{};   ///< before the reset
   std::uint32_t num_steps = 0;
-  std::vector<double> actions;  ///< step x action, as given [unitless]
-  double episode_return = 0;    ///< sum of the rewards, by which a repetition is checked
+  std::vector<double> actions;  ///< steps x action size, as given [unitless]
+  double episode_return = 0;    ///< sum of the rewards; verified when the record is repeated
 };
 
-/// The part of a record that says on what the episode was played.
+/// Returns a record with only the origin: id, parameters, engine and its version.
 WALKER_SIM_EXPORT EpisodeRecord describe_origin(const Specification& specification);
 
-/// Whether an environment of this specification repeats the record to the bit.
+/// Checks that an environment of this specification repeats the record with bitwise equal results.
 /// @throws std::invalid_argument naming the first field that differs or is malformed, with both
-///         values; also where episodes depend on those before them
+///         values, or if episodes of the environment depend on earlier ones
 WALKER_SIM_EXPORT void check_repeatable(const EpisodeRecord& record,
                                         const Specification& specification);
 

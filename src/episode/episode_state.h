@@ -1,4 +1,4 @@
-// What an episode is like now.
+// The current state of an episode.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace walker {
 
-// End reasons of an engine that fails.
+// End reasons if the engine fails.
 inline constexpr const char* kStepFailed = "the simulation failed";
 inline constexpr const char* kResetFailed = "the simulation failed at its reset";
 
-/// The present state as a transition reports it. Units as in Transition.msg.
+/// The fields of a transition. Units as in Transition.msg.
 struct EpisodeState {
   std::uint32_t environment = 0;  ///< index within its pool
-  std::uint32_t episode = 0;      ///< counts resets, from 1; 0: none yet
+  std::uint32_t episode = 0;      ///< counts resets from 1; 0: no reset yet
   std::uint32_t step = 0;         ///< since the reset
   std::vector<double> action;     ///< of the last step, as given; empty right after a reset
   std::vector<double> observation;
@@ -29,17 +29,17 @@ struct EpisodeState {
   bool truncated = false;
   std::string
       end_reason;     ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
-  std::string error;  ///< why the engine had to end the episode; empty if it did not
-  std::optional<std::uint64_t> seed;  ///< the episode began with it; none: the generator continued
+  std::string error;  ///< the engine's message if it failed; else empty
+  std::optional<std::uint64_t> seed;  ///< of the reset; nullopt: the generator continued
   GeneratorState generator_state{};   ///< before the reset
 
   bool has_begun() const { return episode != 0; }
   bool has_ended() const { return terminated || truncated; }
-  /// The engine failed at the reset: there is no state to observe.
+  /// Whether the engine failed at the reset, so that there is no state to observe.
   bool failed_at_reset() const { return step == 0 && has_ended(); }
   /// Why a step is refused, e.g. "the episode ended after 3 steps"; empty if it is allowed.
   std::string step_refusal() const;
-  /// The same for a step of many environments, which resets ended ones if there is autoreset.
+  /// The same for a step of a vector environment, whose autoreset may allow steps after the end.
   std::string step_refusal(AutoresetMode mode) const;
   /// `end_reason` without "terminated: " or "truncated: ".
   const char* bare_end_reason() const;

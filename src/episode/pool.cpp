@@ -39,8 +39,8 @@ PoolOptions complete(PoolOptions options) {
   return options;
 }
 
-/// One group per thread: worlds of smaller groups have less in common, which costs more than a
-/// thread that has finished waiting for another's group.
+/// Returns the size at which each thread gets one group. Smaller groups compute less in common,
+/// which costs more than threads that idle while others finish their group.
 std::size_t max_group(const PoolOptions& options) {
   return (options.batch_size + options.num_threads - 1) / options.num_threads;
 }
@@ -57,17 +57,17 @@ void write_value(Value value, T* to, std::size_t row) {
   if (to != nullptr) to[row] = value;
 }
 
-/// An episode, and what autoreset needs beside it. Aligned, for neighbours may be in the hands of
-/// different threads.
+/// An episode and its autoreset state. Cache-line aligned, as different threads may write
+/// neighbours.
 struct alignas(kCacheLine) Slot {
   std::unique_ptr<Episode> episode;
   bool wants_reset = false;
-  std::optional<std::uint64_t> seed;  ///< of the reset that is wanted
+  std::optional<std::uint64_t> seed;  ///< of the requested reset
   bool has_final = false;
-  EpisodeState final_state;  ///< same_step: of the episode that the last call has ended
+  EpisodeState final_state;  ///< same_step: of the episode that ended in the last call
 
   const EpisodeState& state() const { return episode->state(); }
-  /// The state after the last step or reset: in same_step possibly of the episode that it ended.
+  /// The state after the last step or reset; with same_step possibly the ended episode's.
   const EpisodeState& outcome() const { return has_final ? final_state : state(); }
   bool is_reset_by_step() const {
     return wants_reset || !state().has_begun() || state().has_ended();
@@ -101,7 +101,6 @@ std::optional<AutoresetMode> find_autoreset_mode(const std::string& text) {
   return std::nullopt;
 }
 
-/// What the pool's methods work on, and what they check first.
 struct Pool::Implementation {
   Implementation(const std::function<std::unique_ptr<Environment>()>& make,
                  const PoolOptions& given)
@@ -176,25 +175,26 @@ struct Pool::Implementation {
 
   std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
 
-  /// @param rows of all environments, which the threads write; null: the caller writes them
+  /// Steps or resets environments and blocks until all are done.
+  /// @param rows output for all environments, written by the threads; null: the caller writes it
   void run(const double* wanted_actions, const Batch* rows, const std::uint32_t* environments,
            std::size_t count) {
     actions = wanted_actions;
     batch = rows;
     std::for_each(environments, environments + count,
                   [this](std::uint32_t index) { threads.add(index); });
-    threads.start(num_groups(count) - 1);  // one is the caller's
+    threads.start(num_groups(count) - 1);  // the caller works on one itself
     threads.collect(count, arrived.data());
   }
 
   void begin_sending() {
-    if (num_under_way != 0) return;  // the threads are reading these
+    if (num_under_way != 0) return;  // already set, and the threads are reading them
     sent_actions.resize(options.num_envs * action_size);
     actions = sent_actions.data();
     batch = nullptr;
   }
 
-  /// Copies rows of actions to where the threads read those of all.
+  /// Copies the actions of listed environments to their rows in `sent_actions`.
   void take_actions(const double* given, const std::uint32_t* environments, std::size_t count) {
     begin_sending();
     for (std::size_t i = 0; i < count; ++i) {
@@ -245,8 +245,8 @@ struct Pool::Implementation {
   }
 
   void check_steps(const double* given, const std::uint32_t* environments, std::size_t count) {
-    // Once every episode has begun, only `disabled` refuses steps. Not looking saves loading what
-    // other threads' processors have in their caches.
+    // Once every episode has begun, only `disabled` refuses steps. Skipping the check then avoids
+    // reading cache lines that other threads have written.
     const bool is_looked_at = !all_have_begun || options.autoreset_mode == AutoresetMode::disabled;
     for (std::size_t i = 0; i < count; ++i) {
       check_action_of(environments[i], specification(), given + i * action_size);
@@ -255,7 +255,7 @@ struct Pool::Implementation {
     all_have_begun = all_have_begun || count == slots.size();
   }
 
-  /// @throws ResetNeeded naming the environment if a step neither steps nor resets it
+  /// @throws ResetNeeded naming the environment if it needs a reset that a step does not make
   void require_episode(std::size_t index) const {
     const EpisodeState& state = slots[index].state();
     if (state.has_begun() && !state.has_ended()) return;
@@ -268,17 +268,17 @@ struct Pool::Implementation {
   bool all_have_begun = false;
   std::size_t num_under_way = 0;
   std::vector<std::uint8_t> is_under_way;
-  std::uint64_t num_lists = 0;           // checked so far
-  std::vector<std::uint64_t> last_list;  // in which the environment stood
+  std::uint64_t num_lists = 0;           // lists checked so far
+  std::vector<std::uint64_t> last_list;  // per environment: number of the last list with it
   std::vector<std::uint32_t> all;        // 0 .. num_envs - 1
   std::vector<std::uint32_t> arrived;
-  std::vector<double> sent_actions;  // rows of all; none before the first call for some
+  std::vector<double> sent_actions;  // num_envs x action size; empty before the first list
   std::size_t action_size;
   std::size_t group_size;
-  // What the threads read; changes only while no environment is under way.
-  const double* actions = nullptr;  // rows of all environments
-  const Batch* batch = nullptr;     // rows of all; null: `recv` writes
-  ThreadPool threads;               // the last: its threads end before what they use
+  // Read by the threads; constant while environments are under way.
+  const double* actions = nullptr;  // num_envs x action size
+  const Batch* batch = nullptr;     // rows of all environments; null: the threads write none
+  ThreadPool threads;               // last, so that its threads end before their data
 };
 
 Pool::Pool(const std::function<std::unique_ptr<Environment>()>& make, const PoolOptions& options)

@@ -1,5 +1,4 @@
-// The saved states of an episode: its phase and last outcome, its generator, then the robot's
-// state.
+// Saved states of an episode: phase and last outcome, generator, robot's state.
 #include <stdexcept>
 #include <utility>
 
@@ -9,7 +8,7 @@
 namespace walker {
 namespace {
 
-/// As a state has them.
+/// The values are part of the state format.
 enum class Phase : std::uint8_t { before_reset, running, ended, failed };
 
 Phase phase_of(const EpisodeState& state) {
@@ -32,7 +31,7 @@ void write(const EpisodeState& state, StateWriter& writer) {
   writer.text(state.error);
 }
 
-/// @param state has vectors of the right sizes; `episode` becomes 0 or 1
+/// @param state its vectors have the right sizes; `episode` becomes 1, or stays 0 before a reset
 void read(StateReader& reader, EpisodeState& state) {
   const auto number = reader.number<std::uint8_t>();
   if (number > static_cast<std::uint8_t>(Phase::failed)) {
@@ -92,7 +91,7 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
     generator_ = generator;
     const std::uint32_t next_episode = state_.episode + 1;
     const std::uint32_t environment = state_.environment;
-    state_ = read_state;  // keeps the buffers that others point to
+    state_ = read_state;  // copies in place: step_.info points to the buffer of state_.info
     state_.environment = environment;
     if (state_.has_begun()) state_.episode = next_episode;
     actions_.clear();

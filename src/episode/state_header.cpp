@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'W', 'A', 'L', 'K', 'E', 'R', 'S', 'T'};
 
-/// Before the part that is measured and summed.
+/// Offsets in the header. Size and checksum cover the bytes from kBodyAt on.
 constexpr std::size_t kSizeAt = kMagic.size() + sizeof(kStateFormat);
 constexpr std::size_t kChecksumAt = kSizeAt + sizeof(std::uint64_t);
 constexpr std::size_t kBodyAt = kChecksumAt + sizeof(std::uint64_t);
@@ -62,7 +62,7 @@ std::size_t StateOrigin::begin(std::vector<std::byte>& state) const {
   StateWriter writer(state);
   writer.numbers(kMagic.data(), kMagic.size());
   writer.number(kStateFormat);
-  writer.number(std::uint64_t{0});  // size and checksum, when they are known
+  writer.number(std::uint64_t{0});  // `seal` fills in size and checksum
   writer.number(std::uint64_t{0});
   writer.numbers(text_.data(), text_.size());
   return begin;
@@ -103,7 +103,7 @@ StateReader StateOrigin::open(const std::byte* state, std::size_t size) const {
   return {reader.next() + text_.size(), reader.size() - text_.size()};
 }
 
-/// In this environment's order.
+/// Throws the error for the first difference, in the order of this environment's fields.
 void StateOrigin::tell_difference(StateReader reader) const {
   const std::string absent = "(absent)";
   StateReader own_reader(text_.data(), text_.size());

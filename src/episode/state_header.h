@@ -1,6 +1,6 @@
-// What stands before a saved state: of what it is the state, and whether it is whole.
+// Header of a saved state: identifies its environment and protects its integrity.
 //
-//   magic, format version, size and checksum of all that follows, origin, the state
+//   magic, format version, size and checksum of all that follows, origin, state
 #pragma once
 
 #include <cstddef>
@@ -12,24 +12,25 @@
 
 namespace walker {
 
-/// Another one where the order or the meaning of any field changes.
+/// Format version. Increment it if the order or the meaning of any field changes.
 constexpr std::uint32_t kStateFormat = 2;
 
-/// Of which environment states are: id, engine, its release and the parameters but
-/// `max_episode_steps`, which says when an episode ends and nothing of the state.
+/// Identity of the environment that saved a state: id, engine, engine release and all parameters
+/// except `max_episode_steps`, which does not affect the state.
 class StateOrigin {
  public:
   explicit StateOrigin(const Specification& specification);
 
-  /// Begins a state at the end of `state`. @return where, for `seal`
+  /// Appends a header to `state`. @return its offset, for `seal`
   std::size_t begin(std::vector<std::byte>& state) const;
 
-  /// Once all is appended.
+  /// Completes the header once the state is appended.
   static void seal(std::vector<std::byte>& state, std::size_t begin);
 
-  /// @return at what follows the header
-  /// @throws std::invalid_argument when it is no state, of another format, of another origin, or
-  ///         not whole; naming what differs, with both values
+  /// Checks the header.
+  /// @return a reader at the state that follows the header
+  /// @throws std::invalid_argument if the bytes are not a state, have another format or origin, or
+  ///         are damaged; naming what differs, with both values
   StateReader open(const std::byte* state, std::size_t size) const;
 
  private:

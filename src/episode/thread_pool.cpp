@@ -17,11 +17,11 @@
 namespace walker {
 namespace {
 
-// The kernel looks at the number's bytes.
+// The futex calls read the number as a plain 32-bit word.
 static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t));
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 
-/// Tells the processor that its thread only waits.
+/// Hints to the processor that the thread is spinning.
 void relax() {
 #ifdef __x86_64__
   __builtin_ia32_pause();
@@ -30,13 +30,13 @@ void relax() {
 #endif
 }
 
-/// Waits awake, up to 150 us, for `number` to be another one than `old`.
-/// @param keeps_processor or leaves it to whoever wants it, whom a scheduler may then let run for
-///                        milliseconds
+/// Spins up to 150 us until `number` differs from `old`.
+/// @param keeps_processor if false, yields the processor in each round; the scheduler may then run
+///                        another thread for milliseconds
 /// @return whether the number changed
 bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, bool keeps_processor) {
   using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::microseconds kMaxSpin(150);  // docs/pool.md says why
+  constexpr std::chrono::microseconds kMaxSpin(150);  // measured in docs/pool.md
   const Clock::time_point end = Clock::now() + kMaxSpin;
   do {
     if (number.load(std::memory_order_acquire) != old) return true;
@@ -49,17 +49,16 @@ bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, boo
   return false;
 }
 
-/// Sleeps while `number` is `old`, until `wake` is called; may return sooner.
+/// Sleeps until `wake` if `number` equals `old`. May wake spuriously.
 void sleep_while(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
   syscall(SYS_futex, &number, FUTEX_WAIT_PRIVATE, old, nullptr, nullptr, 0);
 }
 
-/// Wakes up to `count` threads that sleep on `number`.
 void wake(const std::atomic<std::uint32_t>& number, int count) {
   syscall(SYS_futex, &number, FUTEX_WAKE_PRIVATE, count, nullptr, nullptr, 0);
 }
 
-/// Whether a count that wraps has not reached another one.
+/// Whether `count` is below `other`, for counts that wrap around.
 bool is_before(std::uint32_t count, std::uint32_t other) {
   return static_cast<std::int32_t>(count - other) < 0;
 }
@@ -68,7 +67,7 @@ bool is_before(std::uint32_t count, std::uint32_t other) {
 
 std::size_t num_processors() {
   cpu_set_t set;
-  if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;  // more than the set has room for
+  if (sched_getaffinity(0, sizeof(set), &set) != 0) return 1;  // more processors than the set holds
   return static_cast<std::size_t>(std::max(CPU_COUNT(&set), 1));
 }
 
@@ -81,7 +80,7 @@ ThreadPool::ThreadPool(std::size_t num_items, std::size_t num_threads, std::size
       thread_of_(num_items),
       done_(num_items) {
   make_slices(num_threads);
-  simd::workspace();  // now, so that no step has to allocate it
+  simd::workspace();  // allocates this thread's workspace, so that no step has to
   try {
     for (std::size_t i = 1; i < num_threads; ++i) threads_.emplace_back([this, i] { run(i); });
   } catch (...) {
@@ -93,7 +92,7 @@ ThreadPool::ThreadPool(std::size_t num_items, std::size_t num_threads, std::size
 ThreadPool::~ThreadPool() { stop(); }
 
 void ThreadPool::make_slices(std::size_t num_threads) {
-  // Whole groups, so that as few as possible are incomplete.
+  // Slices are whole groups, so that as few groups as possible are incomplete.
   const std::size_t num_groups = (num_items_ + group_size_ - 1) / group_size_;
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= num_threads; ++i) {
@@ -113,8 +112,8 @@ void ThreadPool::stop() {
 
 void ThreadPool::start(std::size_t num_wanted) {
   for (WorkQueue& queue : queues_) queue.publish();
-  // Sequentially consistent, as are the sleepers' count and look: either they see the start or it
-  // sees them.
+  // Sequentially consistent, as are a sleeper's increment of num_sleepers_ and the comparison in
+  // its futex call: either the sleeper sees the start, or this thread counts the sleeper.
   num_starts_.fetch_add(1);
   const std::size_t num_woken = std::min<std::size_t>(num_wanted, num_sleepers_.load());
   if (num_woken != 0) wake(num_starts_, static_cast<int>(num_woken));
@@ -153,7 +152,7 @@ void ThreadPool::report(const std::uint32_t* items, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     done_[(place + i) % num_items_].store(items[i] + 1, std::memory_order_release);
   }
-  // As in `start`: either the caller sees these or they see that it sleeps.
+  // As in `start`: either the caller sees the new count, or this thread sees that it sleeps.
   const auto more = static_cast<std::uint32_t>(count);
   const std::uint32_t num_done = num_done_.fetch_add(more) + more;
   if (caller_sleeps_.load() && !is_before(num_done, awaited_.load())) wake(num_done_, 1);
@@ -182,7 +181,7 @@ void ThreadPool::await(std::uint32_t awaited) {
 std::uint32_t ThreadPool::next_done() {
   std::atomic<std::uint32_t>& place = done_[num_collected_++ % num_items_];
   std::uint32_t item = 0;
-  // Its place may have been given out and not yet filled, while later ones are.
+  // Another thread may have reserved the place and not yet filled it, while later ones are filled.
   while ((item = place.load(std::memory_order_acquire)) == 0) std::this_thread::yield();
   place.store(0, std::memory_order_relaxed);
   return item - 1;

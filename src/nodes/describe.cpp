@@ -1,4 +1,4 @@
-// Writes an environment's robot description out of its running world. Needs no ROS master.
+// Writes the robot description (URDF) of an environment's running world. Needs no ROS master.
 #include <cstdlib>
 #include <exception>
 #include <filesystem>

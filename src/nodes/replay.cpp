@@ -1,4 +1,4 @@
-// Repeats the episodes in bags and compares them to the bit. Needs no ROS master.
+// Repeats the episodes recorded in bags and compares the results bit by bit. Needs no ROS master.
 #include <exception>
 #include <iostream>
 #include <string>

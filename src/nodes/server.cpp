@@ -1,4 +1,4 @@
-// The environment server as a node.
+// Node of the environment server.
 #include "server/server.h"
 #include "ros/node_main.h"
 

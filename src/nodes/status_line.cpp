@@ -1,4 +1,4 @@
-// One line a second on the terminal, how the walker fares, as a node.
+// Node that prints one status line per second of wall time.
 #include <array>
 #include <cstdio>
 #include <string>
@@ -21,7 +21,6 @@ namespace {
 
 using walker::subscribe_checked;
 
-/// Listens to spec, transition, odom and episode and prints by wall time.
 class StatusLine {
  public:
   StatusLine()
@@ -39,7 +38,7 @@ class StatusLine {
 
  private:
   static void print_end(const walker_sim::Episode& episode) {
-    if (episode.end_reason.empty()) return;  // begins
+    if (episode.end_reason.empty()) return;  // the episode begins
     std::printf("episode %u ended after %u steps, return %+.1f, %s\n", episode.episode,
                 episode.length, episode.episode_return,
                 walker::printable(episode.end_reason).c_str());
@@ -75,7 +74,7 @@ class StatusLine {
 };
 
 void print_status() {
-  walker::complete_parameters({}, walker::private_parameters());  // it takes none
+  walker::complete_parameters({}, walker::private_parameters());  // refuses any
   const StatusLine line;
   ros::spin();
 }

@@ -1,4 +1,4 @@
-// An agent that drives by topics, as a node.
+// Node of an agent that drives by topics.
 #include "agents/agents.h"
 #include "ros/node_main.h"
 

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""rviz for a walker whose frames have a prefix.
+"""Starts rviz for a walker whose frames have a prefix.
 
-rviz takes frames from its configuration alone. This writes a copy of a configuration with the
-prefix put in, below ROS_HOME, and becomes rviz.
+rviz reads frame names from its configuration only. This program writes a copy of a configuration
+with prefixed frames to ROS_HOME and replaces itself with rviz.
 
 Usage: view.py CONFIGURATION TF_PREFIX
 """
@@ -15,7 +15,7 @@ import yaml
 
 
 def put_prefix(configuration, prefix):
-    """Return the configuration (a tree of dictionaries) for frames under the prefix."""
+    """Add the prefix to all frames of the configuration, a tree of dictionaries, and return it."""
     manager = configuration["Visualization Manager"]
     view = manager["Views"]["Current"]
     manager["Global Options"]["Fixed Frame"] = (
@@ -29,11 +29,11 @@ def put_prefix(configuration, prefix):
 
 
 def open_standard_descriptors():
-    """Give rviz /dev/null in place of standard descriptors that were closed."""
+    """Open /dev/null as each standard descriptor that rviz would not inherit."""
     null = os.open(os.devnull, os.O_RDWR)
     for descriptor in range(3):
         try:
-            is_given = os.get_inheritable(descriptor)  # what Python opens is not
+            is_given = os.get_inheritable(descriptor)  # not those that Python opened
         except OSError:
             is_given = False
         if not is_given:
@@ -42,8 +42,8 @@ def open_standard_descriptors():
 
 
 def main():
-    """Become rviz."""
-    # What roslaunch appended, the node's name and its log, is meant for rviz.
+    """Replace this process with rviz."""
+    # roslaunch appends remappings for the node's name and log; they are meant for rviz.
     remappings = [argument for argument in sys.argv[1:] if ":=" in argument]
     template, prefix = [argument for argument in sys.argv[1:] if ":=" not in argument]
     prefix = prefix.strip("/")

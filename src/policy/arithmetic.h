@@ -1,5 +1,5 @@
-// What a network computes, in an order of its own: the sums and the tanh of Eigen are others in
-// its other versions, and so would be the actions. These have the bits of Eigen 3.4 without fused
+// Arithmetic of a network in a fixed order. Eigen's sums and its tanh differ between versions, and
+// actions would differ with them. These functions have the bits of Eigen 3.4 without fused
 // multiply-add.
 #pragma once
 
@@ -8,14 +8,14 @@
 #include <cstddef>
 #include <cstring>
 
-/// These become part of functions that are compiled for one set of instructions.
+/// Inlines into callers that are compiled for one instruction set.
 #define WALKER_SIM_INLINE __attribute__((always_inline))
 
 namespace walker {
 
-/// `lanes` numbers that are computed together.
+/// A SIMD vector of `lanes` numbers.
 template <int lanes>
-struct Lanes {           // not by `using`, where GCC loses the attribute
+struct Lanes {           // GCC loses the attribute in a `using`
   typedef float Numbers  // NOLINT(modernize-use-using)
       __attribute__((vector_size(lanes * sizeof(float))));
 };
@@ -24,8 +24,8 @@ struct Lanes<1> {
   using Numbers = float;
 };
 
-/// `add_product` for `vectors * lanes` rows, whose first number in `weight` and in `outputs` these
-/// are. Sums are in registers: `batch * vectors` of them.
+/// `add_product` for `vectors * lanes` rows; `weight` and `outputs` point to the first one. The
+/// `batch * vectors` sums stay in registers.
 template <int lanes, int vectors, int batch>
 WALKER_SIM_INLINE inline void add_rows(const float* weight, std::ptrdiff_t rows,
                                        std::ptrdiff_t columns, const float* inputs,
@@ -61,10 +61,9 @@ WALKER_SIM_INLINE inline void add_rows(const float* weight, std::ptrdiff_t rows,
   }
 }
 
-/// output += weight * input, for each of `batch` inputs and outputs, which follow each other in
-/// memory. weight: rows x columns, column by column; input: columns; output: rows. What is added up
-/// at a time are 16 columns, or all where they are fewer than 128. Neither `lanes` nor `batch`
-/// changes a bit.
+/// Computes output += weight * input for each of `batch` contiguous inputs and outputs. weight:
+/// rows x columns, column-major; input: columns; output: rows. Partial sums cover 16 columns, or
+/// all columns if there are fewer than 128. The bits do not depend on `lanes` or `batch`.
 template <int lanes, int batch>
 WALKER_SIM_INLINE inline void add_product(const float* weight, std::ptrdiff_t rows,
                                           std::ptrdiff_t columns, const float* inputs,
@@ -83,10 +82,10 @@ WALKER_SIM_INLINE inline void add_product(const float* weight, std::ptrdiff_t ro
   }
 }
 
-/// A quotient of polynomials, within 4e-7 of tanh; the coefficients are Eigen 3.4's.
+/// A quotient of polynomials within 4e-7 of tanh, with the coefficients of Eigen 3.4.
 WALKER_SIM_INLINE inline float rational_tanh(float value) {
   constexpr float kMax = 7.90531110763549805F;  // beyond, the quotient leaves [-1, 1]
-  constexpr float kTiny = 0.0004F;              // below, tanh is its argument
+  constexpr float kTiny = 0.0004F;              // below, tanh(x) rounds to x
   const float x = std::max(std::min(value, kMax), -kMax);
   const float square = x * x;
   float odd = square * -2.76076847742355e-16F + 2.00018790482477e-13F;
@@ -103,7 +102,6 @@ WALKER_SIM_INLINE inline float rational_tanh(float value) {
   return std::abs(value) < kTiny ? x : quotient;
 }
 
-/// Each of `count` values.
 WALKER_SIM_INLINE inline void replace_by_tanh(float* values, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) values[i] = rational_tanh(values[i]);
 }

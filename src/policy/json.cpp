@@ -9,7 +9,7 @@
 namespace walker::json {
 namespace {
 
-constexpr int kDeepest = 8;  // of a policy's header: 3
+constexpr int kDeepest = 8;  // a policy's header has 3 levels
 
 class Reader {
  public:
@@ -40,7 +40,7 @@ class Reader {
     ++at_;
   }
 
-  /// Whether another element follows in what `end` ends.
+  /// Consumes a comma or `end`. @return whether another element follows
   bool goes_on(char end) {
     if (next() == ',') {
       ++at_;
@@ -108,7 +108,7 @@ class Reader {
     fail("ends early");
   }
 
-  /// What our writer escapes; a code above 127 has no place in names and numbers.
+  /// Decodes the escapes that our writer uses. It has no Unicode escapes: its headers are ASCII.
   char read_escape() {
     if (++at_ == text_.size()) fail("ends early");
     constexpr std::string_view kLetters = "\"\\/bfnrt";

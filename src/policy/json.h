@@ -1,4 +1,4 @@
-// JSON as the header of a safetensors file has it: objects, arrays, texts, whole numbers.
+// JSON of a safetensors header: objects, arrays, texts and non-negative whole numbers.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@ using Object = std::map<std::string, Value>;
 struct Value {
   std::variant<std::uint64_t, std::string, Array, Object> content;
 
-  /// @throws std::invalid_argument naming `what` where it is of another kind
+  // Each throws std::invalid_argument naming `what` if the value is of another kind.
   std::uint64_t whole(const std::string& what) const;
   const std::string& text(const std::string& what) const;
   const Array& array(const std::string& what) const;
   const Object& object(const std::string& what) const;
 };
 
-/// @throws std::invalid_argument for anything else, saying at which byte
+/// @throws std::invalid_argument for anything else, with the index of the byte
 Value parse(std::string_view text);
 
 }  // namespace walker::json

@@ -8,15 +8,15 @@
 namespace walker {
 namespace {
 
-// As VecNormalize of Stable-Baselines3, whose normalisation this is.
+// As in VecNormalize of Stable-Baselines3, whose normalisation this is.
 constexpr double kObservationClip = 10;
 
-// Rows that are computed together: each weight is fetched once for all of them.
+// Number of rows computed together: each weight is loaded once for all of them.
 constexpr int kBatch = 4;
 
 #ifdef __x86_64__
 
-/// For processors that have AVX2, which changes no bit.
+/// For processors with AVX2; the results are bit-identical.
 template <int batch>
 __attribute__((target("avx2"))) void apply_weight_avx2(const Layer& layer, const float* inputs,
                                                        float* outputs) {

@@ -1,4 +1,4 @@
-// Fully connected layers, in single precision.
+// Forward pass through fully connected layers in single precision.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace walker {
 
 enum class Activation { tanh, relu };
 
-/// What a network's last values become.
+/// Mapping of the last layer's values to the action.
 enum class Output {
   clip,  ///< clipped to the limits
   tanh,  ///< their tanh, scaled to the limits
@@ -42,13 +42,12 @@ class Forward {
   void act(const double* observations, std::size_t rows, double* actions);
 
  private:
-  /// For the first `batch` rows.
   template <int batch>
   void run(const double* observations, double* actions);
 
   Network network_;
-  Eigen::MatrixXf normal_;               // a column for each row that is computed together
-  std::vector<Eigen::MatrixXf> values_;  // after each layer, likewise
+  Eigen::MatrixXf normal_;               // normalised observations, one column per row of a batch
+  std::vector<Eigen::MatrixXf> values_;  // outputs of each layer, likewise
 };
 
 }  // namespace walker

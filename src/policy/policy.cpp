@@ -28,7 +28,7 @@ constexpr std::streamoff kMaxFile = std::streamoff{1} << 28U;
 std::vector<char> read_file(const std::string& path) {
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
-  const bool has_zero = path.find('\0') != std::string::npos;  // where C's functions stop
+  const bool has_zero = path.find('\0') != std::string::npos;  // C functions would cut it there
   if (has_zero || (!error && type != std::filesystem::file_type::not_found &&
                    type != std::filesystem::file_type::regular)) {
     refuse(path, "it must be a regular file");
@@ -50,7 +50,7 @@ std::string take(std::map<std::string, std::string>& metadata, const std::string
   return text;
 }
 
-/// The one of two words that a text is.
+/// Whether the text is `first`. @throws std::invalid_argument if it is neither
 bool is_first(const std::string& name, const std::string& text, const std::string& first,
               const std::string& second) {
   if (text != first && text != second) {
@@ -220,7 +220,7 @@ class PolicyAgent : public Agent {
     policy_.check(specification);
   }
 
-  void reset() override {}  // it remembers nothing
+  void reset() override {}  // stateless
 
   const std::vector<double>& act(const std::vector<double>& observation) override {
     policy_.act(observation.data(), action_.data());

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMaxHeader = std::size_t{1} << 20U;
 constexpr std::size_t kMaxValues = std::size_t{1} << 26U;
 
-/// The machines that are supported are little-endian, as the file is.
+/// All supported machines are little-endian, as the file is.
 template <typename Number>
 Number read_as(const char* bytes) {
   Number value;
@@ -29,8 +29,8 @@ void append_values(const char* bytes, std::size_t count, std::vector<double>& va
   }
 }
 
-/// @param left bytes that the other tensors have left. Each is taken once: many tensors at one
-///             place of a small file would fill the memory
+/// @param left bytes of the file that the other tensors have left; reduced by this one's. Without
+///             this limit, many overlapping tensors of a small file could exhaust the memory
 Tensor read_tensor(const std::string& name, const json::Object& entry, const char* begin,
                    std::size_t size, std::size_t& left) {
   const auto field = [&](const char* key) -> const json::Value& {

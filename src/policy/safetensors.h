@@ -1,4 +1,4 @@
-// Safetensors: eight bytes of length, a JSON header, then the tensors' values, little-endian.
+// Safetensors: the header's length in 8 bytes, a JSON header, then the values, little-endian.
 // https://github.com/huggingface/safetensors, "Format".
 #pragma once
 
@@ -11,7 +11,7 @@ namespace walker {
 
 struct Tensor {
   std::vector<std::size_t> shape;
-  std::vector<double> values;  ///< row by row; single precision fits without loss
+  std::vector<double> values;  ///< row-major; single precision converts without loss
 };
 
 struct Tensors {
@@ -19,8 +19,8 @@ struct Tensors {
   std::map<std::string, Tensor> by_name;
 };
 
-/// @param data a whole file
-/// @throws std::invalid_argument saying what is wrong with it
+/// @param data content of a whole file
+/// @throws std::invalid_argument naming the fault
 Tensors read_safetensors(const std::vector<char>& data);
 
 }  // namespace walker

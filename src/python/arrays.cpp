@@ -9,7 +9,7 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// In the order of the formats, e.g. "float32 or float64".
+/// Joins the names of the types, e.g. "float32 or float64".
 std::string type_names(std::string_view formats) {
   const std::map<char, const char*> names{
       {'?', "bool"}, {'B', "uint8"}, {'d', "float64"}, {'f', "float32"}};
@@ -26,7 +26,8 @@ Array::Array(py::handle object, const char* name, const char* formats, bool is_w
     : name_(name) {
   const int wanted = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (is_written ? PyBUF_WRITABLE : 0);
   const bool has_buffer = PyObject_GetBuffer(object.ptr(), &view_, wanted) == 0;
-  // What is not aligned is of standard size, which is the same here, and of this machine's order.
+  // NumPy marks an unaligned array with '=': native byte order and standard sizes, which equal the
+  // native ones here.
   const bool is_unaligned = has_buffer && !is_written && *view_.format == '=';
   format_ = has_buffer ? view_.format + (is_unaligned ? 1 : 0) : "";
   if (std::strlen(format_) == 1 && std::strchr(formats, *format_) != nullptr) {

@@ -1,4 +1,4 @@
-// NumPy's arrays through the buffer protocol, which every version of NumPy speaks alike.
+// NumPy arrays through the buffer protocol, which is the same in every version of NumPy.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -11,14 +11,13 @@
 
 namespace walker::python {
 
-/// A C-contiguous array of the caller's, held while this lives. Its memory may be used without the
-/// interpreter's lock.
+/// Holds the buffer of a caller's C-contiguous array. Its memory may be used without the GIL.
 class Array {
  public:
-  /// @param name    of the argument, for errors
-  /// @param formats allowed types of elements, a letter each as the module struct has them
-  /// @param size    elements that it must have; none: any number
-  /// @throws TypeError where the object is no such array, ValueError where it has another size
+  /// @param name    of the argument, for error messages
+  /// @param formats allowed element types, one format character of the module struct each
+  /// @param size    required number of elements; none: any number
+  /// @throws TypeError if the object is not such an array, ValueError if it has another size
   Array(pybind11::handle object, const char* name, const char* formats, bool is_written,
         std::optional<std::size_t> size);
   Array(const Array&) = delete;
@@ -38,7 +37,7 @@ class Array {
   Py_buffer view_{};
 };
 
-/// float64 or float32 values to be read; the former are read where they are, if they are aligned.
+/// float64 or float32 values to read. Aligned float64 arrays are read in place, others are copied.
 class Input : public Array {
  public:
   Input(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt);
@@ -46,23 +45,23 @@ class Input : public Array {
   const double* data() const { return data_; }
 
  private:
-  std::vector<double> copied_;  // of float32 values, and of those that are not aligned
+  std::vector<double> copied_;  // float32 or unaligned values
   const double* data_;
 };
 
-/// Takes results: float64 or float32, the latter to the nearest.
+/// Receives results as float64, or as float32 rounded to nearest.
 class Output : public Array {
  public:
   Output(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt)
       : Array(object, name, "fd", true, size) {}
 
-  /// @param values `size()` ones
+  /// @param values `size()` values
   void take(const double* values) { take(values, 0, size()); }
-  /// A row of an array of rows as long.
+  /// Receives a row of a matrix with `values.size()` columns.
   void take_row(std::size_t row, const std::vector<double>& values) {
     take(values.data(), row * values.size(), values.size());
   }
-  /// Its memory, if its values are of that type; else null.
+  /// The array's memory if its elements have that type, else null.
   double* doubles() const { return format() == 'd' ? static_cast<double*>(memory()) : nullptr; }
   float* singles() const { return format() == 'f' ? static_cast<float*>(memory()) : nullptr; }
 
@@ -70,7 +69,7 @@ class Output : public Array {
   void take(const double* values, std::size_t begin, std::size_t count);
 };
 
-/// Takes values of one type as they are.
+/// Receives values of one type without conversion.
 template <typename Value, char kFormat>
 class ExactOutput : public Array {
  public:
@@ -78,7 +77,7 @@ class ExactOutput : public Array {
               std::optional<std::size_t> size = std::nullopt)
       : Array(object, name, kFormats, true, size) {}
 
-  /// @param values `size()` ones
+  /// @param values `size()` values
   void take(const Value* values) { std::copy_n(values, size(), data()); }
   Value* data() { return static_cast<Value*>(memory()); }
 
@@ -87,11 +86,11 @@ class ExactOutput : public Array {
 };
 
 using NumberOutput = ExactOutput<double, 'd'>;
-using FlagOutput = ExactOutput<std::uint8_t, '?'>;  ///< one byte each
+using FlagOutput = ExactOutput<std::uint8_t, '?'>;  ///< one byte per flag
 using ColorOutput = ExactOutput<std::uint8_t, 'B'>;
 using DepthOutput = ExactOutput<float, 'f'>;
 
-/// The arrays of walker_sim.transport.Batch, a row per environment.
+/// The arrays of walker_sim.transport.Batch, one row per environment.
 struct StepOutputs {
   using Size = std::optional<std::size_t>;
   explicit StepOutputs(const pybind11::sequence& batch, Size rows = {}, Size observed = {},

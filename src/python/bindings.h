@@ -1,4 +1,4 @@
-// The classes of the module walker_sim._core, and how they let Python go on while the core works.
+// Binding functions of the module walker_sim._core, and guards that release and take the GIL.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -8,30 +8,30 @@
 
 namespace walker::python {
 
-// Each adds to the module what its source file binds. walker_sim/_core.pyi names the arguments.
+// Each binds the classes of one source file. walker_sim/_core.pyi has their signatures.
 void bind_client(pybind11::module& module);
 void bind_environment(pybind11::module& module);
 void bind_policy(pybind11::module& module);
 void bind_pool(pybind11::module& module);
 void bind_renderer(pybind11::module& module);
 
-/// The state of this thread while it has released the interpreter's lock.
+/// The saved state of this thread while it does not hold the GIL.
 inline thread_local PyThreadState* released_state = nullptr;
 
-/// Takes the interpreter's lock again.
+/// Takes the GIL again.
 ///
-/// If Python is ending, its lock is no other thread's any more: up to Python 3.13
-/// PyEval_RestoreThread ends the calling thread by pthread_exit, whose unwinding std::terminate
-/// meets at the first destructor. As in Python 3.14, the thread then blocks until the process ends.
+/// While Python finalizes, PyEval_RestoreThread of Python 3.13 and earlier calls pthread_exit, and
+/// the forced unwinding ends in std::terminate at the first destructor. This function catches the
+/// unwinding and, as Python 3.14 does, blocks the thread until the process ends.
 inline void take_interpreter_lock(PyThreadState* state) {
   try {
     PyEval_RestoreThread(state);
-  } catch (...) {  // abi::__forced_unwind, which must not be left
+  } catch (...) {  // abi::__forced_unwind; leaving the handler would abort the process
     while (true) pause();
   }
 }
 
-/// Releases the interpreter's lock while this lives.
+/// Releases the GIL during its lifetime.
 class Released {
  public:
   Released() : state_(PyEval_SaveThread()) { released_state = state_; }
@@ -43,7 +43,7 @@ class Released {
   PyThreadState* state_;
 };
 
-/// Holds the interpreter's lock while this lives, in a thread that has released it.
+/// Holds the GIL during its lifetime, in a thread that has released it.
 class Acquired {
  public:
   Acquired() { take_interpreter_lock(released_state); }
@@ -52,7 +52,7 @@ class Acquired {
   ~Acquired() { PyEval_SaveThread(); }
 };
 
-/// Releases the interpreter's lock, then waits for the mutex, whose owner may want the former.
+/// Releases the GIL, then locks the mutex: the mutex's owner may be waiting for the GIL.
 class Unlocked {
  public:
   explicit Unlocked(std::mutex& mutex) : lock_(mutex) {}

@@ -28,16 +28,16 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// Whether Python has a signal to handle whose handler raises, as that of Ctrl-C does; the
+/// Runs pending Python signal handlers and returns whether one raised, as that of Ctrl-C does; the
 /// exception is then set. Python handles signals in its main thread only.
 bool raises_after_signal() {
   const Acquired acquired;
   return PyErr_CheckSignals() != 0;
 }
 
-/// Copies where the answer, which is as large as the server's specification says, is so for the
-/// caller's array too; who has connected knows the size.
-/// @throws ConnectionError
+/// Copies values of an answer, whose number the server's specification determines, into the
+/// caller's array.
+/// @throws ConnectionError if the array has another size
 template <typename Values, typename Destination>
 void take(const Values& values, Destination& destination) {
   if (values.size() != destination.size()) {
@@ -49,14 +49,14 @@ void take(const Values& values, Destination& destination) {
   destination.take(values.data());
 }
 
-/// An episode on the server, as the answers report it.
+/// An episode on the server, as its answers report it.
 struct RemoteEpisode {
   EpisodeState state;  ///< without action, observation and info
-  std::string error;   ///< of the last ~step_batch
+  std::string error;   ///< engine's error in the last ~step_batch
 
-  /// A step follows the last one, or calls of others have come in between: then its outcome is
-  /// right for nobody.
-  /// @throws ConnectionError
+  /// Takes over the position of a step.
+  /// @throws ConnectionError if it does not follow the last one: another client, or an earlier call
+  ///         that failed, has moved the walker
   void follow(std::uint32_t episode, std::uint32_t step) {
     const bool is_same_episode = !is_placed || episode == state.episode;
     if (!is_same_episode || step != state.step + 1) {
@@ -75,7 +75,7 @@ struct RemoteEpisode {
     is_placed = true;
   }
 
-  /// After ~reset_batch, whose answer does not count episodes.
+  /// Begins an episode after ~reset_batch, whose answer has no episode counts.
   void begin() {
     state = {};
     state.episode = 1;
@@ -88,14 +88,15 @@ struct RemoteEpisode {
     state.error = message;
   }
 
-  bool is_placed = false;  ///< `state.episode` is the server's count
+  bool is_placed = false;  ///< whether `state.episode` is the server's count
 };
 
-/// A server's calls, filling arrays of the caller's. One thread at a time is let in. What the core
-/// would refuse in process is refused here, in the same words, before it is sent.
+/// Calls a server and fills arrays of the caller. Thread-safe: a mutex serialises the calls. What
+/// the core would refuse in process is refused before it is sent, with the same message.
 class RemoteWalkers {
  public:
-  /// @param id, parameters whose actions the server should take; both are to be compared
+  /// @param id, parameters the expected environment: it checks actions, and the caller compares its
+  ///                       specification with the server's
   RemoteWalkers(const std::string& id, const py::dict& parameters, std::string server,
                 std::string master_uri, double timeout)
       : specification_(make(id, to_parameters(parameters))->specification()) {
@@ -109,12 +110,11 @@ class RemoteWalkers {
     autoreset_mode_ = find_autoreset_mode(server_.autoreset_mode).value_or(AutoresetMode::disabled);
   }
 
-  /// What is wanted.
+  /// Specification of the expected environment.
   py::dict specification() const { return to_dict(specification_); }
-  /// What is there.
   py::dict server_specification() const { return to_dict(server_); }
-  /// A call came to no end, or to an unexpected one, so the server may be another one now.
-  /// So it is for the child of a fork, whose parent's it is.
+  /// Whether a call failed or was refused unexpectedly, so that the server may be another one now.
+  /// Also true in the child of a fork, because the connections belong to the parent.
   bool is_lost() const { return is_lost_ || is_forked(); }
 
   void reset(const py::object& seed, py::handle observation, py::handle info) {
@@ -147,7 +147,7 @@ class RemoteWalkers {
     return py::make_tuple(reward, terminated, truncated, to_str(error));
   }
 
-  /// The present episode as a record, of which nothing is known here.
+  /// Returns the present episode as an opaque record.
   py::bytes snapshot() {
     std::vector<std::uint8_t> record;
     call(
@@ -173,7 +173,7 @@ class RemoteWalkers {
     is_lost_ = false;
   }
 
-  /// Rows in the order of `environments`; empty: of all.
+  /// @param environments indices, in the order of the rows; empty: all
   void reset_batch(const std::vector<std::uint32_t>& environments, const py::sequence& seeds,
                    py::handle observations, py::handle info) {
     const auto numbers = to_seeds(seeds);
@@ -194,7 +194,7 @@ class RemoteWalkers {
     });
   }
 
-  /// As Pool.error and Pool.reset_error.
+  // The next two behave like Pool.error and Pool.reset_error.
   std::string error(std::size_t index) {
     const Unlocked unlocked = enter();
     return episodes_.at(index).error;
@@ -220,7 +220,7 @@ class RemoteWalkers {
     });
   }
 
-  /// A picture of one environment, as Renderer.render. A failure says nothing of the episode.
+  /// Draws one environment, as Renderer.render does. A failure does not set `is_lost`.
   void render(std::uint32_t environment, const py::dict& camera_parameters, const py::object& rgb,
               const py::object& depth) {
     const Parameters camera = to_parameters(camera_parameters);
@@ -244,7 +244,7 @@ class RemoteWalkers {
     }
   }
 
-  /// As Pool.final_rows.
+  /// Behaves like Pool.final_rows.
   void final_rows(py::handle observations, py::handle info) {
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
@@ -257,16 +257,17 @@ class RemoteWalkers {
  private:
   bool is_forked() const { return num_forks() != num_forks_; }
 
-  /// @throws ConnectionError in the child of a fork, where nobody may be left to unlock the mutex
+  /// @throws ConnectionError in the child of a fork, where the mutex may stay locked forever
   Unlocked enter() {
     if (is_forked()) throw ConnectionError(kForked);
     return Unlocked(mutex_);
   }
 
-  /// Without the interpreter's lock. A refusal loses the episode, for by what is known here the
-  /// call should have been made, unless `refusal_loses` is false.
+  /// Runs `made` without the GIL. `is_lost` is set by a ConnectionError, by an interruption and, if
+  /// `refusal_loses`, by a refusal: this side has checked the call, so the server's state must
+  /// differ from the known one.
   /// @return what `made` returns
-  /// @throws what `made` throws; what a signal's handler has raised
+  /// @throws what `made` throws, and the exception that a signal handler has raised
   template <typename Made>
   std::invoke_result_t<Made> call(const Made& made, bool refusal_loses = true) {
     try {
@@ -290,7 +291,7 @@ class RemoteWalkers {
                           std::to_string(episodes_.size() - 1) + "]");
   }
 
-  /// What is there may be somebody else's episode, so one of this client's own is asked for.
+  /// Requires an episode that this client began: any other may belong to another client.
   void check_look(const std::string& call, std::uint32_t environment) const {
     check_index(environment);
     if (is_lost_) throw ResetNeeded(call + ": " + kLost);
@@ -316,7 +317,7 @@ class RemoteWalkers {
     }
   }
 
-  /// Of ~reset, ~step and ~restore.
+  /// Takes over the answer of ~reset, ~step or ~restore.
   void take_transition() {
     RemoteEpisode& episode = episodes_.front();
     episode.place(transition_.episode, transition_.step);
@@ -325,7 +326,8 @@ class RemoteWalkers {
     episode.state.error = transition_.error;
   }
 
-  /// Of ~step_batch. An environment that the server has reset may be anywhere before.
+  /// Takes over the answer of ~step_batch. Step 0 means that the server has reset the environment;
+  /// it follows any earlier step.
   void take_batch() {
     for (std::size_t i = 0; i < episodes_.size(); ++i) {
       RemoteEpisode& episode = episodes_[i];
@@ -334,7 +336,7 @@ class RemoteWalkers {
       } else {
         episode.place(batch_.episodes[i], 0);
       }
-      // With step 0 the flags are those of the episode before.
+      // At step 0 the flags belong to the previous episode.
       episode.state.terminated = batch_.steps[i] != 0 && batch_.terminated[i] != 0;
       episode.state.truncated = batch_.steps[i] != 0 && batch_.truncated[i] != 0;
       episode.state.error.clear();
@@ -350,8 +352,8 @@ class RemoteWalkers {
     }
   }
 
-  /// Rows of the environments that have just ended, among rows of zeros for all.
-  /// @param width as the server's specification has it, by which the client has checked the rows
+  /// Returns a row per environment: its final row if its episode has just ended, else zeros.
+  /// @param width as in the server's specification, against which the client has checked the rows
   std::vector<double> scattered(const std::vector<double>& rows, std::size_t width) const {
     std::vector<double> all(episodes_.size() * width);
     const double* row = rows.data();
@@ -370,7 +372,7 @@ class RemoteWalkers {
   std::mutex mutex_;
   unsigned num_forks_ = num_forks();
   std::atomic<bool> is_lost_{false};
-  Transition transition_;                // of ~reset and ~step
+  Transition transition_;
   std::vector<RemoteEpisode> episodes_;  // one per environment
   AutoresetMode autoreset_mode_ = AutoresetMode::disabled;
   BatchReset reset_;

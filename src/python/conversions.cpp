@@ -18,13 +18,13 @@ namespace {
                        ": must be a bool, an int, a float, a str or a sequence of numbers");
 }
 
-/// Not so `isinstance<py::str>`, to which pybind11 counted bytes before 2.7.
+/// `isinstance<py::str>` would also accept bytes before pybind11 2.7.
 bool is_text(const py::handle& value) { return PyUnicode_Check(value.ptr()) != 0; }
 
-/// Python writes an integer in a time quadratic in its digits, and from 3.9.14 on refuses to where
-/// there are more than 4300.
+/// Whether Python cannot print an integer: the time is quadratic in the digits, and since 3.9.14
+/// Python refuses more than 4300 digits.
 bool is_too_long(const py::handle& value) {
-  constexpr int kMaxBits = 14284;  // of 4300 digits
+  constexpr int kMaxBits = 14284;  // 4300 decimal digits
   return PyLong_Check(value.ptr()) != 0 &&
          value.attr("bit_length")().cast<py::ssize_t>() > kMaxBits;
 }
@@ -38,8 +38,8 @@ std::string to_text(const std::string& name, const py::handle& value) {
                         ": must be a text that UTF-8 has a form for; no surrogates");
 }
 
-/// @param number an int, a float, or what can become one
-/// @param value  that has it, or is it
+/// @param number an int, a float, or an object that converts to a float
+/// @param value  the parameter's value, which is or contains the number
 double to_number(const std::string& name, const py::handle& number, const py::handle& value) {
   const double converted = PyFloat_AsDouble(number.ptr());
   if (PyErr_Occurred() == nullptr) return converted;
@@ -51,7 +51,7 @@ double to_number(const std::string& name, const py::handle& number, const py::ha
 }
 
 std::vector<double> to_numbers(const std::string& name, const py::handle& value) {
-  constexpr std::size_t kMax = 1000;  // of what may come without end
+  constexpr std::size_t kMax = 1000;  // bounds an endless iterable
   const py::object real = py::module::import("numbers").attr("Real");
   std::vector<double> numbers;
   for (const py::handle element : value) {
@@ -65,12 +65,12 @@ ParameterValue to_integer(const std::string& name, const py::handle& value) {
   int overflow = 0;
   const std::int64_t number = PyLong_AsLongLongAndOverflow(value.ptr(), &overflow);
   if (overflow == 0) return number;
-  return to_number(name, value, value);  // beyond 64 bits: the check of range says what is allowed
+  return to_number(name, value, value);  // beyond 64 bits: the range check reports the bounds
 }
 
 ParameterValue to_value(const std::string& name, const py::handle& value) {
   if (is_text(value)) return to_text(name, value);
-  // NumPy's numbers and booleans; an array gives a list.
+  // NumPy's scalars become Python's, its arrays become lists.
   if (py::hasattr(value, "tolist")) {
     const py::object plain = value.attr("tolist")();
     if (!py::hasattr(plain, "tolist")) return to_value(name, plain);
@@ -94,7 +94,6 @@ py::list to_list(const std::vector<std::string>& values) {
   return list;
 }
 
-/// The fields that both kinds of specification have.
 template <typename Any>
 py::dict to_common_dict(const Any& specification) {
   py::dict dict;
@@ -126,7 +125,7 @@ std::string shown(const py::handle& value) {
     return std::string("(of type ") + Py_TYPE(value.ptr())->tp_name + ", too long to be shown)";
   }
   const std::string lines = py::reinterpret_steal<py::bytes>(bytes);
-  std::string line;  // NumPy breaks and indents
+  std::string line;  // without NumPy's line breaks and indentation
   for (const char c : lines) {
     const bool is_indent = c == ' ' && !line.empty() && line.back() == '\n';
     if (!is_indent) line += c;
@@ -196,7 +195,7 @@ py::dict to_dict(const ServerSpecification& specification) {
 std::optional<std::uint64_t> to_seed(const py::object& value) {
   if (value.is_none()) return std::nullopt;
   try {
-    // What counts as an integer, NumPy's among them.
+    // Accepts every integer type, also NumPy's.
     return py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())).cast<std::uint64_t>();
   } catch (const std::exception&) {
     PyErr_Clear();

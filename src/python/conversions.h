@@ -1,4 +1,4 @@
-// Parameters, specifications and generator states between Python and the core.
+// Conversion of parameters, specifications, saved states and seeds between Python and the core.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -16,29 +16,30 @@
 
 namespace walker::python {
 
-/// As a message shows it: what its repr says, in one line that is not too long.
+/// Returns the value's repr for a message: on one line, a long one without its middle.
 std::string shown(const pybind11::handle& value);
 
-/// A text that another process may have written: what is not UTF-8 becomes U+FFFD.
+/// Decodes UTF-8 that another process may have written: invalid bytes become U+FFFD.
 pybind11::str to_str(const std::string& text);
 
-/// Keyword arguments: bool, int, float, str, paths, sequences of numbers, and NumPy's own of these.
-/// @throws TypeError naming a parameter of another type; ValueError for a number that no float has
-///         room for, and a text that has no form in UTF-8
+/// Converts keyword arguments: bool, int, float, str, paths, sequences of numbers, and NumPy's
+/// equivalents.
+/// @throws TypeError naming a parameter of another type; ValueError for a number out of a float's
+///         range or a text with surrogates, which UTF-8 cannot encode
 Parameters to_parameters(const pybind11::dict& given);
 
-/// A state that was saved.
-/// @throws TypeError for what is no bytes
+/// Copies a saved state.
+/// @throws TypeError if it is not bytes
 std::vector<std::byte> to_state_bytes(const pybind11::handle& state);
 
-/// What an environment is, by the names of EnvironmentSpec.msg; `parameters` holds texts by name.
+/// Specification under the names of EnvironmentSpec.msg; `parameters` maps names to texts.
 pybind11::dict to_dict(const Specification& specification);
 
-/// What a server says of itself, by the same names, with num_envs, mode and autoreset_mode on top.
+/// A server's specification under the same names, plus num_envs, mode and autoreset_mode.
 pybind11::dict to_dict(const ServerSpecification& specification);
 
-/// Seeds, one per environment; None: its generator continues.
-/// @throws ValueError naming a seed that is not from 0 to 2^64 - 1
+/// Converts seeds, one per environment. None: the environment's generator continues.
+/// @throws ValueError naming a seed that is not an integer from 0 to 2^64 - 1
 std::optional<std::uint64_t> to_seed(const pybind11::object& value);
 std::vector<std::optional<std::uint64_t>> to_seeds(const pybind11::sequence& values);
 

@@ -27,11 +27,11 @@ std::string engine_of(const Specification& specification) {
   return specification.engine + " " + engine_release(specification.engine_version);
 }
 
-/// An environment that can be copied and stored. One thread at a time is let in; the others wait
-/// without the interpreter's lock.
+/// An environment that can be copied and pickled. Thread-safe: a mutex serialises the calls, and
+/// threads wait for it without the GIL.
 class LockedEnvironment {
  public:
-  /// @throws ValueError, TypeError as `make`
+  /// @throws ValueError as `make`, TypeError as `to_parameters`
   LockedEnvironment(std::string id, const py::dict& parameters)
       : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
@@ -39,7 +39,6 @@ class LockedEnvironment {
 
   py::dict specification() const { return to_dict(episode_->specification()); }
 
-  /// Begins an episode from a generator's state.
   /// @return the generator's state afterwards
   GeneratorState reset(const GeneratorState& generator_state, py::handle observation,
                        py::handle info) {
@@ -67,8 +66,8 @@ class LockedEnvironment {
     return {state.reward, state.terminated, state.truncated, state.error};
   }
 
-  /// What a picture is drawn from.
-  /// @throws ResetNeeded where there is no state to be seen
+  /// Copies the state that a picture shows.
+  /// @throws ResetNeeded if there is none
   StateCapture capture() {
     StateCapture captured;
     const Unlocked unlocked(mutex_);
@@ -76,8 +75,8 @@ class LockedEnvironment {
     return captured;
   }
 
-  /// Everything that decides about what follows.
-  /// @param generator_state that the next reset would be given; None: as it is here
+  /// Saves everything that later calls depend on.
+  /// @param generator_state if not None, is set before saving
   py::bytes get_state(const std::optional<GeneratorState>& generator_state) {
     std::vector<std::byte> bytes;
     {
@@ -88,9 +87,10 @@ class LockedEnvironment {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   }
 
-  /// @param state of an environment of the same id, parameters and engine
+  /// @param state of an environment with the same id, parameters and engine
   /// @return the generator's state; all zero: there is none
-  /// @throws ValueError naming what is wrong; then nothing has changed
+  /// @throws ValueError naming the fault, TypeError if the state is not bytes; then nothing has
+  ///         changed
   GeneratorState set_state(const py::object& state) {
     const std::vector<std::byte> bytes = to_state_bytes(state);
     const Unlocked unlocked(mutex_);
@@ -107,19 +107,18 @@ class LockedEnvironment {
                               {velocities.data(), velocities.data() + velocities.size()});
   }
 
-  /// None: the environment does not tell. @throws ResetNeeded
+  /// None: the robot does not define this. @throws ResetNeeded
   std::optional<bool> is_healthy() {
     const Unlocked unlocked(mutex_);
     return episode_->is_healthy();
   }
 
-  /// For pickle and copy.
   py::tuple stored() {
     return py::make_tuple(version(), engine_of(episode_->specification()), id_, parameters_,
                           get_state(std::nullopt));
   }
 
-  /// @throws ValueError where another version stored it, or as `set_state`
+  /// @throws ValueError if another version or engine stored it, or as `set_state`
   static std::unique_ptr<LockedEnvironment> from_stored(const py::tuple& stored) {
     constexpr std::size_t kFields = 5;
     if (stored.size() != kFields) throw py::value_error("this is no stored environment");
@@ -136,7 +135,7 @@ class LockedEnvironment {
   }
 
  private:
-  /// @throws std::runtime_error with the engine's words where it fails
+  /// @throws std::runtime_error with the engine's message if it fails
   void begin(const GeneratorState& generator_state) {
     episode_->begin(generator_state, std::nullopt);
     if (episode_->state().failed_at_reset()) throw std::runtime_error(episode_->state().error);

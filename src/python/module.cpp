@@ -19,13 +19,13 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// Raises the exception of this name in walker_sim.errors, where each has Gymnasium's as its base.
+/// Sets the exception of this name in walker_sim.errors as the Python error.
 void raise(const char* name, const std::exception& error) {
   PyErr_SetObject(py::module::import("walker_sim.errors").attr(name).ptr(),
                   to_str(error.what()).ptr());
 }
 
-// pybind11 wants it by value. NOLINTNEXTLINE(performance-unnecessary-value-param)
+// pybind11 requires a parameter by value. NOLINTNEXTLINE(performance-unnecessary-value-param)
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);
@@ -37,18 +37,18 @@ void translate(std::exception_ptr thrown) {
     raise("ConnectionError", error);
   } catch (const RequestRefused& error) {
     raise("RequestRefused", error);
-    // NOLINTNEXTLINE(bugprone-empty-catch): what the signal's handler has raised is set
+    // NOLINTNEXTLINE(bugprone-empty-catch): the signal handler's exception is set
   } catch (const Interrupted&) {
-  } catch (const std::invalid_argument& error) {  // may name a file whose name is not UTF-8
+  } catch (const std::invalid_argument& error) {  // a file name in it may not be UTF-8
     PyErr_SetObject(PyExc_ValueError, to_str(error.what()).ptr());
   }
 }
 
-/// Polls without the interpreter's lock, so that other threads of Python's run. Python handles
-/// signals in its main thread only.
-/// @throws Interrupted if a signal's handler has raised, as that of Ctrl-C does
+/// Polls without the GIL, so that other Python threads run. Python handles signals in its main
+/// thread only.
+/// @throws Interrupted if a signal handler has raised, as that of Ctrl-C does
 int poll_as_python(pollfd* files, nfds_t num_files, int timeout) {
-  if (PyGILState_Check() == 0) return ::poll(files, num_files, timeout);  // no signals without it
+  if (PyGILState_Check() == 0) return ::poll(files, num_files, timeout);  // cannot run handlers
   int result = 0;
   if (timeout == 0) {
     result = ::poll(files, num_files, timeout);
@@ -66,7 +66,6 @@ std::vector<std::string> ids() {
   return names;
 }
 
-/// By the names of ParameterDescription's fields.
 py::list to_list(const std::vector<ParameterDescription>& descriptions) {
   py::list list;
   for (const ParameterDescription& description : descriptions) {
@@ -80,7 +79,6 @@ py::list to_list(const std::vector<ParameterDescription>& descriptions) {
   return list;
 }
 
-/// What depends on the id alone, by the names of Registration's fields.
 py::dict registration_of(const std::string& id) {
   const Registration& registration = find_registration(id);
   py::dict dict;

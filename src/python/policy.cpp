@@ -17,7 +17,7 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// A gait or random actions; one per walker, for it remembers its episode.
+/// The agent "heuristic" or "random". It has state, so each walker needs its own.
 class WalkerAgent {
  public:
   WalkerAgent(const std::string& name, const std::string& id, const py::dict& parameters,
@@ -39,7 +39,7 @@ class WalkerAgent {
   std::vector<double> observation_;
 };
 
-/// A trained network. Calls of `act` take turns, whichever thread they come from.
+/// A trained network. Thread-safe: a mutex serialises calls of `act`.
 class NetworkPolicy {
  public:
   explicit NetworkPolicy(Policy policy) : policy_(std::move(policy)) {}
@@ -59,7 +59,7 @@ class NetworkPolicy {
   }
 
   /// @param observations rows of `observation_size()` values
-  /// @param actions a row of `action_size()` values for each
+  /// @param actions      receives a row of `action_size()` values for each
   void act(py::handle observations, py::handle actions) {
     const Input input(observations, "observations");
     const std::size_t rows = input.size() / observation_size();
@@ -77,7 +77,7 @@ class NetworkPolicy {
  private:
   std::mutex mutex_;
   Policy policy_;
-  std::vector<double> actions_;  // of the newest call
+  std::vector<double> actions_;  // of the last call; keeps its memory
 };
 
 std::unique_ptr<NetworkPolicy> read_bytes(const std::string& name, const py::bytes& content) {

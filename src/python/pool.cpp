@@ -33,7 +33,7 @@ PoolOptions make_options(std::size_t num_envs, std::size_t num_threads,
   return {num_envs, num_threads, *mode, batch_size};
 }
 
-/// A pool, whose threads write rows into NumPy's arrays.
+/// A pool whose threads write rows into NumPy arrays. Thread-safe: a mutex serialises the calls.
 class VectorWalkers {
  public:
   VectorWalkers(std::string id, const py::dict& parameters, std::size_t num_envs,
@@ -52,8 +52,9 @@ class VectorWalkers {
   std::size_t num_threads() const { return pool_.options().num_threads; }
   std::size_t batch_size() const { return pool_.options().batch_size; }
 
-  /// From the state of each one's generator.
-  /// @param observations, info rows of all environments
+  /// Begins episodes from the present states of the generators.
+  /// @param environments indices; empty: all
+  /// @param observations, info receive rows of all environments, also of those not reset
   void reset(const std::vector<std::uint32_t>& environments, py::handle observations,
              py::handle info) {
     Output observations_output(observations, "observations", asked_.num_envs * observation_size());
@@ -65,7 +66,7 @@ class VectorWalkers {
     const Unlocked unlocked(mutex_);
     pool_.reset(environments, {}, rows);
     if (environments.empty()) return;
-    for (std::size_t i = 0; i < asked_.num_envs; ++i) {  // also of those that were not reset
+    for (std::size_t i = 0; i < asked_.num_envs; ++i) {
       const EpisodeState& state = pool_.episode(i).state();
       observations_output.take_row(i, state.observation);
       std::copy(state.info.begin(), state.info.end(), info_output.data() + i * num_infos());
@@ -79,7 +80,7 @@ class VectorWalkers {
     pool_.step(input.data(), input.size(), rows_of(outputs));
   }
 
-  /// Of some, a row for each in their order.
+  /// Steps some environments. The batch receives a row for each, in their order.
   void step_some(py::handle actions, const std::vector<std::uint32_t>& environments,
                  const py::sequence& batch) {
     const std::size_t count = environments.size();
@@ -89,8 +90,8 @@ class VectorWalkers {
     pool_.step(input.data(), environments.data(), count, rows_of(outputs));
   }
 
-  /// same_step: rows of the newest step or `recv`, in which those of episodes that ended then have
-  /// their last observations.
+  /// same_step only: the final rows of the last step or `recv`. A row is meaningful if that call
+  /// ended its environment's episode.
   void final_rows(py::handle observations, py::handle info) {
     Output observations_output(observations, "observations");
     NumberOutput info_output(info, "info");
@@ -121,7 +122,7 @@ class VectorWalkers {
     pool_.send_resets(environments);
   }
 
-  /// @return whose rows these are
+  /// @return the index of each row's environment
   std::vector<std::uint32_t> recv(const py::sequence& batch) {
     StepOutputs outputs = outputs_of(batch, arrived_.size());
     const Unlocked unlocked(mutex_);
@@ -129,7 +130,6 @@ class VectorWalkers {
     return arrived_;
   }
 
-  /// Of these, each as Environment.get_state gives it.
   py::list get_states(const std::vector<std::uint32_t>& environments) {
     std::vector<std::vector<std::byte>> states(environments.size());
     {
@@ -143,7 +143,7 @@ class VectorWalkers {
     return list;
   }
 
-  /// @throws ValueError naming the environment and what is wrong; then nothing has changed
+  /// @throws ValueError naming the environment and the fault; then nothing has changed
   void set_states(const std::vector<std::uint32_t>& environments, const py::sequence& given) {
     std::vector<std::vector<std::byte>> states;
     for (const py::handle state : given) states.push_back(to_state_bytes(state));
@@ -152,7 +152,6 @@ class VectorWalkers {
     pool_.load_states(environments, states, {});
   }
 
-  /// For pickle and copy.
   py::tuple stored() {
     std::vector<std::uint32_t> all(asked_.num_envs);
     std::iota(all.begin(), all.end(), 0U);
@@ -171,7 +170,6 @@ class VectorWalkers {
     return walkers;
   }
 
-  /// As Environment.capture, of one of them.
   StateCapture capture(std::size_t index) {
     StateCapture captured;
     const Unlocked unlocked(mutex_);
@@ -201,7 +199,7 @@ class VectorWalkers {
                             std::to_string(environments.size()) + " as the environments");
     }
     const Unlocked unlocked(mutex_);
-    for (const std::uint32_t index : environments) pool_.environment(index);  // throws first
+    for (const std::uint32_t index : environments) pool_.environment(index);  // checks all first
     for (std::size_t i = 0; i < states.size(); ++i) {
       pool_.environment(environments[i]).set_generator_state(states[i]);
     }
@@ -233,15 +231,15 @@ class VectorWalkers {
   PoolOptions asked_;
   Pool pool_;
   std::mutex mutex_;
-  std::vector<std::uint32_t> arrived_;  // of the newest `recv`
-  // same_step: rows of episodes that have ended, in the order of the newest step's or `recv`'s.
+  std::vector<std::uint32_t> arrived_;  // indices of the last `recv`
+  // same_step: final rows of the last step or `recv`, in the order of its rows.
   std::vector<double> final_observations_;
   std::vector<double> final_info_;
 };
 
-/// Rows of info turned into columns: what is NaN becomes 0, and its mask false. One call, for after
-/// a step of many worlds NumPy's code is no longer in the processor's caches.
-/// @return for each column whether any row has it
+/// Transposes rows of info into columns: NaN becomes 0, and its mask false. One native call is
+/// faster, because a step of many worlds evicts NumPy's code from the processor's caches.
+/// @return for each column, whether any row has a value
 std::vector<bool> info_columns(py::handle info, std::size_t num_columns, py::handle values,
                                py::handle masks) {
   const Input rows(info, "info");

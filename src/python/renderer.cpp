@@ -14,15 +14,14 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// A renderer that threads may share: one at a time is let in, the others wait without the
-/// interpreter's lock. No environment waits for it.
+/// A thread-safe renderer: a mutex serialises the calls, and threads wait for it without the GIL.
+/// No environment waits for it.
 class SharedRenderer {
  public:
   SharedRenderer(const std::string& id, const py::dict& parameters,
                  const py::dict& camera_parameters)
       : renderer_(make_renderer(id, to_parameters(parameters), to_parameters(camera_parameters))) {}
 
-  /// By the names of Camera's fields.
   py::dict camera() const {
     const Camera& camera = renderer_->camera();
     py::dict dict;
@@ -34,8 +33,8 @@ class SharedRenderer {
     return dict;
   }
 
-  /// @param rgb   height x width x 3, uint8; None: not wanted
-  /// @param depth height x width, float32 [m]; None: not wanted
+  /// @param rgb   height x width x 3, uint8; None: not drawn
+  /// @param depth height x width, float32 [m]; None: not drawn
   void render(const StateCapture& captured, const py::object& rgb, const py::object& depth) {
     const Camera& camera = renderer_->camera();
     const std::size_t num_pixels = static_cast<std::size_t>(camera.width) * camera.height;

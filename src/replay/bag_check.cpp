@@ -27,23 +27,23 @@ using tcpros::kLengthBytes;
 constexpr std::uint64_t kMaxHeader = std::uint64_t{1} << 20U;
 constexpr std::uint64_t kMaxChunk = std::uint64_t{1} << 28U;
 
-/// What is wrong, and where; the file's name is put before it.
+/// A defect and its offset; check_bag() adds the file's name.
 struct Fault : std::runtime_error {
   Fault(bool is_cut, std::uint64_t place, const std::string& what)
       : runtime_error((is_cut ? "is not a bag, or is cut off: " : "is damaged: ") +
                       std::string("at byte ") + std::to_string(place) + ": " + what) {}
 };
 
-/// A part of the file, or of a chunk that was compressed; read from its front.
+/// Reader of a part of the file or of a decompressed chunk.
 class Part : public MessageReader {
  public:
-  /// @param place of the first byte in the file; of a compressed chunk: of its record
+  /// @param place offset of the first byte in the file; for a compressed chunk, that of its record
   Part(std::string_view bytes, std::uint64_t place)
       : MessageReader(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(),
                       "a record"),
         end_(place + bytes.size()) {}
 
-  /// Of the next byte.
+  /// Offset of the next byte.
   std::uint64_t place() const { return end_ - size(); }
 
  private:
@@ -70,7 +70,8 @@ Fields read_fields(Part header) {
   return fields;
 }
 
-/// @param place of the record
+/// @param place offset of the record
+/// @throws Fault if the field is missing or of another size
 template <typename Number>
 Number field(const Fields& fields, const std::string& name, std::uint64_t place) {
   const auto found = fields.find(name);
@@ -88,7 +89,7 @@ std::uint8_t op_of(const Fields& fields, std::uint64_t place) {
   return field<std::uint8_t>(fields, rosbag::OP_FIELD_NAME, place);
 }
 
-/// The connections of messages, by where their records begin in a chunk.
+/// Connection ids of a chunk's messages, by the offsets of their records in the chunk.
 using Messages = std::map<std::uint32_t, std::uint32_t>;
 
 void check_connection(const Fields& fields, const Part& data, std::uint64_t place) {
@@ -99,7 +100,7 @@ void check_connection(const Fields& fields, const Part& data, std::uint64_t plac
   read_fields(data);
 }
 
-/// Takes a length and so many bytes off the chunk's front.
+/// Reads a length and as many bytes.
 Part take(Part& chunk, const char* what) {
   const std::uint64_t place = chunk.place();
   if (const auto taken = chunk.try_text()) return {*taken, place + kLengthBytes};
@@ -133,7 +134,6 @@ Messages read_chunk(Part chunk) {
   return messages;
 }
 
-/// One pass over a file.
 class Checker {
  public:
   explicit Checker(const std::string& path)
@@ -171,7 +171,7 @@ class Checker {
     return length;
   }
 
-  /// @return so many bytes of the file, read into `buffer`
+  /// Reads the file's next `size` bytes into `buffer`.
   Part read(std::uint64_t size, std::string& buffer) {
     buffer.resize(size);
     file_.read(buffer.data(), static_cast<std::streamsize>(size));
@@ -181,7 +181,6 @@ class Checker {
     return part;
   }
 
-  /// The next record: its header, and its data unless it is a chunk's.
   void read_record() {
     record_ = place_;
     const std::uint64_t header_size = read_length("a header");
@@ -213,7 +212,7 @@ class Checker {
         "a record of version " + std::to_string(found) + "; must be " + std::to_string(known));
   }
 
-  /// @return false where the bag was not closed, which rosbag tells
+  /// @return false if the bag was not closed, which rosbag reports
   bool read_file_header() {
     const auto encryptor = fields_.find(rosbag::ENCRYPTOR_FIELD_NAME);
     if (encryptor != fields_.end() && !encryptor->second.empty()) {
@@ -243,7 +242,7 @@ class Checker {
     }
   }
 
-  /// What the present record, a chunk, has in it.
+  /// Contents of the current record, a chunk.
   Part uncompressed() {
     const std::uint64_t size = get<std::uint32_t>(rosbag::SIZE_FIELD_NAME);
     const std::string compression = fields_[rosbag::COMPRESSION_FIELD_NAME];
@@ -262,8 +261,8 @@ class Checker {
                   "a chunk of " + std::to_string(size) + " bytes; must have at most " +
                       std::to_string(kMaxChunk));
     }
-    // What comes out may be less than it should be, and rosbag does not say how much it was: then
-    // these two differ.
+    // rosbag does not report how many bytes it wrote. If there were fewer than `size`, these two
+    // differ in their filling.
     decompress(is_bz2, size, '\x55', chunk_);
     decompress(is_bz2, size, '\xaa', other_chunk_);
     if (chunk_ != other_chunk_) {
@@ -288,9 +287,9 @@ class Checker {
     }
   }
 
-  /// One of those after a chunk: where the messages of a connection are in it.
+  /// Checks an index record: the offsets of one connection's messages in the chunk before it.
   void check_index_of_chunk() {
-    constexpr std::uint64_t kEntrySize = 12;  // time, place
+    constexpr std::uint64_t kEntrySize = 12;  // time, offset
     check_version(rosbag::INDEX_VERSION);
     const auto connection = get<std::uint32_t>(rosbag::CONNECTION_FIELD_NAME);
     const std::uint64_t count = get<std::uint32_t>(rosbag::COUNT_FIELD_NAME);
@@ -331,7 +330,7 @@ class Checker {
     }
   }
 
-  /// At the end of the file: all connections, then what is known of each chunk.
+  /// Checks the index at the file's end: all connections, then one record per chunk.
   void check_index() {
     auto record = ops_.find(index_);
     const auto expect = [&](std::uint8_t op, std::uint32_t count, const char* what) {
@@ -353,14 +352,14 @@ class Checker {
   std::string path_;
   std::ifstream file_;
   std::uint64_t size_;
-  std::uint64_t place_ = 0;  // of what is read next
+  std::uint64_t place_ = 0;  // offset of the next read
 
-  std::uint64_t index_ = 0;  // where it begins
+  std::uint64_t index_ = 0;  // its offset
   std::uint32_t num_connections_ = 0;
   std::uint32_t num_chunks_ = 0;
 
-  // The present record.
-  std::uint64_t record_ = 0;  // where it begins
+  // The current record.
+  std::uint64_t record_ = 0;  // its offset
   std::uint8_t op_ = 0;
   Fields fields_;
   Part data_{{}, 0};
@@ -370,9 +369,9 @@ class Checker {
   std::string other_chunk_;
 
   Messages messages_;                          // of the last chunk
-  std::map<std::uint64_t, std::uint8_t> ops_;  // of all records, by where they begin
+  std::map<std::uint64_t, std::uint8_t> ops_;  // of all records, by offset
   std::set<std::uint32_t> connections_;
-  std::map<std::uint32_t, std::uint64_t> indexed_;  // connections, and where one has an index
+  std::map<std::uint32_t, std::uint64_t> indexed_;  // connections with their first index record
 };
 
 }  // namespace

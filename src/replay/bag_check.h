@@ -1,16 +1,14 @@
-// Whether a bag is whole, before rosbag reads it.
+// Validation of a bag before rosbag reads it.
 #pragma once
 
 #include <string>
 
 namespace walker {
 
-/// rosbag and the parser of headers that it uses believe every length and place in a bag, and read
-/// beyond what they have where one is wrong. This reads the whole file and looks at each record:
-/// its header, that it lies in what contains it, and that the index names records that are there.
-/// Chunks are held in memory one at a time.
-///
-/// @throws std::runtime_error naming the file, the byte and what is wrong there
+/// Checks each record of a bag: its header, that it lies within its container, and that the index
+/// refers to existing records. rosbag and its header parser trust all lengths and offsets, and read
+/// out of bounds if one is wrong. Holds one chunk in memory at a time. An unclosed bag passes.
+/// @throws std::runtime_error naming the file, the offset and the defect
 void check_bag(const std::string& path);
 
 }  // namespace walker

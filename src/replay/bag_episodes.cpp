@@ -37,7 +37,7 @@ std::unique_ptr<rosbag::Bag> open(const std::string& path) {
 
 struct Contents {
   std::vector<const rosbag::ConnectionInfo*> connections;
-  ros::Time begin;  // of its first message
+  ros::Time begin;  // of the first message
 };
 
 Contents contents_of(const std::string& path, rosbag::Bag& bag) {
@@ -54,7 +54,7 @@ bool is(const rosbag::ConnectionInfo& connection) {
   return connection.datatype == ros::message_traits::datatype<Message>();
 }
 
-/// @throws std::runtime_error where a message of this name had other fields
+/// @throws std::runtime_error if this message type had another definition when it was recorded
 template <typename Message>
 void check_definition(const std::string& path, const rosbag::ConnectionInfo& connection) {
   if (!is<Message>(connection)) return;
@@ -65,7 +65,7 @@ void check_definition(const std::string& path, const rosbag::ConnectionInfo& con
                    ", so another version of walker_sim recorded it");
 }
 
-/// The topic `name` beside the walker's transitions.
+/// Returns the topic `name` in the namespace of the walker's transitions.
 std::string beside(const std::string& transition_topic, const std::string& name) {
   return transition_topic.substr(0, transition_topic.rfind('/') + 1) + name;
 }
@@ -76,8 +76,7 @@ std::string node_of(const rosbag::ConnectionInfo& connection) {
   return found == connection.header->end() ? "" : found->second;
 }
 
-/// Adds the message where it is of this type.
-/// @throws std::runtime_error where its bytes are not one
+/// @return false for a message of another type @throws std::runtime_error if it is malformed
 template <typename Message>
 bool read(const rosbag::MessageInstance& instance, Message& message) {
   if (instance.getDataType() != ros::message_traits::datatype<Message>()) return false;
@@ -95,8 +94,7 @@ std::pair<std::string, std::string> typed(const std::string& topic) {
   return {topic, ros::message_traits::datatype<Message>()};
 }
 
-/// Calls `visit` with each message of the node.
-/// @param topics with their types
+/// Calls `visit` with each of the node's messages on `topics`, pairs of topic and type.
 template <typename Files, typename Visit>
 void for_each_message(const Files& files, const std::string& node,
                       const std::set<std::pair<std::string, std::string>>& topics,
@@ -133,8 +131,8 @@ BagEpisodes::BagEpisodes(const std::vector<std::string>& paths) {
     }
     files_.push_back({path, contents.begin, std::move(bag)});
   }
-  // Within a bag messages are in the order of their times. Bags are not merged by times, of which
-  // there may be few: simulation time stands still in lock-step.
+  // A bag's messages are sorted by time. Bags are not merged by time, since many messages may have
+  // the same: in lock-step, simulation time stands still.
   std::stable_sort(files_.begin(), files_.end(),
                    [](const File& one, const File& other) { return one.begin < other.begin; });
   for (const auto& [topic, node] : publications) {

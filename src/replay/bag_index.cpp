@@ -8,7 +8,7 @@
 namespace walker {
 namespace {
 
-/// Whether every bit is the same; as messages, NaN would differ from itself.
+/// Compares bit by bit; compared as messages, NaN would differ from itself.
 bool same(const walker_sim::EnvironmentSpec& one, const walker_sim::EnvironmentSpec& other) {
   const ros::SerializedMessage a = ros::serialization::serializeMessage(one);
   const ros::SerializedMessage b = ros::serialization::serializeMessage(other);
@@ -44,19 +44,20 @@ void BagIndex::add(const walker_sim::Transition& message) {
   spec_came_ = false;
 }
 
-/// Whether a server counts from the start again.
+/// Returns whether the counters restart, as they do with a new server.
 bool BagIndex::goes_back(const walker_sim::Transition& message) const {
   const std::uint32_t episode = episodes_.back().number;
   return message.episode < episode || (message.episode == episode && message.step <= step_);
 }
 
-/// Whether a server that has told its specification is found late: its counts lie ahead.
+/// Returns whether a new server is recognized by its specification alone, since its counters are
+/// ahead of the previous server's.
 bool BagIndex::is_next_server(const walker_sim::Transition& message) const {
   const std::uint32_t episode = episodes_.back().number;
   const bool is_next_step = message.episode == episode && message.step == step_ + 1;
   if (!next_spec_ || is_next_step) return false;
   if (!same(*spec_, *next_spec_)) return true;
-  // A recorder that splits its bag may repeat what is latched.
+  // An equal specification may be a latched message that the recorder repeated when it split a bag.
   const bool is_next_episode = message.episode == episode + 1 && message.step == 0;
   return spec_came_ && !is_next_episode;
 }
@@ -67,7 +68,7 @@ void BagIndex::end_run() {
   repeated_spec_.reset();
   for (std::size_t i = run_begin_; i < episodes_.size(); ++i) episodes_[i].spec = spec_;
   run_begin_ = episodes_.size();
-  // The same again, amid the run: repeated by the recorder, or the next server's, early.
+  // An equal specification within the run: repeated by the recorder, or early from the next server.
   const bool may_be_repeated = next_spec_ && !spec_came_ && same(*spec_, *next_spec_);
   (may_be_repeated ? repeated_spec_ : spec_) = std::move(next_spec_);
   if (may_be_repeated) spec_.reset();
@@ -90,7 +91,7 @@ void BagIndex::open(const walker_sim::Transition& message, bool begins_run) {
 
 std::vector<BagEpisode> BagIndex::finish() {
   if (episodes_.empty()) return {};
-  spec_came_ = false;  // nobody follows
+  spec_came_ = false;  // no run follows
   end_run();
   std::vector<Place> beginnings;
   Place from = 0;
@@ -115,7 +116,7 @@ BagIndex::Place BagIndex::find_beginning(std::size_t index, Place from) const {
   for (Place place = from; place < announcements_.size(); ++place) {
     if (announcements_[place].episode != number) continue;
     if (announcements_[place].header.stamp != episodes_[index].first_stamp) continue;
-    // Where nothing but an episode's last step is left, this is its end.
+    // If only an episode's last step was recorded, this is its end.
     const bool is_end = !announcements_[place].end_reason.empty() && place > 0 &&
                         announcements_[place - 1].episode == number &&
                         announcements_[place - 1].header.stamp < episodes_[index].first_stamp;

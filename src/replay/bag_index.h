@@ -1,4 +1,4 @@
-// Sorts what was recorded of one walker into episodes. Knows no bag: fed with messages.
+// Groups one walker's recorded messages into episodes, without access to the bag.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace walker {
 
-/// Takes a walker's messages. Each topic's are in order; those of different topics travelled apart,
-/// so that one may come a little before or after its place, and are joined by their stamps.
+/// Builds episodes from a walker's messages. Each topic's messages are in order. Those of different
+/// topics may be slightly out of order, since each topic has a connection; stamps match them.
 class BagIndex {
  public:
   void add(const walker_sim::EnvironmentSpec& message);
@@ -19,11 +19,11 @@ class BagIndex {
   }
   void add(const walker_sim::Transition& message);
 
-  /// The episodes of all that was added; call once.
+  /// Returns the episodes of all added messages. Call once.
   std::vector<BagEpisode> finish();
 
  private:
-  /// A place in `announcements_`; its size: none.
+  /// Index in `announcements_`; its size if there is none.
   using Place = std::size_t;
 
   bool goes_back(const walker_sim::Transition& message) const;
@@ -38,11 +38,11 @@ class BagIndex {
   std::vector<walker_sim::Episode> announcements_;
   std::vector<std::shared_ptr<const walker_sim::EpisodeRecord>> records_;
 
-  // A specification belongs to a whole run of a server, wherever amid its transitions it comes.
-  std::size_t run_begin_ = 0;  // index of the present run's first episode
-  std::shared_ptr<const walker_sim::EnvironmentSpec> spec_;           // its; null: has not come yet
-  std::shared_ptr<const walker_sim::EnvironmentSpec> repeated_spec_;  // its if no other comes
-  std::shared_ptr<const walker_sim::EnvironmentSpec> next_spec_;      // came after its own
+  // A specification applies to a server's whole run, wherever among the transitions it arrives.
+  std::size_t run_begin_ = 0;  // index of the current run's first episode
+  std::shared_ptr<const walker_sim::EnvironmentSpec> spec_;           // the run's; null: none yet
+  std::shared_ptr<const walker_sim::EnvironmentSpec> repeated_spec_;  // the run's if no other comes
+  std::shared_ptr<const walker_sim::EnvironmentSpec> next_spec_;      // came after the run's
   bool spec_came_ = false;                                            // since the last transition
   std::uint32_t step_ = 0;                                            // of the last transition
 };

@@ -27,7 +27,7 @@ std::string hexadecimal(double value) {
   return stream.str();
 }
 
-/// Compares field after field and keeps the first difference in words.
+/// Compares fields and keeps a description of the first difference.
 class Comparison {
  public:
   template <typename Value>
@@ -39,14 +39,14 @@ class Comparison {
     if (to_bits(recorded) == to_bits(repeated)) return;
     std::string one = text(recorded);
     std::string other = text(repeated);
-    if (one == other) {  // NaN
+    if (one == other) {  // NaNs of different bits
       one += hexadecimal(recorded);
       other += hexadecimal(repeated);
     }
     differ(name, one, other);
   }
 
-  /// @param element_names appended to the index, where there are any
+  /// @param element_names printed after the index; may be empty
   void compare(const std::string& name, const std::vector<double>& recorded,
                const std::vector<double>& repeated,
                const std::vector<std::string>& element_names = {}) {
@@ -122,7 +122,7 @@ void Replay::step(const std::vector<double>& action) {
   try {
     episode_->step(action);
   } catch (const std::exception& error) {
-    // A refused action, or one after the repeated episode's end.
+    // An invalid action, or one after the repeated episode's end.
     difference_ = "at step " + std::to_string(episode_->state().step + 1) +
                   ", which is refused: " + error.what();
   }
@@ -136,7 +136,7 @@ void Replay::compare(const walker_sim::Transition& recorded) {
   const EpisodeState& repeated = episode_->state();
   Comparison comparison;
   comparison.compare<std::size_t>("step", recorded.step, repeated.step);
-  comparison.compare("error", recorded.error, repeated.error);  // before what follows from it
+  comparison.compare("error", recorded.error, repeated.error);  // first, since it causes the others
   comparison.compare("observation", recorded.observation, repeated.observation);
   comparison.compare("reward", recorded.reward, repeated.reward);
   comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);

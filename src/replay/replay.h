@@ -1,4 +1,4 @@
-// Repeats recorded episodes and compares them to the bit. Knows no bag: fed with messages.
+// Repeats recorded episodes and compares them bit by bit, without access to the bag.
 #pragma once
 
 #include <string>
@@ -11,31 +11,30 @@
 
 namespace walker {
 
-/// An environment as the recorded one, which repeats one episode after another.
+/// Repeats episodes, one after another, in an environment equal to the recorded one.
 class Replay {
  public:
-  /// @throws std::invalid_argument naming what keeps an environment here from being as the recorded
-  ///         one: id, parameters, model; or that its episodes depend on those before them
+  /// @throws std::invalid_argument if no equal environment can be made here, naming the id,
+  ///         parameter or model, or if its episodes depend on earlier ones
   explicit Replay(const walker_sim::EnvironmentSpec& spec);
 
-  /// What of engine and versions was another when it was recorded; empty: nothing.
+  /// Differences between the recording's engine, versions and libm and those here; empty if none.
   const std::string& other_versions() const { return other_versions_; }
 
-  /// Begins an episode and repeats what a restored one began with.
-  /// @param beginning as published at the reset
-  /// @param actions   of the record that was restored, step x action; empty: none was
+  /// Begins an episode and, if ~restore began it, repeats the steps of its record.
+  /// @param beginning as published at the reset, or as in the record
+  /// @param actions   of the record, step x action; empty without a record
   void begin(const walker_sim::Episode& beginning, const std::vector<double>& actions = {});
 
-  /// Compares the episode's next state; the first after `begin` is the one that the episode began
-  /// with. Observation, reward, return, flags, info and error are compared, NaN by its bits. After
-  /// a difference nothing is done any more.
+  /// Repeats a step and compares its state; the first call after `begin` compares without a step.
+  /// Compares the step's number, observation, reward, return, flags, info and error, NaN by its
+  /// bits. Does nothing after a difference.
   void compare(const walker_sim::Transition& recorded);
 
-  /// Compares what was published at the episode's end: length, return, reason.
+  /// Compares the message published at the episode's end: length, return, reason.
   void compare_end(const walker_sim::Episode& recorded);
 
-  /// The first difference of the present episode, e.g. "at step 3: reward is 0.1, repeated 0.2";
-  /// empty: none.
+  /// Current episode's first difference, e.g. "at step 3: reward is 0.1, repeated 0.2", or empty.
   const std::string& difference() const { return difference_; }
 
  private:

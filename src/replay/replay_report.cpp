@@ -19,13 +19,13 @@ namespace {
 
 struct Counts {
   std::size_t equal = 0;
-  std::size_t steps = 0;  // that are equal
+  std::size_t steps = 0;  // of equal episodes
   std::size_t differing = 0;
   std::size_t with_gap = 0;
   std::size_t not_compared = 0;
 };
 
-/// The columns of an episode's line before the verdict: number, seed, steps, return, end.
+/// An episode's line without its verdict.
 using Row = std::array<std::string, 5>;
 
 const Row kHeader{"episode", "seed", "steps", "return", "end"};
@@ -68,7 +68,7 @@ Row describe(const BagEpisode& episode) {
           return_text(episode.episode_return), end_text(episode)};
 }
 
-/// What keeps the episode from being repeated though its environment can be made; empty: nothing.
+/// Recorded data that is missing to repeat the episode; empty if none.
 std::string describe_lack(const BagEpisode& episode) {
   if (episode.first_step == 0) {
     return episode.beginning ? "" : "its beginning is not in the bag (topic episode)";
@@ -79,7 +79,7 @@ std::string describe_lack(const BagEpisode& episode) {
   return steps_text(0, episode.first_step - 1) + " not in the bag";
 }
 
-/// Writes the lines of one walker while its transitions go by.
+/// Writes one walker's report while its transitions are read.
 class WalkerReport {
  public:
   WalkerReport(const BagWalker& walker, Counts& counts, std::ostream& out)
@@ -111,7 +111,7 @@ class WalkerReport {
     }
   }
 
-  /// A heading, and the environment for what follows.
+  /// Writes a heading and makes the environment for the following episodes.
   void introduce(const BagEpisode& episode) {
     replay_.reset();
     obstacle_.clear();
@@ -134,7 +134,7 @@ class WalkerReport {
     write(kHeader, "");
   }
 
-  /// With texts of a bag's in it, which may be anybody's.
+  /// Escapes the text, since bags have strings of untrusted origin.
   void write_line(const std::string& text) { out_ << printable(text) << "\n"; }
 
   void write_missing_episodes(const BagEpisode& episode) {
@@ -146,14 +146,14 @@ class WalkerReport {
     write({numbers}, "not in the bag");
   }
 
-  /// The verdict, counted.
+  /// Returns the verdict and counts it.
   std::string judge(const BagEpisode& episode) {
     if (!replay_) {
       ++counts_.not_compared;
       return "not compared";
     }
     if (!is_repeated_) {
-      // What a recorder did not hear because it came later is no loss.
+      // What was published before the recorder started is not lost.
       const bool is_lost =
           episode.first_step != 0 && !episode.beginning && !episode.opens_recording;
       ++(is_lost ? counts_.with_gap : counts_.not_compared);
@@ -178,8 +178,8 @@ class WalkerReport {
                             : "equal";
   }
 
-  /// Whether all that is missing was published last. Topics have connections of their own, so a
-  /// recorder that is stopped may have heard of an episode's end, and not of the steps before it.
+  /// Returns whether only the last published steps are missing. Each topic has its own connection,
+  /// so a recorder that is stopped may have received an episode's end but not its last steps.
   bool is_cut_off(const BagEpisode& episode) const {
     return index_ + 1 == walker_.episodes.size() &&
            episode.num_transitions == episode.num_consecutive();
@@ -201,18 +201,18 @@ class WalkerReport {
     } else {
       line << std::setw(widths_[end]) << row[end] << "  " << verdict;
     }
-    out_ << line.str() << '\n' << std::flush;  // a long recording is watched
+    out_ << line.str() << '\n' << std::flush;  // shows progress in a long recording
   }
 
   const BagWalker& walker_;
   Counts& counts_;
   std::ostream& out_;
   std::array<int, std::tuple_size_v<Row>> widths_{};
-  std::size_t index_ = 0;           // of the present episode
-  std::size_t num_taken_ = 0;       // transitions of it
-  std::unique_ptr<Replay> replay_;  // null: no environment like the recorded one
-  std::string obstacle_;            // why
-  bool is_repeated_ = false;        // the present episode
+  std::size_t index_ = 0;           // of the current episode
+  std::size_t num_taken_ = 0;       // its transitions so far
+  std::unique_ptr<Replay> replay_;  // null: no equal environment
+  std::string obstacle_;            // why `replay_` is null
+  bool is_repeated_ = false;        // the current episode
 };
 
 bool summarize(const Counts& counts, std::ostream& out) {

@@ -1,4 +1,4 @@
-// A walker and its world: the narrow interface below an episode.
+// Interface between an episode and a simulated robot in its world.
 #pragma once
 
 #include <cstddef>
@@ -18,19 +18,19 @@ namespace walker {
 
 class Robot;
 
-/// A step of one robot: what it is given, and what comes of it.
+/// Arguments and results of one robot's step.
 struct RobotStep {
   Robot* robot = nullptr;
   const double* action = nullptr;  ///< `action_size()` finite values [unitless]
-  double* info = nullptr;          ///< receives a value per info name; NaN: absent
+  double* info = nullptr;          ///< receives one value per info name; NaN: absent
   double reward = 0;
   bool terminated = false;
   const char* end_reason = "";  ///< static text; empty unless terminated
-  std::exception_ptr failure;   ///< set if the engine failed; then the rest has no meaning
+  std::exception_ptr failure;   ///< set if the engine failed; the other results are then undefined
 };
 
-/// Knows no phase of an episode, no time limit and no seed. Its episode calls it in order: `reset`
-/// before anything else, and after a failure only `reset`.
+/// Robot without episode phases, time limit and seed; the episode adds these. Before the first
+/// `reset` or `load`, and after a failure, the episode does not step, observe or measure.
 class WALKER_SIM_EXPORT Robot {
  public:
   Robot() = default;
@@ -40,8 +40,8 @@ class WALKER_SIM_EXPORT Robot {
 
   virtual const Specification& specification() const = 0;
 
-  /// Puts the robot into a first state, drawn from the generator.
-  /// @param info receives a value per info name; NaN: absent
+  /// Draws an initial state from the generator.
+  /// @param info receives one value per info name; NaN: absent
   /// @throws std::exception with the engine's message
   virtual void reset(Generator& generator, double* info) = 0;
 
@@ -49,42 +49,41 @@ class WALKER_SIM_EXPORT Robot {
   /// @throws std::exception with the engine's message
   virtual void step(RobotStep& step) = 0;
 
-  /// Makes the steps of several robots of this type, each to the bit as `step` makes it. A type
-  /// that advances many worlds together faster than one after the other overrides this.
+  /// Steps several robots of this type. Each result equals that of `step` to the bit. Robot types
+  /// that step many worlds together faster than one after the other override this.
   /// @param steps at most kMaxGroupSize, of distinct robots, without a failure
   virtual void step_group(RobotStep* const* steps, std::size_t count) noexcept;
 
-  /// The group size at which `step_group` is fastest, at most kMaxGroupSize.
+  /// Group size at which `step_group` is fastest; at most kMaxGroupSize.
   virtual std::size_t group_size() const { return 1; }
 
-  /// Writes `observation_size()` values: the observation of the present state.
+  /// Writes the observation of the current state: `observation_size()` values.
   virtual void observe(double* observation) const = 0;
 
-  /// Measures the present state.
+  /// Writes the measurements of the current state.
   virtual void sense(Sensors& sensors) = 0;
 
-  /// Describes the surroundings, which change at a reset only.
+  /// Describes the surroundings, which only a reset changes.
   virtual void scene(Scene& scene) const = 0;
-
-  /// Whether `save` and `load` work. If not, an episode can only be repeated.
 
   /// Appends everything that later calls depend on. Also called before the first reset and after a
   /// failure.
   virtual void save(StateWriter& writer) const = 0;
 
-  /// Reads and checks what `save` wrote, up to the end.
-  /// @return puts the state in place; fails only for want of memory
-  /// @throws std::invalid_argument naming what is wrong
+  /// Reads and validates what `save` wrote, up to the end.
+  /// @return a function that applies the state; it throws at most std::bad_alloc
+  /// @throws std::invalid_argument naming the error
   virtual std::function<void()> load(StateReader& reader) = 0;
 
-  /// Sets generalized positions and velocities; solver and time stay as they are.
-  /// @param info receives a value per info name, as after a reset
-  /// @throws std::logic_error if the robot has no such coordinates, std::invalid_argument naming a
-  ///         size or a value
+  /// Sets generalized positions and velocities, as Gymnasium's `set_state` does; control and time
+  /// do not change.
+  /// @param info receives one value per info name, as after a reset
+  /// @throws std::logic_error if the robot has no such coordinates, std::invalid_argument naming
+  ///         the wrong size or value
   virtual void set_coordinates(const std::vector<double>& position,
                                const std::vector<double>& velocity, double* info);
 
-  /// Whether the robot is healthy now; none if it has no such notion.
+  /// Whether the robot is healthy; nullopt if its type does not define health.
   virtual std::optional<bool> is_healthy() const { return std::nullopt; }
 };
 

@@ -1,5 +1,4 @@
-// Requests and messages as roscpp's generated code reads them, from peers that are not to be
-// trusted.
+// Bounds-checked deserialization of ROS messages from untrusted peers.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +14,8 @@
 
 namespace walker {
 
-/// In place of ros::serialization::IStream, which makes room for as many elements as an array
-/// claims to have before it looks whether they have come.
+/// Replaces ros::serialization::IStream, which allocates an array's announced size before it checks
+/// that the elements have arrived.
 class CheckedStream : public MessageReader {
  public:
   using MessageReader::MessageReader;
@@ -35,7 +34,7 @@ class CheckedStream : public MessageReader {
     constexpr bool is_simple = ros::message_traits::IsSimple<Element>::value;
     constexpr std::size_t kMinBytes = is_simple ? sizeof(Element) : sizeof(std::uint32_t);
     const std::uint32_t count = MessageReader(*this).count(kMinBytes);
-    // In memory a text has eight times the bytes of an empty one's length.
+    // An empty string takes 4 bytes in the stream and eight times as many in memory.
     if (!is_simple && count > kMaxTexts) {
       throw std::runtime_error("an array has " + std::to_string(count) + " elements; at most " +
                                std::to_string(kMaxTexts) + " texts or messages are taken");
@@ -44,8 +43,9 @@ class CheckedStream : public MessageReader {
   }
 };
 
-/// @param what they are, e.g. "the request"
-/// @throws std::runtime_error unless the bytes are exactly one of this type
+/// Deserializes a message that fills `bytes` exactly.
+/// @param what names the bytes in errors, e.g. "the request"
+/// @throws std::runtime_error if bytes are missing or left over, or an array has too many strings
 template <typename Message>
 void read_exactly(const std::uint8_t* bytes, std::size_t size, const std::string& what,
                   Message& message) {

@@ -1,4 +1,4 @@
-// Subscriptions to topics on which anybody may publish anything.
+// Subscriptions with bounds-checked messages, for topics with untrusted publishers.
 #pragma once
 
 #include <cstddef>
@@ -22,20 +22,19 @@
 
 namespace walker {
 
-/// What has come on a topic: to roscpp a message of this type, which has no more elements than
-/// bytes to make them from. roscpp itself would make room for as many as an array claims to have.
+/// A received message and the outcome of its deserialization. To roscpp it is a `Message`, but its
+/// arrays are allocated only for elements that have arrived; roscpp allocates the announced size.
 template <typename Message>
 struct CheckedMessage {
   Message message;
-  std::string error;  ///< empty, or why it is none
+  std::string error;  ///< empty if `message` is valid, else the reason
 };
 
-/// None of the topics that a walker's nodes listen to comes near it.
+/// Far above the messages of all topics to which this package subscribes.
 constexpr std::size_t kMaxMessageBytes = 1 << 20;
 
-/// @param take   called with each message and the name of the node that has published it, fit for
-///               a log
-/// @param refuse called with the reason where what has come is none
+/// @param take   called with each valid message and its publisher's name, escaped and truncated
+/// @param refuse called with the reason for each malformed message
 template <typename Message>
 ros::Subscriber subscribe_checked(
     ros::NodeHandle& node, const std::string& topic, std::uint32_t queue,
@@ -44,7 +43,7 @@ ros::Subscriber subscribe_checked(
     const ros::TransportHints& hints = ros::TransportHints()) {
   using Checked = CheckedMessage<Message>;
   using Event = const ros::MessageEvent<const Checked>&;
-  // Boost's owns the functions. NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks)
+  // boost::function owns the lambda. NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks)
   const boost::function<void(Event)> callback = [take, refuse](Event event) {
     const boost::shared_ptr<const Checked>& checked = event.getConstMessage();
     if (checked->error.empty()) {
@@ -57,7 +56,7 @@ ros::Subscriber subscribe_checked(
   return node.subscribe<Checked, Event>(topic, queue, callback, ros::VoidConstPtr(), hints);
 }
 
-/// The same where it is enough that refused messages are counted in the log.
+/// Overload that logs malformed messages with their count, at most once per second.
 template <typename Message>
 ros::Subscriber subscribe_checked(
     ros::NodeHandle& node, const std::string& topic, std::uint32_t queue,
@@ -76,7 +75,7 @@ ros::Subscriber subscribe_checked(
 
 }  // namespace walker
 
-// ---------------------------------------------------------------- what roscpp asks of a type
+// ---------------------------------------------------------------- roscpp's message traits
 namespace ros {
 namespace message_traits {
 
@@ -98,7 +97,7 @@ namespace serialization {
 
 template <typename Message>
 struct Serializer<walker::CheckedMessage<Message>> {
-  /// Takes all there is.
+  /// Consumes the whole stream, even if the message is malformed.
   template <typename Stream>
   static void read(Stream& stream, walker::CheckedMessage<Message>& checked) {
     const std::uint32_t size = stream.getLength();

@@ -26,10 +26,9 @@ std::size_t count(const std::string& text, const std::string& part) {
   return found;
 }
 
-/// @throws std::invalid_argument for lists within lists without end: XmlRpc++ reads them
-/// recursively
+/// Bounds a request's nesting depth, since XmlRpc++ parses it recursively.
 void check_depth(const std::string& request) {
-  constexpr std::size_t kMaxLists = 100;  // an upper bound of the depth; roscpp's own need 4
+  constexpr std::size_t kMaxLists = 100;  // bounds the depth; roscpp's own calls need 4
   const std::size_t lists = count(request, "<array>") + count(request, "<struct>");
   if (lists > kMaxLists) {
     throw std::invalid_argument(std::to_string(lists) + " lists in a request: must be at most " +
@@ -37,8 +36,7 @@ void check_depth(const std::string& request) {
   }
 }
 
-/// @throws std::invalid_argument for a multicall in a multicall: XmlRpc++ would repeat the outer
-/// one
+/// Rejects a nested multicall, for which XmlRpc++ would execute the outer one again, recursively.
 void check_multicall(XmlRpcValue& parameters, const std::string& multicall,
                      const std::string& member) {
   if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() == 0) return;
@@ -51,11 +49,10 @@ void check_multicall(XmlRpcValue& parameters, const std::string& multicall,
   }
 }
 
-/// Checks a use of UDPROS: roscpp divides by what a datagram holds beside its header.
-/// @throws std::invalid_argument
+/// Checks the datagram size of a UDPROS request: roscpp divides by the size of the payload.
 void check_datagrams(XmlRpcValue& parameters) {
   constexpr int kMinBytes = 64;
-  constexpr int kMaxBytes = 65507;  // of IPv4
+  constexpr int kMaxBytes = 65507;  // UDP payload over IPv4
   constexpr int kSizeField = 4;
   if (parameters.getType() != XmlRpcValue::TypeArray || parameters.size() < 3) return;
   XmlRpcValue& protocols = parameters[2];
@@ -81,8 +78,8 @@ void use_library_fixes() {}
 
 namespace ros::console {
 
-// In place of rosconsole's, of which Debian 12's deletes log4cxx's repository of loggers: it makes
-// a shared pointer of a plain one, and every further use of a logger reads freed memory.
+// Replaces rosconsole's. Debian 12's version puts log4cxx's logger repository, a plain pointer,
+// into a shared pointer, which deletes it: every later use of a logger reads freed memory.
 bool get_loggers(std::map<std::string, levels::Level>& loggers) {
   for (const char* name : {"ros", "ros.roscpp", "ros.roscpp.roscpp_internal",
                            "ros.roscpp.superdebug", ROSCONSOLE_DEFAULT_NAME}) {
@@ -101,8 +98,8 @@ bool get_loggers(std::map<std::string, levels::Level>& loggers) {
 
 namespace XmlRpc {
 
-// In place of XmlRpc++'s, which lets every exception but its own end the process: paramUpdate with
-// an invalid name throws ros::InvalidNameException.
+// Replaces XmlRpc++'s, which catches only XmlRpcException, so that any other exception terminates
+// the process: paramUpdate with an invalid name throws ros::InvalidNameException.
 void XmlRpcServerConnection::executeRequest() {
   try {
     walker::check_depth(_request);

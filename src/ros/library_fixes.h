@@ -1,10 +1,10 @@
-// Faults of roscpp's libraries that end a process, mended for our nodes.
+// Replacements for functions of roscpp's libraries that can terminate the process.
 #pragma once
 
 namespace walker {
 
-/// Has the linker take the functions of library_fixes.cpp in place of the libraries': nothing of
-/// ours calls them.
+/// Does nothing; a call makes the linker include library_fixes.cpp, which replaces the libraries'
+/// functions. The package itself calls none of those.
 void use_library_fixes();
 
 }  // namespace walker

@@ -13,7 +13,7 @@
 namespace walker {
 namespace {
 
-/// "NAME = VALUE" of the variable that gives a node its name, the first that is set; empty if none.
+/// Returns "NAME = VALUE" of the variable that sets the node's host name; empty if none does.
 std::string name_giver() {
   for (const char* name : {"ROS_HOSTNAME", "ROS_IP"}) {
     const char* value = std::getenv(name);
@@ -46,9 +46,9 @@ std::string listening_addresses() {
 
 }  // namespace walker
 
-// In place of the C library's in our nodes. roscpp binds its XML-RPC port to every address whatever
-// ROS_HOSTNAME says, has no parameter for it, and hands the port to the master before anybody could
-// bind it anew.
+// Replaces the C library's bind() in the nodes. roscpp binds its XML-RPC port to every address
+// whatever ROS_HOSTNAME is, has no parameter for that, and registers the port with the master
+// before it could be bound again.
 // NOLINTNEXTLINE(readability-inconsistent-declaration-parameter-name): those there are reserved
 extern "C" __attribute__((visibility("default"))) int bind(int descriptor, const sockaddr* address,
                                                            socklen_t size) noexcept {

@@ -4,12 +4,12 @@
 
 namespace walker {
 
-/// Whether ROS_HOSTNAME or ROS_IP keep this node on this machine: localhost, ::1 or 127.*, as
-/// roscpp's `Transport` and rospy's `get_bind_address` take them. Without them ROS takes the
-/// machine's name, and a node listens on every address.
+/// Returns whether ROS_HOSTNAME or ROS_IP restricts this node to the loopback interface: localhost,
+/// ::1 or 127.*, as in roscpp's `Transport` and rospy's `get_bind_address`. If neither is set, ROS
+/// uses the machine's host name, and a node listens on every address.
 bool listens_here_alone();
 
-/// Where the ports of this node can be reached and what decides it, in a sentence for its log.
+/// Returns a sentence for the log: where this node listens, and which variable determines that.
 std::string listening_addresses();
 
 }  // namespace walker

@@ -11,7 +11,7 @@ namespace walker {
 namespace {
 
 constexpr const char* kAssignment = ":=";
-// Settings of ROS, which begin with two underscores.
+// ROS's special keys, without their two leading underscores.
 constexpr std::array<const char*, 6> kSettings{"hostname", "ip", "log", "master", "name", "ns"};
 
 std::vector<std::string> parameter_names(const NodeDescription& node) {
@@ -25,14 +25,14 @@ bool contains(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// How the argument that was probably meant begins, "_env:=" or "__name:="; empty if unknown.
+/// Prefix of the argument that was probably meant, e.g. "_env:=" or "__name:="; empty if unknown.
 std::string probable_beginning(const std::string& name, const NodeDescription& node) {
   if (contains(parameter_names(node), name)) return "_" + name + kAssignment;
   if (contains(kSettings, name)) return "__" + name + kAssignment;
   return {};
 }
 
-/// "--camera-width" as "camera_width".
+/// Converts e.g. "--camera-width" to "camera_width".
 std::string bare_name(std::string text) {
   text.erase(0, std::min(text.find_first_not_of("-_~/"), text.size()));
   std::replace(text.begin(), text.end(), '-', '_');
@@ -43,7 +43,6 @@ std::string bare_name(std::string text) {
   throw std::invalid_argument("argument " + argument + ": " + allowed);
 }
 
-/// An argument without ":=".
 [[noreturn]] void refuse_word(const std::string& argument, const NodeDescription& node) {
   const std::size_t equals = argument.find('=');
   const std::string name = bare_name(argument.substr(0, equals));
@@ -97,7 +96,7 @@ void check_arguments(const std::vector<std::string>& arguments, const NodeDescri
     const std::string value = argument.substr(assignment + 2);
     if (name == "__name" || name == "__ns") check_name(argument, value);
     if (argument == "__name:=") refuse(argument, "is not a valid name: it is empty");
-    if (name.rfind('_', 0) == 0) continue;  // a setting, or a parameter, which its reader checks
+    if (name.rfind('_', 0) == 0) continue;  // a special key, or a parameter, checked by its reader
     const std::string beginning = probable_beginning(bare_name(name), node);
     std::string error;
     if (!beginning.empty() && !(is_by_roslaunch && ros::names::validate(value, error))) {

@@ -1,4 +1,4 @@
-// A node's command line: what is refused before ROS reads it, and --help.
+// A node's command line: validation before ROS parses it, and --help.
 #pragma once
 
 #include <string>
@@ -8,24 +8,22 @@
 
 namespace walker {
 
-/// What a node is called and takes.
 struct NodeDescription {
-  std::string program;  ///< as rosrun calls it
-  std::string name;     ///< unless __name:= gives another
+  std::string program;  ///< executable's name for rosrun
+  std::string name;     ///< node name, unless __name:= sets another
   std::string summary;
   std::vector<ParameterDescription> parameters;
-  std::vector<std::string> more_parameters;  ///< names of those that --help does not describe
+  std::vector<std::string> more_parameters;  ///< names that --help lists without a description
 };
 
-/// The text of --help, with its last line's end.
+/// Returns the text of --help, which ends with a newline.
 std::string help_text(const NodeDescription& node);
 
-/// Checks the arguments, without the program's name, of which ROS ignores some and aborts on
-/// others.
-/// @throws std::invalid_argument for an argument that is not NAME:=VALUE, for an invalid name, and
-///         for a remapping of a parameter's name, with what was probably meant. The last is
-///         accepted from roslaunch if it is valid, for a launch file's remappings are meant for
-///         many nodes
+/// Validates the arguments, without the program's name: ROS ignores some malformed ones and aborts
+/// on others.
+/// @throws std::invalid_argument for an argument that is not NAME:=VALUE, an invalid name, or a
+///         remapping of a parameter's or a special key's name, with a suggestion. From roslaunch a
+///         valid remapping is accepted, since those of a launch file apply to many nodes
 void check_arguments(const std::vector<std::string>& arguments, const NodeDescription& node);
 
 }  // namespace walker

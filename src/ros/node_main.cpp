@@ -34,16 +34,16 @@
 namespace walker {
 namespace {
 
-// An end without hindrance takes less. After it the master is asked.
+// An unobstructed shutdown takes less. After this time the watching thread probes the master.
 constexpr std::chrono::milliseconds kPatience{500};
-// An error may list all that is allowed; and it may have a stranger's words.
+// An error may list all allowed values, and may quote a peer.
 constexpr std::size_t kMaxErrorBytes = 8000;
 
-sem_t is_told;  // what a handler may do to wake a thread
+sem_t is_told;  // wakes the watching thread: sem_post is async-signal-safe
 std::atomic<bool> is_signalled{false};
 std::atomic<bool> is_started{false};  // ros::start may have registered the node
 
-/// @throws Interrupted once a signal has told the node to end
+/// ::poll that throws Interrupted after SIGINT or SIGTERM.
 int poll_until_end(pollfd* files, nfds_t num_files, int timeout) {
   const int result = ::poll(files, num_files, timeout);
   if (is_signalled) throw Interrupted();
@@ -53,33 +53,33 @@ int poll_until_end(pollfd* files, nfds_t num_files, int timeout) {
 void on_signal(int /*signal*/) {
   const int error = errno;
   is_signalled = true;
-  ros::requestShutdown();  // sets a flag
+  ros::requestShutdown();  // only sets a flag
   sem_post(&is_told);
   errno = error;
 }
 
-/// What does not come to an end in time is left behind in a thread.
+/// Runs `work` in a detached thread, which is abandoned if it exceeds the timeout.
 bool is_done_within(std::chrono::milliseconds longest, const std::function<void()>& work) {
   try {
     std::packaged_task<void()> task(work);
     const std::future<void> done = task.get_future();
     std::thread(std::move(task)).detach();
     return done.wait_for(longest) == std::future_status::ready;
-  } catch (const std::exception&) {  // there is no thread left
+  } catch (const std::exception&) {  // no thread could be created
     return false;
   }
 }
 
-/// Whether roscpp waits for it in vain. One that has gone is no hindrance.
+/// Returns whether the master does not answer in time, so that roscpp would block on it. A master
+/// that has exited refuses the connection, which blocks nothing.
 bool master_hangs() {
   const std::string call = xml_rpc::make_call("getPid", {ros::this_node::getName()});
   return !is_done_within(kMasterTimeout, [uri = ros::master::getURI(), call] {
-    // Longer, so that it does not end by itself.
+    // A longer deadline, since a call that times out would count as done.
     call_master(uri, call, Deadline(std::chrono::steady_clock::now() + 2 * kMasterTimeout));
   });
 }
 
-/// Ends the node on SIGINT and on SIGTERM.
 class EndOnSignals {
  public:
   EndOnSignals() {
@@ -91,10 +91,8 @@ class EndOnSignals {
   }
   EndOnSignals(const EndOnSignals&) = delete;
   EndOnSignals& operator=(const EndOnSignals&) = delete;
-  /// The node has come to its end, whatever led to it: takes it off the master.
   ~EndOnSignals() {
-    // Left to the end of the process, it would come when objects are gone that roscpp's threads
-    // use.
+    // roscpp's own shutdown at exit runs after the destruction of objects that its threads use.
     if (is_started) ros::shutdown();
     end_.set_value();
     sem_post(&is_told);
@@ -103,17 +101,17 @@ class EndOnSignals {
 
  private:
   void watch() {
-    while (sem_wait(&is_told) != 0) {  // interrupted by another signal
+    while (sem_wait(&is_told) != 0) {  // EINTR
     }
     const std::future<void> end = end_.get_future();
-    // ros::init, which sets parameters, waits for a master without end. None knows the node yet.
+    // ros::init waits for the master without a timeout. The node is not registered yet.
     if (!is_started && end.wait_for(kPatience) != std::future_status::ready && !is_started) {
       std::_Exit(EXIT_SUCCESS);
     }
     while (end.wait_for(kPatience) != std::future_status::ready) {
-      ros::requestShutdown();  // again: ros::start forgets one that came before it
+      ros::requestShutdown();  // again: ros::start clears an earlier request
       if (!master_hangs()) continue;
-      is_done_within(kPatience, [] {  // whoever reads the output may hang too
+      is_done_within(kPatience, [] {  // a full pipe may block this, too
         std::fputs("The ROS master does not answer: the node ends without taking itself off it\n",
                    stderr);
         std::fflush(nullptr);
@@ -126,8 +124,7 @@ class EndOnSignals {
   std::thread thread_;
 };
 
-/// roscpp aborts on a master's address that it cannot read.
-/// @throws std::invalid_argument
+/// Validates the master's URI: roscpp aborts on one that it cannot parse.
 void check_master(const std::vector<std::string>& arguments) {
   const std::string setting = "__master:=";
   const char* const variable = std::getenv("ROS_MASTER_URI");
@@ -158,7 +155,7 @@ int run_node(int argc, char** argv, const NodeDescription& node, const std::func
     std::fputs(help_text(node).c_str(), stdout);
     return EXIT_SUCCESS;
   }
-  const EndOnSignals end_on_signals;  // before anything of ROS
+  const EndOnSignals end_on_signals;  // before any call of ROS
   try {
     check_arguments(arguments, node);
     check_master(arguments);
@@ -170,7 +167,7 @@ int run_node(int argc, char** argv, const NodeDescription& node, const std::func
   } catch (const Interrupted&) {
     return EXIT_SUCCESS;
   } catch (const std::exception& error) {
-    // Without a master, or while it ends, what it needs is missing.
+    // Calls of ROS fail during a shutdown: that is no error of the node.
     if (is_signalled || (is_started && !ros::ok())) return EXIT_SUCCESS;
     ROS_FATAL_STREAM(printable(error.what(), kMaxErrorBytes));
     return EXIT_FAILURE;

@@ -1,4 +1,4 @@
-// What the mains of the nodes share.
+// Common part of the nodes' main functions.
 #pragma once
 
 #include <functional>
@@ -7,12 +7,12 @@
 
 namespace walker {
 
-/// Runs a node. --help prints what it takes; arguments that ROS would ignore are refused. Ends the
-/// node on SIGINT and on SIGTERM: as roscpp does it, with its services and topics
-/// taken off the master. roscpp asks a master for that without a limit of time, so where the master
-/// does not answer the process ends without it, with the same status, 0.
-/// @param run returns once the node is told to end, or has nothing left to do; what it throws is
-///            logged, unless the node was told to end
+/// Runs a node. Prints the help text for --help and rejects arguments that ROS would ignore. On
+/// SIGINT and SIGTERM the node unregisters its services and topics, as in roscpp, and exits with
+/// status 0. roscpp calls the master for that without a timeout, so if the master does not answer,
+/// the process exits without unregistering, with the same status.
+/// @param run returns when a shutdown is requested or nothing is left to do. Its exception is
+///            logged, unless a shutdown was requested
 /// @return the process's exit status
 int run_node(int argc, char** argv, const NodeDescription& node, const std::function<void()>& run);
 

@@ -16,8 +16,8 @@
 namespace walker {
 namespace {
 
-/// Reads a text that is wholly a number. A list holds doubles, which do not hold every integer from
-/// 2^53 on: a seed would become another.
+/// Parses a list element that is a string. Lists hold doubles, which cannot represent every integer
+/// from 2^53 on: a seed would change silently.
 double element_number(const std::string& name, int index, XmlRpc::XmlRpcValue& element) {
   const bool is_text = element.getType() == XmlRpc::XmlRpcValue::TypeString;
   const std::string text = is_text ? static_cast<std::string>(element) : element.toXml();
@@ -62,9 +62,9 @@ ParameterValue to_value(const std::string& name, XmlRpc::XmlRpcValue& value) {
   }
 }
 
-/// An integer without a point, for a list of them holds doubles.
+/// Formats an integer without a decimal point, although a list holds it as a double.
 std::string list_element_text(double number) {
-  constexpr double kLimit = 9223372036854775808.0;  // 2^63, the first beyond a 64-bit integer
+  constexpr double kLimit = 9223372036854775808.0;  // 2^63, the first above std::int64_t
   const bool is_integer = number >= -kLimit && number < kLimit && std::nearbyint(number) == number;
   return is_integer ? std::to_string(static_cast<std::int64_t>(number)) : to_string(number);
 }

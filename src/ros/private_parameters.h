@@ -10,21 +10,21 @@
 
 namespace walker {
 
-/// Everything that is set below this node's name.
-/// @throws std::invalid_argument naming a parameter whose type has no place here
+/// Reads all parameters in this node's private namespace.
+/// @throws std::invalid_argument for an unsupported type, or if the master lists no parameters
 Parameters private_parameters();
 
-/// Turns a number, or a list of them, into text with blanks between, integers into decimal digits:
-/// roslaunch and YAML guess a number where a text of digits is meant.
+/// Converts a number or a list of numbers to text, separated by spaces, with integers as decimal
+/// digits: roslaunch and YAML read a string of digits as a number.
 void take_as_text(const std::string& name, Parameters& parameters);
 
-/// Turns each text that is wholly a number into that number where one is described: YAML 1.1 reads
-/// 1e-3 and 1.0e3 as texts.
+/// Converts each string that is wholly a number to a number if the parameter's default is one:
+/// YAML 1.1 reads 1e-3 and 1.0e3 as strings.
 void take_numbers(const std::vector<ParameterDescription>& descriptions, Parameters& parameters);
 
-/// @param name of the parameter, for the message
-/// @return none for an empty text
-/// @throws std::invalid_argument unless `text` is a decimal number below 2^64
+/// @param name parameter's name for the error message
+/// @return nullopt if `text` is empty
+/// @throws std::invalid_argument if `text` is neither empty nor a decimal number below 2^64
 std::optional<std::uint64_t> parse_seed(const std::string& name, const std::string& text);
 
 }  // namespace walker

@@ -1,4 +1,4 @@
-// Episode records between messages and the core.
+// Conversion of episode records from messages to the core's types.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,19 @@
 
 namespace walker {
 
-/// The environment's parameters, typed, as `make` takes them.
-/// @throws std::invalid_argument for an unknown id, or names and values of different number
+/// Returns the environment's parameters with their types, as `make` takes them.
+/// @throws std::invalid_argument for an unknown id, an empty or repeated name, or if the numbers of
+///         names and values differ
 Parameters parameters_of(const std::string& id, const std::vector<std::string>& names,
                          const std::vector<std::string>& values);
 Parameters parameters_of(const walker_sim::EnvironmentSpec& message);
 
-/// The seed with which an episode began; none: the generator continued.
+/// Returns the seed with which the episode began; nullopt: the generator continued.
 std::optional<std::uint64_t> seed_of(const walker_sim::Episode& message);
 
-/// The generator's state before the reset.
 GeneratorState generator_state_of(const walker_sim::Episode& message);
 
-/// @throws std::invalid_argument naming fields of the message that do not fit each other
+/// @throws std::invalid_argument if the numbers of parameter names and values differ
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message);
 
 }  // namespace walker

@@ -1,4 +1,4 @@
-// Messages that would come with every step, or with every client, once a second.
+// Rate limit of log messages that could come with every step or from every client.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace walker {
 
-/// Lets pass one message a second. By wall time: simulation time may stand still, or fly.
+/// Passes one message per second of wall time: simulation time may stand still, or run fast.
 class Throttle {
  public:
   bool passes() {
@@ -22,8 +22,8 @@ class Throttle {
     return true;
   }
 
-  /// To be told with a message that passes, once: how many did not since the one before.
-  /// @return empty where none was left out
+  /// Returns a suffix for a message that passes, with the number of messages suppressed since the
+  /// last call; empty if none were. Resets the number.
   std::string left_out() {
     const std::uint64_t count = std::exchange(left_out_, 0);
     return count == 0 ? "" : " (and " + std::to_string(count) + " more since the last such line)";

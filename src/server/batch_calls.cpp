@@ -95,7 +95,7 @@ void BatchCalls::step(const std::vector<double>& actions,
   account(actions, response);
 }
 
-/// The reply's vectors, in their sizes.
+/// Resizes the response's vectors and returns pointers to their elements.
 Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
   const std::size_t size = all_.size();
   response.observations.resize(size * specification_.observation_size());
@@ -116,7 +116,7 @@ Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
   return rows;
 }
 
-/// Counts what the step did, and lists the episodes that it ended.
+/// Counts the step's outcomes and lists the episodes that it ended.
 void BatchCalls::account(const std::vector<double>& actions,
                          walker_sim::StepBatch::Response& response) {
   ended_.clear();
@@ -145,7 +145,6 @@ void BatchCalls::account(const std::vector<double>& actions,
   }
 }
 
-/// Counts and logs a failure, and appends it with a line for people.
 template <typename Response>
 void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
   ++counters_.simulation_errors;
@@ -165,7 +164,7 @@ void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
 void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
   if (options_.autoreset_mode != AutoresetMode::same_step || ended_.empty()) return;
   Batch rows = rows_of(response);
-  rows.rewards = nullptr;  // these stay those of the last step
+  rows.rewards = nullptr;  // these keep the values of the last step
   rows.terminated = nullptr;
   rows.truncated = nullptr;
   pool_.reset(ended_, {}, rows);

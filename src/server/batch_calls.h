@@ -1,4 +1,4 @@
-// ~reset_batch and ~step_batch: requests to the pool, and rows of the replies from it.
+// ~reset_batch and ~step_batch: requests to the pool, and its rows in the responses.
 #pragma once
 
 #include <cstdint>
@@ -14,26 +14,26 @@
 
 namespace walker {
 
-/// Makes the calls and counts what they did. Rows are written straight into the reply, whose
-/// vectors may bring memory from an earlier call. An engine that fails ends the episode of its own
-/// environment, as in a Pool, and stands in the reply's failures; status_message repeats it for
-/// people: "environment 3: the simulation failed at its reset: Stack overflow".
+/// Makes the calls and counts their outcomes. The pool writes rows directly into the response,
+/// whose vectors may keep their capacity. An engine failure ends its own environment's episode, as
+/// in a Pool, and is listed in the response's `failures`; `status_message` repeats it as text:
+/// "environment 3: the simulation failed at its reset: Stack overflow".
 class BatchCalls {
  public:
-  /// What it is given outlives it.
+  /// @param pool, options, counters, episodes outlive this
   BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters& counters,
              EpisodeStatistics& episodes);
 
-  /// @throws std::invalid_argument naming the field, its value and what is allowed; then
-  ///         nothing has moved
+  /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
+  ///         has changed
   void reset(const walker_sim::ResetBatch::Request& request,
              walker_sim::ResetBatch::Response& response);
 
-  /// Steps all. Under same_step ended episodes stay as they are until `reset_ended`.
-  /// @throws as `Pool::step`; then the reply has no meaning
+  /// Steps all environments. Under same_step, ended ones keep their state until `reset_ended`.
+  /// @throws as `Pool::step`; then the response has no meaning
   void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
 
-  /// Begins the episodes that same_step wants after this step.
+  /// Under same_step, resets the environments whose episodes ended in the last step.
   void reset_ended(walker_sim::StepBatch::Response& response);
 
  private:

@@ -8,7 +8,7 @@ namespace walker {
 namespace {
 
 constexpr std::uint32_t kState = 1;      // only the newest state matters
-constexpr std::uint32_t kRecord = 1000;  // a recorder, which may wait for a processor for seconds
+constexpr std::uint32_t kRecord = 1000;  // a recorder may get no processor for seconds
 constexpr bool kLatched = true;
 
 }  // namespace
@@ -51,7 +51,7 @@ void Outputs::publish_constants(ros::Time stamp) {
 
 void Outputs::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
-  if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is none to tell of
+  if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is no scene
   publish_state(stamp);
   camera_.show(stamp);
 }

@@ -1,4 +1,4 @@
-// What is made of a state: topics, markers, pictures, and the transition that answers a call.
+// Outputs of a state: topics, markers, pictures, and the transition in a response.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -16,23 +16,24 @@
 
 namespace walker {
 
-/// Publishes the states of the environment that is shown, each topic only where somebody listens.
+/// Publishes the states of the shown environment. Topics that are not latched are published only
+/// while they have subscribers.
 class Outputs {
  public:
   /// @param pool outlives this
   Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options,
           const RenderThread::MakeRenderer& make_renderer);
 
-  /// Latched: the specification and the static transforms.
+  /// Publishes the specification and the static transforms (latched).
   void publish_constants(ros::Time stamp);
 
-  /// The state right after a reset, with the episode (latched) and the scene.
+  /// Publishes the state after a reset, with the episode (latched) and the scene.
   void publish_reset(ros::Time stamp);
 
-  /// The same after a restore, with the record (latched), by which a bag can repeat the episode.
+  /// Publishes the state after a restore likewise, and the record (latched) to replay a bag.
   void publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp);
 
-  /// The state after a step; at the episode's end also the episode (latched).
+  /// Publishes the state after a step, and the episode (latched) if it has ended.
   void publish_step(ros::Time stamp);
 
   walker_sim::Transition message(const EpisodeState& state, ros::Time stamp) const;
@@ -45,12 +46,11 @@ class Outputs {
   const RecorderWatch& recorder_watch() const { return recorder_watch_; }
 
  private:
-  /// Its message keeps its memory from state to state.
+  /// A publisher and its message, which keeps its capacity between publications.
   template <typename Message>
   struct Topic {
     bool is_heard() const { return publisher && publisher.getNumSubscribers() > 0; }
     void publish() const { publisher.publish(message); }
-    /// Converts, and publishes, where somebody listens.
     template <typename... Arguments>
     void publish_if_heard(const Arguments&... arguments) {
       if (!is_heard()) return;
@@ -69,7 +69,7 @@ class Outputs {
   Episode& shown_;
   ServerOptions options_;
   Frames frames_;
-  RecorderWatch recorder_watch_;  // of the topics from which a bag is replayed
+  RecorderWatch recorder_watch_;  // of the topics needed to replay a bag
 
   Topic<sensor_msgs::JointState> joint_states_;
   Topic<sensor_msgs::LaserScan> scan_;

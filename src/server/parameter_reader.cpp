@@ -29,7 +29,7 @@ AutoresetMode parse_autoreset_mode(const std::string& text) {
                               ": must be next_step, same_step or disabled");
 }
 
-/// As robot_state_publisher finds it: the nearest tf_prefix up the namespaces.
+/// Finds the nearest tf_prefix up the namespaces, as robot_state_publisher does.
 std::string find_tf_prefix() {
   std::string key;
   std::string prefix;
@@ -39,7 +39,7 @@ std::string find_tf_prefix() {
   return prefix.substr(first, prefix.find_last_not_of('/') - first + 1);
 }
 
-/// The full name of the node that records, from one relative to this one's namespace.
+/// Resolves the recorder's name in the namespace of this node.
 std::string resolve_recorder(const std::string& name) {
   if (name.empty()) return "";
   std::string error;
@@ -62,7 +62,7 @@ std::uint32_t small_number(const Parameters& parameters, const char* name) {
   return static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at(name)));
 }
 
-/// What is said of several environments.
+/// Reads the options for several environments.
 void read_batch_options(const Parameters& parameters, ServerOptions& options) {
   options.num_envs = small_number(parameters, "num_envs");
   options.num_threads = small_number(parameters, "num_threads");

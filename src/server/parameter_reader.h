@@ -1,4 +1,4 @@
-// The server's options, out of its private parameters.
+// The server's options, read from its private parameters.
 #pragma once
 
 #include <cstdint>
@@ -13,49 +13,48 @@ namespace walker {
 
 enum class Mode { free, lockstep };
 
-/// "free" or "lockstep".
 const char* to_text(Mode mode);
 
-/// What walker_sim's private parameters choose; defaults and ranges in `server_parameters()`.
+/// Values of walker_sim's private parameters; `server_parameters()` has their defaults and ranges.
 struct ServerOptions {
   std::string id;
   Mode mode;
   std::uint32_t num_envs = 1;
-  std::uint32_t num_threads = 0;  ///< that step many environments; 0: one per processor
-  /// What happens at an episode's end: in lock-step when ~step_batch comes next, else by itself.
+  std::uint32_t num_threads = 0;  ///< for several environments; 0: one per processor
+  /// What follows an episode's end: in lock-step within ~step_batch, in mode free by itself.
   AutoresetMode autoreset_mode = AutoresetMode::next_step;
-  std::uint32_t shown_environment = 0;  ///< index of the one that the topics tell of
-  std::optional<std::uint64_t> seed;    ///< none: drawn
-  double real_time_factor;              ///< 0: as fast as it goes
+  std::uint32_t shown_environment = 0;  ///< index of the one that is published
+  std::optional<std::uint64_t> seed;    ///< none: drawn at random
+  double real_time_factor;              ///< 0: as fast as possible
   bool auto_reset;
-  double command_timeout;  ///< [s]; 0: never
+  double command_timeout;  ///< [s]; 0: none
   bool publish_clock;
   bool paused;
-  double camera_rate = 0;  ///< pictures per second of simulation time; 0: of every state
-  std::string recorder;    ///< full name of the node that is waited for; empty: none
-  std::string tf_prefix;   ///< without slashes at its ends; may be empty
-  Parameters environment;  ///< the environment's own
-  Parameters camera;       ///< those of its camera, under the names that `make_renderer` takes
+  double camera_rate = 0;  ///< pictures per second of simulation time; 0: one per state
+  std::string recorder;    ///< full name of the node to wait for; empty: none
+  std::string tf_prefix;   ///< without leading and trailing slashes; may be empty
+  Parameters environment;  ///< of the environment
+  Parameters camera;       ///< of its camera, with the names that `make_renderer` takes
 };
 
-/// The server's own parameters; those of the environment and of its camera come beside them.
+/// Descriptions of the server's own parameters, without those of the environment and its camera.
 std::vector<ParameterDescription> server_parameters();
 
-/// How the server calls a parameter of the camera: camera_width for width, camera_id for camera_id.
+/// The server's name of a camera parameter: camera_width for width, camera_id for camera_id.
 std::string camera_parameter(const std::string& name);
 
-/// The camera's parameters as the server calls them.
-/// @throws std::invalid_argument for an unknown id
+/// Descriptions of the camera's parameters, with the server's names.
+/// @throws std::invalid_argument if the id is unknown
 std::vector<ParameterDescription> server_camera_parameters(const std::string& id);
 
-/// The names of those that some environment or its camera has beside `server_parameters()`.
+/// The server's names of the parameters of all environments and their cameras.
 std::vector<std::string> environment_parameter_names();
 
 /// Reads and checks all private parameters of this node.
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed
 ServerOptions read_server_options();
 
-/// `frame` under the prefix, without a leading slash, as robot_state_publisher names frames.
+/// Returns `frame` with the prefix, without a leading slash, as robot_state_publisher names frames.
 std::string prefixed(const std::string& tf_prefix, const std::string& frame);
 
 }  // namespace walker

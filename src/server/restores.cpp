@@ -20,8 +20,8 @@ Restores::Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironme
 }
 
 void Restores::add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply) {
-  single_episode(simulation_.pool(), "restore");  // throws if there are many
-  // A client that has gone wants it no more, and its record takes memory.
+  single_episode(simulation_.pool(), "restore");  // throws if there are several
+  // Frees the records of clients that have disconnected.
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(),
                                 [](const Waiting& each) { return !each.reply.is_awaited(); }),
                  waiting_.end());
@@ -36,7 +36,7 @@ bool Restores::go_on() {
   Response response;
   try {
     if (!std::exchange(first.has_begun, true)) scratch.begin(first.record);
-    // Others wait for it, and so may a step that is due.
+    // Upper bound of the delay of other requests and of a due step.
     constexpr std::chrono::milliseconds kSlice{1};
     if (!scratch.repeat(first.record, std::chrono::steady_clock::now() + kSlice)) return false;
     const EpisodeState& state = simulation_.restore(scratch);

@@ -1,4 +1,4 @@
-// ~restore: records that are repeated while everybody else is served.
+// ~restore: repeats records while the server handles other requests.
 #pragma once
 
 #include <deque>
@@ -12,23 +12,21 @@
 
 namespace walker {
 
-/// Repeats records one after the other, in the order in which they were asked for, a slice of a
-/// millisecond at a time, in a scratch environment: the present episode goes on meanwhile as if
-/// nothing had been asked, and stays where a record turns out wrong.
+/// Repeats records in the order of the requests, a millisecond at a time, in a scratch environment.
+/// The present episode continues meanwhile, and stays if a record is wrong.
 class Restores {
  public:
   using Response = walker_sim::Restore::Response;
 
   /// @param simulation, outputs outlive this
-  /// @param make makes the scratch environment, as the others
   Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironment& make);
 
-  /// @throws std::exception that says why this record cannot be repeated here
+  /// @throws std::exception if there are several environments or the record is malformed
   void add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply);
 
   bool are_in_flight() const { return !waiting_.empty(); }
 
-  /// One slice. Nothing, where none is in flight.
+  /// Repeats one slice of the first record, if there is one.
   /// @return whether an episode has been restored
   bool go_on();
 
@@ -41,7 +39,7 @@ class Restores {
 
   Simulation& simulation_;
   Outputs& outputs_;
-  std::unique_ptr<Environment> scratch_;  // none beside many
+  std::unique_ptr<Environment> scratch_;  // null if there are several environments
   std::deque<Waiting> waiting_;           // the first is in flight
 };
 

@@ -38,14 +38,13 @@
 namespace walker {
 namespace {
 
-constexpr std::chrono::seconds kRecorderStarts{3};  // one that is started with the server is faster
+constexpr std::chrono::seconds kRecorderStarts{3};  // enough if both start together
 
-/// Of the longest episode that is recorded, with the texts of its specification.
+/// Upper bound of a ~restore request: the longest recordable episode and its spec's strings.
 std::size_t most_record_bytes(const Specification& specification) {
   return kMaxRecordedSteps * specification.action_size() * sizeof(double) + kMaxRecordTextBytes;
 }
 
-/// Whose callbacks come through `queue`.
 ros::NodeHandle make_node(WakingQueue& queue) {
   ros::NodeHandle node;
   node.setCallbackQueue(&queue);
@@ -62,7 +61,7 @@ ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive, Simula
       ros::TransportHints().tcpNoDelay());
 }
 
-/// A walker of one name under the description of another would be shown wrong, or not at all.
+/// Warns if robot_description lacks a link: viewers would draw the walker wrong, or not at all.
 void compare_with_description(const ros::NodeHandle& node, const Specification& specification) {
   std::string key;
   std::string description;
@@ -78,7 +77,7 @@ void compare_with_description(const ros::NodeHandle& node, const Specification& 
 
 std::string name(const char* service) { return ros::NodeHandle("~").resolveName(service); }
 
-/// Makes the call and tells how it went. What was half filled is not told.
+/// Makes the call and sets `success`. If it throws, clears the response and sets `status_message`.
 template <typename Response, typename Call>
 void answer(Response& response, const Call& call) {
   try {
@@ -90,7 +89,6 @@ void answer(Response& response, const Call& call) {
   }
 }
 
-/// @param call fills the response, or throws a std::exception
 template <typename Service, typename Call>
 void advertise(ServicePort& port, const char* service, const Call& call,
                std::size_t array_bytes = 0) {
@@ -100,7 +98,7 @@ void advertise(ServicePort& port, const char* service, const Call& call,
       array_bytes);
 }
 
-/// @param call takes the reply with it, or throws a std::exception that says why there is none
+/// @param call keeps the reply, or throws a std::exception with the reason
 template <typename Service, typename Call>
 void advertise_pending(ServicePort& port, const char* service, const Call& call,
                        std::size_t array_bytes = 0) {
@@ -114,7 +112,6 @@ void advertise_pending(ServicePort& port, const char* service, const Call& call,
       array_bytes);
 }
 
-/// @param call returns what has changed
 template <typename Call>
 void advertise_trigger(ServicePort& port, const char* service, const Call& call) {
   port.advertise<std_srvs::Trigger>(name(service), [call](auto& /*request*/, auto& response) {
@@ -123,8 +120,7 @@ void advertise_trigger(ServicePort& port, const char* service, const Call& call)
   });
 }
 
-/// An empty response has no room for a reason: it is logged, and the client's call fails with it.
-/// @param call throws a std::exception that says why not
+/// An Empty response has no field for a reason: the server logs it, and the client's call fails.
 template <typename Call>
 void advertise_empty(ServicePort& port, const char* service, const Call& call) {
   port.advertise<std_srvs::Empty>(name(service), [service, call](auto&, auto&) {
@@ -175,11 +171,11 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
 void Server::run() {
   const bool on_wall_time = !options_.publish_clock && !ros::Time::isSimTime();
   if (on_wall_time) clock_.catch_up(ros::Time::now());
-  // A first time above zero, so that nobody waits for one before the first reset.
+  // Time starts above zero, so that ros::Time::waitForValid does not block until the first reset.
   if (!drive_->follows_clock()) clock_.advance();
   outputs_.publish_constants(clock_.now());
   if (!options_.recorder.empty()) {
-    // Without services until then, so that no reset comes too early: clients wait for services.
+    // Clients wait for services, so none resets before the recorder listens.
     wait_for_recorder();
     if (!ros::ok()) return;
     offer_services();
@@ -206,7 +202,7 @@ void Server::wait_for_recorder() {
   }
 }
 
-/// Waits for requests and callbacks, and answers those that have come.
+/// Blocks at most `longest` until requests or callbacks arrive, handles them, continues restores.
 void Server::serve(Drive::Clock::duration longest) {
   if (restores_.are_in_flight()) longest = Drive::Clock::duration::zero();
   if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
@@ -277,7 +273,7 @@ void Server::offer_gazebo_services() {
   advertise_empty(port_, "pause_physics", [this] { drive_->pause(); });
   advertise_empty(port_, "unpause_physics", [this] {
     const std::string outcome = drive_->unpause();
-    // A client that now waits for something to move would wait in vain.
+    // A client that then waits for motion would wait forever.
     if (drive_->stands_still()) throw std::logic_error(outcome);
   });
   advertise_empty(port_, "reset_simulation", reset);
@@ -292,7 +288,7 @@ void Server::offer_gazebo_services() {
         try {
           gazebo::set_physics_properties(request, specification, *drive_, response);
         } catch (const std::exception& error) {
-          // Gazebo takes what it is given, so clients seldom look at the answer.
+          // Gazebo accepts all values, so clients seldom check the response.
           static Throttle throttle;
           if (throttle.passes()) {
             ROS_WARN_STREAM("set_physics_properties: " << error.what() << throttle.left_out());

@@ -17,31 +17,29 @@
 
 namespace walker {
 
-/// Environments on ROS, from their drive to their outputs. Services, callbacks, steps and
-/// publishing all happen in the thread that calls `run`, so that nothing moves while a service
-/// answers. Only pictures are drawn elsewhere.
+/// Serves a pool of environments over ROS. Services, callbacks and steps run in the thread that
+/// calls `run`, so no state changes while a service answers. Pictures have their own thread.
 class Server {
  public:
   using MakeRenderer = RenderThread::MakeRenderer;
 
-  /// @throws std::exception when the environment cannot be made or /clock has another publisher
+  /// @throws std::exception if the environment cannot be made or /clock has another publisher
   explicit Server(const ServerOptions& options);
-  /// The same with environments and renderers that the registry does not know.
-  /// @param make_renderer called in another thread
+  /// Serves environments and renderers that the registry does not know.
+  /// @param make_renderer called in the render thread
   Server(const ServerOptions& options, const MakeEnvironment& make_environment,
          const MakeRenderer& make_renderer);
 
-  /// Serves until the node is told to stop.
+  /// Serves until the node shuts down.
   void run();
 
  private:
   void wait_for_recorder();
   void serve(Drive::Clock::duration longest);
 
-  // The private services. What a call throws becomes `status_message`.
   void offer_services();
-  /// Of Gazebo's names and types, for a remap alone does not serve a client that expects another
-  /// type. Both resets begin an episode, and time goes on.
+  /// Advertises services with Gazebo's names and types: a remap alone does not serve a client that
+  /// expects another type. Both resets begin an episode; simulation time continues.
   void offer_gazebo_services();
 
   ServerOptions options_;

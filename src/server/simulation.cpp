@@ -12,7 +12,7 @@
 namespace walker {
 namespace {
 
-// The request overflows no topic's queue, and other requests do not wait for long.
+// One request overflows no topic's queue, and other requests do not wait long.
 constexpr std::uint32_t kMaxSteps = kListenerQueue;
 
 }  // namespace
@@ -143,7 +143,7 @@ void Simulation::publish_step() {
   outputs_.publish_step(clock_.now());
 }
 
-/// The held command is cleared: it was meant for the episode before.
+/// Also clears the held command, which was meant for the previous episode.
 void Simulation::publish_reset() {
   command_.clear();
   advance_time();
@@ -162,7 +162,6 @@ void Simulation::take_command(const std::vector<double>& efforts, const std::str
   }
 }
 
-/// A command takes the place of one that is held.
 void Simulation::record_commanding(const std::string& agent) {
   if (agent == commanding_agent_) return;
   ++counters_.contested_commands;

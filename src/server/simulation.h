@@ -1,4 +1,4 @@
-// What a server simulates, and what a step, a reset or a restore does.
+// Steps, resets and restores of a server's environments.
 #pragma once
 
 #include <cstdint>
@@ -19,42 +19,38 @@
 
 namespace walker {
 
-/// The environments in their time. Each call moves them, then the clock, and publishes the outcome.
+/// Environments and their time. Each call steps or resets, advances the clock and publishes.
 class Simulation {
  public:
-  /// What it is given but the options outlives it.
+  /// @param pool, clock, outputs outlive this
   Simulation(const ServerOptions& options, Pool& pool, SimulationClock& clock, Outputs& outputs);
 
-  // Each throws a std::exception with the reason if it cannot be done; then nothing has changed.
-  // Those for one environment throw if there are many, and return its state.
+  // A call that is refused throws a std::exception with the reason and changes nothing. Calls for
+  // one environment throw if there are several, and return its state.
 
   /// Begins an episode. Without a seed the generator continues. If the engine fails, the episode
-  /// has ended with that.
+  /// has ended at once (`failed_at_reset`).
   const EpisodeState& reset(std::optional<std::uint64_t> seed);
-  /// Makes exactly one step.
   const EpisodeState& step(const std::vector<double>& action);
-  /// Repeats an action, at most to the episode's end.
+  /// Repeats an action until the number of steps is reached or the episode ends.
   const EpisodeState& step_many(const walker_sim::StepMany::Request& request,
                                 walker_sim::StepMany::Response& response);
-  /// The same as `step` by the effort command that is held.
   void step_by_command();
-  /// Begins episodes of several environments. An engine that fails concerns its own alone.
+  /// Begins episodes of several environments. An engine failure affects only its own environment.
   void reset_batch(const walker_sim::ResetBatch::Request& request,
                    walker_sim::ResetBatch::Response& response);
-  /// Steps every environment once, or resets it where the autoreset mode says so.
+  /// Steps every environment once, or resets it if the autoreset mode requires it.
   void step_batch(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
-  /// The present episode.
   walker_sim::EpisodeRecord snapshot() const;
-  /// An episode that was repeated takes the present one's place.
+  /// Replaces the present episode by a repeated one.
   const EpisodeState& restore(Episode& repeated);
 
-  /// Holds an effort command, or counts it as refused. One that takes the place of another agent's
-  /// is counted as contested.
-  /// @param agent name of the node that has sent it
+  /// Holds an effort command, or counts it as refused. A command that replaces another agent's held
+  /// command is counted as contested.
+  /// @param agent name of the node that sent it
   void take_command(const std::vector<double>& efforts, const std::string& agent);
   void refuse_command(const std::string& reason);
-  /// Counts a step as contested if two agents step within an episode.
-  /// @param agent name of the node whose call has stepped
+  /// Counts a step as contested if two agents step in turns within an episode.
   void record_stepping(const std::string& agent);
 
   const Episode& shown() const { return shown_; }
@@ -79,7 +75,7 @@ class Simulation {
   SimulationClock& clock_;
   Outputs& outputs_;
   EffortCommand command_;
-  std::string commanding_agent_;  // whose command was the last one
+  std::string commanding_agent_;  // sender of the latest command
   SteppingAgents stepping_agents_;
   ServerCounters counters_;
   EpisodeStatistics episodes_;

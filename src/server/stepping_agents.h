@@ -1,21 +1,21 @@
-// Whose calls step the walker. No ROS.
+// Detects two agents that step one walker in turns. No ROS.
 #pragma once
 
 #include <string>
 
 namespace walker {
 
-/// Tells two agents that step one walker in turns from one that is followed by another.
+/// Distinguishes two agents that step one walker in turns from an agent that replaces another.
 class SteppingAgents {
  public:
-  /// Who has stepped is forgotten, for an episode begins that may be another's.
+  /// Forgets earlier callers: the new episode may belong to another agent.
   void clear() {
     last_.clear();
     other_.clear();
   }
 
-  /// @param agent that has made a step
-  /// @return whether somebody else has stepped since it last did
+  /// @param agent name of the node that made a step
+  /// @return whether it resumes after the steps of another agent that had replaced it
   bool note(const std::string& agent) {
     if (agent == last_) return false;
     const bool comes_back = agent == other_;
@@ -24,7 +24,7 @@ class SteppingAgents {
     return comes_back;
   }
 
-  /// Who stepped before the one that was noted last; empty: nobody.
+  /// The agent that stepped before the latest one; empty if none.
   const std::string& other() const { return other_; }
 
  private:

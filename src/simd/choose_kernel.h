@@ -1,5 +1,5 @@
-// Which of a robot's kernels steps it: the first that the user allows and that gives the engine's
-// bits on the machine at hand.
+// Choice of a robot's kernel: the first one that the user allows and that gives the engine's bits
+// on this machine.
 #pragma once
 
 #include <algorithm>
@@ -14,25 +14,24 @@
 
 namespace walker::simd {
 
-/// A kernel, or why there is none.
+/// A kernel, or the reason why there is none.
 template <typename Kernel>
 struct KernelChoice {
   const Kernel* kernel = nullptr;
   std::string why_none;
 };
 
-/// Kernels, or why there are none.
 template <typename Kernel>
 struct AllowedKernels {
   std::vector<const Kernel*> kernels;
   std::string why_none;
 };
 
-/// What the environment variable WALKER_SIM_KERNEL says of kernels: all where it is not set, none
-/// where it is "off", else that of the named set of instructions and, after it, those of smaller
-/// ones. No bit depends on it.
-/// @param usable those that this processor can run
-/// @throws std::invalid_argument naming what may be asked for
+/// Returns the kernels that the environment variable WALKER_SIM_KERNEL allows: all if it is not
+/// set, none if it is "off", else the named instruction set's and, after it, those of smaller sets.
+/// No bit depends on it.
+/// @param usable kernels that this processor can run
+/// @throws std::invalid_argument naming the variable's possible values
 template <typename Kernel>
 AllowedKernels<Kernel> allowed_kernels(const std::vector<const Kernel*>& usable) {
   constexpr const char* kVariable = "WALKER_SIM_KERNEL";
@@ -58,8 +57,8 @@ AllowedKernels<Kernel> allowed_kernels(const std::vector<const Kernel*>& usable)
   return kernels;
 }
 
-/// The first that passes a trial, which each has once in a process.
-/// @param is_as_engine called with a kernel: whether its results are the engine's here
+/// Returns the first kernel that passes a trial. Each kernel is tried once per process.
+/// @param is_as_engine called with a kernel; returns whether its results equal the engine's here
 template <typename Kernel, typename Trial>
 KernelChoice<Kernel> choose_kernel(const AllowedKernels<Kernel>& allowed,
                                    const Trial& is_as_engine) {

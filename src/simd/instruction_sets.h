@@ -1,4 +1,4 @@
-// Sets of instructions for which kernels are compiled.
+// Instruction sets for which kernels are compiled.
 #pragma once
 
 #include <algorithm>
@@ -7,11 +7,11 @@
 
 namespace walker::simd {
 
-/// Names of those that this processor can run, the one with the widest vectors first:
-/// avx512 (its parts F, DQ and VL), avx2, sse2; on 64-bit ARM neon; elsewhere none.
+/// Names of the sets that this processor supports, widest vectors first: avx512 (its parts F, DQ
+/// and VL), avx2, sse2; neon on 64-bit ARM; none elsewhere.
 const std::vector<std::string>& instruction_sets();
 
-/// Of some kernels, those that this processor can run, in the order of `instruction_sets`.
+/// Returns the kernels that this processor can run, in the order of `instruction_sets`.
 /// @tparam Kernel with a member `instruction_set`
 template <typename Kernel>
 std::vector<const Kernel*> usable_kernels(const std::vector<const Kernel*>& compiled) {

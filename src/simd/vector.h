@@ -1,8 +1,8 @@
-// A number per lane: Vector<double, 4> holds one double of each of four worlds, Vector<double, 1>
-// is a double.
+// SIMD vectors with one number per lane: Vector<double, 4> holds one double of each of four worlds,
+// Vector<double, 1> is a double.
 //
-// Compiled once for each set of instructions, as WALKER_SIM_INSTRUCTION_SET says, which names the
-// namespace too: two translation units never share code, however the linker chooses.
+// This header is compiled once per instruction set. WALKER_SIM_INSTRUCTION_SET names the set and
+// the inline namespace, so that the linker never merges code of different sets.
 #pragma once
 
 #include <limits>
@@ -17,14 +17,14 @@
 #error "WALKER_SIM_INSTRUCTION_SET must name the set of instructions that this is compiled for"
 #endif
 
-/// Without this a lambda's arrays stay in memory, and the constants in its loops are not folded.
+/// Without inlining, a lambda's arrays stay in memory and constants in its loops are not folded.
 #define WALKER_SIM_INLINE __attribute__((always_inline))
 
 namespace walker::simd {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-/// Calls function(0), ..., function(N - 1), each with a constant, so that what the index selects of
-/// constant arrays is folded into the code.
+/// Calls function(0), ..., function(N - 1) with constant arguments, so that the compiler folds
+/// elements of constant arrays.
 template <typename Function, int... Indices>
 WALKER_SIM_INLINE inline void call_with_each(const Function& function,
                                              std::integer_sequence<int, Indices...> /*indices*/) {
@@ -54,13 +54,13 @@ template <>
 struct IntegerOf<float> {
   using Type = int;
 };
-/// Of a number's size.
+/// Signed integer of the number's size.
 template <typename Scalar>
 using Integer = typename IntegerOf<Scalar>::Type;
 
-/// The compiler's own vectors.
+/// The compiler's vector types.
 template <typename Scalar, int W>
-struct Native {          // not by `using`, where GCC loses the attribute
+struct Native {          // GCC loses the attribute in a `using`
   typedef Scalar Number  // NOLINT(modernize-use-using)
       __attribute__((vector_size(sizeof(Scalar) * W)));
   typedef Integer<Scalar> Truth  // NOLINT(modernize-use-using)
@@ -73,13 +73,13 @@ struct Native<Scalar, 1> {
   using Truth = Integer<Scalar>;  // 0 or -1, as in a vector
 };
 
-/// Yes or no per lane.
+/// One boolean per lane.
 template <typename Scalar, int W>
 struct Mask {
   using Truth = typename Native<Scalar, W>::Truth;
 
   WALKER_SIM_INLINE static Mask none() { return {Truth{}}; }
-  /// By the result of a comparison of two numbers or vectors.
+  /// Converts the result of comparing two numbers or vectors.
   template <typename Comparison>
   WALKER_SIM_INLINE static Mask of(Comparison comparison) {
     if constexpr (W == 1) {
@@ -97,7 +97,7 @@ struct Mask {
   Truth truth;
 };
 
-/// Bit i is lane i's.
+/// Bit i is set if lane i is true.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline unsigned to_bits(Mask<Scalar, W> mask) {
   [[maybe_unused]] constexpr bool kIsFloat = std::is_same_v<Scalar, float>;
@@ -140,7 +140,7 @@ struct Vector {
   using Number = typename Native<Scalar, W>::Number;
 
   Vector() = default;
-  /// The same in each lane.
+  /// Broadcasts the value to all lanes.
   WALKER_SIM_INLINE Vector(Scalar value) {  // NOLINT(google-explicit-constructor): as a number
     if constexpr (W == 1) {
       number = value;
@@ -192,7 +192,7 @@ struct Vector {
   Number number;
 };
 
-/// a where the mask says yes, else b.
+/// mask ? a : b in each lane.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Vector<Scalar, W> select(Mask<Scalar, W> mask, Vector<Scalar, W> a,
                                                   Vector<Scalar, W> b) {
@@ -208,19 +208,19 @@ WALKER_SIM_INLINE inline Vector<Scalar, W> abs(Vector<Scalar, W> a) {
   return select(a < Vector<Scalar, W>(0), -a, a);
 }
 
-/// a < b ? a : b, for zeros of either sign and for what is no number too.
+/// a < b ? a : b in each lane, also for signed zeros and NaN.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Vector<Scalar, W> min(Vector<Scalar, W> a, Vector<Scalar, W> b) {
   return select(a < b, a, b);
 }
 
-/// a > b ? a : b, likewise.
+/// a > b ? a : b in each lane, likewise.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Vector<Scalar, W> max(Vector<Scalar, W> a, Vector<Scalar, W> b) {
   return select(a > b, a, b);
 }
 
-/// Correctly rounded, as IEEE 754 asks for.
+/// Correctly rounded, as IEEE 754 requires.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Vector<Scalar, W> sqrt(Vector<Scalar, W> a) {
   [[maybe_unused]] constexpr bool kIsFloat = std::is_same_v<Scalar, float>;
@@ -244,7 +244,7 @@ WALKER_SIM_INLINE inline Vector<Scalar, W> sqrt(Vector<Scalar, W> a) {
 #endif
 #ifdef __AVX512F__
   if constexpr (sizeof(a) == 64 && kIsFloat) {
-    // The unmasked intrinsic reads what is not initialised, by the words of GCC 12.
+    // GCC 12 warns that the unmasked intrinsic reads an uninitialised value.
     return Vector<Scalar, W>::of(_mm512_maskz_sqrt_ps(0xFFFF, a.number));
   }
 #endif
@@ -259,8 +259,8 @@ WALKER_SIM_INLINE inline Vector<Scalar, W> sqrt(Vector<Scalar, W> a) {
   return root;
 }
 
-/// Whether the magnitude is above the limit, or this is no number. By its bits, for under
-/// -ffinite-math-only comparisons may take it that there are no such numbers.
+/// Whether the magnitude is above the limit, or the number is NaN. Compares bits, because under
+/// -ffinite-math-only the compiler may assume that there is no NaN.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Mask<Scalar, W> exceeds(Vector<Scalar, W> a, Scalar limit) {
   constexpr auto kAllButSign = std::numeric_limits<Integer<Scalar>>::max();
@@ -272,7 +272,7 @@ WALKER_SIM_INLINE inline Mask<Scalar, W> exceeds(Vector<Scalar, W> a, Scalar lim
   return Mask<Scalar, W>::of(bits > limit_bits);
 }
 
-/// Whether it is 0 or -0.
+/// Whether the number is 0 or -0.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Mask<Scalar, W> is_zero(Vector<Scalar, W> a) {
   constexpr auto kAllButSign = std::numeric_limits<Integer<Scalar>>::max();
@@ -282,7 +282,7 @@ WALKER_SIM_INLINE inline Mask<Scalar, W> is_zero(Vector<Scalar, W> a) {
   return Mask<Scalar, W>::of(bits == 0);
 }
 
-/// Whether all bits are the same: 0 is not -0.
+/// Whether all bits are equal: 0 differs from -0.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Mask<Scalar, W> is_same(Vector<Scalar, W> a, Vector<Scalar, W> b) {
   typename Mask<Scalar, W>::Truth bits_of_a;
@@ -292,7 +292,7 @@ WALKER_SIM_INLINE inline Mask<Scalar, W> is_same(Vector<Scalar, W> a, Vector<Sca
   return Mask<Scalar, W>::of(bits_of_a == bits_of_b);
 }
 
-/// Twice as many lanes of half the size.
+/// W doubles in two vectors.
 template <int W>
 struct Halves {
   Vector<double, W / 2> low, high;

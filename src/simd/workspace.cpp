@@ -6,7 +6,7 @@ namespace walker::simd {
 
 Workspace& workspace() {
   // Only the pointer is thread-local: the C library takes thread-local memory from the stack.
-  // NOLINTNEXTLINE(modernize-make-unique)  // that would write zeros to all of it
+  // NOLINTNEXTLINE(modernize-make-unique)  // make_unique would zero all of it
   thread_local const std::unique_ptr<Workspace> kWorkspace(new Workspace);
   return *kWorkspace;
 }

@@ -1,13 +1,12 @@
-// Memory of a thread for what a kernel is in the midst of: hundreds of KiB, and a thread's stack
-// may have 128.
+// Per-thread scratch memory of kernels. It has hundreds of KiB; a thread's stack may have only 128.
 #pragma once
 
 #include <cstddef>
 
 namespace walker::simd {
 
-/// The two parts are used at the same time: a group of worlds, and the lanes in which a kernel
-/// solves them. Their contents are undefined between calls.
+/// Both parts are used at the same time: one for a group of worlds, the other for the lanes in
+/// which a kernel solves them. Their contents are undefined between calls.
 struct Workspace {
   static constexpr std::size_t kAlignment = 64;
   static constexpr std::size_t kGroupSize = std::size_t{512} << 10U;
@@ -17,7 +16,7 @@ struct Workspace {
   alignas(kAlignment) std::byte lanes[kLanesSize];
 };
 
-/// The calling thread's. Allocated by its first call, freed when the thread ends.
+/// The calling thread's workspace, allocated by its first call and freed when it ends.
 /// @throws std::bad_alloc
 Workspace& workspace();
 

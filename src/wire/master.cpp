@@ -13,14 +13,13 @@
 namespace walker {
 namespace {
 
-// ---------------------------------------------------------------- HTTP, as far as a call needs it
+// ---------------------------------------------------------------- the subset of HTTP/1.1 in use
 
-// A master's answer has a few hundred bytes, and five fields.
+// A master's answer has a few hundred bytes and five header fields.
 constexpr std::size_t kMaxBodyBytes = 1 << 20;
 constexpr std::size_t kMaxHeadBytes = 1 << 16;
 constexpr std::size_t kMaxFields = 100;
 
-/// Reads an answer of HTTP/1.1 from its socket.
 class HttpReader {
  public:
   HttpReader(Socket& socket, const Deadline& deadline) : socket_(socket), deadline_(deadline) {}
@@ -100,7 +99,7 @@ class HttpReader {
     }
   }
 
-  /// Of the header, or before and after a chunk.
+  /// Reads a line of the header or around a chunk, and drops its end.
   std::string line() {
     constexpr std::size_t kMaxLineBytes = 8192;
     std::size_t end = 0;
@@ -135,7 +134,7 @@ class HttpReader {
     return std::move(input_);
   }
 
-  /// @return false at the end of the connection
+  /// @return false at EOF
   bool receive() {
     std::array<char, 4096> part{};
     const std::size_t size = socket_.receive(part.data(), part.size(), deadline_);
@@ -146,12 +145,12 @@ class HttpReader {
   Socket& socket_;
   const Deadline& deadline_;
   std::string input_;
-  std::size_t line_bytes_ = 0;  // in all lines so far
+  std::size_t line_bytes_ = 0;  // sum over all lines
 };
 
-/// Posts `body`, an XML text, to the root of a server on a connection of its own.
-/// @return the answer's body: of a declared length, in chunks, or up to the connection's end
-/// @throws SocketError, Interrupted; std::runtime_error saying what is wrong with the answer
+/// Posts `body`, an XML document, to a server's root over a new connection.
+/// @return the answer's body: of Content-Length bytes, chunked, or up to EOF
+/// @throws SocketError, Interrupted; std::runtime_error for a malformed answer or non-200 status
 std::string http_post(const Endpoint& server, const std::string& body, const Deadline& deadline) {
   Socket socket(server.host, server.port, deadline);
   const bool is_ipv6 = server.host.find(':') != std::string::npos;
@@ -196,7 +195,7 @@ Endpoint parse_uri(const std::string& uri, const std::string& scheme) {
 xml_rpc::Value call_master(const std::string& uri, const std::string& call,
                            const Deadline& deadline, const char* malformed) {
   xml_rpc::Value answer = xml_rpc::parse_answer(http_post(parse_uri(uri, "http"), call, deadline));
-  // [code, text, value]: 1 success, 0 failure, -1 error of the caller
+  // [code, text, value], where code is 1: success, 0: failure, -1: the caller's error
   using Kind = xml_rpc::Value::Kind;
   if (answer.kind != Kind::array || answer.elements.size() != 3 ||
       answer.elements[0].kind != Kind::integer || answer.elements[1].kind != Kind::text) {

@@ -1,4 +1,4 @@
-// Calls of the ROS master, and where the services that it knows are to be found.
+// Calls of the ROS master, and lookup of services.
 // Source: wiki.ros.org/ROS/Master_API.
 #pragma once
 
@@ -12,13 +12,12 @@
 
 namespace walker {
 
-/// Name under which this package's clients call a master. They register nowhere.
+/// Caller id of this package's clients in calls of a master, with which they do not register.
 constexpr const char* kCallerId = "/walker_sim_client";
 
-/// How long a node waits for the master's answer to one call.
+/// Timeout of a node's call of the master.
 constexpr std::chrono::seconds kMasterTimeout{2};
 
-/// Where something listens.
 struct Endpoint {
   std::string host;
   std::uint16_t port = 0;
@@ -26,31 +25,30 @@ struct Endpoint {
   std::string text() const { return host + ":" + std::to_string(port); }
 };
 
-/// @param uri    e.g. http://localhost:11311/; an IPv6 address stands in brackets, or bare
-/// @param scheme that it must have, e.g. http
-/// @throws std::invalid_argument saying what it must be
+/// @param uri    e.g. http://localhost:11311/; brackets around an IPv6 address are optional
+/// @param scheme required scheme, e.g. http
+/// @throws std::invalid_argument unless `uri` is SCHEME://HOST:PORT
 Endpoint parse_uri(const std::string& uri, const std::string& scheme);
 
-/// A master has answered that it will not, or cannot; the message is its own.
+/// The master answered with failure or error; the message is the master's.
 struct MasterRefusal : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Makes a call of a master or, with the same form of answers, of a node. It comes to an end, which
-/// ros::master::execute does not where a master hangs: one that is stopped, or a machine that is
-/// lost.
-/// @param uri       of whom is called
-/// @param call      an XML-RPC text
-/// @param malformed what is said of an answer that has another form
-/// @return what comes with its success
-/// @throws MasterRefusal; SocketError, Interrupted; std::exception that says what is wrong with the
-///         URI or with the answer
+/// Calls a master, or a node, whose answers have the same form. Unlike ros::master::execute it
+/// returns at the deadline if the master hangs: is stopped, or on a machine that is lost.
+/// @param uri       of the master or node
+/// @param call      XML-RPC request
+/// @param malformed error message for an answer of another form
+/// @return the answer's value
+/// @throws MasterRefusal; SocketError, Interrupted; another std::exception for an invalid URI, a
+///         malformed answer or a fault
 xml_rpc::Value call_master(const std::string& uri, const std::string& call,
                            const Deadline& deadline,
                            const char* malformed = "its answer is not [code, text, value]");
 
-/// Asks a master who provides a service.
-/// @param name of the service, resolved
+/// Asks a master for a service's address.
+/// @param name resolved name of the service
 /// @throws ConnectionError naming the master, the service and the cause; Interrupted
 Endpoint look_up_service(const std::string& master_uri, const std::string& name,
                          const Deadline& deadline);

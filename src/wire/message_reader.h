@@ -1,5 +1,5 @@
-// Serialized ROS messages of untrusted peers: fields one after the other, numbers little-endian,
-// strings and arrays after a uint32 with the number of their elements.
+// Bounds-checked reader of serialized ROS messages: consecutive fields, numbers little-endian,
+// strings and arrays preceded by a uint32 with the number of their elements.
 // Source: wiki.ros.org/roscpp/Overview/MessagesSerializationAndAdaptingTypes.
 #pragma once
 
@@ -16,8 +16,8 @@ namespace walker {
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
 
-/// Takes fields off the front of a message. Every method but try_text throws std::runtime_error if
-/// the message ends within the field; memory is allocated only for elements that have arrived.
+/// Reads a message's fields in order. Every method but try_text throws std::runtime_error if the
+/// message ends within the field. Memory is allocated only for elements that have arrived.
 class MessageReader {
  public:
   /// @param what names the message in errors, e.g. "the request"
@@ -34,14 +34,14 @@ class MessageReader {
     return value;
   }
 
-  /// Number of elements of an array, each of which has at least `bytes_each` bytes.
+  /// Reads the number of elements of an array whose elements have at least `bytes_each` bytes.
   std::uint32_t count(std::size_t bytes_each) {
     const auto value = number<std::uint32_t>();
     if (value > size() / bytes_each) fail(" ends within a field");
     return value;
   }
 
-  /// An array of numbers. The vector keeps its memory.
+  /// Reads an array of numbers. Reuses the vector's memory.
   template <typename Number>
   void read_array(std::vector<Number>& values) {
     values.resize(count(sizeof(Number)));
@@ -49,14 +49,14 @@ class MessageReader {
     if (size > 0) std::memcpy(values.data(), bytes(size), size);
   }
 
-  /// A view of a string's bytes, or of a uint8[]'s, which has the same form.
+  /// Returns a view of a string or a uint8[], which have the same format.
   std::string_view text() {
     const std::optional<std::string_view> text = try_text();
     if (!text) fail(" ends within a field");
     return *text;
   }
 
-  /// @return nothing, and takes nothing, if the message ends within the string
+  /// Returns nullopt, and does not advance, if the message ends within the string.
   std::optional<std::string_view> try_text() {
     std::uint32_t length = 0;
     if (size() < sizeof(length)) return std::nullopt;
@@ -66,7 +66,6 @@ class MessageReader {
     return std::string_view(reinterpret_cast<const char*>(bytes(length)), length);
   }
 
-  /// Takes as many bytes.
   const std::uint8_t* bytes(std::size_t size) {
     if (size > this->size()) fail(" ends within a field");
     const std::uint8_t* const begin = next_;

@@ -20,12 +20,12 @@
 namespace walker {
 namespace {
 
-// Shorter than from one look to the next, so that a quick answer finds it short enough.
+// Timeout of recv(). Shorter than kLookPeriod, so that a fast answer needs no poll in `receive`.
 constexpr std::chrono::milliseconds kMaxReceive = kLookPeriod / 2;
 
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
-/// Waits until the socket is ready. @throws SocketError at the deadline, Interrupted
+/// Blocks until the socket is ready. @throws SocketError at the deadline, Interrupted
 void wait_for(int descriptor, short events, const Deadline& deadline) {
   while (true) {
     const auto longest = std::chrono::ceil<std::chrono::milliseconds>(deadline.check());
@@ -39,7 +39,7 @@ void wait_for(int descriptor, short events, const Deadline& deadline) {
   }
 }
 
-/// Lets the socket itself wait in a receive, which spares each answer a poll.
+/// Makes recv() block with a timeout, which saves a poll per answer.
 void wait_in_receive(int descriptor) {
   const timeval timeout{0, std::chrono::microseconds(kMaxReceive).count()};
   if (setsockopt(descriptor, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout)) != 0 ||
@@ -48,8 +48,7 @@ void wait_in_receive(int descriptor) {
   }
 }
 
-/// @return the connected socket
-/// @throws SocketError, Interrupted
+/// @return a connected file descriptor @throws SocketError, Interrupted
 int connect_to(const addrinfo& address, const Deadline& deadline) {
   const int descriptor =
       above_standard(socket(address.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
@@ -128,7 +127,7 @@ void Socket::send_all(const void* data, std::size_t size, const Deadline& deadli
 
 std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& deadline) {
   while (true) {
-    // Where the deadline, or the next look, is near, the socket's own time limit would be too long.
+    // recv() could block beyond the deadline or the next check for a signal.
     if (deadline.check() < kMaxReceive) wait_for(descriptor_, POLLIN, deadline);
     const ssize_t received = recv(descriptor_, data, capacity, 0);
     if (received >= 0) return static_cast<std::size_t>(received);

@@ -1,4 +1,4 @@
-// A TCP connection of a client: blocking, with deadlines.
+// Blocking TCP connection of a client, with deadlines.
 #pragma once
 
 #include <chrono>
@@ -10,30 +10,30 @@
 
 namespace walker {
 
-/// By the clock that nobody sets.
+/// Time of the monotonic clock, which changes of the system time do not affect.
 using TimePoint = std::chrono::steady_clock::time_point;
 
-/// Between two looks for a signal in a call that waits, or whose bytes come without end.
+/// Period at which a call that blocks or transfers data checks for a signal.
 constexpr std::chrono::milliseconds kLookPeriod{100};
 
-/// Of a call that no signal ends.
+/// `is_interrupted` of a call that no signal ends.
 inline const std::function<bool()> kNeverInterrupted;
 
-/// How long a call may last. Who waits, or takes what comes without a wait, asks before each piece.
+/// Time limit of a call. The call checks it before each wait and each piece of data.
 class Deadline {
  public:
-  /// @param is_interrupted as ClientOptions has it; of the caller's
+  /// @param is_interrupted as in ClientOptions; must outlive this
   Deadline(TimePoint until, const std::function<bool()>& is_interrupted)
       : until_(until), is_interrupted_(is_interrupted) {}
 
   explicit Deadline(TimePoint until) : Deadline(until, kNeverInterrupted) {}
 
-  /// Looks for a signal as well, every kLookPeriod.
-  /// @return how long a wait may last before the next check; above zero
+  /// Also checks for a signal, every kLookPeriod.
+  /// @return upper bound of a wait before the next check; above zero
   /// @throws SocketError at the deadline, Interrupted
   TimePoint::duration check() const;
 
-  /// To be called when a signal has interrupted a wait. @throws Interrupted
+  /// Call this after EINTR. @throws Interrupted if the signal ends the call
   void take_signal() const;
 
  private:
@@ -42,18 +42,18 @@ class Deadline {
   mutable TimePoint next_look_ = std::chrono::steady_clock::now() + kLookPeriod;
 };
 
-/// Why nothing can be sent or received; who knows the peer adds whom it was about.
+/// Failure to connect, send or receive. The message does not name the peer; the caller adds it.
 struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Sends at once (no Nagle delay), never raises SIGPIPE, goes on after a signal that does not end
-/// the call.
+/// A connected TCP socket without Nagle's delay and SIGPIPE. After EINTR a method continues, unless
+/// the signal ends the call.
 class Socket {
  public:
-  /// Tries each address that the host's name has. Looking up the name may outlast the deadline, for
-  /// the system's resolver knows none.
-  /// @throws SocketError, Interrupted, as all that waits here
+  /// Tries each address of the host. Resolving its name may exceed the deadline, since
+  /// getaddrinfo() takes no timeout.
+  /// @throws SocketError, Interrupted, as do the methods
   Socket(const std::string& host, std::uint16_t port, const Deadline& deadline);
   Socket(const Socket&) = delete;
   Socket& operator=(const Socket&) = delete;
@@ -61,8 +61,8 @@ class Socket {
 
   void send_all(const void* data, std::size_t size, const Deadline& deadline);
 
-  /// Waits for the next bytes.
-  /// @return their number, at most `capacity`; 0: the peer has closed the connection
+  /// Blocks until bytes arrive.
+  /// @return their number, at most `capacity`; 0 at EOF
   std::size_t receive(void* data, std::size_t capacity, const Deadline& deadline);
 
  private:

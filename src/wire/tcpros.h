@@ -1,14 +1,15 @@
-// TCPROS, the protocol of ROS 1's connections, as far as services use it.
+// TCPROS, ROS 1's connection protocol, as services use it.
 //
-// Numbers are little-endian. A connection begins with one header from each side, the client's
-// first. A header is a uint32, the number of bytes that follow, and then its fields: a uint32 and
-// as many bytes `name=value`, the name ending at the first `=`. A client's header has `service`,
-// `md5sum` (of the service's definition, or `*`) and `callerid`; `persistent=1` keeps the
-// connection for more than one call, `probe=1` says that none will come. The server's has `md5sum`
-// and `type`, or `error` with a text, after which it closes the connection.
-// Then each call is a request, uint32 length and the serialised message, answered by one byte and a
-// length and as many bytes: after 1 the serialised response, after 0 a text that says why there is
-// none. The server closes the connection after the first answer unless it is to persist.
+// Numbers are little-endian. Each side sends one header, the client first. A header is a uint32
+// length and its fields; a field is a uint32 length and `name=value`, where the name ends at the
+// first `=`. The client's header has `service`, `md5sum` (of the service's definition, or `*`) and
+// `callerid`; `persistent=1` keeps the connection open for several calls, `probe=1` announces that
+// there are none. The server's header has `md5sum` and `type`, or `error` with a message, after
+// which the server closes the connection.
+//
+// A request is a uint32 length and the serialised message. Its answer is one byte, a uint32 length
+// and a body: after 1 the serialised response, after 0 an error message. The server closes the
+// connection after the first answer unless it is persistent.
 // Source: wiki.ros.org/ROS/TCPROS and wiki.ros.org/ROS/Connection%20Header.
 #pragma once
 
@@ -29,10 +30,10 @@ using Bytes = std::vector<std::uint8_t>;
 using Fields = std::map<std::string, std::string>;
 
 constexpr std::size_t kLengthBytes = sizeof(std::uint32_t);
-constexpr std::size_t kMaxHeaderBytes = 65536;        // ours have less than 300
-constexpr std::size_t kMaxMessageBytes = 1000000000;  // as roscpp draws the line
+constexpr std::size_t kMaxHeaderBytes = 65536;        // the package's have less than 300
+constexpr std::size_t kMaxMessageBytes = 1000000000;  // roscpp's limit
 
-constexpr std::uint8_t kResponseFollows = 1;  // first byte of an answer that is no text
+constexpr std::uint8_t kResponseFollows = 1;  // an answer's first byte, unless it is an error
 
 inline std::uint32_t load_length(const std::uint8_t* bytes) {
   std::uint32_t length = 0;
@@ -45,21 +46,21 @@ inline void store_length(std::size_t length, std::uint8_t* bytes) {
   std::memcpy(bytes, &narrow, kLengthBytes);
 }
 
-/// Appends a header with its length.
+/// Appends a header, preceded by its length.
 void append_header(const Fields& fields, Bytes& bytes);
 
-/// A field of a header. Records of bags have such headers, too.
+/// A field of a header. Headers of bag records have the same format.
 struct Field {
   std::string_view name;  ///< empty if the field is not of the form name=value
   std::string_view value;
 };
 
-/// Takes a field off the front of a header, whose own length is not part of it.
-/// @return nothing, and takes nothing, if the field is longer than the header
+/// Reads the next field of a header, whose length has been read.
+/// @return nullopt, without advancing, if the field is longer than the rest of the header
 std::optional<Field> take_field(MessageReader& header);
 
-/// @param bytes a header without its length, `size` bytes
-/// @throws std::runtime_error saying what is wrong with it
+/// @param bytes a header of `size` bytes, without its length
+/// @throws std::runtime_error for a field that is too long, not name=value, or a duplicate
 Fields parse_header(const std::uint8_t* bytes, std::size_t size);
 
 }  // namespace walker::tcpros

@@ -28,7 +28,7 @@ std::string escaped(const std::string& text) {
   return xml;
 }
 
-/// Reads from the front to the end; every method takes exactly what it is named after.
+/// Recursive-descent parser. Each method consumes what it is named after.
 class Parser {
  public:
   explicit Parser(const std::string& xml) : xml_(xml) {}
@@ -72,7 +72,7 @@ class Parser {
     return xml_.compare(position_, token.size(), token) == 0;
   }
 
-  /// Blanks between tags mean nothing.
+  /// Skips white space, which is insignificant between tags.
   bool takes(std::string_view token) {
     skip_blanks();
     if (!comes(token)) return false;
@@ -94,7 +94,7 @@ class Parser {
     constexpr int kMaxDepth = 16;
     if (depth > kMaxDepth) fail("values nested deeper than 16");
     take("<value>");
-    // Without a type's tag the whole content is a string, blanks included.
+    // Content without a type tag is a string, including its white space.
     const std::size_t begin = position_;
     skip_blanks();
     Value result;
@@ -123,7 +123,7 @@ class Parser {
       result.kind = Value::Kind::structure;
       while (takes("<member>")) {
         take("<name>");
-        characters();  // the one structure that is needed, a fault, is known by its types
+        characters();  // a fault, the only structure in use, needs no names
         take("</name>");
         result.elements.push_back(value(depth + 1));
         take("</member>");
@@ -167,7 +167,7 @@ class Parser {
     return number;
   }
 
-  /// Text up to the next tag. XML has no zero byte, and an error's text would end there.
+  /// Text up to the next tag. XML forbids NUL, which would truncate an exception's message.
   std::string characters() {
     std::string text;
     while (position_ < xml_.size() && xml_[position_] != '<') {

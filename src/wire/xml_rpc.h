@@ -1,5 +1,5 @@
-// XML-RPC's texts: a call with strings, and whatever comes as an answer.
-// Source: xmlrpc.com/spec.md, and wiki.ros.org/ROS/Master_API for what masters say with it.
+// XML-RPC encoding of calls with string arguments, and decoding of their answers.
+// Source: xmlrpc.com/spec.md, and wiki.ros.org/ROS/Master_API for the masters' values.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +14,19 @@ struct Value {
   enum class Kind { integer, boolean, floating, text, array, structure };
 
   Kind kind = Kind::text;
-  std::string text;             ///< of a value that is not made of others
-  std::int64_t integer = 0;     ///< of an integer
-  std::vector<Value> elements;  ///< of an array, or of a structure in the order of its members
+  std::string text;             ///< content of a scalar
+  std::int64_t integer = 0;     ///< value, if `kind` is integer
+  std::vector<Value> elements;  ///< of an array, or a structure's members in order
 };
 
-/// The peer says that the call itself went wrong; the message is its own.
+/// The peer answered with an XML-RPC fault; the message is the peer's.
 struct Fault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// @param arguments become strings
 std::string make_call(const std::string& method, const std::vector<std::string>& arguments);
 
-/// @return the answer's one value
-/// @throws Fault; std::runtime_error saying at which byte the text is not an answer
+/// @throws Fault; std::runtime_error with the offset of the first malformed byte
 Value parse_answer(const std::string& xml);
 
 }  // namespace walker::xml_rpc

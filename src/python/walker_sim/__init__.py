@@ -1,9 +1,9 @@
-"""Gymnasium's walkers on legs with the same bits, in process and over ROS.
+"""Gymnasium's legged walkers, bit for bit, in process and over ROS.
 
-Importing this registers ``walker_sim/BipedalWalker-v3``, ``walker_sim/BipedalWalkerHardcore-v3``,
-``walker_sim/Walker2d-v4``, ``walker_sim/Walker2d-v5``, ``walker_sim/Hopper-v4`` and
-``walker_sim/Hopper-v5`` with Gymnasium, where that is installed. Where it is not, the ROS messages
-and services of this package are there all the same.
+If Gymnasium is installed, importing this package registers ``walker_sim/BipedalWalker-v3``,
+``walker_sim/BipedalWalkerHardcore-v3``, ``walker_sim/Walker2d-v4``, ``walker_sim/Walker2d-v5``,
+``walker_sim/Hopper-v4`` and ``walker_sim/Hopper-v5``. Without Gymnasium, the package's ROS messages
+and services still work.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import pkgutil
 import sys
 from typing import TYPE_CHECKING, Any
 
-# A ROS workspace and an installed wheel may both be in sight, in either order: the messages come
-# from the one, the extension module from whichever has it for this Python.
+# A ROS workspace and an installed wheel may both be on the path, in either order. The messages come
+# from the workspace, the extension module from the one that has it for this Python.
 __path__ = pkgutil.extend_path(__path__, __name__)
 
-# Of the Python files. CMakeLists.txt compares it with package.xml.
+# Version of the Python files. CMakeLists.txt compares it with package.xml.
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from walker_sim.registration import ids as ids
     from walker_sim.vector_environment import WalkerVectorEnv as WalkerVectorEnv
 
-# Looked up when first used: who wants the messages needs neither NumPy nor Gymnasium.
+# Imported on first use: the messages need neither NumPy nor Gymnasium.
 _HOMES = {
     "ConnectionError": "errors",
     "InvalidAction": "errors",
@@ -51,7 +51,7 @@ __all__ = [*_HOMES, "__version__"]
 
 
 def _load_core() -> ModuleType:
-    """The extension module, if it is of the same version as the Python files that call it."""
+    """Returns the extension module; ImportError if it is missing or has another version."""
     try:
         core = importlib.import_module("walker_sim._core")
     except ModuleNotFoundError as error:
@@ -64,7 +64,7 @@ def _load_core() -> ModuleType:
             "another, install walker_sim into it too: pip install FOLDER, the folder of its sources"
         ) from None
     if core.__version__ != __version__:
-        globals().pop("_core", None)  # or the next import would find it without coming here
+        globals().pop("_core", None)  # else the next import would skip this check
         files = importlib.util.find_spec("walker_sim.registration")
         raise ImportError(
             f"walker_sim {__version__} ({files and files.origin}) found the extension module of "

@@ -1,4 +1,4 @@
-"""``python3 -m walker_sim``: evaluates policies, records episodes, measures speed."""
+"""Entry point of ``python3 -m walker_sim``."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Actions of the caller's, as the core reads them."""
+"""Converts the caller's actions to arrays that the core reads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _READ_IN_PLACE = (np.dtype(np.float32), np.dtype(np.float64))
 
 
 def to_action(given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    """The numbers of one action, shape (action size,); see `to_numbers`."""
+    """Returns one action, shape (action size,), as by `to_numbers`; InvalidAction otherwise."""
     action = to_numbers("action", given, shape)
     if action.shape != shape:
         raise InvalidAction(f"action has shape {action.shape}; must have {shape}, one per joint")
@@ -22,7 +22,7 @@ def to_action(given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def to_actions(given: Any, count: int, size: int) -> NDArray[Any]:
-    """Those of several actions, shape (count, action size); see `to_numbers`."""
+    """Returns several actions, shape (count, action size), as by `to_numbers`."""
     shape = (count, size)
     actions = to_numbers("actions", given, shape)
     if actions.shape != shape:
@@ -31,22 +31,17 @@ def to_actions(given: Any, count: int, size: int) -> NDArray[Any]:
 
 
 def to_numbers(name: str, given: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    """An array, a list, a tensor, or what else has ``__array__`` or ``__dlpack__``.
+    """Converts an array, a list, a tensor, or any object with ``__array__`` or ``__dlpack__``.
 
-    Where float32 or float64 values lie one after the other in this machine's memory, the array is
-    that memory itself; all else is copied. The core reads values that are not aligned, too.
-
-    Raises
-    ------
-    walker_sim.InvalidAction
-        For what is not made of numbers. Another shape is the caller's matter: Gymnasium's walkers
-        would take some for an action.
+    Contiguous float32 and float64 values in host memory are not copied; all else is. The core reads
+    unaligned values, too. Raises InvalidAction if `given` does not consist of numbers. `shape` is
+    for its message only: the callers check it, more strictly than Gymnasium's walkers.
     """
     try:
         array = np.asarray(given)
         if array.dtype.kind == "O" and hasattr(given, "__dlpack__"):
             array = np.from_dlpack(given)
-    except Exception as error:  # of the library that the object is from
+    except Exception as error:  # any error of the object's own library
         reason = f" ({error})" if hasattr(given, "__dlpack__") else ""
         raise InvalidAction(
             f"{name} = {_core.shown(given)}: must be an array of shape {shape}{reason}"

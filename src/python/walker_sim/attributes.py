@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def attributes_of(specification: Mapping[str, Any]) -> dict[str, Any]:
-    """Those that never change: ``hardcore`` of BipedalWalker, ``observation_structure`` of
+    """Returns the constant attributes: ``hardcore`` of BipedalWalker, ``observation_structure`` of
     Walker2d-v5 and Hopper-v5."""
     parameters = specification["parameters"]
     attributes: dict[str, Any] = {}
@@ -17,7 +17,7 @@ def attributes_of(specification: Mapping[str, Any]) -> dict[str, Any]:
         attributes["hardcore"] = parameters["hardcore"] == "true"
     if "frame_skip" in parameters:  # v5
         skipped = int(parameters["exclude_current_positions_from_observation"] == "true")
-        size = (len(specification["observation_low"]) + skipped) // 2  # slides and hinges only
+        size = (len(specification["observation_low"]) + skipped) // 2  # slides and hinges: nq = nv
         attributes["observation_structure"] = {
             "skipped_qpos": skipped,
             "qpos": size - skipped,
@@ -27,7 +27,7 @@ def attributes_of(specification: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def attribute_of(specification: Mapping[str, Any], name: str) -> Any:
-    """One of `attributes_of`; AttributeError if the walker has no such attribute."""
+    """Returns one of `attributes_of`; AttributeError if the walker has no such attribute."""
     attributes = attributes_of(specification)
     if name not in attributes:
         raise AttributeError(f"{name}: {specification['id']} has no such attribute")
@@ -35,7 +35,7 @@ def attribute_of(specification: Mapping[str, Any], name: str) -> Any:
 
 
 def control_cost_of(specification: Mapping[str, Any], action: ArrayLike) -> Any:
-    """What Gymnasium subtracts from the reward for an action, in the action's precision."""
+    """Returns the cost that Gymnasium subtracts from the reward, in the action's precision."""
     weight = specification["parameters"].get("ctrl_cost_weight")
     if weight is None:
         raise AttributeError(f"control_cost: {specification['id']} has no such method")
@@ -43,7 +43,7 @@ def control_cost_of(specification: Mapping[str, Any], action: ArrayLike) -> Any:
 
 
 def to_coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Generalized positions or velocities, shape (n,)."""
+    """Returns generalized positions or velocities as float64; ValueError if not shape (n,)."""
     coordinates = np.ascontiguousarray(values, np.float64)
     if np.ndim(values) != 1:
         raise ValueError(f"{name} has the shape {np.shape(values)}; must be one-dimensional")

@@ -1,4 +1,4 @@
-"""One walker as a Gymnasium environment."""
+"""A walker as a Gymnasium environment."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from walker_sim.transport import (
 def make_walker(
     env_id: str, place: Place, max_episode_steps: int | None, parameters: dict[str, Any]
 ) -> Walker:
-    """The walker, here or on a server; the server's is compared with what is asked for."""
+    """Makes a walker in process, or connects to a server and compares it with the arguments."""
     if place.transport == "inprocess":
         from walker_sim.in_process import InProcessWalker
 
@@ -60,42 +60,44 @@ def make_walker(
 
 
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
-    """A walker with Gymnasium's spaces, rewards and bits.
+    """Gymnasium environment of one walker, with the results of Gymnasium's own to the bit.
 
-    Copies and pickles carry the whole state, and so does `get_state`: from there both go on alike,
-    to the bit. Threads may share an environment; its calls are made one after the other.
+    Copies, pickles and `get_state` carry the whole state: a copy continues like its original, to
+    the bit. Threads may share an environment; its calls are serialized.
 
     Parameters
     ----------
     env_id
-        As Gymnasium has it, e.g. ``BipedalWalker-v3``, with or without ``walker_sim/`` before it.
+        Gymnasium's id, e.g. ``BipedalWalker-v3``, with or without the prefix ``walker_sim/``.
         ``gymnasium.make`` fills it in.
     transport
         ``inprocess``, or ``ros``: a server in lock-step on a ROS master.
     server
         Over ROS: the server's node name.
     master_uri
-        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311``.
+        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311`` if that is
+        unset.
     timeout
-        Over ROS: of each call [s of wall time].
+        Over ROS: timeout of each call [s of wall time].
     max_episode_steps
-        On which step an episode is truncated. In process None, -1 and 0 leave that to Gymnasium's
-        ``TimeLimit``; over ROS the server's limit must be the same (-1 and 0: none; None: that of
-        `gymnasium.make`, or the id's own).
+        Step on which an episode is truncated. In process, None, -1 and 0 leave truncation to
+        Gymnasium's ``TimeLimit``. Over ROS the server must have this limit (-1 and 0: none; None:
+        the limit of `gymnasium.make`, or the id's own).
     render_mode
-        ``human``, ``rgb_array``, of Walker2d also ``depth_array`` and ``rgbd_tuple``; None: no
-        pictures, at no cost. See `render`.
+        ``human`` or ``rgb_array``; for Walker2d and Hopper also ``depth_array`` and
+        ``rgbd_tuple``; None: no pictures, at no cost. See `render`.
     parameters
-        The environment's own, e.g. ``hardcore``, ``reuse_world``, ``forward_reward_weight``; and
-        its camera's, ``width`` and ``height`` [pixels], of Walker2d also ``camera_id`` or
-        ``camera_name``, ``max_geom`` and, of v5, ``default_camera_config``.
+        Parameters of the environment, e.g. ``hardcore``, ``reuse_world``,
+        ``forward_reward_weight``, and of its camera: ``width`` and ``height`` [pixels]; for
+        Walker2d and Hopper also ``camera_id`` or ``camera_name``, ``max_geom`` and, in v5,
+        ``default_camera_config``.
 
     Raises
     ------
     ValueError, TypeError
-        Naming the parameter, its value and what is allowed.
+        If a parameter is invalid. Names the parameter, its value and what is allowed.
     walker_sim.ConnectionError, walker_sim.ServerMismatch
-        Over ROS.
+        Over ROS: if no server answers, or the server differs.
     """
 
     metadata: dict[str, Any] = {"render_modes": [*ALL_MODES]}  # noqa: RUF012  # Gymnasium's form
@@ -113,7 +115,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         **parameters: Any,
     ) -> None:
         self.env_id = env_id = without_namespace(env_id)
-        # All that was given: by it Stable-Baselines3's walkers are made together.
+        # walker_sim.sb3_env_fns reads these to make the same walkers as one vector environment.
         self.keywords = {**parameters, "max_episode_steps": max_episode_steps}
         self.keywords.update(transport=transport, render_mode=render_mode)
         parameters, camera = split_keywords(env_id, parameters)
@@ -144,7 +146,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
 
     @property
     def observation_structure(self) -> dict[str, int]:
-        """Walker2d-v5, Hopper-v5: the numbers of observed positions and velocities."""
+        """Walker2d-v5, Hopper-v5: numbers of skipped positions, positions and velocities."""
         structure: dict[str, int] = attribute_of(
             self._walker.specification, "observation_structure"
         )
@@ -153,21 +155,16 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def is_healthy(self) -> bool:
         """Walker2d, Hopper, in process: whether height and angles are in their healthy ranges.
-
-        Raises
-        ------
-        walker_sim.ResetNeeded
-            Before the first reset.
-        """
+        Raises `ResetNeeded` before the first reset."""
         return self._walker.is_healthy
 
     def control_cost(self, action: ArrayLike) -> Any:
-        """Walker2d, Hopper: what an action subtracts from the reward."""
+        """Walker2d, Hopper: returns the cost that an action subtracts from the reward."""
         return control_cost_of(self._walker.specification, action)
 
     @property
     def np_random(self) -> np.random.Generator:
-        """The generator that terrain and noise come from. Over ROS it is the server's."""
+        """Generator of terrain and noise. Not available over ROS, where the server has it."""
         self._need_own_generator()
         return super().np_random
 
@@ -175,7 +172,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     def np_random(self, value: np.random.Generator) -> None:
         self._need_own_generator()
         self._np_random = value
-        self._np_random_seed = -1  # as Gymnasium has it: not known
+        self._np_random_seed = -1  # unknown, as in Gymnasium
 
     def _need_own_generator(self) -> None:
         if self._transport == "ros":
@@ -191,21 +188,22 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Parameters
         ----------
         seed
-            The episode depends on nothing else; None: the generator continues.
+            Determines the episode completely, except with ``reuse_world``; None: the generator
+            continues.
         options
-            None are known, and any are ignored, as Gymnasium's walkers do.
+            Ignored, as by Gymnasium's walkers.
 
         Returns
         -------
         observation
-            Shape as `observation_space`.
+            Shape of `observation_space`.
         info
             Floats by name.
 
         Raises
         ------
         gymnasium.error.Error
-            For a seed that is negative or not a Python integer.
+            If the seed is negative or not a Python integer.
         """
         super().reset(seed=seed)
         observation, info = state = self._new_state()
@@ -220,19 +218,19 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Parameters
         ----------
         action
-            Shape as `action_space`, unitless; beyond its bounds limited as Gymnasium limits it.
+            Shape of `action_space`, unitless, clipped to the bounds as Gymnasium clips it.
 
         Returns
         -------
         observation, reward, terminated, truncated, info
-            As Gymnasium's; ``info["error"]`` only where the simulation had to end the episode.
+            As in Gymnasium. ``info["error"]`` is present only if the engine had to end the episode.
 
         Raises
         ------
         walker_sim.InvalidAction
-            For another shape, or a value that is no finite number. Nothing has moved.
+            If the action has the wrong shape or a non-finite value. The state is unchanged.
         walker_sim.ResetNeeded
-            Without a running episode.
+            If there is no running episode.
         gymnasium.error.ClosedEnvironmentError
             After `close`, until the next reset.
         """
@@ -249,7 +247,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         return observation, reward, terminated, truncated, infos
 
     def render(self) -> Picture | None:
-        """Draws what the walker shows now. No later step depends on it.
+        """Draws the present state, without effect on later steps.
 
         Returns
         -------
@@ -260,18 +258,17 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         rgbd_tuple
             Both.
         human, None
-            None. The window is drawn at each reset and step anyway, in real time: pictures are
-            left out where drawing is slower, steps never. With None a warning says so.
+            None. With ``human``, each reset and step also updates the window, in real time: slow
+            drawing drops pictures, never steps. Without a render mode a warning is logged.
 
         Raises
         ------
         walker_sim.ResetNeeded
-            Before the first reset, and where the simulation had to end the episode.
+            Before the first reset, or after the engine had to end the episode.
         gymnasium.error.ClosedEnvironmentError
             After `close`, until the next reset.
         gymnasium.error.DependencyNotInstalled, RuntimeError
-            For a window without pygame or a display, a picture without the libraries that draw
-            it; saying what to install.
+            If pygame, or a library that draws the picture, is missing. Names what to install.
         """
         if self._is_closed:
             raise ClosedEnvironmentError("render: the environment has been closed; reset first")
@@ -284,20 +281,20 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         return self._pictures.take(self._walker.render)
 
     def get_state(self) -> bytes:
-        """The whole state, amid an episode too, in a time that does not grow with the episode.
+        """Returns the whole state, also within an episode, in a time independent of its length.
 
-        It is this walker's, `np_random` with it, and nothing of wrappers: Gymnasium's ``TimeLimit``
-        goes on counting its own steps. `copy.deepcopy` carries wrappers along.
+        The state includes `np_random` but no wrappers: Gymnasium's ``TimeLimit`` keeps its own step
+        count. `copy.deepcopy` also copies wrappers.
 
         Returns
         -------
-        ``bytes``, which any process can keep and give to `set_state`. Over ROS they are a
-        record of the episode, which grows with it, and `set_state` has the server repeat that.
+        ``bytes`` for `set_state`, in this or another process. Over ROS they are the server's record
+        of the episode, which grows with it; `set_state` lets the server replay it.
 
         Raises
         ------
         ValueError
-            For a `np_random` that is not on PCG64.
+            If `np_random` is not on PCG64.
         gymnasium.error.ClosedEnvironmentError
             After `close`, until the next reset.
         """
@@ -306,23 +303,26 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         return self._walker.get_state(self._np_random)
 
     def set_state(self, state: bytes | ArrayLike, qvel: ArrayLike | None = None) -> None:
-        """Goes on from a state, to the bit, whatever went before.
+        """Restores a state, to the bit and independently of the walker's past.
 
         Parameters
         ----------
         state
-            What `get_state` gave, of any walker of the same id, parameters and engine; also what
-            `WalkerVectorEnv.get_state` gave of one of many. With `qvel`, of Walker2d and Hopper in
-            process: MuJoCo's positions ``qpos`` [m, rad], as Gymnasium's ``set_state`` takes them.
+            Result of `get_state`, or an element of `WalkerVectorEnv.get_state`, of any walker with
+            the same id, parameters and engine. If `qvel` is given (Walker2d and Hopper in process):
+            MuJoCo's positions ``qpos`` [m, rad], as for Gymnasium's ``set_state``.
         qvel
-            MuJoCo's velocities [m/s, rad/s]. The present episode goes on from there.
+            MuJoCo's velocities [m/s, rad/s]. The present episode continues from there.
 
         Raises
         ------
         ValueError, TypeError
-            Naming what the state is of instead, or what of it is damaged. Nothing has changed.
+            If the state is of another kind of walker or is damaged. Names the difference. The
+            present state is unchanged.
         walker_sim.ResetNeeded, RuntimeError
-            For `qvel` before the first reset, and of BipedalWalker.
+            If `qvel` is given before the first reset, or for BipedalWalker.
+        AttributeError
+            If `qvel` is given over ROS.
         """
         if qvel is not None:
             if self._is_closed:
@@ -336,19 +336,18 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         random = self._walker.set_state(cast(bytes, state))
         if self._transport != "ros":
             self._np_random = random
-            self._np_random_seed = None if random is None else -1  # as of one that was set
+            self._np_random_seed = None if random is None else -1  # unknown, as after setting it
         self._is_closed = False
 
     def __copy__(self) -> WalkerEnv:
-        """As `copy.deepcopy`: two environments must not drive one walker."""
+        """Returns a deep copy: two environments must not drive one walker."""
         return copy.deepcopy(self)
 
     def close(self) -> None:
-        """Ends the episode and lets go of connection and window, where there are any; again does
-        nothing.
+        """Ends the episode and closes the connection and the window, if any. Idempotent.
 
-        The next reset opens the environment again: Gymnasium's walkers live on as well, and
-        checkers of environments count on it.
+        The next reset reopens the environment: Gymnasium's walkers also work after `close`, and
+        environment checkers rely on it.
         """
         self._walker.close()
         self._pictures.close()

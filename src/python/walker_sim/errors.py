@@ -1,4 +1,4 @@
-"""What can go wrong, each as a kind of what Gymnasium or Python have for it."""
+"""Exceptions of this package, derived from their counterparts in Gymnasium and Python."""
 
 from __future__ import annotations
 
@@ -8,31 +8,31 @@ import gymnasium.error
 
 
 class InvalidAction(gymnasium.error.InvalidAction, ValueError):
-    """The action has the wrong size or is not finite. Nothing has moved."""
+    """The action has the wrong shape or a non-finite value. The state is unchanged."""
 
 
 class ResetNeeded(gymnasium.error.ResetNeeded, RuntimeError):
-    """A step without a running episode: before the first reset, or after the end."""
+    """There is no running episode: none has begun, it has ended, or its server was lost."""
 
 
 class ConnectionError(builtins.ConnectionError):
-    """The ROS master or the server cannot be reached, or the connection broke.
+    """The ROS master or the server cannot be reached, or the connection was lost.
 
-    Whether a call under way was made is not known. The next reset connects anew.
+    Whether the server has executed the interrupted call is unknown. The next reset reconnects.
     """
 
 
 class RequestRefused(RuntimeError):
-    """The server refused, in its own words. Nothing has moved."""
+    """The server refused the request; the message is the server's. The state is unchanged."""
 
 
 class UnknownKeyword(TypeError, ValueError):
-    """A keyword that the environment does not have; the message names the nearest one and all.
+    """The environment has no such keyword; the message lists the closest match and all keywords.
 
-    A `TypeError` as Python's own, by which TorchRL and others probe, and a `ValueError` as for all
-    other parameters.
+    It is a `TypeError`, as Python raises for unknown keywords and TorchRL and others probe for, and
+    a `ValueError`, as for every other invalid parameter.
     """
 
 
 class ServerMismatch(ValueError):
-    """The server runs something else than what was asked for; the message lists the differences."""
+    """The server differs from the requested environment; the message lists the differences."""

@@ -20,13 +20,13 @@ from walker_sim.transport import (
 )
 
 GeneratorState = Sequence[int]
-"""PCG64's state and increment, high and low 64 bits each, has_uint32, uinteger."""
+"""PCG64's state and increment, each as its high and low 64 bits; has_uint32; uinteger."""
 
 _LOW = (1 << 64) - 1
 
 
 def state_of(random: np.random.Generator) -> GeneratorState:
-    """The state of a NumPy generator on PCG64, as the core has it."""
+    """Returns a NumPy generator's state in the core's format; ValueError if it is not on PCG64."""
     state: Mapping[str, Any] = random.bit_generator.state
     if state["bit_generator"] != "PCG64":
         raise ValueError(f"np_random is on {state['bit_generator']}; must be on PCG64")
@@ -42,7 +42,7 @@ def state_of(random: np.random.Generator) -> GeneratorState:
 
 
 def set_state(random: np.random.Generator, state: GeneratorState) -> None:
-    """Puts a NumPy generator into the core's state."""
+    """Sets a NumPy generator on PCG64 to a state in the core's format."""
     random.bit_generator.state = {
         "bit_generator": "PCG64",
         "state": {"state": state[0] << 64 | state[1], "inc": state[2] << 64 | state[3]},
@@ -52,7 +52,7 @@ def set_state(random: np.random.Generator, state: GeneratorState) -> None:
 
 
 def generator_in(state: GeneratorState) -> np.random.Generator | None:
-    """One that goes on from there; None for the state of an environment that has none yet."""
+    """Returns a generator in this state; None if it is all zeros: there is no generator yet."""
     if not any(state):
         return None
     random = np.random.default_rng(0)
@@ -61,22 +61,22 @@ def generator_in(state: GeneratorState) -> np.random.Generator | None:
 
 
 class InProcessWalker:
-    """One walker. Copies and pickles carry its whole state."""
+    """One walker in this process. Copies and pickles carry its whole state."""
 
     def __init__(self, env_id: str, parameters: Mapping[str, Any]) -> None:
         self._environment = _core.Environment(env_id, dict(parameters))
         self.specification: Specification = self._environment.specification
 
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
-        """Begins an episode from the generator, which has been seeded already."""
-        with random.bit_generator.lock:  # as NumPy's own draws do
+        """Begins an episode from `random`, which the caller has already seeded with `seed`."""
+        with random.bit_generator.lock:  # NumPy's own draws take it too
             set_state(random, self._environment.reset(state_of(random), *state))
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         return self._environment.step(action, *state)
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """The environment is only looked at; while it is drawn, others may step it."""
+        """Draws a copy of the state. Other threads may step the environment while it is drawn."""
         pictures.renderer.render(self._environment.capture(), rgb, depth)
 
     def get_state(self, random: np.random.Generator | None) -> bytes:
@@ -96,11 +96,11 @@ class InProcessWalker:
         return is_healthy
 
     def close(self) -> None:
-        """There is nothing to let go of before the object goes."""
+        """Does nothing: the environment is freed with this object."""
 
 
 class InProcessWalkers(Walkers):
-    """A pool. Copies and pickles carry the whole states of its walkers."""
+    """A pool in this process. Copies and pickles carry the whole states of its walkers."""
 
     def __init__(
         self,
@@ -133,33 +133,32 @@ class InProcessWalkers(Walkers):
         pictures.renderer.render(self._pool.capture(environment), rgb, depth)
 
     def step_some(self, actions: NDArray[Any], environments: list[int]) -> Batch:
-        """Steps some; actions of shape (count, action size), as the rows of what comes out."""
+        """Steps some walkers. Row i of `actions` and of the result belongs to `environments[i]`."""
         batch = self._new_batch(len(environments))
         self._pool.step_some(actions, environments, batch)
         return batch
 
     def send(self, actions: NDArray[Any], environments: list[int]) -> None:
-        """Begins to step some; actions of shape (count, action size)."""
+        """Starts to step some walkers. Row i of `actions` belongs to `environments[i]`."""
         self._pool.send(actions, environments)
 
     def send_resets(self, environments: list[int], seeds: Sequence[int | None]) -> None:
-        """As `reset`, whose rows `recv` gives."""
+        """Starts a `reset` of these walkers; `recv` returns their rows."""
         self._seed(environments, seeds)
         self._pool.send_resets(environments)
 
     def recv(self) -> tuple[Batch, list[int]]:
-        """The next `batch_size` that have arrived, and which these are."""
+        """Blocks until `batch_size` walkers have arrived. Returns their rows and their indices."""
         batch = self._new_batch(self.batch_size)
         return batch, self._pool.recv(batch)
 
     def seeds(self) -> tuple[int | None, ...]:
-        """What the generators were last seeded with, -1 where that is not known; those that were
-        not seeded yet are now."""
+        """Returns the last seed of each generator; -1 if unknown. Seeds those without one."""
         self._seed([], [])
         return tuple(self._seeds)
 
     def generators(self) -> tuple[np.random.Generator, ...]:
-        """In the state of the environments' own, which drawing from these does not move."""
+        """Returns copies of the environments' generators. Seeds those without a seed."""
         self._seed([], [])
         generators = [np.random.default_rng(0) for _ in range(self.num_envs)]
         for index, generator in enumerate(generators):
@@ -167,7 +166,7 @@ class InProcessWalkers(Walkers):
         return tuple(generators)
 
     def set_generators(self, generators: Sequence[np.random.Generator]) -> None:
-        """The next resets without a seed continue from these; one for each environment."""
+        """Sets the generators from which resets without a seed continue; one per environment."""
         states = [state_of(generator) for generator in generators]
         self._pool.set_generator_states(list(range(self.num_envs)), states)
         self._seeds = [-1] * self.num_envs
@@ -176,11 +175,11 @@ class InProcessWalkers(Walkers):
         return self
 
     def get_states(self, environments: list[int]) -> list[bytes]:
-        """Of these, each as a single walker's."""
+        """Returns these walkers' states, each in the format of `InProcessWalker.get_state`."""
         return self._pool.get_states(environments)
 
     def set_states(self, environments: list[int], states: Sequence[bytes]) -> None:
-        """These go on from there; all of them or none."""
+        """Restores these walkers' states. On an error, no walker has changed."""
         is_one = isinstance(states, (bytes, str)) or not hasattr(states, "__len__")
         if is_one or len(states) != len(environments):
             given = "one state" if is_one else f"{len(states)} states"
@@ -193,8 +192,10 @@ class InProcessWalkers(Walkers):
             self._seeds[index] = -1 if has_generator else None
 
     def _seed(self, environments: list[int], seeds: Sequence[int | None]) -> None:
-        """Seeds the generators as Gymnasium does: where a seed is given, and by chance where none
-        ever was. So every seed that Gymnasium takes will do, also beyond 64 bits."""
+        """Seeds generators by Gymnasium's `np_random`, which also takes seeds beyond 64 bits.
+
+        Without a seed, a generator continues, or is seeded from entropy if it never was.
+        """
         chosen = environments or range(self.num_envs)
         fresh = {
             index: np_random(seed)
@@ -207,5 +208,5 @@ class InProcessWalkers(Walkers):
             self._seeds[index] = seed
 
     def close(self) -> None:
-        """The pool's threads end with it."""
+        """Ends the pool's threads."""
         del self._pool

@@ -1,4 +1,4 @@
-"""The keywords with which environments are made, and the numbers that name walkers."""
+"""Checks of keywords, counts and environment indices."""
 
 from __future__ import annotations
 
@@ -18,13 +18,7 @@ from walker_sim.rendering import camera_keywords_of
 def refuse_unknown(
     constructor: Callable[..., None], env_id: str, parameters: Mapping[str, Any]
 ) -> None:
-    """Refuses what the constructor was given as ``**parameters`` and nobody knows.
-
-    Raises
-    ------
-    walker_sim.UnknownKeyword
-        Naming the keyword, the nearest one and all that there are.
-    """
+    """Raises UnknownKeyword for the first of the constructor's ``**parameters`` that is unknown."""
     if not parameters:
         return
     own = [known["name"] for known in _core.parameters_of(env_id)]
@@ -44,13 +38,13 @@ def refuse_unknown(
     raise UnknownKeyword(
         f"parameter {shown_name} = {_core.shown(parameters[name])}: unknown{hint} "
         f"Known: {' '.join(known)}; "
-        # Python's own words, which TorchRL looks for.
+        # Python's wording, which TorchRL searches for.
         f"{constructor.__qualname__}() got an unexpected keyword argument '{shown_name}'"
     )
 
 
 def to_count(name: str, given: int, lowest: int) -> int:
-    """An integer, NumPy's among them; how large it may be in 64 bits the walkers know."""
+    """Returns an integer, e.g. NumPy's, in [lowest, 2^63) as int. The core checks upper bounds."""
     try:
         count = operator.index(given)
     except TypeError:
@@ -63,12 +57,12 @@ def to_count(name: str, given: int, lowest: int) -> int:
 
 
 def to_indices(name: str, env_ids: ArrayLike | None, num_envs: int) -> list[int]:
-    """Numbers of walkers, which are not negative; None: all."""
+    """Returns environment indices in [0, num_envs) as a list, duplicates included; None: all."""
     if env_ids is None:
         return list(range(num_envs))
     try:
         indices = np.asarray(env_ids)
-    except ValueError:  # of lists of several lengths
+    except ValueError:  # a ragged nested list
         indices = np.empty((0, 0))
     if indices.ndim != 1 or (indices.size > 0 and indices.dtype.kind not in "iu"):
         raise TypeError(f"{name} = {_core.shown(env_ids)}: must be a sequence of integers")

@@ -1,4 +1,4 @@
-"""Walkers on a server, through this package's own client: no ROS installation is needed."""
+"""Walkers on a server, by this package's own client, which needs no ROS installation."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from walker_sim.transport import (
 )
 
 MOST_LINES = 20
-MOST_CHARACTERS = 200  # of a value in a line
+MOST_CHARACTERS = 200  # maximum length of a value in an error message
 
 
 def differences(
     wanted: Specification, found: Specification, takes_any_limit: bool = False
 ) -> list[str]:
-    """What a server has otherwise than it should have, a line each, and of many the first."""
+    """Returns the differences from the expected server, one per line, truncated to MOST_LINES."""
     pairs: dict[str, tuple[Any, Any]] = {
         name: (wanted[name], found[name])
         for name in ("id", "mode", "num_envs", "autoreset_mode")
         if name in wanted
     }
-    if wanted["id"] == found["id"]:  # else other parameters follow from that
+    if wanted["id"] == found["id"]:  # another id implies other parameters
         ours, theirs = wanted["parameters"], found["parameters"]
         for name in {**ours, **theirs}:
             pairs[name] = (ours.get(name, "absent"), theirs.get(name, "absent"))
@@ -50,23 +50,23 @@ def differences(
 
 
 def shown(value: Any) -> str:
-    """For an error: what a server says may be anything, and as long as it likes."""
+    """Returns a server's value for an error message, escaped and truncated."""
     text = str(value)
     fit = text if text.isprintable() else repr(text)
     return fit if len(fit) <= MOST_CHARACTERS else f"{fit[:MOST_CHARACTERS]}..."
 
 
 class Connection:
-    """A client of a server that is what it should be, also after it was started again.
+    """Connection to a server, which is compared with the expected one at each connect.
 
-    A copy, and what comes out of a pickle, is another connection to the same server.
+    A copy or an unpickled object is another connection to the same server.
 
     Parameters
     ----------
     required
-        What the server must have besides id and parameters.
+        Expected values of the server's specification, besides id and parameters.
     takes_any_limit
-        Whether its ``max_episode_steps`` is its own matter.
+        Whether the server may have any ``max_episode_steps``.
     """
 
     def __init__(
@@ -101,14 +101,9 @@ class Connection:
         self.specification: Specification = {**client.specification, **computed}
 
     def open(self) -> _core.Client:
-        """The client for a reset: another one where there is none, or the connection was lost.
+        """Returns the client for a reset; connects if it is closed or its connection was lost.
 
-        Raises
-        ------
-        walker_sim.ConnectionError
-            As there is no such server, or none that answers.
-        walker_sim.ServerMismatch
-            As it is another one.
+        Raises ConnectionError if no server answers, ServerMismatch if it differs from the expected.
         """
         if self._client is None or self._client.is_lost:
             client = _core.Client(*self._options)
@@ -121,13 +116,13 @@ class Connection:
 
     @property
     def client(self) -> _core.Client:
-        """For all but a reset. A lost connection is refused by the client itself."""
+        """The client for all calls but a reset. If the connection was lost, its calls raise."""
         if self._client is None:
             raise ClosedEnvironmentError("the connection to the server has been closed")
         return self._client
 
     def close(self) -> None:
-        """Again is no error."""
+        """Closes the connection. Idempotent."""
         self._client = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -141,7 +136,7 @@ class Connection:
 
 
 class RemoteWalker:
-    """The one walker of a server in lock-step. A copy is another connection to it."""
+    """The only walker of a server in lock-step. A copy is another connection to the server."""
 
     def __init__(
         self,
@@ -155,22 +150,21 @@ class RemoteWalker:
         self.specification = self._connection.specification
 
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
-        """Without a seed the server's own generator continues; `random` stays as it is."""
+        """Begins an episode. Without a seed the server's generator continues; ignores `random`."""
         self._connection.open().reset(seed, *state)
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         return self._connection.client.step(action, *state)
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """The server draws."""
         self._connection.client.render(0, pictures.camera_parameters, rgb, depth)
 
     def get_state(self, random: np.random.Generator | None) -> bytes:
-        """The server's record of the episode, whose generator is the server's."""
+        """Returns the server's record of the episode; ignores `random`."""
         return self._connection.client.snapshot()
 
     def set_state(self, state: bytes) -> np.random.Generator | None:
-        """The server repeats the record."""
+        """Lets the server replay a record."""
         if not isinstance(state, bytes):
             raise TypeError(f"a state is of type {type(state).__name__}; must be bytes")
         self._connection.open().restore(state)
@@ -194,7 +188,7 @@ class RemoteWalker:
 
 
 class RemoteWalkers(Walkers):
-    """All walkers of a server in lock-step. A copy is another connection to it."""
+    """All walkers of a server in lock-step. A copy is another connection to the server."""
 
     def __init__(
         self,
@@ -207,7 +201,7 @@ class RemoteWalkers(Walkers):
         required = {"mode": "lockstep", "num_envs": num_envs, "autoreset_mode": autoreset_mode}
         self._connection = Connection(env_id, parameters, required, place)
         super().__init__(self._connection.specification, num_envs)
-        self._observations, self._info = self._new_rows(num_envs)  # the last ones
+        self._observations, self._info = self._new_rows(num_envs)  # latest, for reset() of some
         self._observations[:], self._info[:] = 0, 0
 
     @property

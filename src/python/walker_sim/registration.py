@@ -1,4 +1,4 @@
-"""The ids under which Gymnasium finds the walkers."""
+"""Registers the walkers with Gymnasium."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ NAMESPACE = "walker_sim"
 
 
 class Registration(NamedTuple):
-    """What Gymnasium itself wants to know of a walker."""
+    """Arguments of `gymnasium.register` that depend on the id."""
 
     max_episode_steps: int
     reward_threshold: float | None
 
 
-# The core knows this too; but so, importing walker_sim, be it for its messages alone, loads no
-# engine and works where there is no extension module for this Python.
+# Duplicates the core's registrations, so that importing walker_sim, e.g. for its messages, loads no
+# engine and works without an extension module for this Python.
 _REGISTRATIONS = {
     "BipedalWalker-v3": Registration(1600, 300.0),
     "BipedalWalkerHardcore-v3": Registration(2000, 300.0),
@@ -29,12 +29,12 @@ _REGISTRATIONS = {
 
 
 def ids() -> list[str]:
-    """What `gymnasium.make` takes, e.g. ``walker_sim/BipedalWalker-v3``."""
+    """Returns the ids for `gymnasium.make`, e.g. ``walker_sim/BipedalWalker-v3``."""
     return [f"{NAMESPACE}/{env_id}" for env_id in _REGISTRATIONS]
 
 
 def without_namespace(env_id: str) -> str:
-    """The id as Gymnasium's own environments have it, e.g. ``BipedalWalker-v3``."""
+    """Returns the id of Gymnasium's own environment, e.g. ``BipedalWalker-v3``."""
     if not isinstance(env_id, str) or not env_id.isprintable():
         from walker_sim import _core
 
@@ -44,7 +44,7 @@ def without_namespace(env_id: str) -> str:
 
 
 def register_all() -> None:
-    """Registers all ids with Gymnasium, single and vectorised; again is no error."""
+    """Registers all ids with Gymnasium, single and vectorised. Idempotent."""
     for env_id, registration in _REGISTRATIONS.items():
         name = f"{NAMESPACE}/{env_id}"
         if name in gymnasium.registry:

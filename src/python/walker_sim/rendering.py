@@ -1,4 +1,4 @@
-"""Pictures of walkers, in Gymnasium's render modes."""
+"""Renders walkers in Gymnasium's render modes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from walker_sim import _core
 from walker_sim.window import Window
 
 Picture = Union[NDArray[Any], Tuple[NDArray[np.uint8], NDArray[np.float32]]]
-"""Of rgb_array: uint8, shape (height, width, 3), rows from top to bottom. Of depth_array: float32,
-shape (height, width), the depth buffer of OpenGL, 0 near to 1 far. Of rgbd_tuple: both."""
+"""rgb_array: uint8, shape (height, width, 3), rows from top to bottom. depth_array: float32, shape
+(height, width), OpenGL's depth buffer from 0 (near) to 1 (far). rgbd_tuple: both."""
 
 Draw = Callable[
     ["Pictures", Optional[NDArray[np.uint8]], Optional[NDArray[np.float32]]],
     None,
 ]
-"""Draws what a walker shows now into colours and depths [m]; None: not wanted."""
+"""Draws a walker's present state into arrays of colours and depths [m]; None: not wanted."""
 
-# Attributes of MuJoCo's mjvCamera that describe a free camera. The others it has choose another
-# kind, or are for one; Gymnasium takes those too, and looks through its free camera all the same.
+# Attributes of MuJoCo's mjvCamera that describe a free camera. The idle ones are for other kinds of
+# camera. Gymnasium accepts them, but still renders with its free camera.
 _FREE_CAMERA = ("distance", "lookat", "elevation", "azimuth")
 _IDLE = ("type", "fixedcamid", "trackbodyid")
 
@@ -30,13 +30,13 @@ ALL_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
 
 
 def render_modes_of(env_id: str) -> list[str]:
-    """Those of Gymnasium's own environment of this id."""
+    """Returns the render modes of Gymnasium's environment of this id."""
     modes: list[str] = _core.registration_of(env_id)["render_modes"]
     return modes
 
 
 def metadata_of(specification: Mapping[str, Any]) -> dict[str, Any]:
-    """What Gymnasium's environments say of their pictures."""
+    """Returns the ``metadata`` of Gymnasium's environment."""
     return {
         "render_modes": render_modes_of(specification["id"]),
         "render_fps": round(1 / specification["dt"]),
@@ -44,13 +44,7 @@ def metadata_of(specification: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def camera_keywords_of(env_id: str) -> set[str]:
-    """Those with which an environment's camera is chosen.
-
-    Raises
-    ------
-    ValueError
-        For an unknown id.
-    """
+    """Returns the names of the camera's keywords; ValueError if the id is unknown."""
     names = {known["name"] for known in _core.camera_parameters_of(env_id)} - {*_FREE_CAMERA}
     if _core.registration_of(env_id)["takes_default_camera_config"]:
         names.add("default_camera_config")
@@ -60,13 +54,7 @@ def camera_keywords_of(env_id: str) -> set[str]:
 def split_keywords(
     env_id: str, keywords: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The environment's own parameters, and those of its camera.
-
-    Raises
-    ------
-    ValueError
-        For an unknown id.
-    """
+    """Splits keywords into the environment's and its camera's; ValueError if the id is unknown."""
     names = camera_keywords_of(env_id)
     camera = {name: value for name, value in keywords.items() if name in names}
     return {name: keywords[name] for name in keywords if name not in camera}, camera
@@ -75,14 +63,11 @@ def split_keywords(
 def camera_parameters_of(
     env_id: str, render_mode: str | None, keywords: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """All parameters of the core's camera, from the camera's keywords.
+    """Returns all parameters of the core's camera, given the camera's keywords.
 
-    Without a choice it is Gymnasium's free camera, which stays where it is; a window's follows.
-
-    Raises
-    ------
-    ValueError
-        For two cameras, or an unknown attribute of the free one.
+    The default is Gymnasium's free camera, which does not move; a window's default camera follows
+    the walker. Raises ValueError for two cameras or an unknown attribute of the free camera,
+    TypeError if ``default_camera_config`` is not a mapping.
     """
     parameters = {known["name"]: known["default"] for known in _core.camera_parameters_of(env_id)}
     given = {name: value for name, value in keywords.items() if value is not None}
@@ -109,23 +94,23 @@ def camera_parameters_of(
 
 
 class Pictures:
-    """What a render mode gives of walkers of one kind.
+    """Renders walkers of one id and parameters in one render mode.
 
-    Nothing is loaded before the first picture. A copy, and what comes out of a pickle, draws the
-    same with a renderer and a window of its own.
+    Drawing libraries are loaded at the first picture. Copies and unpickled objects draw the same
+    pictures with a renderer and a window of their own.
 
     Parameters
     ----------
     env_id, parameters
-        As the walkers were made.
+        Id and parameters of the walkers.
     render_mode
-        None: there are no pictures.
+        None: no pictures.
     keywords
-        The camera's, as `split_keywords` gives them.
+        The camera's keywords, as `split_keywords` returns them.
     dt
         Simulation time of a step [s].
     modes
-        The modes to choose from; None: all that the id has.
+        Allowed modes; None: all modes of the id.
 
     Raises
     ------
@@ -155,23 +140,23 @@ class Pictures:
         self._window = Window(env_id, dt) if render_mode == "human" else None
         self._renderer: _core.Renderer | None = None
         if render_mode is not None or keywords:
-            _ = self.renderer  # refuses what cannot be
+            _ = self.renderer  # checks the parameters
 
     @property
     def renderer(self) -> _core.Renderer:
-        """Draws in this process, and knows the camera in any case."""
+        """Renderer of this process; also over ROS, where the server draws, it has the camera."""
         if self._renderer is None:
             self._renderer = _core.Renderer(self._env_id, self._parameters, self.camera_parameters)
         return self._renderer
 
     def begin(self, draw: Draw) -> None:
-        """Shows the first instant of an episode in the window."""
+        """Shows the first state of an episode in the window."""
         if self._window is not None:
             self._window.begin()
             self.show(draw)
 
     def follow(self, draw: Draw) -> None:
-        """Shows the instant after a step in the window, when its time has come."""
+        """Shows the state after a step in the window, if due; blocks until the step is due."""
         if self._window is None:
             return
         is_due = self._window.is_picture_due()
@@ -180,12 +165,12 @@ class Pictures:
             self.show(draw)
 
     def show(self, draw: Draw) -> None:
-        """Shows an instant in the window, unless the user has closed that."""
+        """Shows the present state in the window, unless the user has closed it."""
         if self._window is not None and not self._window.is_closed:
             self._window.show(self.colors(draw))
 
     def take(self, draw: Draw) -> Picture:
-        """What `render` returns in a mode that gives pictures."""
+        """Returns the result of `render` in a mode that returns pictures."""
         if self._mode == "rgb_array":
             return self.colors(draw)
         camera = self.renderer.camera
@@ -197,14 +182,13 @@ class Pictures:
         return depth if rgb is None else (rgb, depth)
 
     def colors(self, draw: Draw) -> NDArray[np.uint8]:
-        """Shape (height, width, 3)."""
+        """Returns a picture, uint8, shape (height, width, 3)."""
         camera = self.renderer.camera
         rgb = np.empty((camera["height"], camera["width"], 3), np.uint8)
         draw(self, rgb, None)
         return rgb
 
     def close(self) -> None:
-        """Closes the window, if there is one."""
         if self._window is not None:
             self._window.close()
 
@@ -213,26 +197,25 @@ class Pictures:
 
 
 def to_depth_buffer(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
-    """What OpenGL's depth buffer has for distances along the optical axis.
+    """Converts distances along the optical axis to the values of OpenGL's depth buffer.
 
     Parameters
     ----------
     depth
-        [m]
+        Distances [m].
     near, far
-        The planes that bound what is drawn [m].
+        Distances of the clipping planes [m].
 
     Returns
     -------
-    From 0, on the near plane, to 1, on the far one; linear in 1 / depth, as the perspective
-    projection makes it.
+    0 on the near plane to 1 on the far plane, linear in 1 / depth by perspective projection.
     """
     buffer = (1 / near - 1 / depth.astype(np.float64)) / (1 / near - 1 / far)
     return np.clip(buffer, 0, 1).astype(np.float32)
 
 
 def warn_of_no_mode(name: str) -> None:
-    """Says, as Gymnasium's environments do, why `render` gives nothing."""
+    """Warns, as Gymnasium does, that `render` returns nothing without a render mode."""
     gymnasium.logger.warn(
         "render: there is no picture, as render_mode is None; choose a mode when the environment "
         f'is made, e.g. gymnasium.make("{name}", render_mode="rgb_array")'

@@ -1,4 +1,4 @@
-"""Many walkers as Stable-Baselines3 has them, which takes no vector environment of Gymnasium."""
+"""Walkers as a `VecEnv` of Stable-Baselines3, which takes no Gymnasium vector environment."""
 
 from __future__ import annotations
 
@@ -24,50 +24,53 @@ Infos = List[Dict[str, Any]]
 
 
 class VecEnv(vec_env.VecEnv):
-    """Walkers stepped together by threads, in Stable-Baselines3's terms.
+    """Stable-Baselines3 vector environment whose walkers are stepped together by threads.
 
-    An episode that ends is followed by the next in the same step. `VecMonitor`, `VecNormalize` and
-    the other wrappers go around it. Copies and pickles carry the whole states of all walkers, in
-    process and where the engine has them (a system's Box2D has none, and says so).
+    A step that ends an episode also begins the next. `VecMonitor`, `VecNormalize` and the other
+    wrappers go around this environment. In process, copies and pickles carry the whole states of
+    all walkers.
 
     Parameters
     ----------
     env_id
-        As Gymnasium has it, e.g. ``BipedalWalker-v3``, with or without ``walker_sim/`` before it.
-        Or what Stable-Baselines3's ``make_vec_env(ID, n, vec_env_cls=VecEnv)`` gives: functions
-        that make a walker each, all alike, in process, with no wrapper but `Monitor`, whose infos
-        and files are as ever. Then these functions say the rest but `num_threads`.
+        Gymnasium's id, e.g. ``BipedalWalker-v3``, with or without the prefix ``walker_sim/``. Or
+        the functions that Stable-Baselines3's ``make_vec_env(ID, n, vec_env_cls=VecEnv)`` passes:
+        each makes one walker in process, all are alike, and the only wrapper is `Monitor`, whose
+        infos and files are preserved. The functions then determine all other arguments but
+        `num_threads`.
     num_envs
-        How many walkers, at least 1.
+        Number of walkers, at least 1.
     transport
         ``inprocess``, or ``ros``: a server in lock-step with ``autoreset_mode`` same_step.
     server
         Over ROS: the server's node name.
     master_uri
-        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311``.
+        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311`` if that is
+        unset.
     timeout
-        Over ROS: of each call [s of wall time].
+        Over ROS: timeout of each call [s of wall time].
     num_threads
-        In process, the caller's among them; 0: one for each processor. Results do not depend on it.
+        In process: number of threads, including the caller's; 0: one per processor. Results do not
+        depend on it.
     max_episode_steps
-        On which step an episode is truncated. None: the id's own limit; -1 or 0: never.
+        Step on which an episode is truncated; None: the id's limit; -1 or 0: no limit.
     render_mode
-        ``rgb_array``, ``human`` (the first walker in a window) or None.
+        ``rgb_array``, ``human`` (a window shows the first walker) or None.
     parameters
-        The environment's own and its camera's, as `walker_sim.WalkerEnv`.
+        Parameters of the environment and its camera, as for `walker_sim.WalkerEnv`.
 
     Attributes
     ----------
     reset_infos
-        Of each walker, the info of its last reset; floats by name. ``error`` only where the engine
-        failed: that walker has an observation of zeros, and its next step is its next reset.
+        Info of each walker's last reset, floats by name. ``error`` is present only if the engine
+        failed: that walker's observation is zeros, and its next step is another reset.
 
     Raises
     ------
     ValueError, TypeError
-        Naming the parameter, its value and what is allowed.
+        If a parameter is invalid. Names the parameter, its value and what is allowed.
     walker_sim.ConnectionError, walker_sim.ServerMismatch
-        Over ROS.
+        Over ROS: if no server answers, or the server differs.
     """
 
     def __init__(
@@ -112,7 +115,7 @@ class VecEnv(vec_env.VecEnv):
         self._actions: NDArray[np.float64] | None = None
         self._is_closed = False
         observation_space, action_space = plan.spaces if plan else spaces_of(specification)
-        # What a walker alone would have, for `get_attr`; the base class asks for some at once.
+        # A single walker's attributes, for `get_attr`. The base class's constructor reads some.
         shared = {
             "action_space": action_space,
             "observation_space": observation_space,
@@ -127,11 +130,11 @@ class VecEnv(vec_env.VecEnv):
         for attributes, watch in zip(self._attributes, self._watches):
             attributes.update(watch.methods())
         super().__init__(num_envs, observation_space, action_space)
-        # Where VecVideoRecorder looks for it.
+        # VecVideoRecorder reads it from here.
         self.metadata["render_fps"] = shared["metadata"]["render_fps"]
 
     def reset(self) -> NDArray[Any]:
-        """Begins an episode of each walker, with the seeds that `seed` gave since the last reset.
+        """Begins an episode of each walker, with the seeds set by `seed` since the last reset.
 
         Returns
         -------
@@ -151,7 +154,7 @@ class VecEnv(vec_env.VecEnv):
         return observations
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Takes actions, shape (num_envs, action size), for `step_wait`."""
+        """Stores actions for `step_wait`; `InvalidAction` if not shape (num_envs, action size)."""
         self._actions = to_actions(actions, self.num_envs, self._action_size)
 
     def step_wait(self) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.bool_], Infos]:
@@ -160,19 +163,21 @@ class VecEnv(vec_env.VecEnv):
         Returns
         -------
         observations
-            Shape (num_envs, observation size); of the next episode where one has ended.
+            Shape (num_envs, observation size); for an episode that ended, the next one's first.
         rewards, dones
             Shape (num_envs,).
         infos
-            Of each walker: ``TimeLimit.truncated``, its own floats by name and, where the episode
-            has ended, ``terminal_observation``; ``error`` only where the simulation had to end it.
+            One per walker: ``TimeLimit.truncated``; the walker's floats by name;
+            ``terminal_observation`` if the episode ended; ``error`` if the engine had to end it.
 
         Raises
         ------
         walker_sim.InvalidAction
-            For a wrong shape, or a value that is not finite. Nothing has moved.
+            If an action has a non-finite value. All states are unchanged.
         walker_sim.ResetNeeded
             Before the first reset.
+        RuntimeError
+            If `step_async` was not called, or after `close`.
         """
         self._check_open()
         if self._actions is None:
@@ -190,14 +195,14 @@ class VecEnv(vec_env.VecEnv):
         return batch.observations, batch.rewards.astype(np.float32), dones, infos
 
     def get_images(self) -> list[NDArray[np.uint8] | None]:
-        """Pictures of all walkers, shape (height, width, 3) each; None without rgb_array."""
+        """Returns one picture per walker, shape (height, width, 3); None without rgb_array."""
         self._check_open()
         if self.render_mode != "rgb_array":
             return [None] * self.num_envs
         return [self._pictures.colors(self._walkers.drawer(i)) for i in range(self.num_envs)]
 
     def render(self, mode: str | None = None) -> NDArray[np.uint8] | None:
-        """The walkers' pictures side by side, or those in a window, as Stable-Baselines3 has it."""
+        """Returns the walkers' pictures as a mosaic, or updates the window in mode human."""
         if self.render_mode != "human" or mode not in (None, "human"):
             picture: NDArray[np.uint8] | None = super().render(mode)
             return picture
@@ -206,7 +211,7 @@ class VecEnv(vec_env.VecEnv):
         return None
 
     def close(self) -> None:
-        """Lets go of the threads, or of the connection; closes the window, if there is one."""
+        """Ends the threads or closes the connection; closes the window, if any."""
         if not self._is_closed:
             self._is_closed = True
             self._walkers.close()
@@ -215,21 +220,21 @@ class VecEnv(vec_env.VecEnv):
                 watch.monitor.close()
 
     def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
-        """In process: the whole states of walkers, as `WalkerVectorEnv.get_state`."""
+        """In process: returns the whole states of walkers, as `WalkerVectorEnv.get_state`."""
         self._check_open()
         return self._walkers.pool("get_state").get_states(self._to_indices(indices))
 
     def set_state(self, states: Sequence[bytes], indices: VecEnvIndices = None) -> None:
-        """In process: walkers go on from states, as `WalkerVectorEnv.set_state`."""
+        """In process: restores the states of walkers, as `WalkerVectorEnv.set_state`."""
         self._check_open()
         self._walkers.pool("set_state").set_states(self._to_indices(indices), states)
 
     def __copy__(self) -> VecEnv:
-        """As `copy.deepcopy`: two environments must not drive the same walkers."""
+        """Returns a deep copy: two environments must not drive the same walkers."""
         return copy.deepcopy(self)
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """What walkers have of their own: spaces, metadata, spec, dt, and what `set_attr` gave."""
+        """Returns an attribute of walkers: spaces, metadata, spec, dt, or a value of `set_attr`."""
         try:
             return [self._attributes[i][attr_name] for i in self._get_indices(indices)]
         except KeyError:
@@ -239,7 +244,7 @@ class VecEnv(vec_env.VecEnv):
             ) from None
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Remembers a value for `get_attr`. What a walker was made with stays as it is."""
+        """Stores a value for `get_attr`. The parameters of a walker cannot be set."""
         if attr_name in self._parameter_names:
             raise AttributeError(
                 f"{attr_name} cannot be set to {value!r}: a walker's parameters are fixed when it"
@@ -255,8 +260,8 @@ class VecEnv(vec_env.VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Calls what `set_attr` gave, or in process each walker's ``get_state`` or ``set_state``,
-        of which the latter takes one state for all of these."""
+        """Calls a `Monitor`'s getter or a function stored by `set_attr`; or, in process,
+        ``get_state``, or ``set_state`` with one state for all of these walkers."""
         if method_name not in self._attributes[0]:
             if method_name == "get_state":
                 return self.get_state(indices, *method_args, **method_kwargs)
@@ -270,12 +275,12 @@ class VecEnv(vec_env.VecEnv):
         wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
         indices: VecEnvIndices = None,
     ) -> list[bool]:
-        """Of `Monitor` whether there is one, by ``make_vec_env``; there is no other wrapper."""
+        """Returns whether the wrapper is the `Monitor` of ``make_vec_env``; there is no other."""
         has = bool(self._watches) and issubclass(Monitor, wrapper_class)
         return [has for _ in self._get_indices(indices)]
 
     def _take_final_rows(self, ended: list[int], infos: Infos) -> None:
-        """Puts the infos of the episodes that ended in the place of their successors'."""
+        """Moves the infos of new episodes to `reset_infos`; puts the final infos into `infos`."""
         if not ended:
             return
         observations, info = self._walkers.final_rows(self.num_envs)
@@ -302,7 +307,7 @@ class VecEnv(vec_env.VecEnv):
             self.reset_infos[index]["error"] = error
 
     def _to_dicts(self, info: NDArray[np.float64]) -> Infos:
-        """Rows by names, without what is absent, which is NaN."""
+        """Returns each row as a dictionary, without absent values, which are NaN."""
         if np.isnan(info).any():
             return [by_name(self._info_names, row) for row in info.tolist()]
         return [dict(zip(self._info_names, row)) for row in info.tolist()]

@@ -1,5 +1,7 @@
-"""What Stable-Baselines3's ``make_vec_env`` hands to a vector environment: functions that make one
-walker each, with a `Monitor` around it."""
+"""Support of Stable-Baselines3's ``make_vec_env``, which passes functions to a vector environment.
+
+Each function makes one walker, with a `Monitor` around it.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,7 @@ EnvFns = Sequence[Callable[[], gymnasium.Env]]
 
 
 class Told(gymnasium.Env[NDArray[Any], NDArray[Any]]):
-    """Stands under a `Monitor` in the place of a walker that is stepped elsewhere: gives what it is
-    told."""
+    """Environment under a `Monitor` that returns the outcomes of a walker stepped elsewhere."""
 
     def __init__(self, walker: gymnasium.Env) -> None:
         self.observation_space, self.action_space = walker.observation_space, walker.action_space
@@ -38,56 +39,55 @@ class Told(gymnasium.Env[NDArray[Any], NDArray[Any]]):
 
 
 class Watch:
-    """Keeps a `Monitor` informed of its walker, for what that adds to infos and files."""
+    """Passes a walker's outcomes to its `Monitor`, which adds to infos and writes files."""
 
     def __init__(self, monitor: Monitor) -> None:
         self.monitor, self._told = monitor, Told(monitor.env)
         monitor.env = self._told
 
     def reset(self) -> None:
-        """An episode has begun."""
         self._told.outcome = None, {}
         self.monitor.reset()
 
     def step(self, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> None:
-        """A step was made. Adds ``episode`` to the info where it was the last."""
+        """Passes a step. If it ends the episode, the `Monitor` adds ``episode`` to `info`."""
         self._told.outcome = None, reward, terminated, truncated, info
         self.monitor.step(None)
 
     def methods(self) -> dict[str, Any]:
-        """What a `Monitor` tells."""
+        """Returns the `Monitor`'s getters by name, for `VecEnv.env_method`."""
         names = ("total_steps", "episode_rewards", "episode_lengths", "episode_times")
         return {f"get_{name}": getattr(self.monitor, f"get_{name}") for name in names}
 
 
 @dataclass
 class Plan:
-    """How walkers are made together, so that they are as the functions would make them."""
+    """Arguments of a vector environment whose walkers equal those that the functions make."""
 
     env_id: str
     num_envs: int
     parameters: dict[str, Any]
     max_episode_steps: int  # -1: no limit
     render_mode: str | None
-    spaces: tuple[gymnasium.Space[Any], gymnasium.Space[Any]]  # of observations and actions
-    watches: list[Watch]  # one of each, or none
+    spaces: tuple[gymnasium.Space[Any], gymnasium.Space[Any]]  # observations, actions
+    watches: list[Watch]  # one per walker, or none
 
 
 def plan_of(env_fns: EnvFns, others: Mapping[str, Any]) -> Plan:
-    """Makes the walkers to see what they are, and closes them again.
+    """Calls the functions, inspects the walkers that they make, and closes them.
 
     Parameters
     ----------
     others
-        Keywords beside the functions, which must have their defaults.
+        Further keywords of the vector environment, which must have their defaults.
 
     Raises
     ------
     TypeError
-        For what is none of this package's walkers, or has a wrapper that cannot be around one that
-        is stepped with others.
+        If an environment is not a walker of this package, or has a wrapper that cannot be around a
+        single walker of a vector environment.
     ValueError
-        For walkers that are not alike, or are on a server; for a keyword that the functions say.
+        If the walkers differ or are on a server, or `others` sets what the functions determine.
     """
     makers: list[Any] = [*env_fns] if isinstance(env_fns, Iterable) else [None]
     if not all(callable(make) for make in makers):
@@ -134,7 +134,7 @@ def plan_of(env_fns: EnvFns, others: Mapping[str, Any]) -> Plan:
 
 @dataclass
 class _Made:
-    """What a function has made."""
+    """A walker made by a function."""
 
     walker: WalkerEnv
     monitor: Monitor | None
@@ -146,7 +146,7 @@ class _Made:
 
 
 def _look_at(environment: Any) -> _Made:
-    """Through the wrappers."""
+    """Returns the walker inside the wrappers, with its keywords and time limit."""
     limits: list[int | None] = []
     monitor = None
     while isinstance(environment, gymnasium.Wrapper):

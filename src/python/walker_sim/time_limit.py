@@ -1,4 +1,4 @@
-"""The limit that `gymnasium.make` keeps to itself."""
+"""Finds the time limit that `gymnasium.make` does not pass to the environment."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ import gymnasium
 import gymnasium.envs.registration
 
 ANY = -1
-"""A limit of which nothing is said."""
+"""The limit is unspecified: any limit of the server is accepted."""
 
 
 def limit_of_make(environment: type[gymnasium.Env]) -> int | None:
-    """The time limit that `gymnasium.make` is about to wrap around what it constructs.
+    """Returns the time limit of the ``TimeLimit`` that the running `gymnasium.make` will add.
 
-    Over ROS the server ends the episodes, so its limit must be that of the caller's ``TimeLimit``.
-    But `make` takes ``max_episode_steps`` for its wrapper alone: neither the constructor nor the
-    specification that the environment is given afterwards has it. Both are known only while `make`
-    runs, in its frame up the stack, whose locals have had the same names since Gymnasium 0.29. A
-    version of other names is taken for a call past `make`.
+    Over ROS the server ends the episodes, so its limit must equal that of the caller's
+    ``TimeLimit``. But `make` uses ``max_episode_steps`` for its wrapper alone: it passes the limit
+    neither to the constructor nor to the specification that it stores in the environment. The limit
+    is only in the locals of `make`'s frame, whose names are the same since Gymnasium 0.29. If
+    another version renames them, the result is None.
 
     Parameters
     ----------
     environment
-        The class, or a base of it, that is being constructed.
+        Class, or a base of the class, that is being constructed.
 
     Returns
     -------
-    Steps; 0 where there is to be no limit; `ANY` where `make` copies an environment by its own
-    specification (``env.unwrapped.spec.make()``), which knows no wrapper and so no limit; None
-    where `make` does not construct the environment.
+    The limit in steps; 0 for no limit; `ANY` if `make` copies an environment by its own
+    specification (``env.unwrapped.spec.make()``), which has no wrappers and so no limit; None if
+    `make` does not construct the environment.
     """
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and frame.f_code is not gymnasium.envs.registration.make.__code__:
@@ -41,12 +41,12 @@ def limit_of_make(environment: type[gymnasium.Env]) -> int | None:
     known = frame.f_locals
     creator = known.get("env_creator")
     if not (isinstance(creator, type) and issubclass(creator, environment)):
-        return None  # somebody else's environment, which has ours inside
+        return None  # another environment, which contains a walker
     limit = known.get("max_episode_steps")
     specification: Any = known.get("env_spec")
     if limit is None and specification is not None:
         limit = specification.max_episode_steps
-        # Others than an environment's own want the wrapper that refuses steps out of order.
+        # make() sets order_enforce to False in the specification that it stores in an environment.
         is_own = known.get("id") is specification and not getattr(
             specification, "order_enforce", True
         )

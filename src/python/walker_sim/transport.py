@@ -1,4 +1,4 @@
-"""What the environments here ask of a walker, wherever it is."""
+"""Interface between the environments and their walkers, in process or over ROS."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ if TYPE_CHECKING:
 TRANSPORTS = ("inprocess", "ros")
 
 Specification = Dict[str, Any]
-"""By the names of EnvironmentSpec.msg; ``parameters`` holds texts by name."""
+"""Fields of EnvironmentSpec.msg by name; ``parameters`` maps names to texts."""
 
 State = Tuple[NDArray[Any], NDArray[np.float64]]
 """Observation, shape (observation size,), float32 or float64, and info, shape (info names,), NaN
-where absent; of several walkers a row each."""
+where absent. For several walkers, one row each."""
 
 Colors = Optional[NDArray[np.uint8]]
-"""To be filled, shape (height, width, 3), where they are wanted."""
+"""Output array, shape (height, width, 3); None: not wanted."""
 
 Depths = Optional[NDArray[np.float32]]
-"""To be filled, shape (height, width) [m], where they are wanted."""
+"""Output array, shape (height, width) [m]; None: not wanted."""
 
 
 def release_of(engine_version: str) -> str:
-    """An engine's release and origin."""
+    """Returns an engine's release and origin."""
     return engine_version.partition(", stepped by ")[0].partition(", libm: ")[0]
 
 
 def libm_of(engine_version: str) -> str:
-    """The variant of the C library that the engine's bits depend on; empty if none is named."""
+    """Returns the variant of the C library that the engine's bits depend on; empty if none."""
     return engine_version.partition(", stepped by ")[0].partition(", libm: ")[2]
 
 
 def spaces_of(specification: Specification) -> tuple[Box, Box]:
-    """Of observations, shape (observation size,), float32 or float64, and of actions, shape
-    (action size,), float32."""
+    """Returns the spaces of observations, shape (observation size,), float32 or float64, and of
+    actions, shape (action size,), float32."""
     return (
         _box(specification, "observation", np.dtype(specification["observation_dtype"])),
         _box(specification, "action", np.dtype(np.float32)),
@@ -57,49 +57,49 @@ def _box(specification: Specification, what: str, dtype: np.dtype[Any]) -> Box:
 
 
 class Place(NamedTuple):
-    """Where walkers are; all but the first for those over ROS."""
+    """Address of walkers. All fields but `transport` are for walkers over ROS."""
 
     transport: str = "inprocess"
     server: str = "/walker_sim"
     master_uri: str = ""
-    timeout: float = 10.0  # of each call [s of wall time]
+    timeout: float = 10.0  # per call [s of wall time]
 
 
 class Walker(Protocol):
-    """One walker. Results go into arrays of the caller's."""
+    """One walker. It writes results into the caller's arrays."""
 
     specification: Specification
 
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
-        """Begins an episode, drawn from `random` in process, by `seed` over ROS."""
+        """Begins an episode: in process from the generator `random`, over ROS from `seed`."""
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
-        """Takes float32 or float64, shape (action size,). Returns reward, terminated, truncated
-        and the engine's error or an empty text."""
+        """Steps by an action, float32 or float64, shape (action size,). Returns reward, terminated,
+        truncated and the engine's error or an empty text."""
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """Draws what it shows now."""
+        """Draws the present state."""
 
     def get_state(self, random: np.random.Generator | None) -> bytes:
-        """All that decides about what follows, `random` in place of its own generator."""
+        """Returns the whole state; in process with `random`, if given, as its generator."""
 
     def set_state(self, state: bytes) -> np.random.Generator | None:
-        """Goes on from there. Returns the generator; None: none yet, or the server has it."""
+        """Restores a state. Returns its generator; None: it has none yet, or the server has it."""
 
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
-        """Goes on from these; shape (n,) each [m, rad, m/s, rad/s]."""
+        """Sets generalized positions and velocities, shape (n,) each [m, rad, m/s, rad/s]."""
 
     @property
     def is_healthy(self) -> bool:
-        """Whether it is within its healthy ranges."""
+        """Whether the walker is within its healthy ranges."""
         ...
 
     def close(self) -> None:
-        """Lets go of what it holds."""
+        """Releases the walker's resources."""
 
 
 class Batch(NamedTuple):
-    """What a step gives, a row per environment; new arrays, the caller's to keep."""
+    """Result of a step, one row per environment, in new arrays that the caller owns."""
 
     observations: NDArray[Any]  # (n, observation size), float32 or float64
     rewards: NDArray[np.float64]  # (n,)
@@ -120,51 +120,53 @@ class Walkers(ABC):
     @property
     @abstractmethod
     def _driver(self) -> _core.Pool | _core.Client:
-        """What makes the calls."""
+        """The core's object that executes the calls."""
 
     @abstractmethod
     def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
-        """Observations and info of all, after a reset of some.
+        """Resets some walkers and returns observations and info of all.
 
-        `environments` empty: of all. `seeds`: empty, or one for each of these.
+        Empty `environments` stands for all. `seeds` is empty or has one element for each of these.
         """
 
     def pool(self, name: str) -> InProcessWalkers:
-        """These, for what only walkers of this process have: `name`, for the AttributeError."""
+        """Returns this object, if it is in process; else raises an AttributeError with `name`."""
         raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
 
     def step(self, actions: NDArray[Any]) -> Batch:
-        """Steps all, actions of shape (n, action size), float32 or float64."""
+        """Steps all walkers; `actions` is float32 or float64, shape (n, action size)."""
         batch = self._new_batch(self.num_envs)
         self._driver.step_batch(actions, batch)
         return batch
 
     def final_rows(self, count: int) -> State:
-        """Observations and info of the last batch, which had `count` rows; of meaning where an
-        episode ended in a same_step step."""
+        """Returns the last observations and info of the episodes that ended in the last batch.
+
+        Only for same_step. There are `count` rows, as in that batch; rows of other walkers are
+        unspecified.
+        """
         rows = self._new_rows(count)
         self._driver.final_rows(*rows)
         return rows
 
     def error(self, environment: int) -> str:
-        """Why the engine had to end the episode in the last step, or an empty text."""
+        """Returns why the engine had to end the episode in the last step, or an empty text."""
         return self._driver.error(environment)
 
     def reset_error(self, environment: int) -> str:
-        """Why there is no episode: what the engine said at the last reset, or an empty text."""
+        """Returns the engine's error if the last reset failed, or an empty text."""
         return self._driver.reset_error(environment)
 
     @abstractmethod
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """As `Walker.render`, of one of them."""
+        """As `Walker.render`, for one walker."""
 
     def drawer(self, environment: int) -> Draw:
-        """What draws one of them."""
         return functools.partial(self.render, environment)
 
     @abstractmethod
     def close(self) -> None:
-        """Lets go of what it holds."""
+        """Releases the walkers' resources."""
 
     def _new_rows(self, count: int) -> State:
         return np.empty((count, self._size), self._dtype), np.empty((count, self._num_infos))
@@ -176,7 +178,7 @@ class Walkers(ABC):
 
 
 def by_name(names: Sequence[str], info: Sequence[float]) -> dict[str, Any]:
-    """A row of info, without what is absent, which is NaN."""
+    """Returns a row of info as a dictionary, without absent values, which are NaN."""
     return {name: value for name, value in zip(names, info) if not math.isnan(value)}
 
 
@@ -189,7 +191,7 @@ def make_walkers(
     num_threads: int = 0,
     batch_size: int = 0,
 ) -> Walkers:
-    """The walkers, here or on a server; the server's are compared with what is asked for."""
+    """Makes walkers in process, or connects to a server and compares it with the arguments."""
     if place.transport == "inprocess":
         from walker_sim.in_process import InProcessWalkers
 

@@ -1,4 +1,4 @@
-"""What the caller of a vector environment gives, checked."""
+"""Checks of the arguments of vector environments."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ except ImportError as error:
     ) from error
 
 Seeds = Union[None, int, Sequence[Optional[int]]]
-"""None, the first walker's, or one for each."""
+"""None, the first walker's seed, or one per walker."""
 
 
 def to_mode(given: str | AutoresetMode) -> AutoresetMode:
-    """Of Gymnasium's enumeration, its value (NextStep) or its name (next_step)."""
+    """Converts an `AutoresetMode`, its value (NextStep) or its name (next_step)."""
     for mode in AutoresetMode:
         if given in (mode, mode.value, mode.name.lower()):
             return mode
@@ -33,7 +33,7 @@ def to_mode(given: str | AutoresetMode) -> AutoresetMode:
 
 
 def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
-    """One for each walker, or none at all."""
+    """Returns one seed per walker, or an empty list for None."""
     if seed is None:
         return []
     seeds: list[int | None]
@@ -49,7 +49,7 @@ def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
     if len(seeds) != num_envs:
         raise ValueError(f"{len(seeds)} seeds; must be {num_envs}, one for each walker")
     for one in seeds:
-        if one is not None and one < 0:  # as Gymnasium has it, however many digits there are
+        if one is not None and one < 0:  # Gymnasium's error and text
             shown = _core.shown(one)
             raise gymnasium.error.Error(
                 f"Seed must be greater or equal to zero, actual value: {shown}"
@@ -58,7 +58,7 @@ def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
 
 
 def checked_mask(mask: Any, num_envs: int) -> NDArray[np.bool_]:
-    """``reset_mask``; refuses what Gymnasium's vector environments refuse."""
+    """Returns ``reset_mask``; refuses the same masks as Gymnasium's vector environments."""
     if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
         what = mask.dtype if isinstance(mask, np.ndarray) else type(mask).__name__
         raise TypeError(f"options['reset_mask'] is of {what}; must be a NumPy array of bool")

@@ -1,4 +1,4 @@
-"""Many walkers as a Gymnasium vector environment."""
+"""Walkers as a Gymnasium vector environment."""
 
 from __future__ import annotations
 
@@ -40,46 +40,48 @@ Outcome = Tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]
 
 
 class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
-    """As many walkers as one likes, stepped together by threads, in Gymnasium's terms.
+    """Vector environment whose walkers are stepped together by threads.
 
-    What it gives is what Gymnasium's ``SyncVectorEnv`` of as many single walkers gives, to the bit.
-    All arrays are new: the caller may keep and change them. Copies and pickles carry the whole
-    states of all walkers, as `get_state` does.
+    Results equal those of Gymnasium's ``SyncVectorEnv`` of the same single walkers, to the bit. All
+    returned arrays are new and owned by the caller. Copies and pickles carry the whole states of
+    all walkers, as `get_state` does.
 
     Parameters
     ----------
     env_id
-        As Gymnasium has it, e.g. ``BipedalWalker-v3``, with or without ``walker_sim/`` before it.
+        Gymnasium's id, e.g. ``BipedalWalker-v3``, with or without the prefix ``walker_sim/``.
         ``gymnasium.make_vec`` fills it in.
     num_envs
-        How many walkers, at least 1.
+        Number of walkers, at least 1.
     transport
         ``inprocess``, or ``ros``: a server in lock-step on a ROS master.
     server
         Over ROS: the server's node name.
     master_uri
-        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311``.
+        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311`` if that is
+        unset.
     timeout
-        Over ROS: of each call [s of wall time].
+        Over ROS: timeout of each call [s of wall time].
     num_threads
-        In process, the caller's among them; 0: one for each processor. Results do not depend on it.
+        In process: number of threads, including the caller's; 0: one per processor. Results do not
+        depend on it.
     batch_size
-        In process: how many walkers `recv` waits for; 0: all.
+        In process: number of walkers that `recv` waits for; 0: all.
     autoreset_mode
         ``next_step``, ``same_step`` or ``disabled``, or Gymnasium's enumeration.
     max_episode_steps
-        On which step an episode is truncated; None: the id's own limit; -1 or 0: never.
+        Step on which an episode is truncated; None: the id's limit; -1 or 0: no limit.
     render_mode
-        As `WalkerEnv`. ``human`` shows the first walker.
+        As for `WalkerEnv`. ``human`` shows the first walker.
     parameters
-        The environment's own and its camera's, as `WalkerEnv`.
+        Parameters of the environment and its camera, as for `WalkerEnv`.
 
     Raises
     ------
     ValueError, TypeError
-        Naming the parameter, its value and what is allowed.
+        If a parameter is invalid. Names the parameter, its value and what is allowed.
     walker_sim.ConnectionError, walker_sim.ServerMismatch
-        Over ROS.
+        Over ROS: if no server answers, or the server differs.
     """
 
     def __init__(
@@ -98,7 +100,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        self.closed = True  # until there is something to close
+        self.closed = True  # if the constructor raises, close() has nothing to do
         env_id = without_namespace(env_id)
         parameters, camera = split_keywords(env_id, parameters)
         refuse_unknown(WalkerVectorEnv.__init__, env_id, parameters)
@@ -130,18 +132,20 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     @property
     def num_threads(self) -> int:
-        """In process: those that step, the caller's among them."""
+        """In process: number of stepping threads, including the caller's."""
         return self._pool("num_threads").num_threads
 
     @property
     def batch_size(self) -> int:
-        """In process: how many walkers `recv` waits for."""
+        """In process: number of walkers that `recv` waits for."""
         return self._pool("batch_size").batch_size
 
     @property  # type: ignore[override]
     def np_random(self) -> tuple[np.random.Generator, ...]:
-        """In process: copies of the generators that terrain and noise come from, one for each
-        walker. Setting it puts generators of the caller's in their place, also as copies."""
+        """In process: copies of the walkers' generators of terrain and noise, one per walker.
+
+        Setting it copies the caller's generators into the walkers.
+        """
         return self._pool("np_random").generators()
 
     @np_random.setter  # type: ignore[override]
@@ -153,7 +157,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     @property
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
-        """In process: what the generators were last seeded with; -1: not known."""
+        """In process: the last seed of each generator; -1: unknown."""
         return self._pool("np_random_seed").seeds()
 
     def reset(
@@ -164,25 +168,27 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         Parameters
         ----------
         seed
-            Of the first walker, the others' being the next numbers; or one for each, None where the
-            generator is to continue.
+            The first walker's seed, from which the others' count upwards; or a sequence with one
+            seed per walker, in which None lets the generator continue.
         options
-            ``reset_mask``, shape (num_envs,), bool: the walkers that are reset, by default all.
-            Others are ignored, as Gymnasium's walkers do.
+            ``reset_mask``, shape (num_envs,), bool: the walkers to reset, by default all. Other
+            options are ignored, as by Gymnasium's walkers.
 
         Returns
         -------
         observations
-            Shape (num_envs, observation size); of a walker that is not reset its last one.
+            Shape (num_envs, observation size); for a walker that was not reset, its last one.
         infos
-            Of those that are reset. ``infos["error"]`` only where the engine failed: that walker
-            has no episode and an observation of zeros, the others are as ever. In ``next_step`` and
-            ``same_step`` its next step is its next reset, in ``disabled`` a step is refused.
+            Infos of the walkers that were reset. ``infos["error"]`` is present only if an engine
+            failed: that walker has no episode and its observation is zeros; the others are not
+            affected. In ``next_step`` and ``same_step`` its next step is another reset; in
+            ``disabled`` its next step raises `ResetNeeded`.
 
         Raises
         ------
         ValueError, TypeError, gymnasium.error.Error
-            For seeds or a mask of the wrong size or type. Nothing has moved.
+            If the seeds or the mask have the wrong size or type, or a seed is negative. All states
+            are unchanged.
         """
         self._need_open("reset")
         seeds = to_seeds(seed, self.num_envs)
@@ -201,36 +207,36 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return observations, infos
 
     def step(self, actions: ArrayLike, env_id: ArrayLike | None = None) -> Outcome:
-        """Advances all walkers by `dt`, or some; resets those of them whose autoreset is due.
+        """Advances n walkers by `dt`, or resets those whose autoreset is due.
 
         Parameters
         ----------
         actions
-            Shape (number of these, action size), unitless; beyond the bounds limited as Gymnasium
-            limits them. Arrays, lists, tensors: float32 and float64 are read where they are.
+            Shape (n, action size), unitless, clipped to the bounds as Gymnasium clips them. Arrays,
+            lists or tensors; contiguous float32 and float64 are not copied.
         env_id
-            In process: which, numbers from 0; None: all. The others stay as they are. With a
-            `batch_size` below `num_envs` it is, as in EnvPool, a `send` of these and a `recv` of
-            those that arrive first.
+            In process: indices of the n walkers to step; None: all. The others do not change. If
+            `batch_size` is below `num_envs`, this is a `send` followed by a `recv`, as in EnvPool.
 
         Returns
         -------
         observations, rewards, terminated, truncated, infos
-            Shapes (number of these, observation size) and (number of these,), in the order of
-            `env_id`, which is ``infos["env_id"]`` then. ``infos["error"]`` only where the
-            simulation had to end an episode, or failed at an autoreset: then the new episode has
-            ended at once, with an observation of zeros, and the next step is another reset. In
-            ``same_step`` the error of an episode stands in ``final_info``, that of the reset after
-            it here.
+            Shapes (n, observation size) and (n,), in the order of `env_id`, which is then in
+            ``infos["env_id"]``. ``infos["error"]`` is present only if an engine had to end an
+            episode or failed at an autoreset. After a failed autoreset the new episode has ended at
+            once, its observation is zeros, and the next step is another reset. In ``same_step`` the
+            error of an episode is in ``final_info``, that of the following reset in ``infos``.
 
         Raises
         ------
         walker_sim.InvalidAction
-            For a wrong shape, or a value that is not finite. Nothing has moved.
+            If the actions have the wrong shape or a non-finite value. All states are unchanged.
         walker_sim.ResetNeeded
-            Where a walker has no running episode. Nothing has moved.
-        ValueError, TypeError, AttributeError
-            For a walker that is none or listed twice, and for `env_id` over ROS. Nothing has moved.
+            If a walker has no running episode. All states are unchanged.
+        ValueError, TypeError
+            If an index is out of range or repeated. All states are unchanged.
+        AttributeError
+            If `env_id` is given over ROS.
         """
         self._need_open("step")
         if env_id is not None:
@@ -239,63 +245,66 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return self._to_outcome(batch, range(self.num_envs))
 
     def async_reset(self, *, seed: Seeds = None) -> None:
-        """In process: begins to reset all walkers and returns at once; `recv` gives their rows.
+        """In process: starts to reset all walkers and returns at once; `recv` returns their rows.
 
         Parameters
         ----------
         seed
-            As `reset`.
+            As for `reset`.
         """
         self._pool("async_reset").send_resets([], to_seeds(seed, self.num_envs))
 
     def send(self, actions: ArrayLike, env_ids: ArrayLike | None = None) -> None:
-        """In process: begins to step some walkers and returns at once; `recv` gives their rows.
+        """In process: starts to step n walkers and returns at once; `recv` returns their rows.
 
         Parameters
         ----------
         actions
-            Shape (number of these, action size), as for `step`.
+            Shape (n, action size), as for `step`.
         env_ids
-            Which, numbers from 0, none of them under way; None: all.
+            Indices of the walkers, none of which is in flight, i.e. between `send` and `recv`;
+            None: all.
 
         Raises
         ------
         walker_sim.InvalidAction, walker_sim.ResetNeeded
-            As `step`.
+            As for `step`.
         ValueError, TypeError, RuntimeError
-            For a walker that is none, listed twice, or under way. Nothing has moved.
+            If an index is out of range or repeated, or a walker is in flight. All states are
+            unchanged.
         """
         pool = self._pool("send")
         environments = to_indices("env_ids", env_ids, self.num_envs)
         pool.send(to_actions(actions, len(environments), self._action_size), environments)
 
     def recv(self) -> Outcome:
-        """In process: waits for as many walkers as `batch_size`, those that arrive first.
+        """In process: blocks until `batch_size` walkers in flight have arrived.
 
         Returns
         -------
         observations, rewards, terminated, truncated, infos
-            As `step`, in the order of arrival; ``infos["env_id"]``, shape (batch_size,), says whose
-            rows these are.
+            As for `step`, in the order of arrival; ``infos["env_id"]``, shape (batch_size,), has
+            the walkers' indices.
 
         Raises
         ------
         RuntimeError
-            When fewer are under way.
+            If fewer walkers are in flight.
         """
         return self._to_outcome_of(*self._pool("recv").recv())
 
     def render(self) -> tuple[Picture, ...] | None:
-        """Draws what the walkers show now, one after the other.
+        """Draws the walkers' present states, one after the other.
 
         Returns
         -------
-        A picture of each as `WalkerEnv.render` gives it; None with ``human`` and without a mode.
+        One picture per walker, as `WalkerEnv.render` returns it; None with ``human`` or without a
+        render mode.
 
         Raises
         ------
         walker_sim.ResetNeeded, gymnasium.error.DependencyNotInstalled, RuntimeError
-            As `WalkerEnv.render`.
+            As for `WalkerEnv.render`.
         """
         self._need_open("render")
         if self.render_mode is None:
@@ -307,49 +316,49 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return tuple(self._pictures.take(self._walkers.drawer(i)) for i in range(self.num_envs))
 
     def get_state(self, indices: ArrayLike | None = None) -> list[bytes]:
-        """In process: the whole states of walkers, each as `WalkerEnv.get_state` gives it.
+        """In process: returns the whole states of walkers, as `WalkerEnv.get_state` does.
 
         Parameters
         ----------
         indices
-            Which, numbers from 0; None: all.
+            Indices of the walkers; None: all.
 
         Raises
         ------
         RuntimeError
-            For a walker that is under way.
+            If a walker is in flight.
         """
         pool = self._pool("get_state")
         return pool.get_states(to_indices("indices", indices, self.num_envs))
 
     def set_state(self, states: Sequence[bytes], indices: ArrayLike | None = None) -> None:
-        """In process: walkers go on from states, to the bit, whatever went before.
+        """In process: restores the states of walkers, to the bit and independently of their past.
 
         Parameters
         ----------
         states
-            One for each, of any walkers of the same id, parameters and engine.
+            One state per walker, of any walkers with the same id, parameters and engine.
         indices
-            Which walkers, numbers from 0, each once; None: all.
+            Distinct indices of the walkers; None: all.
 
         Raises
         ------
         ValueError, TypeError
-            Naming the walker and what its state is of instead, or what of it is damaged. Nothing
-            has changed.
+            If a state is of another kind of walker or is damaged. Names the walker and the
+            difference. All states are unchanged.
         RuntimeError
-            While some are under way.
+            If walkers are in flight.
         """
         pool = self._pool("set_state")
         pool.set_states(to_indices("indices", indices, self.num_envs), states)
 
     def __copy__(self) -> WalkerVectorEnv:
-        """As `copy.deepcopy`: two environments must not drive the same walkers."""
+        """Returns a deep copy: two environments must not drive the same walkers."""
         return copy.deepcopy(self)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """What each walker has as a single environment: ``np_random``, ``np_random_seed``, its
-        spaces, ``render_mode``, ``dt``, and of `walker_sim.WalkerEnv` what never changes."""
+        """Returns an attribute of each walker: ``np_random``, ``np_random_seed``, its spaces,
+        ``render_mode``, ``dt``, or a constant attribute of `walker_sim.WalkerEnv`."""
         if name in ("np_random", "np_random_seed"):
             return tuple(getattr(self, name))
         shared = {
@@ -367,24 +376,24 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return (shared[name],) * self.num_envs
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """As `get_attr`: there are no environment objects whose methods could be called."""
+        """As `get_attr`: the walkers are not environment objects, so they have no methods."""
         if args or kwargs:
             raise AttributeError(f"{name}: the walkers have no methods that can be called")
         return self.get_attr(name)
 
     def set_attr(self, name: str, values: Any) -> None:
-        """Sets ``np_random``, which is all that can be set."""
+        """Sets ``np_random``, the only settable attribute."""
         if name != "np_random":
             raise AttributeError(f"{name}: cannot be set; must be np_random")
         self.np_random = values
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Ends the threads, or lets go of the connection; closes the window, if there is one."""
+        """Ends the threads or closes the connection; closes the window, if any."""
         self._walkers.close()
         self._pictures.close()
 
     def _show_first(self, show: Callable[[Draw], None]) -> None:
-        """In the window, if there is one, unless the engine has failed and there is nothing."""
+        """Shows the first walker in the window, if any, unless its engine has failed."""
         if self.render_mode != "human" or self._walkers.reset_error(0):
             return
         if self.autoreset_mode is AutoresetMode.SAME_STEP or not self._walkers.error(0):
@@ -395,7 +404,6 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             raise ClosedEnvironmentError(f"{call}: this environment was closed")
 
     def _pool(self, name: str) -> InProcessWalkers:
-        """The walkers, for what only those in this process have."""
         self._need_open(name)
         return self._walkers.pool(name)
 
@@ -411,13 +419,13 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return self._to_outcome_of(batch, environments)
 
     def _to_outcome_of(self, batch: Batch, environments: list[int]) -> Outcome:
-        """With whose rows these are in the infos."""
+        """As `_to_outcome`, with ``infos["env_id"]``."""
         outcome = self._to_outcome(batch, environments)
         outcome[4]["env_id"] = np.array(environments, np.int32)
         return outcome
 
     def _to_outcome(self, batch: Batch, environments: Sequence[int]) -> Outcome:
-        """What `step` and `recv` return. `environments`: whose rows these are."""
+        """Returns the result of `step` and `recv`; row i belongs to `environments[i]`."""
         infos = to_infos(self._info_names, batch.info)
         ended = batch.terminated | batch.truncated
         if np.count_nonzero(ended):
@@ -429,8 +437,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     def _add_ends(
         self, infos: Infos, ended: NDArray[np.bool_], environments: Sequence[int]
     ) -> None:
-        """What is said where an episode has ended, in the infos of its last step, and where the
-        next could not begin."""
+        """Adds final observations and infos, and the errors of steps and autoresets."""
 
         def error(row: int) -> str:
             return self._walkers.error(environments[row])

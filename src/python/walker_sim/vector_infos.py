@@ -1,4 +1,4 @@
-"""The infos of vector environments, as Gymnasium's own put them together."""
+"""Infos of vector environments, in the layout of Gymnasium's."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 from walker_sim import _core
 
 Infos = Dict[str, Any]
-"""By name an array with an element for each row, by ``_name`` the mask of the rows that have it."""
+"""``name``: array with one element per row; ``_name``: mask of the rows that have a value."""
 
 
 def to_infos(
     names: Sequence[str], info: NDArray[np.float64], rows: NDArray[np.bool_] | None = None
 ) -> Infos:
-    """What is in the array, without what is in no row.
+    """Converts an array of info, without the columns that are absent in every row.
 
     Parameters
     ----------
     names
-        Of the columns.
+        Names of the columns.
     info
         Shape (n, number of names); NaN where absent.
     rows
-        Shape (n,), those that count; None: all.
+        Mask of the rows to include, shape (n,); None: all.
     """
     if not names:
         return {}
@@ -43,16 +43,16 @@ def to_infos(
 
 
 def add_errors(infos: Infos, rows: NDArray[np.bool_], error_of: Callable[[int], str]) -> None:
-    """Adds ``error``, where the simulation had to end an episode, in a step or at its reset.
+    """Adds ``error`` for rows whose engine failed in a step or a reset.
 
     Parameters
     ----------
     infos
-        Of as many rows as `rows`.
+        Infos of n rows.
     rows
-        Shape (n,), those that may have an error.
+        Mask of the rows that may have an error, shape (n,).
     error_of
-        By row; empty without an error.
+        Returns a row's error, or an empty text.
     """
     texts = {row: error_of(row) for row in rows.nonzero()[0].tolist()}
     texts = {row: text for row, text in texts.items() if text}
@@ -63,18 +63,18 @@ def add_errors(infos: Infos, rows: NDArray[np.bool_], error_of: Callable[[int], 
 def add_finals(
     infos: Infos, ended: NDArray[np.bool_], observations: NDArray[Any], final_info: Infos
 ) -> None:
-    """Adds ``final_obs`` and ``final_info``, of the episodes that were followed by another at once.
+    """Adds ``final_obs`` and ``final_info`` of the episodes that ended in a same_step step.
 
     Parameters
     ----------
     infos
-        Of as many rows as the other arrays.
+        Infos of n rows.
     ended
-        Shape (n,), those that count in the others.
+        Mask of the rows whose episode ended, shape (n,).
     observations
-        Shape (n, observation size); the infos keep its rows.
+        Shape (n, observation size). The infos keep copies of the rows in `ended`.
     final_info
-        Of the same rows.
+        Infos of the ended episodes, n rows.
     """
     rows = ended.nonzero()[0]
     infos["final_obs"], infos["_final_obs"] = objects(len(ended), rows, observations[rows])
@@ -84,7 +84,7 @@ def add_finals(
 def objects(
     count: int, rows: Iterable[int], values: Iterable[Any]
 ) -> tuple[NDArray[np.object_], NDArray[np.bool_]]:
-    """An array of objects, None but in some rows, and the mask of these; shape (count,)."""
+    """Returns an array of objects with `values` in `rows`, else None, and the mask of `rows`."""
     array = np.full(count, None, dtype=object)
     mask = np.zeros(count, np.bool_)
     for row, value in zip(rows, values):

@@ -1,4 +1,4 @@
-"""A window on the screen, by pygame, for walkers that are watched as they walk."""
+"""A pygame window that shows a walker in real time."""
 
 from __future__ import annotations
 
@@ -12,21 +12,16 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
-SHORTEST_GAP = 0.015  # between pictures [s of wall time]; screens show some 60 a second
-LONGEST_GAP = 0.1  # after a picture, where there is time for none [s of wall time]
+SHORTEST_GAP = 0.015  # minimum time between pictures [s of wall time]; screens run at 60 Hz
+LONGEST_GAP = 0.1  # maximum time without a picture while steps are late [s of wall time]
 WITHOUT_DISPLAY = "there is no display; DISPLAY or WAYLAND_DISPLAY names one"
-FORGIVEN = 0.25  # as late as this, the walker no longer tries to catch up [s of wall time]
+FORGIVEN = 0.25  # maximum lag that steps catch up; excess lag is dropped [s of wall time]
 
 
 def load_pygame() -> Any:
-    """The module, or one that is compatible with it.
-
-    Raises
-    ------
-    gymnasium.error.DependencyNotInstalled
-    """
+    """Imports pygame, or the compatible pygame-ce; DependencyNotInstalled if there is neither."""
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-    # SDL would take SIGTERM for a window's cross.
+    # Without this, SDL turns SIGTERM into a QUIT event.
     os.environ.setdefault("SDL_NO_SIGNAL_HANDLERS", "1")
     try:
         return importlib.import_module("pygame")
@@ -37,14 +32,14 @@ def load_pygame() -> Any:
 
 
 class Pace:
-    """Keeps simulation time beside wall time. Steps are never left out, pictures are.
+    """Synchronises simulation time with wall time. It drops pictures, never steps.
 
     Parameters
     ----------
     dt
         Simulation time of a step [s].
     now
-        The clock [s].
+        Clock [s].
     """
 
     def __init__(self, dt: float, now: Callable[[], float] = time.monotonic) -> None:
@@ -53,12 +48,12 @@ class Pace:
         self.begin()
 
     def begin(self) -> None:
-        """What is shown now is on time, whatever was before."""
+        """Restarts the schedule: the present state is on time."""
         self._target = self._shown_at = self._drawn_at = self._now()
-        self._was_due = True  # its picture is drawn until the first step
+        self._was_due = True  # the caller draws the present state before the first step
 
     def is_picture_due(self) -> bool:
-        """To be asked once after each step: whether that has to be shown, after `time_left`."""
+        """Returns whether to show the last step, after `time_left`. Call once after each step."""
         now = self._now()
         self._target = max(self._target + self._dt / self.speed, now - FORGIVEN)
         if self._was_due:
@@ -71,42 +66,40 @@ class Pace:
         return self._was_due
 
     def time_left(self) -> float:
-        """Until what the last step made is due, and the next step may follow [s of wall time]."""
+        """Returns the time until the last step is due and the next may follow [s of wall time]."""
         return max(0.0, self._target - self._now())
 
 
 class Window:
-    """Shows pictures in a window, which opens with the first. There is one in a process: whoever
-    shows a picture while another's window is open takes that over.
+    """Shows pictures in a window, which opens with the first picture.
 
-    A copy, and what comes out of a pickle, is a window that has not been opened.
+    The process has one window. A `Window` that shows a picture takes it over from another `Window`.
+    A copy or an unpickled `Window` is not open.
 
     Parameters
     ----------
-    title
-        Of the window.
     dt
         Simulation time of a step [s].
     """
 
-    _owner: ClassVar[Window | None] = None  # of the process's window
+    _owner: ClassVar[Window | None] = None  # has the process's window
 
     def __init__(self, title: str, dt: float) -> None:
         self._title = title
         self._pace = Pace(dt)
-        self.is_closed = False  # by its user
+        self.is_closed = False  # whether the user has closed it
 
     def begin(self) -> None:
-        """An episode begins."""
+        """Restarts the schedule for a new episode."""
         self._pace.begin()
 
     def is_picture_due(self) -> bool:
-        """As `Pace.is_picture_due`; takes note of the user, too."""
+        """Handles window events. As `Pace.is_picture_due`; False if the window was closed."""
         self._attend()
         return not self.is_closed and self._pace.is_picture_due()
 
     def wait(self) -> None:
-        """Until the next step is to be made. Without the window nobody waits."""
+        """Blocks until the next step is due; returns at once if the user has closed the window."""
         if not self.is_closed:
             time.sleep(self._pace.time_left())
 
@@ -116,10 +109,10 @@ class Window:
         Raises
         ------
         gymnasium.error.DependencyNotInstalled
-            Without pygame.
+            If pygame is not installed.
         RuntimeError
-            Where no window can be opened. Where there is no display nobody sees it, as nobody sees
-            Gymnasium's own, and a warning says so.
+            If no window can be opened. A missing display is no error: as with Gymnasium, the window
+            is invisible, and a warning is logged.
         """
         pygame = load_pygame()
         if not self._is_open():
@@ -130,17 +123,17 @@ class Window:
         self._attend()
 
     def close(self) -> None:
-        """The next picture opens it again."""
+        """Closes the window; the next picture opens it again."""
         if self._is_open():
             load_pygame().display.quit()
         self.is_closed = False
 
     def _is_open(self) -> bool:
-        """Others may have taken the window over, or closed it."""
+        """Returns whether the process's window is open and still belongs to this object."""
         return Window._owner is self and load_pygame().display.get_surface() is not None
 
     def _attend(self) -> None:
-        """Closes the window where its user wants that, by its cross or by Escape."""
+        """Handles window events: the close button and Escape close the window."""
         if not self._is_open():
             return
         pygame = load_pygame()
@@ -160,14 +153,10 @@ class Window:
 
 
 def open_window(title: str, size: tuple[int, int], may_be_unseen: bool = False) -> Any:
-    """The surface of pygame's window, width and height [pixels].
+    """Opens pygame's window and returns its surface; `size` is width and height [pixels].
 
-    Without a display one that may be unseen is drawn to memory, and a warning says so.
-
-    Raises
-    ------
-    RuntimeError
-        Without a display, if it has to be seen.
+    Without a display, the window is drawn to memory, with a warning, if `may_be_unseen`; otherwise,
+    and if the window cannot be opened, raises RuntimeError.
     """
     pygame = load_pygame()
     try:
@@ -184,14 +173,14 @@ def open_window(title: str, size: tuple[int, int], may_be_unseen: bool = False) 
 
 
 def _init_display(pygame: Any, driver: str | None = None) -> bool:
-    """Whether there is a screen, or what the user or the caller has chosen in its place."""
+    """Returns whether there is a display, or a driver that the user or the caller has chosen."""
     chosen = os.environ.get("SDL_VIDEODRIVER")
     if driver and not chosen:
         os.environ["SDL_VIDEODRIVER"] = driver
     try:
         pygame.display.init()
-        # Where there is no display SDL may draw off-screen by EGL, whose end is that of MuJoCo's
-        # pictures, and says so only here.
+        # Without a display SDL may choose its offscreen driver, whose EGL shutdown breaks MuJoCo's
+        # renderer. Only get_driver() reports it.
         if pygame.display.get_driver() != "offscreen" or chosen:
             return True
         pygame.display.quit()
@@ -206,6 +195,6 @@ def _init_display(pygame: Any, driver: str | None = None) -> bool:
 
 
 def to_surface(rgb: NDArray[np.uint8]) -> Any:
-    """A picture of shape (height, width, 3) for pygame."""
+    """Converts a picture of shape (height, width, 3) to a pygame surface."""
     size = (rgb.shape[1], rgb.shape[0])
     return load_pygame().image.frombuffer(np.ascontiguousarray(rgb), size, "RGB")

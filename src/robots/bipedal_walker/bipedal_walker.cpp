@@ -20,8 +20,8 @@ std::string stepper_of(const KernelChoice& choice) {
                                   : "the library: " + choice.why_none;
 }
 
-/// By the arm in the body's frame: Box2D's own function takes the difference of two places in the
-/// world, which single precision makes coarse far from its origin.
+/// Computes the arm in the body's frame. Box2D's own function subtracts two world positions, which
+/// is inaccurate in single precision far from the origin.
 b2Vec2 velocity_of_origin(const b2Body& body) {
   return body.GetLinearVelocity() -
          b2Cross(body.GetAngularVelocity(), body.GetWorldVector(body.GetLocalCenter()));
@@ -37,13 +37,13 @@ BipedalWalker::BipedalWalker(const Options& options) : options_(options) {
 
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
   renew_world();
-  // The order of draws is Gymnasium's: terrain, clouds, push.
+  // Draws in Gymnasium's order: terrain, clouds, push.
   terrain_origin_ = generator.state();
   terrain_ = generate_terrain(generator, options_.hardcore);
   clouds_ = generate_clouds(generator);
   physics_->build(terrain_, generator.uniform(-kInitialPush, kInitialPush));
   reward_.restart();
-  // Gymnasium's reset ends with a step without torque and drops its reward and flags.
+  // Gymnasium's reset ends with a step without torque and discards its reward and flags.
   const std::array<double, kJointCount> no_torque{};
   advance(no_torque.data());
   reward(no_torque.data());
@@ -110,8 +110,7 @@ void BipedalWalker::begin_step(const double* action) {
   physics_->drive(action);
 }
 
-/// A failed assertion leaves it locked for ever.
-/// @return what a step throws then
+/// A failed assertion leaves the world locked permanently.
 std::exception_ptr BipedalWalker::break_world() {
   world_is_broken_ = true;
   return std::make_exception_ptr(std::runtime_error("Box2D failed an assertion"));
@@ -125,7 +124,7 @@ void BipedalWalker::finish_step(RobotStep& step) {
 
 void BipedalWalker::observe(double* observation) const {
   const b2Body& hull = physics_->hull();
-  const b2Vec2 velocity = hull.GetLinearVelocity();  // of the centre of mass
+  const b2Vec2 velocity = hull.GetLinearVelocity();  // centre of mass
   Observed observed{};
   observed.hull_angle = double{hull.GetAngle()};
   observed.hull_angular_velocity = double{hull.GetAngularVelocity()};
@@ -146,7 +145,6 @@ double BipedalWalker::reward(const double* action) {
   return reward_.of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action);
 }
 
-/// @return static text; empty if the episode goes on
 const char* BipedalWalker::end_reason() const {
   const auto x = double{physics_->hull().GetPosition().x};
   constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;

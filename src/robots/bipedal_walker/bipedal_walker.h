@@ -17,8 +17,8 @@
 
 namespace walker::bipedal_walker {
 
-/// Gymnasium's BipedalWalker, to the bit: observations are float32 values, rewards float32 values
-/// but for the constant -100 of a fall.
+/// Gymnasium's BipedalWalker, to the bit. Observations are float32 values; so are rewards, except
+/// for the constant -100 of a fall.
 class BipedalWalker : public Robot {
  public:
   explicit BipedalWalker(const Options& options);
@@ -28,7 +28,7 @@ class BipedalWalker : public Robot {
 
   /// @throws std::runtime_error if Box2D fails an assertion
   void step(RobotStep& step) override;
-  /// By a kernel, if there is one (`specification().engine_version` says so).
+  /// Steps by a kernel, if one is available; `specification().engine_version` names it.
   void step_group(RobotStep* const* steps, std::size_t count) noexcept override;
   std::size_t group_size() const override { return kernel_ != nullptr ? kMaxGroupSize : 1; }
   void observe(double* observation) const override;
@@ -38,7 +38,7 @@ class BipedalWalker : public Robot {
   std::function<void()> load(StateReader& reader) override;
 
  private:
-  friend class BrokenWorldTest;  // breaks the world
+  friend class BrokenWorldTest;  // simulates a failed assertion
 
   void renew_world();
   bool has_world() const { return physics_ && !world_is_broken_; }
@@ -50,18 +50,18 @@ class BipedalWalker : public Robot {
   const char* end_reason() const;
 
   Options options_;
-  const Kernel* kernel_;  // of worlds that are stepped together; null: none
+  const Kernel* kernel_;  // steps a group of worlds; null if none is available
   std::shared_ptr<const Specification> specification_;
-  // None before the first reset. In place, for a world is 100 kB of which a step hardly touches
-  // any: it takes no memory as long as nothing else has used its place.
+  // Empty before the first reset. Stored in place: a step touches little of a world's 100 KiB, and
+  // untouched pages of a fresh allocation take up no memory.
   std::optional<Physics> physics_;
-  bool world_is_broken_ = false;     // the engine failed: the next reset makes a new world
-  GeneratorState terrain_origin_{};  // of the generator before it drew terrain and clouds
+  bool world_is_broken_ = false;     // the engine failed; the next reset makes a new world
+  GeneratorState terrain_origin_{};  // generator state before terrain and clouds
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;
   Reward reward_;
-  b2Vec2 velocity_before_step_{0, 0};  // of the hull's origin [m/s]
+  b2Vec2 velocity_before_step_{0, 0};  // velocity of the hull's origin [m/s]
 };
 
 }  // namespace walker::bipedal_walker

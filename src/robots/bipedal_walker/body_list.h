@@ -1,12 +1,12 @@
-// The world's list of bodies during a step.
+// Shortens a world's list of bodies during a step.
 #pragma once
 
 #include <Box2D/Box2D.h>
 
 namespace walker::bipedal_walker {
 
-/// Box2D's step goes through the list of all bodies several times, only to find that terrain does
-/// not move. While this object lives, the list ends with the walker.
+/// Ends the world's list of bodies with the walker while this object exists. Box2D's step traverses
+/// the whole list several times, although terrain does not move.
 class ShortBodyList {
  public:
   /// @param last the oldest body of the walker; all older ones are static

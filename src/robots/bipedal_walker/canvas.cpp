@@ -11,7 +11,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// What we use of cairo, found when the first canvas is made.
+/// Functions of cairo, which is loaded when the first canvas is made.
 struct Cairo {
   SharedLibrary library{"libcairo.so.2", "libcairo2"};
   decltype(&cairo_image_surface_create) create_surface =
@@ -41,7 +41,7 @@ const Cairo& cairo() {
   return kCairo;
 }
 
-/// cairo counts in 1/256 pixels, in 32 bits.
+/// Clamps to coordinates that cairo can represent: 32-bit fixed point, in 1/256 pixels.
 Pixel within_reach(const Pixel& point) {
   constexpr double kFarthest = 1e5;
   return {std::clamp(point[0], -kFarthest, kFarthest), std::clamp(point[1], -kFarthest, kFarthest)};
@@ -86,7 +86,7 @@ void Canvas::draw_line(const Pixel& from, const Pixel& to, const Color& color, E
   const auto [x0, y0] = within_reach(from);
   const auto [x1, y1] = within_reach(to);
   const double length = std::hypot(x1 - x0, y1 - y0);
-  // cairo measures the thickness across the line.
+  // cairo measures the thickness perpendicular to the line.
   const double slant = length > 0 ? std::max(std::abs(x1 - x0), std::abs(y1 - y0)) / length : 1;
   set_ink(color, edge);
   cairo().set_line_width(context_.get(), line_ * slant);

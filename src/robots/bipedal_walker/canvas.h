@@ -1,4 +1,4 @@
-// A surface to draw on, in cairo.
+// Draws polygons and lines with cairo.
 #pragma once
 
 #include <cairo.h>
@@ -12,35 +12,31 @@
 
 namespace walker::bipedal_walker {
 
-/// A point of a picture: to the right and down from the upper left corner [pixels]. The middle of
-/// the first pixel is (0.5, 0.5).
+/// A point of a picture: right and down from the upper left corner [pixels]. The centre of the
+/// first pixel is (0.5, 0.5).
 using Pixel = std::array<double, 2>;
 
-/// A picture in the making. Shapes cover those drawn before. Shapes of which a point is not a
-/// number are left out, and points far outside stand for those even farther.
+/// A picture to draw on. Later shapes cover earlier ones. A shape with a NaN coordinate is not
+/// drawn; coordinates far outside the picture are clamped.
 class Canvas {
  public:
-  /// How a shape's edge meets the pixels that it passes through.
   enum class Edge {
-    hard,   ///< a pixel belongs to the shape or not
-    smooth  ///< colours mix by how much of the pixel is covered
+    hard,   ///< no antialiasing
+    smooth  ///< antialiasing by pixel coverage
   };
 
-  /// @param width  [pixels]
-  /// @param height [pixels]
-  /// @param line   thickness of all lines, along the axis that they are less parallel to [pixels]
-  /// @throws std::runtime_error where cairo is not installed, saying what to install
+  /// Sizes are in pixels.
+  /// @param line thickness of all lines, measured along the axis less parallel to them
+  /// @throws std::runtime_error if cairo is not installed, naming the package, or if cairo fails
   Canvas(std::uint32_t width, std::uint32_t height, double line);
 
-  /// Begins again, in one color.
   void clear(const Color& color);
 
   void fill(const std::vector<Pixel>& polygon, const Color& color);
   void draw_line(const Pixel& from, const Pixel& to, const Color& color, Edge edge);
-  /// The polygon's sides.
   void outline(const std::vector<Pixel>& polygon, const Color& color, Edge edge);
 
-  /// @param rgb height x width x 3, rows from top to bottom
+  /// @param rgb receives height x width x 3 values, rows from top to bottom
   void read(std::vector<std::uint8_t>& rgb) const;
 
  private:

@@ -6,12 +6,12 @@ namespace walker::bipedal_walker {
 namespace {
 
 // Constants of BipedalWalkerHeuristics (gymnasium/envs/box2d/bipedal_walker.py, 1.4.0).
-constexpr double kSpeed = 0.29;  // falls forward when faster
+constexpr double kSpeed = 0.29;  // falls forward if faster
 constexpr double kSupportKneeAngle = 0.1;
-constexpr std::size_t kLegOffset = 4;  // of the first leg in the observation
+constexpr std::size_t kLegOffset = 4;  // index of the first leg in the observation
 constexpr std::size_t kLegStride = 5;  // hip angle, hip speed, knee angle, knee speed, contact
 
-/// PD control towards a target; Gymnasium treats a target of zero as none.
+/// PD control towards a target. Gymnasium treats a target of zero as no target.
 float pull(double target, float gain, float angle, float speed) {
   if (target == 0) return 0;
   return gain * (static_cast<float>(target) - angle) - 0.25F * speed;

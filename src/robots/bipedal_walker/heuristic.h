@@ -10,11 +10,11 @@
 
 namespace walker::bipedal_walker {
 
-/// Swings one leg forward, puts it down, pushes off with the other. It has no notion of balance:
-/// on about 15 % of the terrains it gets beyond a return of 200.
+/// Swings one leg forward, puts it down, and pushes off with the other. It does not balance,
+/// so its return exceeds 200 on only about 15 % of the terrains.
 ///
-/// Gymnasium computes it on float32 observations under NumPy 2, so this rounds to single precision
-/// at the same places; actions are float32 values in [-1, 1].
+/// Rounds to single precision wherever Gymnasium does, which computes with float32 observations
+/// under NumPy 2. Actions are float32 values in [-1, 1].
 class WALKER_SIM_EXPORT Heuristic : public Agent {
  public:
   Heuristic() { Heuristic::reset(); }
@@ -23,15 +23,15 @@ class WALKER_SIM_EXPORT Heuristic : public Agent {
     act(observation.data(), action_.data());
     return action_;
   }
-  /// @param observation 24 values as BipedalWalker gives them
-  /// @param action      4 values
+  /// @param observation 24 values, as BipedalWalker returns them
+  /// @param action      receives 4 values
   void act(const double* observation, double* action);
 
  private:
   enum class Phase { stay_on_one_leg, put_other_down, push_off };
 
-  /// A Python number: a double until a float32 of the observation takes its place, and from then
-  /// on arithmetic with it happens in single precision.
+  /// A Python number: a double until a float32 value of the observation replaces it. From then on,
+  /// arithmetic with it is in single precision.
   struct KneeAngle {
     double value;
     bool is_single;

@@ -7,7 +7,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// The rays as vectors [m]. Computed once, by the C library's sine as in Gymnasium.
+/// The rays as vectors: forward, down [m]. Computed by the C library's sine, as in Gymnasium.
 const std::array<std::array<double, 2>, kLidarRays>& rays() {
   static const std::array<std::array<double, 2>, kLidarRays> kRays = [] {
     std::array<std::array<double, 2>, kLidarRays> vectors{};

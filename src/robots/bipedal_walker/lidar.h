@@ -12,25 +12,24 @@ namespace walker::bipedal_walker {
 
 class Physics;
 
-/// What one ray met.
 struct RayHit {
-  float fraction = 1;  ///< of kLidarRange at which the ray met the ground; 1: it met nothing
+  float fraction = 1;  ///< distance to the ground over kLidarRange; 1 if nothing is hit
   bool hit = false;
 };
 
 using LidarScan = std::array<RayHit, kLidarRays>;
 using RayEnds = std::array<b2Vec2, kLidarRays>;
 
-/// Casts ray i from the hull's origin towards (sin 0.15 i, -cos 0.15 i): straight down first, then
-/// ever more forward. The rays do not turn with the hull and see the ground only, not the legs.
-/// @param terrain what `physics` was built with
-/// @throws std::logic_error, Box2D's assertion, when the hull is nowhere
+/// Casts ray i from the hull's origin towards (sin 0.15 i, -cos 0.15 i): ray 0 straight down, later
+/// ones further forward. The rays do not turn with the hull, and hit only terrain, not the legs.
+/// @param terrain the terrain that `physics` was built with
+/// @throws std::logic_error, Box2D's assertion, if the hull's position is not finite
 void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan);
 
-/// Finds where the segments from `origin` to `ends` meet the ground first. The ends go from left to
-/// right.
-///
-/// Looks at the pieces of ground below the rays alone, by Box2D's formulas.
+/// Finds the first hit of each segment from `origin` to `ends` with the terrain, by Box2D's
+/// formulas. Tests only the pieces of terrain below the rays.
+/// @param ends in ascending order of x
+/// @param scan holds upper bounds of the fractions; receives the hits
 void cast_rays(const Physics& physics, const Terrain& terrain, const b2Vec2& origin,
                const RayEnds& ends, LidarScan& scan);
 

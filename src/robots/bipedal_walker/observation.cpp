@@ -5,7 +5,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Gymnasium stores the state as float32.
+/// Rounds to float32, as Gymnasium stores the state.
 double rounded(double value) { return static_cast<double>(static_cast<float>(value)); }
 
 }  // namespace

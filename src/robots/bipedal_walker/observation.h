@@ -1,4 +1,4 @@
-// How an observation is laid out and scaled.
+// Layout and scaling of observations.
 #pragma once
 
 #include <array>
@@ -9,7 +9,6 @@
 
 namespace walker::bipedal_walker {
 
-/// Places in the observation.
 enum ObservationIndex : std::size_t {
   kHullAngle,
   kHullAngularVelocity,
@@ -21,18 +20,18 @@ enum ObservationIndex : std::size_t {
   kObservationSize = kFirstRay + kLidarRays
 };
 
-/// What is observed, before any scale; in Box2D's plane, whose angles turn about -y.
+/// Observed quantities before scaling, in Box2D's plane, whose positive angles turn about -y.
 struct Observed {
-  double hull_angle;                               ///< counts whole turns [rad]
+  double hull_angle;                               ///< includes whole turns [rad]
   double hull_angular_velocity;                    ///< [rad/s]
-  std::array<double, 2> hull_velocity;             ///< of its centre of mass: forward, up [m/s]
+  std::array<double, 2> hull_velocity;             ///< centre of mass: forward, up [m/s]
   std::array<double, kJointCount> joint_position;  ///< [rad]
   std::array<double, kJointCount> joint_velocity;  ///< [rad/s]
   std::array<bool, 2> leg_touches;
-  std::array<double, kLidarRays> ray_fraction;  ///< of kLidarRange; 1: the ray met nothing
+  std::array<double, kLidarRays> ray_fraction;  ///< distance over kLidarRange; 1 if nothing is hit
 };
 
-/// @param observation kObservationSize float32 values, as Gymnasium stores them
+/// @param observation receives kObservationSize float32 values, as Gymnasium stores them
 void write_observation(const Observed& observed, double* observation);
 
 }  // namespace walker::bipedal_walker

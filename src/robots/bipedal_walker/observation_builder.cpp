@@ -21,7 +21,7 @@ class Builder : public ObservationBuilder {
   void build(const Measurements& measurements, double* observation) override {
     check_measurements(measurements, *specification_);
     Observed observed{};
-    // The turn about -y; what a robot also rolls and yaws is not of this plane.
+    // Rotation about -y. Roll and yaw, which a real robot also has, are outside Box2D's plane.
     const Quaternion& q = measurements.orientation;
     observed.hull_angle = hull_angle_.follow(2 * std::atan2(-q[1], q[3]));
     observed.hull_angular_velocity = -measurements.angular_velocity[1];
@@ -37,7 +37,7 @@ class Builder : public ObservationBuilder {
   }
 
  private:
-  /// Measured is the origin's, in the hull's axes; observed the centre's, in the world's.
+  /// Converts the hull origin's velocity in hull axes to the centre of mass's in world axes.
   std::array<double, 2> velocity_of_center(const Measurements& measurements,
                                            const Observed& observed) const {
     const Vector3& center = specification_->links.front().center_of_mass;

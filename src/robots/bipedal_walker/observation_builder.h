@@ -1,4 +1,4 @@
-// BipedalWalker's observation out of a robot's sensors.
+// Builds BipedalWalker's observation from a robot's sensors.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,6 @@
 
 namespace walker::bipedal_walker {
 
-/// For the environment that the same options make.
 std::unique_ptr<ObservationBuilder> make_observation_builder(const Options& options);
 
 }  // namespace walker::bipedal_walker

@@ -33,9 +33,9 @@ b2BodyDef dynamic_body(double x, double y, double angle) {
   return definition;
 }
 
-/// Makes a world with a contact: the first of each fills tables of the whole process.
+/// Fills Box2D's process-wide tables, which the first world and the first contact initialise.
 void fill_tables() {
-  const auto world = std::make_unique<b2World>(b2Vec2(0, 0));  // 100 KiB are too many for a stack
+  const auto world = std::make_unique<b2World>(b2Vec2(0, 0));  // 100 KiB: too large for a stack
   b2CircleShape circle;
   circle.m_radius = 1;
   const b2BodyDef body = dynamic_body(0, 0, 0);
@@ -44,8 +44,8 @@ void fill_tables() {
   world->Step(1, 1, 1);
 }
 
-/// Asked for before any world is made, which is the last moment to fill Box2D's tables while no
-/// other thread reads them.
+/// Returns the gravity. Every `Physics` calls this before it makes its world, so the first call
+/// fills Box2D's tables before any other thread can read them.
 b2Vec2 gravity() {
   static const b2Vec2 kVector = [] {
     fill_tables();
@@ -63,7 +63,7 @@ constexpr double kHullDensity = 5.0;
 constexpr double kHullFriction = 0.1;
 constexpr double kLimbDensity = 1.0;
 constexpr double kLimbFriction = 0.2;  // Box2D's default, which Gymnasium leaves in place
-constexpr double kLegSpread = 0.05;    // the legs' initial angles: -kLegSpread, +kLegSpread [rad]
+constexpr double kLegSpread = 0.05;    // initial angles: -kLegSpread, +kLegSpread [rad]
 
 // Joint ranges [rad]
 constexpr double kHipLower = -0.8;
@@ -109,7 +109,7 @@ void Physics::destroy() {
   world_.SetContactListener(nullptr);
   std::for_each(terrain_.rbegin(), terrain_.rend(), [this](b2Body* b) { world_.DestroyBody(b); });
   terrain_.clear();
-  world_.DestroyBody(hull_);  // and with it the hip joints
+  world_.DestroyBody(hull_);  // also destroys the hip joints
   hull_ = nullptr;
   for (b2Body*& limb : limbs_) {
     world_.DestroyBody(limb);
@@ -121,7 +121,7 @@ void Physics::destroy() {
 void Physics::build_terrain(const Terrain& terrain) {
   const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
   terrain_.reserve(pieces);
-  expect_fixtures(world_, static_cast<int>(pieces + 1 + kJointCount));  // with hull and limbs
+  expect_fixtures(world_, static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
   for (const std::array<Point, 4>& obstacle : terrain.obstacles) {
     std::array<b2Vec2, 4> vertices;
     std::transform(obstacle.begin(), obstacle.end(), vertices.begin(),
@@ -193,7 +193,7 @@ b2RevoluteJoint* Physics::build_joint(b2Body* parent, b2Body* child, double anch
   definition.bodyB = child;
   definition.localAnchorA = to_vector(0, anchor_y);
   definition.localAnchorB = to_vector(0, kLegHeight / 2);
-  // The Python binding counts a joint's angle from where its bodies are when it is made.
+  // The Python binding sets the reference angle from the bodies' angles at creation.
   definition.referenceAngle = child->GetAngle() - parent->GetAngle();
   definition.enableMotor = true;
   definition.enableLimit = true;

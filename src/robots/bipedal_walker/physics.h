@@ -15,11 +15,11 @@ namespace walker::bipedal_walker {
 constexpr unsigned kGroundCategory = 0x0001;  // collision bits of terrain
 constexpr unsigned kWalkerCategory = 0x0020;  // collision bits of hull and legs
 
-/// Joints and the leg parts that they carry, in action order.
+/// Indices of joints, and of the limbs that they carry, in action order.
 enum JointIndex : std::size_t { kHip1, kKnee1, kHip2, kKnee2, kJointCount };
 
 /// A b2World with one walker in it. Builds, destroys, drives and steps in Gymnasium's order, which
-/// decides the bits.
+/// affects the engine's bits.
 class Physics {
  public:
   Physics();
@@ -27,24 +27,24 @@ class Physics {
   Physics& operator=(const Physics&) = delete;
   ~Physics() = default;
 
-  /// Terrain, hull and legs at the start. The world must hold none.
+  /// Creates terrain, hull and legs at the start. The world must be empty.
   /// @param push horizontal force on the hull during the first step [N]
   void build(const Terrain& terrain, double push);
 
-  /// Takes everything out of the world, in Gymnasium's order; the world's own state remains.
+  /// Destroys all bodies, in Gymnasium's order. The world keeps its own state.
   void destroy();
 
-  /// Sets the joints' velocity motors: full speed in the action's direction, torque by its size.
-  /// @param action kJointCount values; |a| beyond 1 acts as 1
+  /// Sets the velocity motors: speed by the sign of the action, torque limit by its magnitude.
+  /// @param action kJointCount values; magnitudes are clamped to 1
   void drive(const double* action);
 
-  /// Advances by 1 / kStepsPerSecond.
+  /// Advances the world by 1 / kStepsPerSecond.
   void step();
 
   WalkerParts parts();
 
   bool hull_has_touched() const { return contacts_.hull_has_touched; }
-  /// @param leg 0 or 1: its lower part has ground contact
+  /// Returns the ground contact flag of leg 0 or 1, which follows the contacts of its lower part.
   bool leg_touches(std::size_t leg) const { return contacts_.leg_touches[leg]; }
 
   const b2World& world() const { return world_; }
@@ -54,10 +54,10 @@ class Physics {
   const b2Fixture& obstacle(std::size_t index) const { return *terrain_[index]->GetFixtureList(); }
 
  private:
-  friend class WorldState;  // saves and loads all of it
+  friend class WorldState;  // saves and loads the private state
 
-  /// Follows contacts as Gymnasium's ContactDetector: the end of any contact of a leg clears its
-  /// flag, even where another one lasts.
+  /// Tracks contacts as Gymnasium's ContactDetector does: the end of any contact of a leg clears
+  /// its flag, even if another contact persists.
   class Contacts : public b2ContactListener {
    public:
     void watch(const b2Body* hull, const b2Body* lower_leg_1, const b2Body* lower_leg_2);

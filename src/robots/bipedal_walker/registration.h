@@ -1,4 +1,4 @@
-// BipedalWalker's entry in the registry.
+// BipedalWalker's entries in the registry.
 #pragma once
 
 #include <vector>

@@ -17,11 +17,11 @@ namespace {
 using Edge = Canvas::Edge;
 using Points = std::vector<std::array<double, 2>>;  // x, z [m]
 
-// Gymnasium's `render`: places in pixels of a picture 400 pixels high.
+// Constants of Gymnasium's `render`, in pixels of a picture 400 pixels high unless noted.
 constexpr double kHullFromLeft = kViewportWidth / kScale / 5;  // [m]
 constexpr double kPennantHeight = 10;
 constexpr double kPennantLength = 25;
-constexpr std::uint32_t kRayPeriod = 100;  // pictures until the first ray is drawn again
+constexpr std::uint32_t kRayPeriod = 100;  // pictures per cycle of rays
 
 constexpr double kCameraDistance = 10;  // [m]
 
@@ -39,9 +39,8 @@ const Color kHullOutline = rgb(76, 76, 127);
 const Color kLeg1Outline = rgb(127, 76, 101);
 const Color kLeg2Outline = rgb(77, 26, 51);
 
-/// Where a point of a link is in the world: x, z [m].
 std::array<double, 2> to_world(const Pose& link, const std::array<double, 2>& point) {
-  // The orientation is a turn about y by twice the angle of which these are sine and cosine.
+  // Sine and cosine of half the rotation about y.
   const double s = link.orientation[1];
   const double c = link.orientation[3];
   const double sine = 2 * s * c;
@@ -84,7 +83,6 @@ class SideView : public Renderer {
     canvas_.emplace(camera_.width, camera_.height, std::max(zoom_, 1.0));
   }
 
-  /// @throws std::invalid_argument for a state of another kind of walker
   void check(const StateCapture& captured) const {
     const std::size_t links = captured.sensors.link_poses.size();
     const std::size_t rays = captured.sensors.ranges.size();
@@ -98,9 +96,9 @@ class SideView : public Renderer {
                                 std::to_string(specification_->range_finder.num_rays));
   }
 
-  /// Scrolls so that a hull at x [m] is in its place.
+  /// Scrolls so that a hull at x [m] is kHullFromLeft from the left edge.
   void follow(double x) {
-    scroll_ = std::isfinite(x) ? x - kHullFromLeft : 0;  // a hull that is nowhere is not followed
+    scroll_ = std::isfinite(x) ? x - kHullFromLeft : 0;
     left_ = std::trunc(std::max(0.0, scroll_) * scale_);
   }
 
@@ -110,7 +108,7 @@ class SideView : public Renderer {
             {-half, 0, 0, half}};
   }
 
-  /// From the back to the front, as Gymnasium.
+  /// Draws from back to front, as Gymnasium does.
   void draw(const StateCapture& captured) {
     draw_sky();
     for (const ScenePolygon& cloud : captured.scene.clouds) draw_cloud(cloud);
@@ -127,8 +125,8 @@ class SideView : public Renderer {
     for (const Flag& flag : captured.scene.flags) draw_flag(flag);
   }
 
-  /// Left of x = 4 m the hull leaves its place in the picture, for that does not go left of the
-  /// world's origin. Gymnasium's sky goes, and leaves black what it does not reach.
+  /// Draws Gymnasium's sky. If the hull is left of x = 4 m, the picture stays at the world's origin
+  /// but the sky keeps scrolling, so the right of the picture, which it does not cover, is black.
   void draw_sky() {
     canvas_->clear(kSky);
     if (scroll_ >= 0) return;
@@ -140,7 +138,7 @@ class SideView : public Renderer {
   }
 
   void draw_cloud(const ScenePolygon& cloud) {
-    // Twice as far away, they pass half as fast.
+    // Parallax: clouds scroll at half the speed.
     const double begin = scroll_ / 2;
     if (!is_between(cloud.points, begin, begin + camera_.width / scale_)) return;
     polygon_.clear();
@@ -158,7 +156,7 @@ class SideView : public Renderer {
   }
 
   void draw_ray(const StateCapture& captured) {
-    // There and back through the rays, then none for a while.
+    // Sweeps through the rays forward and backward, then draws none until the cycle ends.
     const RangeFinder& finder = specification_->range_finder;
     const std::size_t picture = (captured.step + 1) % kRayPeriod;
     if (picture >= 2 * finder.num_rays) return;
@@ -203,7 +201,7 @@ class SideView : public Renderer {
     canvas_->outline(polygon_, kPole, Edge::hard);
   }
 
-  /// What is a body in Box2D: its single precision decides between neighbouring pixels.
+  /// Draws the shape of a Box2D body, whose single precision decides between neighbouring pixels.
   void draw_solid(const Points& points, const Color& color, const Color& outline) {
     polygon_.clear();
     for (const auto& [x, z] : points) {
@@ -215,33 +213,32 @@ class SideView : public Renderer {
     canvas_->outline(polygon_, outline, Edge::smooth);
   }
 
-  /// The polygon with soft edges.
+  /// Fills polygon_ with smooth edges.
   void draw_body(const Color& color) {
     canvas_->fill(polygon_, color);
     canvas_->outline(polygon_, color, Edge::smooth);
   }
 
-  /// Whether any part of the shape has an x there [m].
   static bool is_between(const Points& points, double begin, double end) {
     const auto [first, last] = std::minmax_element(
         points.begin(), points.end(), [](const auto& a, const auto& b) { return a[0] < b[0]; });
     return first != points.end() && (*last)[0] >= begin && (*first)[0] <= end;
   }
 
-  /// The middle of a pixel, for a place right of and above the world's origin [pixels].
+  /// Centre of the pixel at x to the right of and z above the world's origin [pixels].
   Pixel exact(double x, double z) const { return {x - left_ + 0.5, camera_.height - z - 0.5}; }
 
-  /// The same in whole pixels, towards the origin: to these pygame rounds most shapes.
+  /// The same for truncated x and z, as pygame draws most shapes.
   Pixel whole(double x, double z) const { return exact(std::trunc(x), std::trunc(z)); }
 
   Camera camera_;
   double scale_;  // pixels per metre
-  double zoom_;   // over Gymnasium's size
+  double zoom_;   // height over Gymnasium's
   std::shared_ptr<const Specification> specification_;
   std::optional<Canvas> canvas_;
 
   double scroll_ = 0;           // Gymnasium's left edge [m]
-  double left_ = 0;             // of the picture, never left of the world's origin [pixels]
+  double left_ = 0;             // the picture's left edge, at least 0 [pixels]
   std::vector<Pixel> polygon_;  // scratch
   Points corners_;              // scratch
 };

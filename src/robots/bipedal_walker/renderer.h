@@ -1,4 +1,4 @@
-// BipedalWalker as Gymnasium draws it.
+// Renders BipedalWalker as Gymnasium does.
 #pragma once
 
 #include <memory>
@@ -11,16 +11,16 @@ namespace walker::bipedal_walker {
 
 std::vector<ParameterDescription> camera_parameters();
 
-/// Draws as Gymnasium 1.4: from the side, 400 pixels high for 13.3 m, the hull 4 m from the left
-/// edge. Another height scales the picture, and another width shows more or less of the terrain on
-/// the right. There is no depth.
+/// Draws as Gymnasium 1.4 does: a side view, 400 pixels high for 13.3 m, with the hull 4 m from the
+/// left edge. Another height scales the picture, and another width shows more or less of the
+/// terrain on the right. Depth is not supported.
 ///
-/// The camera's optical frame is in the middle of the picture and 10 m to the right of the walker,
-/// which is as good as any place: the projection is parallel.
+/// The camera's optical frame is in the middle of the picture, 10 m to the right of the walker. The
+/// distance is arbitrary, because the projection is parallel.
 ///
-/// Of the lidar Gymnasium draws one ray, the next one at each call of its `render`. Here it follows
-/// from the steps since the reset, and is Gymnasium's where every state is drawn.
-/// @param camera complete
+/// Each call of Gymnasium's `render` draws the next lidar ray. This renderer selects the ray by the
+/// steps since the reset, which gives the same pictures if every state is drawn.
+/// @param camera a value for each of `camera_parameters`
 std::unique_ptr<Renderer> make_renderer(const Parameters& camera);
 
 }  // namespace walker::bipedal_walker

@@ -1,4 +1,4 @@
-// The state of a BipedalWalker as bytes: what it remembers itself, and its world.
+// Saves and loads BipedalWalker's state: its own members and the Box2D world.
 #include "base/state_bytes.h"
 #include "robots/bipedal_walker/bipedal_walker.h"
 #include "robots/bipedal_walker/world_state.h"
@@ -24,7 +24,7 @@ LidarScan read_lidar(StateReader& reader) {
 
 }  // namespace
 
-/// Terrain and clouds are not written: they are drawn again from the generator's state.
+/// Terrain and clouds are not written; `load` draws them again from the generator's state.
 void BipedalWalker::save(StateWriter& writer) const {
   writer.number(std::uint8_t{has_world()});
   if (!has_world()) return;
@@ -65,7 +65,7 @@ std::function<void()> BipedalWalker::load(StateReader& reader) {
   return [this, is_same_terrain, terrain_origin, clouds, has_shaping, shaping, velocity_before_step,
           lidar, terrain = std::move(terrain), world = std::move(world)] {
     if (!is_same_terrain) {
-      world_is_broken_ = true;  // until it is built
+      world_is_broken_ = true;  // until `build` has returned
       physics_.emplace();
       physics_->build(terrain, 0);
       world_is_broken_ = false;

@@ -27,7 +27,7 @@ Color limb_color(std::size_t joint) {
   return rgb(153 + shade, 76 + shade, 127 + shade);
 }
 
-/// Where a link's frame is in its body's.
+/// A link's frame in the frame of its body.
 struct Frame {
   b2Vec2 origin{0, 0};  // [m]
   b2Rot rotation{0};
@@ -35,7 +35,7 @@ struct Frame {
   b2Vec2 local(const b2Vec2& point) const { return b2MulT(rotation, point - origin); }
 };
 
-/// Our frames sit at the joints and are parallel to the hull's at angles 0.
+/// Link frames are at the joints and are parallel to the hull's frame at joint angles 0.
 Frame frame_of(const Physics& physics, std::size_t joint) {
   return {physics.joint(joint).GetLocalAnchorB(), b2Rot(-frame_rotation(physics, joint))};
 }
@@ -46,7 +46,7 @@ Link read_link(const std::string& name, const b2Body& body, const Frame& frame, 
   link.mesh = "bipedal_walker_" + name;  // scripts/dev/make_meshes writes the files
   link.mass = double{body.GetMass()};
   link.center_of_mass = to_vector3(frame.local(body.GetLocalCenter()));
-  // Box2D gives the inertia about the body's origin, and knows no other axis.
+  // Box2D returns the inertia about the body's origin, and only for the y axis.
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   link.inertia = {kUnknown, 0, kUnknown, 0, kUnknown, 0};
   link.inertia.yy =
@@ -83,12 +83,11 @@ void read_walker(const Physics& physics, Specification& specification) {
   }
 }
 
-/// Links and joints, which are the same on all terrains. Built once: what many walkers built for
-/// this would leave in the heap are holes.
+/// Links and joints, the same on all terrains. Built once: temporary walkers fragment the heap.
 const Specification& the_walker() {
   static const Specification kWalker = [] {
     Generator generator(0);
-    const auto physics = std::make_unique<Physics>();  // 100 KiB are too many for a stack
+    const auto physics = std::make_unique<Physics>();  // 100 KiB: too large for a stack
     physics->build(generate_terrain(generator, false), 0);
     Specification specification;
     read_walker(*physics, specification);
@@ -125,7 +124,7 @@ void set_engine(Specification& specification) {
                                  std::to_string(b2_version.minor) + "." +
                                  std::to_string(b2_version.revision) + " (pinned, box2d-py 2.3.8)";
   Dl_info where{};
-  // The engine is linked into what contains b2_version.
+  // b2_version is in the program or library that the engine is linked into.
   if (dladdr(&b2_version, &where) != 0 && where.dli_fname != nullptr) {
     specification.engine_path = where.dli_fname;
   }

@@ -1,4 +1,4 @@
-// What the environment tells about itself, read off the running Box2D world.
+// The environment's specification, read from a Box2D world, and its scene.
 #pragma once
 
 #include <memory>
@@ -13,32 +13,30 @@
 
 namespace walker::bipedal_walker {
 
-/// What a constructor may choose.
 struct Options {
   std::string id;
   bool hardcore = false;
   bool reuse_world = false;
-  std::uint32_t max_episode_steps = 0;  ///< for the specification; the episode enforces it
+  std::uint32_t max_episode_steps = 0;  ///< written to the specification; the episode enforces it
 };
 
-/// Builds a walker once and reads masses, shapes, joints and limits from its bodies. Walkers with
-/// the same options share what they get as long as one of them lives. Thread-safe.
-/// @param stepper of the engine's version; empty: unknown
+/// Returns the specification, with links and joints read from a walker that is built once per
+/// process. Calls with equal arguments share it as long as it is referenced. Thread-safe.
+/// @param stepper what steps the world; appended to the engine's version unless empty
 std::shared_ptr<const Specification> make_specification(const Options& options,
                                                         const std::string& stepper = "");
 
-/// Terrain and sky in Gymnasium's colours.
+/// Sets the scene to terrain, clouds and flag in Gymnasium's colours.
 void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene);
 
-/// Box2D's x,y plane is the world's x,z plane, so its positive angle turns about -y.
+/// Converts from Box2D's x,y plane to the world's x,z plane: a positive angle turns about -y.
 Vector3 to_vector3(const b2Vec2& vector);
 Pose to_pose(const b2Vec2& position, float angle);
 
-/// From a joint's body to the frame of its link, which is parallel to the hull when the joints'
-/// angles are 0: the walker starts with angles 0 and its legs spread [rad].
+/// Returns the angle of a joint's child body in the frame of its link [rad]. Link frames are
+/// parallel to the hull at joint angles 0, at which the walker starts with spread legs.
 float frame_rotation(const Physics& physics, std::size_t joint);
 
-/// The body that a joint carries.
 const b2Body& child_of(const b2RevoluteJoint& joint);
 
 }  // namespace walker::bipedal_walker

@@ -5,14 +5,14 @@
 namespace walker::bipedal_walker {
 namespace {
 
-// Numbered as Gymnasium draws them.
+// Numbers that Gymnasium draws.
 enum class Section { grass = 0, stump = 1, stairs = 2, pit = 3 };
 constexpr std::int64_t kFirstObstacle = 1;
 constexpr std::int64_t kSectionCount = 4;
 
 double sign(double value) { return static_cast<double>((value > 0) - (value < 0)); }
 
-/// The state machine that lays the ground from left to right, one section after the other.
+/// State machine that generates the ground from left to right, section by section.
 class Surveyor {
  public:
   Surveyor(Generator& generator, bool hardcore) : generator_(generator), hardcore_(hardcore) {}
@@ -122,11 +122,11 @@ class Surveyor {
   bool hardcore_;
   Terrain terrain_;
   Section section_ = Section::grass;
-  bool entering_ = false;                      // this step is the section's first
-  std::int64_t remaining_ = kTerrainStartPad;  // steps of the section still to come
+  bool entering_ = false;                      // this step is the first of its section
+  std::int64_t remaining_ = kTerrainStartPad;  // remaining steps of the section
   double y_ = kTerrainHeight;
   double velocity_ = 0;   // slope of the grass, metres per step
-  double section_y_ = 0;  // height at which the obstacle began
+  double section_y_ = 0;  // ground height at the start of the obstacle [m]
   std::int64_t stair_steps_ = 0;
   std::int64_t stair_width_ = 0;
   std::int64_t stair_height_ = 0;  // +1 up, -1 down

@@ -1,4 +1,4 @@
-// The ground and the sky: pure functions of the random generator.
+// Terrain and clouds: pure functions of the random generator.
 #pragma once
 
 #include <array>
@@ -15,17 +15,16 @@ struct Point {
   double y;
 };
 
-/// Ground line and obstacles of one episode.
 struct Terrain {
-  std::array<Point, kTerrainLength> ground{};   ///< an edge joins each point to the next
-  std::vector<std::array<Point, 4>> obstacles;  ///< pit walls, stumps and stairs, in this order
+  std::array<Point, kTerrainLength> ground{};   ///< each point is joined to the next by an edge
+  std::vector<std::array<Point, 4>> obstacles;  ///< pit walls, stumps, stairs; left to right
 };
 
 using Cloud = std::array<Point, 5>;
 using Clouds = std::array<Cloud, kTerrainLength / 20>;
 
 /// Draws exactly what Gymnasium's `_generate_terrain` draws, in its order.
-/// @param hardcore with stumps, stairs and pits
+/// @param hardcore whether the terrain has stumps, stairs and pits
 Terrain generate_terrain(Generator& generator, bool hardcore);
 
 /// Draws exactly what Gymnasium's `_generate_clouds` draws, in its order.

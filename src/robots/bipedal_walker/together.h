@@ -1,4 +1,4 @@
-// Steps of many worlds, made together.
+// Steps many worlds together.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@ namespace walker::bipedal_walker {
 
 class Physics;
 
-/// One of several calls of `Physics::step` that are made together.
+/// One call of `Physics::step` within a group.
 struct WorldCall {
   Physics* physics = nullptr;
   std::exception_ptr failure;  ///< what `step` would have thrown
 };
 
-/// Advances distinct worlds by a step, each as `Physics::step` does it, to the bit.
+/// Advances distinct worlds by one step. Each world gets the same bits as by `Physics::step`.
 /// @param count at most kMaxGroupSize
 void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept;
 

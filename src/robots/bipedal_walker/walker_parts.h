@@ -1,4 +1,4 @@
-// Which bodies and joints of a world are the walker.
+// The walker's bodies and joints in a Box2D world.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace walker::bipedal_walker {
 
-/// In the order in which Box2D solves them: the chain from the second lower leg over the hull to
-/// the first.
+/// Bodies and joints in the order in which Box2D solves them: the chain from the second lower leg
+/// over the hull to the first lower leg.
 struct WalkerParts {
   b2World* world;
   std::array<b2Body*, kBodies> bodies;

@@ -1,4 +1,4 @@
-// All that a world carries from one step to the next, as bytes.
+// Serialises the state that a world carries from one step to the next.
 #pragma once
 
 #include <array>
@@ -16,25 +16,25 @@ namespace walker::bipedal_walker {
 
 class Physics;
 
-/// The world of a `Physics` that has been stepped: a step leaves it without pairs to look for,
-/// forces and flags of islands.
+/// State of a `Physics` world that has been stepped. A step leaves no pending broad-phase pairs,
+/// forces or island flags.
 class WorldState {
  public:
   static void save(const Physics& physics, StateWriter& writer);
 
-  /// Every index is looked at: `put_into` relies on them.
-  /// @param terrain of the world that it is to be put into
-  /// @throws std::invalid_argument naming what no such world has
+  /// Reads a state and validates every index, which `put_into` relies on.
+  /// @param terrain the terrain of the destination world
+  /// @throws std::invalid_argument naming the invalid value
   static WorldState read(StateReader& reader, const Terrain& terrain);
 
-  /// @param physics built with that terrain
+  /// @param physics built with the terrain that was given to `read`
   void put_into(Physics& physics) const;
 
  private:
-  // Structs without gaps, written and read as they are.
+  // Structs without padding, which are written and read as raw bytes.
 
   struct Body {
-    b2Vec2 c0, c;  // of the sweep, as the next three
+    b2Vec2 c0, c;  // these and the next three: b2Sweep
     float a0, a, alpha0;
     b2Vec2 place;
     float sine, cosine;
@@ -67,7 +67,7 @@ class WorldState {
   };
 
   struct Contact {
-    std::int32_t fixture_a, fixture_b;  // places in the list of all: terrain, then the walker's
+    std::int32_t fixture_a, fixture_b;  // indices: terrain, then the walker
     std::uint32_t flags;
     std::int32_t manifold_type;
     std::int32_t num_points;
@@ -78,7 +78,7 @@ class WorldState {
 
   struct Node {
     b2Vec2 low, high;
-    std::int32_t link;  // parent, or the next free one
+    std::int32_t link;  // parent; of a free node: the next free one
     std::int32_t child1, child2;
     std::int32_t height;  // -1: free
   };
@@ -100,12 +100,12 @@ class WorldState {
 
   std::uint8_t hull_has_touched_ = 0;
   std::array<std::uint8_t, 2> leg_touches_{};
-  float inverse_dt_ = 0;  // of the last step
+  float inverse_dt_ = 0;  // 1 / dt of the last step
   std::array<Body, kBodies> bodies_{};
-  std::vector<TerrainBody> terrain_bodies_;  // those that are not as they were made
+  std::vector<TerrainBody> terrain_bodies_;  // those that differ from `terrain_at_rest`
   std::array<Joint, kJoints> joints_{};
   std::vector<Contact> contacts_;     // in the world's order
-  std::vector<std::int32_t> leaves_;  // of the tree, one for each fixture
+  std::vector<std::int32_t> leaves_;  // tree node of each fixture
   std::int32_t root_ = 0;
   std::int32_t first_free_ = 0;
   std::vector<Node> nodes_;

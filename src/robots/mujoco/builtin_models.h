@@ -1,5 +1,4 @@
-// The models of assets/, built into the library: nothing has to be found at run time. CMake fills
-// their texts into builtin_models.cpp.in.
+// The models of assets/, embedded in the library. CMake inserts them into builtin_models.cpp.in.
 #pragma once
 
 #include <string>
@@ -8,11 +7,11 @@
 namespace walker::mujoco {
 
 struct BuiltinModel {
-  std::string name;  ///< the file's, without a folder
+  std::string name;  ///< file name without directory
   std::string text;  ///< MJCF
 };
 
-/// Of each *.xml in assets/.
+/// Returns every *.xml of assets/.
 const std::vector<BuiltinModel>& builtin_models();
 
 }  // namespace walker::mujoco

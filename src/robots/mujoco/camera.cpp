@@ -25,7 +25,6 @@ std::int64_t integer(const Parameters& parameters, const char* name) {
   return std::get<std::int64_t>(parameters.at(name));
 }
 
-/// The model's cameras, in words that end a sentence.
 std::string cameras_of(const mjModel& model) {
   if (model.ncam == 0) return "the model has none";
   std::string text = "the model has";
@@ -42,7 +41,7 @@ std::string cameras_of(const mjModel& model) {
                               ": no such camera; " + cameras_of(model));
 }
 
-/// Index of the model's camera, or -1: the free one.
+/// Returns the index of the model's camera; -1: the free camera.
 int find_camera(const mjModel& model, const Parameters& camera) {
   const std::int64_t id = integer(camera, "camera_id");
   if (id >= model.ncam) refuse(model, camera, "camera_id");

@@ -1,4 +1,4 @@
-// From where a robot is seen.
+// A renderer's camera: its parameters, field of view and pose.
 #pragma once
 
 #include <string>
@@ -10,19 +10,20 @@
 
 namespace walker::mujoco {
 
-/// Defaults are Gymnasium's (DEFAULT_CAMERA_CONFIG of hopper_v5.py and walker2d_v5.py, DEFAULT_SIZE
-/// of mujoco_env.py), but for the camera itself: Gymnasium 1.4's does not follow the robot.
-/// @param distance the default of that parameter [m]
+/// Returns the camera's parameters. Their defaults are Gymnasium's (DEFAULT_CAMERA_CONFIG of
+/// hopper_v5.py and walker2d_v5.py, DEFAULT_SIZE of mujoco_env.py), except that the default camera
+/// is the model's tracking camera; Gymnasium 1.4's does not follow the robot.
+/// @param distance default of the parameter `distance` [m]
 std::vector<ParameterDescription> camera_parameters(double distance);
 
-/// MuJoCo's camera that the parameters choose.
-/// @throws std::invalid_argument naming the camera that the model does not have, and those it has
+/// Returns the MuJoCo camera that the parameters select.
+/// @throws std::invalid_argument if the model lacks the camera; the message lists those it has
 mjvCamera choose_camera(const mjModel& model, const Parameters& camera);
 
-/// Size, focal length and depths of its pictures.
+/// Returns the size, focal length and depth range of the camera's pictures.
 Camera describe_camera(const mjModel& model, const mjvCamera& chosen, const Parameters& camera);
 
-/// Where the camera was, as an optical frame in the world: x to the right, y down, z forward.
+/// Returns the camera's optical frame in the world: x to the right, y down, z forward.
 Pose optical_frame(const mjvScene& scene);
 
 }  // namespace walker::mujoco

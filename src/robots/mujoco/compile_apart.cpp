@@ -29,7 +29,7 @@
 namespace walker::mujoco {
 namespace {
 
-/// Before what the child says: whether it is a model or the reason why there is none, and its size.
+/// Precedes the child's message: a model, or the reason why there is none. The size is in bytes.
 struct Heading {
   enum class Kind : std::uint64_t { model, refusal };
   Kind kind;
@@ -45,7 +45,7 @@ void limit(int resource, std::size_t most) {
   setrlimit(resource, &limits);
 }
 
-/// Of this process [bytes]; 0: not known.
+/// Size of this process's address space [bytes]; 0: unknown.
 std::size_t address_space() {
   std::size_t pages = 0;
   std::ifstream file("/proc/self/statm");
@@ -54,18 +54,18 @@ std::size_t address_space() {
   return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// What the host has set up is not for this process: it says nothing, leaves no core, runs none of
-/// the host's code at its end, and does not outlive the host.
+/// Undoes the host's set-up in the child: it prints nothing, dumps no core, runs none of the host's
+/// exit handlers, and dies with the host.
 void become_quiet(const CompileLimits& limits) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int number = 1; number < NSIG; ++number) {
-    std::signal(number, number == SIGINT ? SIG_IGN : SIG_DFL);  // Ctrl-C is the host's matter
+    std::signal(number, number == SIGINT ? SIG_IGN : SIG_DFL);  // the host handles Ctrl-C
   }
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  std::locale::global(std::locale::classic());  // MuJoCo may read numbers with C++'s streams
-  std::atexit([] { _exit(EXIT_FAILURE); });     // goes before all that was registered earlier
+  std::locale::global(std::locale::classic());  // MuJoCo may parse numbers with streams
+  std::atexit([] { _exit(EXIT_FAILURE); });     // runs before handlers registered earlier
   const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   for (int standard = 0; standard <= STDERR_FILENO; ++standard) dup2(nowhere, standard);
   limit(RLIMIT_CORE, 0);
@@ -79,7 +79,7 @@ void write_all(int file, const void* bytes, std::size_t size) {
   while (size > 0) {
     const ssize_t written = ::write(file, from, size);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) _exit(EXIT_FAILURE);  // nobody listens any more
+    if (written <= 0) _exit(EXIT_FAILURE);  // the parent has closed the pipe
     from += written;
     size -= static_cast<std::size_t>(written);
   }
@@ -91,8 +91,8 @@ void tell(int file, Heading::Kind kind, const void* bytes, std::size_t size) {
   write_all(file, bytes, size);
 }
 
-/// MuJoCo's time grows with the square of their number.
-/// @throws std::runtime_error naming the size and what is allowed
+/// MuJoCo's compile time grows with the square of the number of elements.
+/// @throws std::runtime_error naming the size and the limit
 void check_size(const std::string& path, const CompileLimits& limits) {
   const MjcfSize size = measure_mjcf(path, limits.bytes);
   if (size.elements > limits.elements) {
@@ -106,17 +106,17 @@ void check_size(const std::string& path, const CompileLimits& limits) {
   }
 }
 
-/// @throws std::exception where MuJoCo refuses the model, or has no room for it
+/// @throws std::exception if MuJoCo rejects the model or runs out of memory
 std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
   std::array<char, kMaxErrorBytes> message{};
   const mjModel* const model = mj_loadXML(path.c_str(), files, message.data(), kMaxErrorBytes);
   if (model == nullptr) throw std::runtime_error(message.data());
-  // What everybody does first with a model: its sizes have to allow that.
+  // Every user of a model starts with these calls, so its sizes must allow them.
   mjData* const data = mj_makeData(model);
   if (data == nullptr) throw std::runtime_error("its data cannot be made");
   mj_forward(model, data);
   const int size = mj_sizeModel(model);
-  if (size <= 0) throw std::bad_alloc();  // more than an int holds
+  if (size <= 0) throw std::bad_alloc();  // the size overflows an int
   std::vector<std::byte> bytes(static_cast<std::size_t>(size));
   mj_saveModel(model, nullptr, bytes.data(), size);
   return bytes;
@@ -142,7 +142,7 @@ std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
 
 // ---------------------------------------------------------------- the parent
 
-/// Processor time that a process has had; negative: it has ended.
+/// CPU time of a process [s]; negative: it has ended.
 double processor_time(pid_t process) {
   clockid_t clock{};
   timespec time{};
@@ -151,7 +151,7 @@ double processor_time(pid_t process) {
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) / kPerSecond;
 }
 
-/// The child, of whom nothing is left afterwards.
+/// The child process; the destructor kills and reaps it.
 class Child {
  public:
   /// @throws std::system_error
@@ -159,7 +159,7 @@ class Child {
       : limits_(limits) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("pipe");
-    for (int& end : ends) end = above_standard(end);  // the child overwrites the standard ones
+    for (int& end : ends) end = above_standard(end);  // the child redirects the standard ones
     if (ends[0] < 0 || ends[1] < 0) {
       const int error = errno;
       for (const int end : ends) ::close(end);
@@ -184,7 +184,7 @@ class Child {
     ::close(file_);
   }
 
-  /// @return whether so many bytes came
+  /// @return whether `size` bytes arrived
   bool read_all(void* bytes, std::size_t size) {
     auto* to = static_cast<char*>(bytes);
     while (size > 0) {
@@ -198,10 +198,10 @@ class Child {
     return true;
   }
 
-  /// Whether it does nothing any more, as `read_all` has found.
+  /// Whether `read_all` failed because the child was idle.
   bool is_idle() const { return is_idle_; }
 
-  /// How a child ended that did not say all. `read_all` has returned false.
+  /// Why the child's message is incomplete. Requires that `read_all` has returned false.
   std::string end_text() {
     if (is_idle_) {
       return "it waited for " + std::to_string(limits_.idle_seconds) +
@@ -224,8 +224,8 @@ class Child {
                             std::string("MuJoCo's compiler gets no process of its own: ") + what);
   }
 
-  /// For more to read, or the end.
-  /// @return false where the child does nothing any more
+  /// Waits for data or EOF.
+  /// @return false if the child is idle
   /// @throws Interrupted
   bool wait() {
     using Clock = std::chrono::steady_clock;
@@ -233,13 +233,13 @@ class Child {
     for (unsigned int idle = 0; idle < limits_.idle_seconds;) {
       const auto end = Clock::now() + std::chrono::seconds(1);
       while (Clock::now() < end) {      // signals may shorten each wait
-        constexpr int kInterval = 100;  // a signal may come beside a wait [ms]
+        constexpr int kInterval = 100;  // a signal may arrive between two waits [ms]
         pollfd file{file_, POLLIN, 0};
         if (poll_interruptibly(file, kInterval) > 0) return true;
       }
       const double now = processor_time(process_);
-      // A sanitizer's own thread, say, wakes now and then.
-      constexpr double kNothing = 0.005;  // of that second [s]
+      // A background thread, such as a sanitizer's, may wake occasionally.
+      constexpr double kNothing = 0.005;  // CPU time in that second [s]
       idle = now - last > kNothing ? 0 : idle + 1;
       last = now;
     }
@@ -247,8 +247,8 @@ class Child {
     return false;
   }
 
-  /// Waits for its end.
-  /// @return its status; 0 where the host has asked for it before
+  /// Reaps the child.
+  /// @return its status; 0 if the host has reaped it already
   int end() {
     int status = 0;
     while (process_ > 0 && waitpid(process_, &status, 0) < 0 && errno == EINTR) {
@@ -267,10 +267,9 @@ class Child {
 
 std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits,
                                      const mjVFS* files) {
-  // A fork takes over the locks that other threads hold, and in the child nobody gives them back:
-  // where one throws at that moment, a child that throws as well may wait for ever (seen once, with
-  // glibc 2.31, where frames are looked up under a lock; from 2.35 on they are not).
-  // The next fork comes upon another moment.
+  // A forked child inherits the locks that other threads hold, and nothing releases them there. If
+  // another thread throws during the fork, a child that throws may deadlock: before 2.35, glibc
+  // looks up frames under a lock (seen once, with 2.31). A second fork happens at another moment.
   constexpr int kAttempts = 2;
   std::string reason;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {

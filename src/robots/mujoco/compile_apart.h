@@ -1,4 +1,4 @@
-// Compiles a model of a stranger's in a process of its own.
+// Compiles an untrusted model in a child process.
 #pragma once
 
 #include <cstddef>
@@ -9,28 +9,27 @@
 
 namespace walker::mujoco {
 
-/// Size of the buffer for an error of mj_loadXML [bytes].
+/// Size of mj_loadXML's error buffer [bytes].
 constexpr int kMaxErrorBytes = 1000;
 
-/// What compiling a model may take.
+/// Resource limits of one compilation.
 struct CompileLimits {
-  std::size_t memory = std::size_t{2} << 30U;  ///< [bytes] of model and data, sources included
-  unsigned int processor_seconds = 30;
-  unsigned int idle_seconds = 10;              ///< of waiting for what does not come, twice
-  std::size_t elements = 20000;                ///< of XML, in the file and those that it includes
-  std::size_t bytes = std::size_t{64} << 20U;  ///< of their text
+  std::size_t memory = std::size_t{2} << 30U;  ///< address space beyond the parent's [bytes]
+  unsigned int processor_seconds = 30;         ///< of CPU time
+  unsigned int idle_seconds = 10;              ///< without CPU use; one retry
+  std::size_t elements = 20000;                ///< XML elements, included files counted
+  std::size_t bytes = std::size_t{64} << 20U;  ///< of XML text, included files counted
 };
 
-/// MuJoCo's compiler believes what a model says of sizes, and reads what it names: there are models
-/// at which it crashes, ends its process, fills the memory or waits for ever. Here that ends a
-/// child process. The calling process is forked, so what it has set is set there too,
-/// but for the locale.
+/// Compiles a model in a forked child process. MuJoCo's compiler trusts the sizes and file names in
+/// a model, so some models make it crash, exit, exhaust the memory or block forever; here that ends
+/// only the child. The child inherits the caller's settings, except for the locale.
 ///
-/// @param path of an MJCF file
-/// @param files that MuJoCo finds in memory; null: none
-/// @return the compiled model as mj_saveModel has it, of which data can be made and stepped
-/// @throws std::runtime_error with MuJoCo's words, with the limit that the model exceeds, or with
-///         what became of the child; Interrupted
+/// @param path  MJCF file
+/// @param files MuJoCo's virtual file system; null: none
+/// @return the compiled model in the format of mj_saveModel; mj_makeData and mj_forward accept it
+/// @throws std::runtime_error with MuJoCo's message, the exceeded limit, or how the child ended;
+///         Interrupted
 std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits = {},
                                      const mjVFS* files = nullptr);
 

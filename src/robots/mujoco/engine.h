@@ -1,4 +1,4 @@
-// MuJoCo's header, and what its C functions need in C++.
+// MuJoCo's header, with smart pointers for its objects.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -15,7 +15,7 @@ struct DeleteData {
 using ModelPointer = std::shared_ptr<const mjModel>;
 using DataPointer = std::unique_ptr<mjData, DeleteData>;
 
-/// A row of one of MuJoCo's arrays, such as the 3 coordinates of a position.
+/// Returns a row of a MuJoCo array, such as the 3 coordinates of a position.
 template <typename T>
 const T* at(const T* array, int index, int width) {
   return array + static_cast<std::ptrdiff_t>(index) * width;

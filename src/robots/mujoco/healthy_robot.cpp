@@ -8,7 +8,7 @@
 namespace walker::mujoco {
 namespace {
 
-/// Places in v5's info. v4's has the position and the velocity only.
+/// Indices into v5's info. v4's has the position and the velocity only.
 enum InfoIndex : std::size_t {
   kPositionX,
   kDistanceZ,
@@ -18,7 +18,7 @@ enum InfoIndex : std::size_t {
   kRewardSurvive
 };
 
-/// In single precision; what lies beyond its range becomes its largest number.
+/// Converts to single precision, clamped to its finite range.
 float saturated(double value) {
   constexpr double kMax = std::numeric_limits<float>::max();
   return static_cast<float>(std::clamp(value, -kMax, kMax));
@@ -33,7 +33,7 @@ RewardTerms reward_of_step(const RewardOptions& options, double x_velocity, bool
     const float value = saturated(action[i]);
     sum += value * value;
   }
-  // An infinite sum would make the cost infinite, or with a weight of 0 no number.
+  // An infinite sum would make the cost infinite, or NaN with a weight of 0.
   const float finite_sum = std::min(sum, std::numeric_limits<float>::max());
   const float cost = saturated(double{static_cast<float>(options.ctrl_cost_weight) * finite_sum});
   const bool survives =
@@ -95,7 +95,7 @@ void HealthyRobot::conclude_step(double x_velocity, RobotStep& step) const {
   }
 }
 
-/// Static text; empty when the robot is healthy.
+/// Returns a static text; empty if the robot is healthy.
 const char* HealthyRobot::why_unhealthy() const {
   const int nq = model().nq;
   const int state_size = nq + model().nv;

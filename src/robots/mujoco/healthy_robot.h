@@ -1,4 +1,4 @@
-// Gymnasium's planar robots that run for as long as they are healthy: Hopper and Walker2d.
+// Gymnasium's planar robots whose reward and termination depend on health: Hopper and Walker2d.
 #pragma once
 
 #include <array>
@@ -11,80 +11,79 @@
 
 namespace walker::mujoco {
 
-/// The constructor's parameters that decide the reward.
+/// Constructor parameters that determine reward and termination.
 struct RewardOptions {
   double forward_reward_weight;
   double ctrl_cost_weight;
   double healthy_reward;
   bool terminate_when_unhealthy;
-  bool healthy_reward_needs_health;  ///< v5; v4 gives it also for the step that ends the episode
+  bool healthy_reward_needs_health;  ///< v5; v4 also rewards the step that terminates the episode
 };
 
-/// The parts of a reward.
 struct RewardTerms {
   double forward;  ///< weight x velocity of the trunk along x
-  double control;  ///< minus the cost of the action, a float32 value
-  double survive;  ///< for being healthy
+  double control;  ///< minus the action's cost, a float32 value
+  double survive;  ///< reward for being healthy
 
-  /// Added in Gymnasium's order.
+  /// Returns the sum, added in Gymnasium's order.
   double total() const { return forward + survive + control; }
 };
 
-/// Gymnasium's reward. With float32 actions under NumPy 2 the cost of the action is computed in
-/// single precision, everything else in double. Where Gymnasium's cost would overflow (actions of
-/// 1e19 and more) it is the largest single-precision number, so that the reward stays finite.
+/// Returns Gymnasium's reward. As in Gymnasium with float32 actions under NumPy 2, the action's
+/// cost is computed in single precision and everything else in double. If Gymnasium's cost would
+/// overflow (actions of 1e19 and more), the cost is the largest float, so the reward stays finite.
 /// @param x_velocity mean over the step [m/s]
 /// @param is_healthy after the step
-/// @param action     `size` values as given, not limited to the actuators' ranges; up to 7, for
-///                   NumPy adds more in another order
+/// @param action     `size` values, not clamped to the actuators' ranges; at most 7, because NumPy
+///                   sums longer arrays in another order
 RewardTerms reward_of_step(const RewardOptions& options, double x_velocity, bool is_healthy,
                            const double* action, int size);
 
-/// End of a range that reaches to the last velocity.
+/// `HealthyRange::end` of a range up to the last velocity.
 constexpr int kStateEnd = std::numeric_limits<int>::max();
 
-/// A parameter: numbers of the state between which the robot is healthy.
+/// Parameter: the interval in which some values of the state must lie for the robot to be healthy.
 struct HealthyRange {
   std::string name;
   std::string unit;
   std::string description;
-  std::array<double, 2> interval;  ///< open; of a kind the default
-  int begin;                       ///< in the state: positions, then velocities, as MuJoCo has them
-  int end;                         ///< or kStateEnd
+  std::array<double, 2> interval;  ///< open; the default in a HealthyRobotKind
+  int begin;                       ///< first index into the state: MuJoCo's qpos, then qvel
+  int end;                         ///< one past the last index, or kStateEnd
   const char* end_reason;          ///< static text
 };
 
-/// healthy_z_range and healthy_angle_range, which each of them has.
-/// @param robot what it is called in a sentence
+/// Return healthy_z_range and healthy_angle_range, which all these robots have.
+/// @param robot noun for the robot in the parameter's description
 HealthyRange height_range(const std::string& robot, double low, double high);
 HealthyRange angle_range(const std::string& robot, double low, double high);
 
-/// What one motor does in a gait without memory: its control is this sum of the observed positions
-/// and velocities, limited to [-1, 1].
+/// One motor of a memoryless gait. Its control is the constant plus the weighted sum of the
+/// observed positions and velocities, clamped to [-1, 1].
 struct MotorWeights {
   double constant;
   std::vector<double> of_observation;  ///< [1/m, 1/rad, s/m, s/rad]
 };
 
-/// What distinguishes one of these robots from another, from its constants to its gait.
+/// Constants, physics and gait of one of these robots.
 struct HealthyRobotKind {
-  std::string name;    ///< of the ids, and in snake case of the models: HalfCheetah, half_cheetah
-  int num_hinges = 0;  ///< of limbs
+  std::string name;    ///< in ids (Hopper-v5) and, in snake case, in models' files (hopper_v5.xml)
+  int num_hinges = 0;  ///< hinges that carry a limb
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< Gymnasium's; NaN: none
   double camera_distance = 0;                ///< Gymnasium's DEFAULT_CAMERA_CONFIG [m]
   std::vector<HealthyRange> healthy_ranges;  ///< in the order of Gymnasium's parameters
-  std::vector<MotorWeights> gait;            ///< in action order; empty: there is none
-  /// What steps it, as in PlanarOptions; empty: MuJoCo's library.
+  std::vector<MotorWeights> gait;            ///< in action order; empty: no gait
+  /// Creates the physics, as in PlanarOptions; empty: MuJoCo's library.
   std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
 };
 
-/// NAME-v4 and NAME-v5, with their models, observations, pictures and gait.
+/// Returns the registry's entries for NAME-v4 and NAME-v5.
 std::vector<Registration> registrations(HealthyRobotKind kind);
 
-/// Gymnasium's versions 4 and 5, to the bit: observations, rewards and info are doubles.
+/// Reproduces Gymnasium's versions 4 and 5 to the bit; observations, rewards and info are doubles.
 class HealthyRobot : public PlanarRobot {
  public:
-  /// @param is_v5 v5's info; v4's is shorter, and empty at a reset
+  /// @param is_v5 selects v5's info; v4's is shorter, and empty after a reset
   /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
   HealthyRobot(const PlanarOptions& options, const RewardOptions& reward,
                std::vector<HealthyRange> healthy_ranges, bool is_v5);

@@ -12,13 +12,12 @@
 namespace walker::mujoco {
 namespace {
 
-// The same for Hopper and Walker2d (gymnasium/envs/mujoco/hopper_v4.py, hopper_v5.py,
+// Constants that Hopper and Walker2d share (gymnasium/envs/mujoco/hopper_v4.py, hopper_v5.py,
 // walker2d_v4.py, walker2d_v5.py, 1.4.0).
 constexpr std::uint32_t kMaxEpisodeSteps = 1000;
 constexpr int kFrameSkip = 4;
-constexpr double kVelocityLimit = 10;  // of observed velocities [m/s, rad/s]
+constexpr double kVelocityLimit = 10;  // bound of observed velocities [m/s, rad/s]
 
-/// "half_cheetah" for "HalfCheetah".
 std::string snake_case(const std::string& name) {
   std::string text;
   for (const char letter : name) {
@@ -29,7 +28,6 @@ std::string snake_case(const std::string& name) {
   return text;
 }
 
-/// One of its two versions.
 struct Version {
   std::shared_ptr<const HealthyRobotKind> kind;
   bool is_v5;
@@ -40,7 +38,7 @@ struct Version {
   std::string model() const { return is_v5 ? v5_model() : v4_model(); }
 };
 
-/// Gymnasium's constructor parameters, in its order.
+/// Returns Gymnasium's constructor parameters, in its order.
 std::vector<ParameterDescription> parameters(const Version& version) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kMaxWeight = 1e9;

@@ -28,7 +28,7 @@ void check_sizes(const mjModel& model, const PlanarModel& source) {
   refuse_model(source.xml_file, text.str());
 }
 
-/// Simulation time is published in whole nanoseconds and has to grow.
+/// Simulation time is published in whole nanoseconds and must increase.
 void check_timestep(const mjModel& model, const PlanarModel& source) {
   constexpr double kShortest = 1e-6;  // [s]
   if (model.opt.timestep >= kShortest) return;
@@ -37,7 +37,7 @@ void check_timestep(const mjModel& model, const PlanarModel& source) {
   refuse_model(source.xml_file, text.str());
 }
 
-/// Whether a joint of the trunk has the world's axis 0 (x), 1 (y) or 2 (z).
+/// Whether a joint of the trunk has the direction of the world's axis 0 (x), 1 (y) or 2 (z).
 bool has_axis(const mjModel& model, int joint, std::size_t axis) {
   constexpr double kRounding = 1e-6;
   std::array<mjtNum, 3> direction{};
@@ -83,7 +83,6 @@ int joint_of(const mjModel& model, int actuator) {
   return at(model.actuator_trnid, actuator, 2)[0];
 }
 
-/// A small number as it stands in a sentence.
 std::string spelled(int number) {
   constexpr std::array<const char*, 13> kWords{"no",   "one",    "two",   "three", "four",
                                                "five", "six",    "seven", "eight", "nine",
@@ -92,13 +91,13 @@ std::string spelled(int number) {
   return index < kWords.size() ? kWords[index] : std::to_string(number);
 }
 
-/// For a hinge, MuJoCo computes the same from `jointinparent` as from `joint`.
+/// For a hinge, MuJoCo treats the transmissions `jointinparent` and `joint` alike.
 bool drives_joint(const mjModel& model, int actuator) {
   const int transmission = model.actuator_trntype[actuator];
   return transmission == mjTRN_JOINT || transmission == mjTRN_JOINTINPARENT;
 }
 
-/// An effort must follow from an action, and the action's bounds from the model.
+/// The action must determine the effort, and the model must bound the action.
 void check_actuator(const mjModel& model, const PlanarModel& source, int actuator) {
   const int joint = joint_of(model, actuator);
   const auto refuse = [&](const std::string& reason) {

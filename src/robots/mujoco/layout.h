@@ -1,4 +1,4 @@
-// Which joint, body and actuator of a model is which part of a planar robot.
+// Maps the parts of a planar robot to joints, bodies and actuators of its model.
 #pragma once
 
 #include <string>
@@ -8,35 +8,35 @@
 
 namespace walker::mujoco {
 
-/// A planar robot's model: a trunk on two slides and a hinge, further hinges with a limb each, and
-/// a motor with a control range for each of these.
+/// A planar robot's model: a trunk on two slides and a hinge, and further hinges, each with a limb
+/// and a motor with a control range.
 struct PlanarModel {
-  std::string xml_file;  ///< as `load_model` takes it
-  int num_hinges = 0;    ///< of limbs
-  std::string example;   ///< the built-in model that shows how one looks
+  std::string xml_file;  ///< argument of `load_model`
+  int num_hinges = 0;    ///< hinges that carry a limb
+  std::string example;   ///< built-in model that error messages refer to
 };
 
-/// Compiles it, or returns the compiled one that another environment still holds.
-/// @throws std::invalid_argument as `load_model`, or with what is wrong where its joints or
-///         actuators are not those of such a robot
+/// Compiles the model, or returns the compiled one that another environment holds.
+/// @throws std::invalid_argument as `load_model`, or naming the part of the model that does not fit
+///         such a robot
 ModelPointer load_planar_model(const PlanarModel& source);
 
 /// Indices into the model's arrays.
 struct Layout {
-  /// @param model as `load_planar_model` gives it
+  /// @param model returned by `load_planar_model`
   explicit Layout(const mjModel& model);
 
   int trunk;                ///< body
   std::vector<int> joints;  ///< hinges in action order
-  std::vector<int> limbs;   ///< bodies that these carry
+  std::vector<int> limbs;   ///< bodies that these hinges move
   std::vector<int> feet;    ///< limbs that carry no other limb, in action order
 };
 
-/// The nearest body up the tree, itself included, that a joint moves, or 0, the world: bodies
-/// without joints are parts of it.
+/// Returns the nearest body with a joint from this one towards the root, itself included; 0, the
+/// world, if there is none. Bodies without joints are parts of that body.
 int carrier_of(const mjModel& model, int body);
 
-/// Torque of the joint for a control of 1, negative where the motor turns backwards [N m].
+/// Returns the joint's torque at a control of 1; negative if the motor turns backwards [N m].
 double effort_per_control(const mjModel& model, int actuator);
 
 }  // namespace walker::mujoco

@@ -16,7 +16,7 @@ void save_data(const mjModel& m, const mjData& data, double* values) {
 }
 
 void load_data(const mjModel& m, mjData& data, const double* values) {
-  mj_resetData(&m, &data);  // of warnings, too
+  mj_resetData(&m, &data);  // also clears the warnings
   const double* next = values;
   const auto take = [&next](double* to, int count) {
     std::copy_n(next, count, to);
@@ -78,12 +78,12 @@ void forward(const mjModel& model, double* state) {
 void advance(const mjModel& model, mjData& data, const double* control, int count) {
   std::copy_n(control, model.nu, data.ctrl);
   for (int i = 0; i < count; ++i) mj_step(&model, &data);
-  // A step looks at the state from which it starts; the last one's result has yet to be looked at.
+  // mj_step checks the state from which it starts, so the last result is still unchecked.
   mj_checkPos(&model, &data);
   mj_checkVel(&model, &data);
 }
 
-/// MuJoCo answers a bad state with a warning and the initial state. A reset clears the warnings.
+/// After a bad state, MuJoCo records a warning and continues from the initial state.
 void check_warnings(const mjData& data) {
   for (const int warning : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC, mjWARN_BADCTRL}) {
     const mjWarningStat& statistics = data.warning[warning];

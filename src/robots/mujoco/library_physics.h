@@ -1,14 +1,13 @@
-// A robot's world, stepped by MuJoCo's library.
+// Physics stepped by MuJoCo's library.
 #pragma once
 
 #include "robots/mujoco/physics.h"
 
 namespace walker::mujoco {
 
-/// One state of MuJoCo's.
 class LibraryPhysics : public Physics {
  public:
-  /// @param why_not_faster for `stepper`; may be empty
+  /// @param why_not_faster reason why no kernel is used, for `stepper`; may be empty
   explicit LibraryPhysics(ModelPointer model, std::string why_not_faster = "");
 
   const mjData& data() const { return *data_; }
@@ -29,18 +28,18 @@ class LibraryPhysics : public Physics {
   std::string why_not_faster_;
 };
 
-/// @throws std::runtime_error where there is no memory
+/// @throws std::runtime_error if the allocation fails
 DataPointer make_data(const mjModel& model);
 
-/// mj_forward from a state as `Physics::save` has it: its accelerations, from which a later step
-/// starts the solver, become those of its positions and velocities.
+/// Runs mj_forward on a state in the format of `Physics::save`. The accelerations at its positions
+/// and velocities become its qacc_warmstart, from which a later step starts the solver.
 void forward(const mjModel& model, double* state);
 
-/// Makes engine steps, and looks at their result as the next one would.
+/// Makes engine steps, then checks the result as the next step would.
 /// @param control nu values
 void advance(const mjModel& model, mjData& data, const double* control, int count);
 
-/// @throws std::runtime_error with the words of what MuJoCo has warned of since the last reset
+/// @throws std::runtime_error with MuJoCo's warning if a bad state occurred since the last reset
 void check_warnings(const mjData& data);
 
 }  // namespace walker::mujoco

@@ -11,7 +11,7 @@
 namespace walker::mujoco {
 namespace {
 
-/// A frame in another one, as MuJoCo writes it.
+/// A frame relative to another, in MuJoCo's format.
 struct Frame {
   std::array<mjtNum, 3> position{};
   std::array<mjtNum, 4> quaternion{1, 0, 0, 0};  // w first
@@ -35,7 +35,6 @@ Pose to_pose(const Frame& frame) {
   return mujoco::to_pose(frame.position.data(), frame.quaternion.data());
 }
 
-/// The frame of a body in the body that carries it.
 Frame frame_in(const mjModel& model, int carrier, int body) {
   Frame frame;
   for (; body != carrier; body = model.body_parentid[body]) {
@@ -52,7 +51,7 @@ std::vector<int> bodies_of(const mjModel& model, int carrier) {
   return bodies;
 }
 
-/// The frame of a body's inertia: its centre of mass and principal axes.
+/// Returns the frame of a body's centre of mass and principal axes.
 Frame inertial_frame(const mjModel& model, int carrier, int body) {
   return compose(frame_in(model, carrier, body), frame_at(model.body_ipos, model.body_iquat, body));
 }
@@ -69,7 +68,7 @@ void read_mass(const mjModel& model, int carrier, Link& link) {
   if (link.mass > 0) {
     for (double& coordinate : link.center_of_mass) coordinate /= link.mass;
   }
-  // Turned from the principal axes to the link's, and moved to the common centre (Steiner).
+  // Rotates the inertias to the link's axes and moves them to the common centre of mass (Steiner).
   std::array<std::array<double, 3>, 3> tensor{};
   for (const int body : bodies) {
     const Frame frame = inertial_frame(model, carrier, body);
@@ -88,7 +87,7 @@ void read_mass(const mjModel& model, int carrier, Link& link) {
       }
     }
   }
-  // A product that rotations by a quarter turn leave behind is rounding.
+  // Products of inertia that quarter-turn rotations leave behind are rounding errors.
   constexpr double kRounding = 1e-14;
   const double trace = tensor[0][0] + tensor[1][1] + tensor[2][2];
   const auto product = [&](std::size_t i, std::size_t j) {
@@ -114,7 +113,7 @@ std::optional<Solid> read_solid(const mjModel& model, int carrier, int geom) {
   return solid;
 }
 
-/// By the range of the control, and of the force before the gear where there is one.
+/// Maximum torque by the control's range and, if limited, the force's range before the gear [N m].
 double maximum_effort(const mjModel& model, int actuator) {
   const auto largest = [actuator](const mjtNum* ranges) {
     const mjtNum* const range = at(ranges, actuator, 2);
@@ -175,7 +174,7 @@ Joint read_joint(const mjModel& model, const Layout& layout, int action_index) {
     joint.origin[k] = frame.position[k] + arm[k];
     in_joint.position[k] = -arm[k];
   }
-  // The model's frames hold at the joint's reference angle; turned back, at angle 0.
+  // The model's frames apply at the joint's reference angle; turn back to angle 0.
   Frame back;
   mju_axisAngle2Quat(back.quaternion.data(), joint.axis.data(),
                      -model.qpos0[model.jnt_qposadr[index]]);

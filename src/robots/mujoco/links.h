@@ -1,4 +1,4 @@
-// Bodies, geoms, hinges and motors of a model in the terms of the specification.
+// Converts bodies, geoms, hinges and motors of a model to the specification's types.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace walker::mujoco {
 
-/// @param quaternion MuJoCo's, w first
+/// @param quaternion in MuJoCo's order, w first
 Pose to_pose(const mjtNum* position, const mjtNum* quaternion);
 
 std::string body_name(const mjModel& model, int body);
 
-/// Mass, shapes and colour of a body and of all that is fixed to it, in the body's frame. Planes,
-/// ellipsoids and meshes are left out of the shapes.
+/// Returns mass, shapes and colour of a body and everything fixed to it, in the body's frame. The
+/// shapes exclude planes, ellipsoids and meshes.
 Link read_link(const mjModel& model, int body);
 
-/// The hinge that an action's element drives, with its motor.
+/// Returns the hinge that an element of the action drives, with its motor.
 Joint read_joint(const mjModel& model, const Layout& layout, int action_index);
 
 }  // namespace walker::mujoco

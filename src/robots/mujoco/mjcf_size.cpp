@@ -14,7 +14,7 @@ namespace {
 
 constexpr auto npos = std::string_view::npos;
 
-/// The file's text; of a larger file the first `max_bytes` + 1.
+/// Returns the file's text, truncated after the first block that exceeds `max_bytes`.
 std::string read(const std::filesystem::path& path, std::size_t max_bytes) {
   std::string text;
   std::ifstream file(path, std::ios::binary);
@@ -27,8 +27,8 @@ std::string read(const std::filesystem::path& path, std::size_t max_bytes) {
 
 bool is_space(char character) { return std::isspace(static_cast<unsigned char>(character)) != 0; }
 
-/// @param tag without its brackets: include file="NAME"
-/// @return NAME; empty: the tag is another one
+/// @param tag without its brackets, such as: include file="NAME"
+/// @return NAME; empty if the tag includes no file
 std::string_view included_file(std::string_view tag) {
   constexpr std::string_view kInclude = "include";
   constexpr std::string_view kFile = "file";
@@ -71,7 +71,7 @@ MjcfSize measure_mjcf(const std::string& path, std::size_t max_bytes) {
   while (!files.empty() && size.bytes <= max_bytes) {
     const std::string file = files.back();
     files.pop_back();
-    if (!known.insert(file).second) continue;  // MuJoCo refuses to include a file twice
+    if (!known.insert(file).second) continue;  // MuJoCo rejects a file that is included twice
     const std::string text = read(folder / file, max_bytes - size.bytes);
     size.bytes += text.size();
     size.elements += count_elements(text, files);

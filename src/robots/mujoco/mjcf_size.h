@@ -1,4 +1,4 @@
-// The size of a model's text.
+// Measures the XML text of a model.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,9 @@ struct MjcfSize {
   std::size_t elements = 0;
 };
 
-/// Counts the XML elements of a file and of the files that it includes, without parsing: comments
-/// are left out, and what is no XML counts as little. Stops reading above `max_bytes`.
-/// @param path of an MJCF file, beside which the included ones are; those that cannot be read do
-///             not count
+/// Counts the bytes and XML elements of a file and the files that it includes. Scans for tags
+/// outside comments, without validating the XML. Stops reading above `max_bytes`.
+/// @param path MJCF file, with included files in its directory; unreadable ones are ignored
 MjcfSize measure_mjcf(const std::string& path, std::size_t max_bytes);
 
 }  // namespace walker::mujoco

@@ -23,14 +23,14 @@
 namespace walker::mujoco {
 namespace {
 
-/// MuJoCo would end the process. It may be left by an exception: its code has unwind tables on all
-/// platforms of ours, and data in use are reset before they are used again.
+/// MuJoCo's default handler ends the process. Exceptions may pass through MuJoCo: its code has
+/// unwind tables on all supported platforms, and an mjData is reset before it is used again.
 [[noreturn]] void throw_error(const char* message) {
   throw std::runtime_error(std::string("MuJoCo: ") + message);
 }
 
-/// MuJoCo would print and append to a file in the working directory. `Physics` reads the warnings
-/// that end an episode from its data; the others Gymnasium passes over as well.
+/// MuJoCo's default handler prints, and appends to a file in the working directory. `Physics` reads
+/// the warnings that end an episode from its mjData; Gymnasium ignores the others too.
 void ignore_warning(const char* /*message*/) {}
 
 void install_handlers() {
@@ -53,7 +53,6 @@ struct DeleteVirtualFiles {
   }
 };
 
-/// A file that MuJoCo finds in memory.
 /// @throws std::bad_alloc
 std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name, const void* bytes,
                                                         std::size_t size) {
@@ -68,7 +67,6 @@ std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name,
 
 ModelPointer owned(mjModel* model) { return {model, mj_deleteModel}; }
 
-/// What MuJoCo has compiled.
 ModelPointer load(const std::vector<std::byte>& bytes) {
   const std::string name = "model.mjb";
   const auto files = virtual_file(name, bytes.data(), bytes.size());
@@ -80,7 +78,7 @@ ModelPointer load(const std::vector<std::byte>& bytes) {
 ModelPointer compile(const BuiltinModel& builtin) {
   std::array<char, kMaxErrorBytes> message{};
   const auto files = virtual_file(builtin.name, builtin.text.data(), builtin.text.size());
-  // The distribution's MuJoCo reads numbers with streams, which follow the global locale.
+  // The distribution's MuJoCo parses numbers with streams, which use the global locale.
   if (std::locale() != std::locale::classic()) {
     return load(compile_apart(builtin.name, {}, files.get()));
   }
@@ -92,8 +90,8 @@ ModelPointer compile(const BuiltinModel& builtin) {
   return owned(model);
 }
 
-/// What MuJoCo's solver and renderer take as it is, however long or large that makes their work.
-/// @throws std::runtime_error naming the setting, its value and what is allowed
+/// Checks settings of the solver's and renderer's work, which MuJoCo does not limit.
+/// @throws std::runtime_error naming the setting, its value and its range
 void check_settings(const mjModel& model) {
   struct Setting {
     const char* name;
@@ -124,7 +122,7 @@ void check_settings(const mjModel& model) {
   }
 }
 
-/// Nothing of a stranger's is parsed in this process, but what MuJoCo itself has made of it.
+/// Parses the file in a child process. This process loads only what MuJoCo has compiled there.
 ModelPointer compile(const std::string& path) {
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
@@ -155,8 +153,8 @@ ModelPointer compile_any(const std::string& xml_file) {
   }
 }
 
-/// What distinguishes one model from another: the name, and for a file its size and time of change.
-/// Files that it includes do not count.
+/// Key of the cache of models: a built-in model's name, or a file's path, modification time and
+/// size. Included files do not count.
 std::string identity(const std::string& xml_file) {
   if (find_builtin(xml_file) != nullptr) return xml_file;
   std::error_code error;
@@ -171,7 +169,7 @@ std::string identity(const std::string& xml_file) {
 void refuse_model(const std::string& xml_file, std::string reason) {
   while (!reason.empty() && reason.back() == '\n') reason.pop_back();
   std::replace(reason.begin(), reason.end(), '\n', ' ');
-  constexpr std::size_t kMaxOfPath = 300;  // the reason may have it again
+  constexpr std::size_t kMaxOfPath = 300;  // the reason may repeat the path
   throw std::invalid_argument("parameter xml_file = " + printable(xml_file, kMaxOfPath) + ": " +
                               reason);
 }
@@ -184,11 +182,11 @@ ModelPointer load_model(const std::string& xml_file) {
   std::unique_lock<std::mutex> lock(mutex);
   install_handlers();
   if (ModelPointer known = models[key].lock()) return known;
-  // A compilation may take long, and a host's other threads may load models, or fork, meanwhile.
+  // Compilation may take long; the host's other threads may load models or fork meanwhile.
   lock.unlock();
   ModelPointer compiled = compile_any(xml_file);
   lock.lock();
-  ModelPointer model = models[key].lock();  // another thread may have compiled it as well
+  ModelPointer model = models[key].lock();  // another thread may have compiled it too
   if (!model) models[key] = model = std::move(compiled);
   return model;
 }

@@ -8,19 +8,19 @@
 
 namespace walker::mujoco {
 
-/// Compiles a model, or returns the compiled one that another environment still holds.
+/// Compiles a model, or returns the compiled one that another environment holds.
 ///
 /// @param xml_file name of a built-in model, such as "walker2d_v5.xml", else the path of an MJCF
 ///                 file; it may begin with ~/
-/// @throws std::invalid_argument with the file's name and MuJoCo's words where it does not compile;
+/// @throws std::invalid_argument with the file's name and MuJoCo's message if it does not compile;
 ///         std::runtime_error if the processor cannot run MuJoCo; Interrupted
 ModelPointer load_model(const std::string& xml_file);
 
-/// Alike for models that are alike in all that MuJoCo would save of them.
+/// Returns a hash of the model's binary form, as mj_saveModel writes it.
 std::uint64_t fingerprint(const mjModel& model);
 
-/// @param reason may be MuJoCo's words, which have several lines
-/// @throws std::invalid_argument with the file's name and, in one line, the reason
+/// @param reason may have several lines, as MuJoCo's messages do
+/// @throws std::invalid_argument with the file's name and the reason, in one line
 [[noreturn]] void refuse_model(const std::string& xml_file, std::string reason);
 
 }  // namespace walker::mujoco

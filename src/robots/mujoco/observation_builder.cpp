@@ -45,8 +45,8 @@ class Builder : public ObservationBuilder {
   Specification specification_;
   PlanarBase base_;
   UnwrappedAngle pitch_;
-  std::vector<double> position_;  // as MuJoCo's qpos
-  std::vector<double> velocity_;  // as MuJoCo's qvel
+  std::vector<double> position_;  // MuJoCo's qpos
+  std::vector<double> velocity_;  // MuJoCo's qvel
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A planar robot's observation out of its sensors.
+// Computes a planar robot's observation from its sensors' measurements.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace walker::mujoco {
 
-/// For the environment that the same options make.
-/// @throws std::invalid_argument when the model is none
+/// Creates the builder for the environment with the same options.
+/// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
 std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions& options);
 
 }  // namespace walker::mujoco

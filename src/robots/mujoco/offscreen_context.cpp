@@ -1,6 +1,6 @@
 #include "robots/mujoco/offscreen_context.h"
 
-// Before EGL's headers: without the types of X11's.
+// Must precede EGL's headers: keeps X11's types out of them.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -56,13 +56,13 @@ Function extension_function(const char* name) {
   return reinterpret_cast<Function>(egl().find(name));
 }
 
-/// The display where it can be used, else none.
+/// Returns the display if it initializes, else EGL_NO_DISPLAY.
 EGLDisplay initialized(EGLDisplay display) {
   if (display == EGL_NO_DISPLAY) return display;
   return egl().initialize(display, nullptr, nullptr) == EGL_TRUE ? display : EGL_NO_DISPLAY;
 }
 
-/// Of the first graphics device that works: MuJoCo's own order.
+/// Returns the display of the first graphics device that works, in MuJoCo's own order.
 EGLDisplay display_of_device() {
   const auto query = extension_function<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
   const auto get = extension_function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
@@ -87,7 +87,7 @@ EGLDisplay display_without_device() {
   return initialized(get(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
 }
 
-/// Never terminated: whoever else in this process draws by EGL may have the same.
+/// The display is never terminated, because other users of EGL in this process may share it.
 EGLDisplay open_display() {
   EGLDisplay display = display_of_device();
   if (display == EGL_NO_DISPLAY) display = display_without_device();
@@ -118,7 +118,7 @@ class EglContext : public OffscreenContext {
     bind_opengl();
     context_ = egl().create(display_, config, EGL_NO_CONTEXT, nullptr);
     if (context_ == EGL_NO_CONTEXT) fail("eglCreateContext", egl().error());
-    // Not before it works: MuJoCo takes OpenGL from the first library that it finds in the process.
+    // Only after success: MuJoCo takes OpenGL from the first library that it finds in the process.
     egl().library.make_global();
   }
 
@@ -137,7 +137,7 @@ class EglContext : public OffscreenContext {
   }
 
  private:
-  /// EGL remembers it by thread.
+  /// EGL stores the bound API per thread.
   static void bind_opengl() {
     if (egl().bind_api(EGL_OPENGL_API) != EGL_TRUE) fail("eglBindAPI", egl().error());
   }
@@ -147,7 +147,7 @@ class EglContext : public OffscreenContext {
 };
 
 struct OsmesaFunctions {
-  OsmesaFunctions() { library.make_global(); }  // MuJoCo looks for OpenGL there
+  OsmesaFunctions() { library.make_global(); }  // MuJoCo looks for OpenGL in the global scope
 
   SharedLibrary library{"libOSMesa.so.8", "libosmesa6"};
   decltype(&OSMesaCreateContextExt) create = library.function("OSMesaCreateContextExt");
@@ -186,7 +186,7 @@ class OsmesaContext : public OffscreenContext {
 
  private:
   OSMesaContext context_;
-  std::array<unsigned char, 4> surface_{};  // one pixel, which nobody looks at
+  std::array<unsigned char, 4> surface_{};  // one unused pixel
 };
 
 using Make = std::unique_ptr<OffscreenContext> (*)();
@@ -198,11 +198,11 @@ std::unique_ptr<OffscreenContext> make() {
 
 struct Way {
   const char* name;
-  const char* other;  // what MUJOCO_GL asks for where this one is not wanted
+  const char* other;  // value of MUJOCO_GL that excludes this one
   Make make;
 };
 
-/// The first way that works here.
+/// Returns the factory of the first kind of context that works.
 Make choose() {
   const char* const given = std::getenv("MUJOCO_GL");
   const std::string wish = given == nullptr ? "" : given;
@@ -227,7 +227,7 @@ Make choose() {
 
 std::unique_ptr<OffscreenContext> make_offscreen_context() {
   refuse_pictures_in_fork();
-  static const Make kMake = choose();  // once, as MuJoCo looks for OpenGL's functions
+  static const Make kMake = choose();  // once, as MuJoCo loads OpenGL's functions once
   return kMake();
 }
 

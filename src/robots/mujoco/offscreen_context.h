@@ -1,14 +1,14 @@
-// Where MuJoCo draws without a window.
+// OpenGL contexts in which MuJoCo draws without a window.
 #pragma once
 
 #include <memory>
 
 namespace walker::mujoco {
 
-/// An OpenGL context with no surface of its own: MuJoCo brings its off-screen buffer.
+/// An OpenGL context without a surface; MuJoCo adds an off-screen buffer.
 ///
-/// A thread draws with one context at a time, and others in this process (a window's, another
-/// renderer's) may hold this one. So each use is a thread of its own, which nothing else draws in.
+/// A thread has one current context, and the caller's may be that of a window or another renderer.
+/// Each use therefore runs in a new thread.
 class OffscreenContext {
  public:
   OffscreenContext() = default;
@@ -21,16 +21,16 @@ class OffscreenContext {
   virtual void release() noexcept = 0;
 };
 
-/// A context of EGL (hardware or software), or of OSMesa (software) where there is no EGL. The
-/// environment variable MUJOCO_GL, which MuJoCo's and Gymnasium's renderers read too, asks for
-/// `egl` or `osmesa` alone; any other value leaves the choice here. The first picture's choice
-/// stays the process's.
-/// @throws std::runtime_error saying what was tried and what to install; as
+/// Creates a context of EGL (hardware or software) or, if EGL does not work, of OSMesa (software).
+/// The environment variable MUJOCO_GL, which MuJoCo's and Gymnasium's renderers read too, restricts
+/// the choice to `egl` or `osmesa`; any other value has no effect. The first choice holds for the
+/// whole process.
+/// @throws std::runtime_error listing what was tried and what to install; as
 /// `refuse_pictures_in_fork`
 std::unique_ptr<OffscreenContext> make_offscreen_context();
 
-/// Whether this is the child of a fork whose parent had made a context: OpenGL's threads and locks
-/// are the parent's, and a call would block for ever.
+/// Whether this process is the child of a fork whose parent had created a context. OpenGL's threads
+/// and locks belong to the parent, so a call would block forever.
 bool has_drawn_before_fork();
 
 /// @throws std::runtime_error if `has_drawn_before_fork`

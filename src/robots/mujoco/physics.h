@@ -1,4 +1,4 @@
-// A robot's world: what is stepped.
+// Interface of a robot's simulated world.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@ namespace walker::mujoco {
 
 class Physics;
 
-/// One of several worlds that are stepped together.
+/// One world's part of a `Physics::step_together` call.
 struct PhysicsCall {
   Physics* physics = nullptr;
   const double* control = nullptr;
   std::exception_ptr failure;  ///< what `step` would have thrown
 };
 
-/// The mutable state; the model is shared and constant.
+/// The mutable state of a world. Worlds share the constant model.
 class Physics {
  public:
   Physics() = default;
@@ -32,40 +32,39 @@ class Physics {
   virtual const double* position() const = 0;  ///< nq values [m, rad]
   virtual const double* velocity() const = 0;  ///< nv values [m/s, rad/s]
 
-  /// Puts the robot into a state and computes its accelerations, which later steps start their
-  /// solver from: they are part of the bits.
+  /// Sets the state and computes its accelerations. The next step starts the solver from them, so
+  /// its result depends on them to the bit.
   /// @param position nq values [m, rad]
   /// @param velocity nv values [m/s, rad/s]
-  /// @throws std::runtime_error with MuJoCo's words when it gives up
+  /// @throws std::runtime_error with MuJoCo's message if the engine fails
   virtual void reset(const double* position, const double* velocity) = 0;
 
   /// Makes engine steps under a constant control.
-  /// @param control nu values; MuJoCo limits them to the actuators' ranges
-  /// @throws std::runtime_error with MuJoCo's words when the simulation is unstable; the state is
+  /// @param control nu values; MuJoCo clamps them to the actuators' ranges
+  /// @throws std::runtime_error with MuJoCo's warning if the simulation is unstable; the state is
   ///         then lost
   virtual void step(const double* control, int count) = 0;
 
-  /// Makes engine steps of several worlds, each as `step` does it.
-  /// @param calls without a failure yet; of distinct worlds
+  /// Makes engine steps of several worlds, with the same results as `step`.
+  /// @param calls of distinct worlds, without a failure
   virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept;
 
-  /// How many worlds `step_together` best takes.
+  /// Group size at which `step_together` is fastest.
   virtual std::size_t group_size() const { return 1; }
 
-  /// Shows MuJoCo's data with the poses and contacts of the present state. After a step the
-  /// library's own are those of the integrator's last stage. Changes nothing that a later step
-  /// depends on.
+  /// Calls `look` with an mjData that has the poses and contacts of the current state; mj_step
+  /// leaves those of the integrator's last stage. Does not affect later steps.
   virtual void measure(const std::function<void(const mjData&)>& look) const = 0;
 
-  /// All that later steps, observations and measurements depend on, as MuJoCo has it: qpos, qvel,
-  /// qacc_warmstart, ctrl and qfrc_actuator; no robot of ours has activations, and nothing reads
+  /// Writes everything that later steps, observations and measurements depend on: MuJoCo's qpos,
+  /// qvel, qacc_warmstart, ctrl and qfrc_actuator. No robot here has activations, and nothing reads
   /// the time.
-  /// @param values `state_size()` of them
+  /// @param values receives `state_size()` values
   virtual void save(double* values) const = 0;
   virtual void load(const double* values) = 0;
   std::size_t state_size() const;
 
-  /// What makes the steps, in a few words.
+  /// Returns a short description of what makes the steps.
   virtual std::string stepper() const = 0;
 };
 

@@ -13,7 +13,7 @@ PlanarBase::PlanarBase(const mjModel& model) : model_(model), trunk_(model.jnt_b
 
 void PlanarBase::locate(const Vector3& origin, const Quaternion& orientation,
                         double* position) const {
-  // Joints count from the model's reference pose; the pitch hinge is at the trunk's origin.
+  // Joints start from the model's reference pose; the pitch hinge is at the trunk's origin.
   const mjtNum* const reference = at(model_.body_pos, trunk_, 3);
   Vector3 way{};
   for (std::size_t k = 0; k < 3; ++k) way[k] = origin[k] - reference[k];
@@ -32,14 +32,14 @@ void PlanarBase::move(const Measurements& measurements, double* velocity) const 
       mju_dot3(measurements.angular_velocity.data(), at(model_.jnt_axis, kBasePitch, 3));
 }
 
-/// Along the two slides, whose axes are the world's x and z but for the model's rounding.
+/// Decomposes a vector along the slides, whose axes are the world's x and z up to rounding.
 void PlanarBase::slide(const Vector3& vector, double* along) const {
   const double determinant = x_axis_[0] * z_axis_[2] - x_axis_[2] * z_axis_[0];
   along[kBaseX] = (vector[0] * z_axis_[2] - vector[2] * z_axis_[0]) / determinant;
   along[kBaseZ] = (vector[2] * x_axis_[0] - vector[0] * x_axis_[2]) / determinant;
 }
 
-/// About the pitch hinge, but for whole turns [rad].
+/// Returns the angle about the pitch hinge, modulo whole turns [rad].
 double PlanarBase::turn_from_reference(const Quaternion& orientation) const {
   const std::array<mjtNum, 4> attitude{orientation[3], orientation[0], orientation[1],
                                        orientation[2]};

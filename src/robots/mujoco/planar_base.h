@@ -1,4 +1,4 @@
-// A trunk in a plane: three joints between it and the world.
+// The base of a planar robot: the three joints between its trunk and the world.
 #pragma once
 
 #include "robots/mujoco/engine.h"
@@ -7,20 +7,20 @@
 
 namespace walker::mujoco {
 
-/// The trunk's joints come first: two slides and a hinge.
+/// Number of the trunk's joints, the model's first: two slides and a hinge.
 constexpr int kBaseJoints = 3;
 
-/// Places of theirs in MuJoCo's qpos and qvel.
+/// Indices of the trunk's joints in MuJoCo's qpos and qvel.
 enum BaseIndex { kBaseX, kBaseZ, kBasePitch };
 
-/// Tells the trunk's pose and twist as the model's three joints count them.
+/// Converts the trunk's pose and twist to coordinates of its three joints.
 class PlanarBase {
  public:
   explicit PlanarBase(const mjModel& model);
 
   /// @param origin      of the trunk in the world [m]
   /// @param orientation of the trunk in the world
-  /// @param position    receives the base's part of MuJoCo's qpos, the pitch but for whole turns
+  /// @param position    receives the base's part of MuJoCo's qpos; the pitch is modulo whole turns
   void locate(const Vector3& origin, const Quaternion& orientation, double* position) const;
 
   /// @param velocity receives the base's part of MuJoCo's qvel

@@ -14,7 +14,6 @@
 namespace walker::mujoco {
 namespace {
 
-/// @param name as Gymnasium's `set_state` has it
 void check_coordinates(const char* name, const std::vector<double>& values, int size) {
   if (values.size() != static_cast<std::size_t>(size)) {
     throw std::invalid_argument(name + (" has " + std::to_string(values.size())) +
@@ -53,7 +52,7 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
 }
 
 void PlanarRobot::reset(Generator& generator, double* info) {
-  // The order of draws is Gymnasium's: positions, velocities.
+  // Draws in Gymnasium's order: positions, then velocities.
   draw_noise(generator, first_position_);
   draw_noise(generator, velocity_before_step_);
   std::transform(first_position_.begin(), first_position_.end(), model().qpos0,

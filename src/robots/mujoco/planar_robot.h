@@ -1,4 +1,4 @@
-// A robot in a plane: what Gymnasium's Hopper, Walker2d and HalfCheetah have in common.
+// Common base of Gymnasium's planar robots that MuJoCo simulates, such as Hopper and Walker2d.
 #pragma once
 
 #include <cstdint>
@@ -16,29 +16,29 @@
 
 namespace walker::mujoco {
 
-/// What distinguishes one such robot from another but its reward and its termination.
+/// Options of a planar robot, except those of its reward and termination.
 struct PlanarOptions {
   std::string id;
-  std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< complete, to be told
+  std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< all, for the specification
   PlanarModel model;
-  /// What steps it; without this, the library.
+  /// Creates the physics; empty: MuJoCo's library.
   std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
-  int frame_skip = 1;            ///< engine steps a step
-  double reset_noise_scale = 0;  ///< largest deviation of a position or velocity at a reset
+  int frame_skip = 1;            ///< engine steps per environment step
+  double reset_noise_scale = 0;  ///< maximum deviation of a position or velocity at a reset
   bool exclude_current_positions_from_observation = true;
-  /// Observed velocities are clipped there [m/s, rad/s].
+  /// Bound to which observed velocities are clamped [m/s, rad/s].
   double velocity_limit = std::numeric_limits<double>::infinity();
   std::vector<std::string> info_names;
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
   std::uint32_t max_episode_steps = 0;  ///< for the specification; the episode enforces it
 };
 
-/// Positions, without the trunk's x where that is excluded, then velocities, these limited.
+/// Writes the positions, without the trunk's x if that is excluded, then the clamped velocities.
 /// @param position, velocity MuJoCo's qpos and qvel
 void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
                        const double* velocity, double* observation);
 
-/// Steps, observes and measures; a robot adds reward and termination.
+/// Steps, observes and measures. Derived classes add reward and termination.
 class PlanarRobot : public Robot {
  public:
   /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
@@ -61,17 +61,17 @@ class PlanarRobot : public Robot {
 
  protected:
   const mjModel& model() const { return physics_->model(); }
-  /// MuJoCo's qpos and qvel, as they are now.
+  /// Current values of MuJoCo's qpos and qvel.
   const double* position() const { return physics_->position(); }
   const double* velocity() const { return physics_->velocity(); }
 
  private:
-  /// What the info has right after a reset; all of it is absent before.
+  /// Writes the values that the info has after a reset; the others stay unchanged.
   virtual void write_reset_info(double* info) const = 0;
 
-  /// Reward, info, and whether and why the step ends the episode.
+  /// Sets reward, info, termination and end reason.
   /// @param x_velocity of the trunk, mean over the step [m/s]
-  /// @param step       its action is as given, not limited to the actuators' ranges
+  /// @param step       its action is not clamped to the actuators' ranges
   virtual void conclude_step(double x_velocity, RobotStep& step) const = 0;
 
   std::uint64_t model_fingerprint() const;
@@ -84,11 +84,11 @@ class PlanarRobot : public Robot {
   std::unique_ptr<Physics> physics_;
   Layout layout_;
   Specification specification_;
-  std::vector<double> first_position_;        // of this episode
-  double x_before_step_ = 0;                  // of the trunk
+  std::vector<double> first_position_;        // initial qpos
+  double x_before_step_ = 0;                  // x of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel
   mutable std::optional<std::uint64_t>
-      model_fingerprint_;  // none before a state is saved or loaded
+      model_fingerprint_;  // computed at the first `save` or `load`
 };
 
 }  // namespace walker::mujoco

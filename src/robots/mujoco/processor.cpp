@@ -13,8 +13,8 @@
 namespace walker::mujoco {
 namespace {
 
-/// Hash of sin, cos and pow of 20,000 arguments each; for each function some results differ between
-/// the variants.
+/// Returns a hash of sin, cos and pow of 20,000 arguments each. Some results of each function
+/// differ between the variants.
 std::uint64_t hash_of_results() {
   constexpr int kArguments = 20000;
   std::uint64_t hash = 0;

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kColors = 3;
 
-/// Calls in a thread of its own in which the context is current.
+/// Calls the function in a new thread in which the context is current.
 /// @throws std::runtime_error as `refuse_pictures_in_fork`
 template <typename Function>
 void call_with(OffscreenContext& context, const Function& function) {
@@ -34,10 +34,10 @@ void call_with(OffscreenContext& context, const Function& function) {
   }).get();
 }
 
-/// MuJoCo's off-screen buffer and what it uploads to OpenGL for a model.
+/// MuJoCo's scene, off-screen buffer and OpenGL resources of a model.
 class Studio {
  public:
-  // In a thread of its own: EGL remembers by thread what contexts are to be made.
+  // Creates the context in a new thread, because EGL stores the bound API per thread.
   Studio(const mjModel& model, int max_geom)
       : context_(std::async(std::launch::async, make_offscreen_context).get()) {
     mjv_defaultScene(&scene_);
@@ -70,7 +70,7 @@ class Studio {
 
   mjvScene& scene() { return scene_; }
 
-  /// @param color, depth rows from bottom to top; null: not wanted
+  /// @param color, depth receive rows from bottom to top; null: not wanted
   void draw(const mjrRect& viewport, unsigned char* color, float* depth) {
     call_with(*context_, [&] {
       mjr_render(viewport, &scene_, &render_context_);
@@ -122,7 +122,7 @@ class MujocoRenderer : public Renderer {
     image.rgb.resize(channels.color ? pixels * kColors : 0);
     image.depth.resize(channels.depth ? pixels : 0);
     if (!channels.color && !channels.depth) return;
-    // Half of the work of a picture, and no part of its depth.
+    // Shadows and reflections are half of a picture's work and do not affect its depth.
     studio_->scene().flags[mjRND_SHADOW] = channels.color ? 1 : 0;
     studio_->scene().flags[mjRND_REFLECTION] = channels.color ? 1 : 0;
     const mjrRect viewport{0, 0, static_cast<int>(image.width), static_cast<int>(image.height)};
@@ -138,7 +138,7 @@ class MujocoRenderer : public Renderer {
     if (studio_) return;
     data_.reset(mj_makeData(model_.get()));
     if (!data_) throw std::runtime_error("MuJoCo could not allocate the picture's state");
-    // A copy of numbers and pointers: the model is shared, and its buffer may be too small.
+    // A shallow copy: the model is shared, and its off-screen buffer may be too small.
     mjModel sized = *model_;
     sized.vis.global.offwidth =
         std::max(sized.vis.global.offwidth, static_cast<int>(camera_.width));
@@ -147,8 +147,8 @@ class MujocoRenderer : public Renderer {
     studio_.emplace(sized, max_geom_);
   }
 
-  /// Puts the renderer's own robot where the sensors found the other.
-  /// @throws std::invalid_argument for sensors of another kind of robot, or of one that is nowhere
+  /// Sets the renderer's robot to the measured pose.
+  /// @throws std::invalid_argument if the sensors are of another kind of robot or not finite
   void pose(const Sensors& sensors) {
     if (sensors.joint_position.size() != layout_.joints.size() || sensors.link_poses.empty()) {
       throw std::invalid_argument("instant with " + std::to_string(sensors.joint_position.size()) +
@@ -170,7 +170,7 @@ class MujocoRenderer : public Renderer {
     mj_tendon(model_.get(), data_.get());
   }
 
-  /// OpenGL's depth buffer, undone.
+  /// Inverts the formula of OpenGL's depth buffer.
   float to_meters(float buffer) const {
     return static_cast<float>(camera_.near /
                               (1 - double{buffer} * (1 - camera_.near / camera_.far)));
@@ -183,7 +183,7 @@ class MujocoRenderer : public Renderer {
   mjvCamera chosen_;
   Camera camera_;
   int max_geom_;
-  DataPointer data_;  // none before the first picture, as the next
+  DataPointer data_;  // null before the first picture, like studio_
   std::optional<Studio> studio_;
 };
 

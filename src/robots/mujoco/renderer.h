@@ -1,4 +1,4 @@
-// A planar robot as MuJoCo draws it.
+// Renders a planar robot with MuJoCo.
 #pragma once
 
 #include <memory>
@@ -10,13 +10,13 @@
 
 namespace walker::mujoco {
 
-/// MuJoCo's own renderer. OpenGL's depth buffer holds for a depth z the value
-/// (1 - near / z) / (1 - near / far), and 1 where there is nothing, which is the depth `far`. A sky
-/// is drawn too, from 0.6 to 1 times `far` away. Where the model asks for several samples a pixel,
-/// a depth is that of one of them, not of the pixel's middle.
-/// @param robot  its name, for errors
-/// @param camera complete
-/// @throws std::invalid_argument when the model is none, or for a camera that it does not have
+/// Creates a renderer that draws with MuJoCo's own. For a depth z, OpenGL's depth buffer holds
+/// (1 - near / z) / (1 - near / far); the background has the value 1, which is the depth `far`.
+/// MuJoCo also draws a sky, 0.6 to 1 times `far` away. If the model requests multisampling, a depth
+/// is that of one sample, not of the pixel's centre.
+/// @param robot  name for error messages
+/// @param camera complete parameters
+/// @throws std::invalid_argument if the model is not a planar robot or lacks the camera
 std::unique_ptr<Renderer> make_renderer(const PlanarModel& model, const std::string& robot,
                                         const Parameters& camera);
 

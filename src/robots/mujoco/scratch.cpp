@@ -37,7 +37,7 @@ Scratch::Loan::Loan(Scratch& scratch) : scratch_(scratch) {
   if (data_) return;
   data_ = make_data(scratch_.model());
   const std::lock_guard<std::mutex> lock(scratch_.mutex_);
-  scratch_.unused_.reserve(++scratch_.num_made_);  // for giving it back must not fail
+  scratch_.unused_.reserve(++scratch_.num_made_);  // so that the destructor cannot fail
 }
 
 Scratch::Loan::~Loan() {

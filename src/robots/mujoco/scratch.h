@@ -1,4 +1,4 @@
-// MuJoCo's data for whoever needs them for a moment.
+// mjData borrowed for short computations.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,18 @@
 
 namespace walker::mujoco {
 
-/// Of one model. As many as are ever in use at the same time, whatever the number of worlds.
-/// Thread-safe.
+/// Pool of mjData of one model. Its size is the maximum number of simultaneous loans, independent
+/// of the number of worlds. Thread-safe.
 class Scratch {
  public:
   explicit Scratch(ModelPointer model);
 
-  /// The scratch of all who hold this model.
+  /// Returns the pool that all users of this model share.
   static std::shared_ptr<Scratch> of(const ModelPointer& model);
 
   const mjModel& model() const { return *model_; }
 
-  /// Data as the last borrower left them, given back at the end.
+  /// Borrows an mjData, with the contents that the last borrower left, until destruction.
   class Loan {
    public:
     explicit Loan(Scratch& scratch);

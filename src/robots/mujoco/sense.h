@@ -1,4 +1,4 @@
-// What sensors on a robot measure, read off MuJoCo's state.
+// Computes a robot's sensor measurements from mjData, which must be that of `Physics::measure`.
 #pragma once
 
 #include "robots/mujoco/layout.h"
@@ -6,21 +6,21 @@
 
 namespace walker::mujoco {
 
-/// Joints, poses of the links, contacts of the feet, gravity. Needs `Physics::measure`.
+/// Writes joints, link poses, foot contacts and gravity.
 void sense(const mjModel& model, const mjData& data, const Layout& layout, Sensors& sensors);
 
-/// How the trunk moves. Needs `Physics::measure`.
+/// Writes the trunk's velocities and acceleration.
 /// @param velocity_before_step MuJoCo's qvel
-/// @param dt                   of the step [s]
+/// @param dt                   duration of the step [s]
 void sense_motion(const mjData& data, const double* velocity_before_step, double dt,
                   Sensors& sensors);
 
 Vector3 to_vector3(const mjtNum* vector);
 
-/// In the world; needs `Physics::measure`.
+/// Returns the pose in the world.
 Pose pose_of_body(const mjData& data, int body);
 
-/// Whether the body, or one fixed to it, touches what does not move; needs `Physics::measure`.
+/// Whether the body, or one fixed to it, touches the static world.
 bool touches_ground(const mjModel& model, const mjData& data, int body);
 
 }  // namespace walker::mujoco

@@ -1,4 +1,4 @@
-// What a planar robot's environment tells about itself, read off the compiled model.
+// Specification and scene of a planar robot, read from the compiled model.
 #pragma once
 
 #include "robots/mujoco/layout.h"
@@ -11,7 +11,8 @@ namespace walker::mujoco {
 Specification make_specification(const PlanarOptions& options, const Layout& layout,
                                  const mjModel& model);
 
-/// A floor at the height of the model's first plane; none without a plane. Needs a reset.
+/// Sets the floor to the height of the model's first plane, if any.
+/// @param data of `Physics::measure`
 void describe_scene(const mjModel& model, const mjData& data, Scene& scene);
 
 }  // namespace walker::mujoco

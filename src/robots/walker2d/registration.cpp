@@ -8,12 +8,12 @@
 namespace walker::walker2d {
 namespace {
 
-/// Walks forward through whole episodes of Walker2d-v4 and v5, about 26 m in 8 s.
+/// Weights of a gait that walks through whole episodes of Walker2d-v4 and v5, about 26 m in 8 s.
 ///
-/// The weights were found by augmented random search, V2-t (H. Mania, A. Guy, B. Recht: Simple
-/// random search provides a competitive approach to reinforcement learning, 2018), on Walker2d-v5:
-/// 90 updates, each from the best 30 of 40 directions, step size 0.03, noise 0.025. The
-/// observations' means and deviations are folded in; five digits are left.
+/// Found by augmented random search V2-t (H. Mania, A. Guy, B. Recht: Simple random search provides
+/// a competitive approach to reinforcement learning, 2018) on Walker2d-v5: 90 updates, each from
+/// the best 30 of 40 directions, step size 0.03, noise 0.025. The normalization of the observation
+/// is folded into the weights, which are rounded to five digits.
 std::vector<mujoco::MotorWeights> gait() {
   return {
       {0.016361,
@@ -46,7 +46,7 @@ std::vector<mujoco::MotorWeights> gait() {
 }  // namespace
 
 std::vector<Registration> registrations() {
-  // Gymnasium's numbers (gymnasium/envs/mujoco/walker2d_v4.py, walker2d_v5.py, 1.4.0).
+  // Gymnasium's constants (gymnasium/envs/mujoco/walker2d_v4.py, walker2d_v5.py, 1.4.0).
   mujoco::HealthyRobotKind kind;
   kind.name = "Walker2d";
   kind.num_hinges = 6;

@@ -18,7 +18,6 @@
 namespace walker {
 namespace {
 
-/// @throws std::invalid_argument
 Channels channels_of(const std::string& encoding) {
   namespace encodings = sensor_msgs::image_encodings;
   if (encoding.empty() || encoding == encodings::RGB8) return {true, false};
@@ -26,8 +25,7 @@ Channels channels_of(const std::string& encoding) {
   throw std::invalid_argument("encoding = " + encoding + "; must be rgb8 or 32FC1");
 }
 
-/// The request's camera.
-/// @throws std::invalid_argument
+/// Camera parameters of a request, completed from the server's.
 Parameters camera_of(const walker_sim::Render::Request& request, const ServerOptions& options) {
   if (request.parameter_names.size() != request.parameter_values.size()) {
     throw std::invalid_argument(
@@ -45,15 +43,15 @@ Parameters camera_of(const walker_sim::Render::Request& request, const ServerOpt
     assignments.push_back(name + "=" + request.parameter_values[i]);
   }
   Parameters given = parse_assignments(descriptions, assignments);
-  given.insert(options.camera.begin(), options.camera.end());  // where nothing was given
+  given.insert(options.camera.begin(), options.camera.end());  // those that the request lacks
   return complete_parameters(descriptions, given);
 }
 
-/// @param rate [1/s]; 0: of every state, for these are farther apart than a nanosecond
+/// @param rate [1/s]; 0: one per state, since states are more than a nanosecond apart
 /// @return [ns]
 std::uint64_t period_of(double rate) {
   constexpr double kPerSecond = 1e9;
-  constexpr double kMax = 1e18;  // longer than ROS time
+  constexpr double kMax = 1e18;  // fits into 64 bits
   return rate > 0 ? static_cast<std::uint64_t>(std::min(kPerSecond / rate, kMax)) : 1;
 }
 
@@ -71,14 +69,14 @@ ServerCamera::ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
       thread_(std::move(make_renderer)) {}
 
 void ServerCamera::show(ros::Time stamp) {
-  // One picture at most of each period of simulation time.
+  // At most one picture per period of simulation time.
   const std::uint64_t turn = stamp.toNSec() / period_;
   if (turn == last_turn_ || publisher_.getNumSubscribers() == 0) return;
-  if (!shown_.state().error.empty()) return;  // there is nothing to be seen
+  if (!shown_.state().error.empty()) return;  // the engine has failed
   last_turn_ = turn;
   try {
     ask_for_picture(stamp);
-  } catch (const std::exception& error) {  // the step has been made all the same
+  } catch (const std::exception& error) {  // the step itself has succeeded
     static Throttle throttle;
     if (throttle.passes())
       ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << error.what());

@@ -1,4 +1,4 @@
-// The server's camera: its topics, and pictures on request.
+// The server's camera: its topics, and ~render.
 #pragma once
 
 #include <cstdint>
@@ -21,20 +21,17 @@
 
 namespace walker {
 
-/// Captures states; a thread of its own renders them and publishes or replies.
+/// Captures states. A separate thread renders them, and publishes or replies.
 class ServerCamera {
  public:
   /// @param pool outlives this
   ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames, const ServerOptions& options,
                RenderThread::MakeRenderer make_renderer);
 
-  /// Offers the shown environment's state to the topics, which take it where somebody subscribes
-  /// and it is time for a picture.
+  /// Publishes a picture of the shown state if the topics have subscribers and one is due.
   void show(ros::Time stamp);
 
-  /// ~render.
-  /// @param stamp of the state
-  /// @throws std::exception that says why there will be no reply
+  /// @throws std::exception with the reason why there will be no reply
   void render(const walker_sim::Render::Request& request, ros::Time stamp,
               const Reply<walker_sim::Render::Response>& reply);
 
@@ -49,17 +46,17 @@ class ServerCamera {
   Frames frames_;
   ServerOptions options_;
   std::uint64_t period_;         // of simulation time [ns]
-  std::uint64_t last_turn_ = 0;  // number of the period of the last picture
+  std::uint64_t last_turn_ = 0;  // index of the last picture's period
 
   image_transport::CameraPublisher publisher_;
   ros::Publisher tf_publisher_;
 
-  // Of the thread.
+  // Used by the thread.
   sensor_msgs::Image image_;
   sensor_msgs::CameraInfo camera_info_;
   tf2_msgs::TFMessage transforms_;
   Throttle throttle_;
-  RenderThread thread_;  // ends first
+  RenderThread thread_;  // destroyed first
 };
 
 }  // namespace walker

@@ -9,12 +9,12 @@
 namespace walker {
 namespace {
 
-/// The renderers in use: to make one takes longer than to render with it.
+/// Cache of renderers: making one takes longer than rendering with it.
 class Renderers {
  public:
   explicit Renderers(const RenderThread::MakeRenderer& make) : make_(make) {}
 
-  /// @return whose picture it is; one that fails is forgotten, for it may not work again
+  /// @return the camera of the renderer, which is discarded if it throws, as it may not work again
   const Camera& render(const RenderJob& job, Image& image) {
     Renderer& renderer = find(job.camera);
     try {
@@ -32,14 +32,14 @@ class Renderers {
     std::unique_ptr<Renderer> renderer;
   };
 
-  /// The one with this camera, made where there is none; the longest unused gives way.
+  /// Returns the renderer of this camera; makes it, and evicts the least recently used, if needed.
   Renderer& find(const Parameters& camera) {
     const auto found = std::find_if(kept_.begin(), kept_.end(),
                                     [&](const Kept& kept) { return kept.camera == camera; });
     if (found != kept_.end()) {
       kept_.splice(kept_.begin(), kept_, found);
     } else {
-      constexpr std::size_t kMax = 4;  // each may hold a context of OpenGL
+      constexpr std::size_t kMax = 4;  // each may hold an OpenGL context
       if (kept_.size() == kMax) kept_.pop_back();
       kept_.push_front({camera, make_(camera)});
     }
@@ -47,7 +47,7 @@ class Renderers {
   }
 
   const RenderThread::MakeRenderer& make_;
-  std::list<Kept> kept_;  // the latest first
+  std::list<Kept> kept_;  // most recently used first
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Pictures, rendered while the simulation goes on. No ROS.
+// A thread that renders pictures while the simulation continues. No ROS.
 #pragma once
 
 #include <atomic>
@@ -16,23 +16,22 @@
 
 namespace walker {
 
-/// A picture to be rendered. The functions are called in the thread that does it.
+/// A picture to render. The functions are called in the render thread.
 struct RenderJob {
   StateCapture captured;
   Parameters camera;  ///< complete
   Channels channels;
-  /// As long as it waits, a later one that may be skipped takes its place.
+  /// While this job waits, a later one that may be skipped replaces it.
   bool may_be_skipped = false;
-  /// Asked before it is rendered; false: nobody wants it any more.
+  /// Called before rendering; false: the job is dropped.
   std::function<bool()> is_wanted;
-  /// Takes the picture, whose memory it may keep.
+  /// Receives the picture, and may keep its memory.
   std::function<void(const Camera& camera, Image& image)> finish;
-  /// Where there is none, or `finish` threw.
+  /// Called if rendering or `finish` throws.
   std::function<void(const std::string& why)> fail;
 };
 
-/// Renders in a thread of its own, one picture after the other in the order in which they were
-/// asked for. Nothing is made before the first.
+/// Renders jobs in order in a separate thread. Thread and renderers are created at the first job.
 class RenderThread {
  public:
   /// @param camera complete
@@ -42,22 +41,22 @@ class RenderThread {
   explicit RenderThread(MakeRenderer make_renderer);
   RenderThread(const RenderThread&) = delete;
   RenderThread& operator=(const RenderThread&) = delete;
-  /// Ends once the picture in flight is done. Those that wait are forgotten.
+  /// Finishes the picture in progress and drops waiting jobs.
   ~RenderThread();
 
-  /// Returns at once.
-  /// @throws std::system_error where the system has no thread left
+  /// Queues a job and returns at once.
+  /// @throws std::system_error if no thread can start
   void render(RenderJob job);
 
   std::uint64_t num_rendered() const { return num_rendered_; }
-  /// Of those that might be skipped.
+  /// Number of jobs that later ones have replaced.
   std::uint64_t num_skipped() const { return num_skipped_; }
 
  private:
   void run();
 
   MakeRenderer make_renderer_;
-  std::mutex mutex_;  // of the next three
+  std::mutex mutex_;  // guards the next three
   std::condition_variable changed_;
   std::deque<RenderJob> waiting_;
   bool is_over_ = false;

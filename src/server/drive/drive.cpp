@@ -16,9 +16,9 @@
 namespace walker {
 namespace {
 
-constexpr std::chrono::seconds kUntilNextReset{1};  // after one that failed
+constexpr std::chrono::seconds kUntilNextReset{1};  // after a failed reset
 
-/// Only services move anything.
+/// Only service calls step.
 class LockstepDrive : public Drive {
  public:
   using Drive::Drive;
@@ -40,9 +40,9 @@ class LockstepDrive : public Drive {
   const char* pace() const override { return "who calls ~step sets the pace"; }
 };
 
-/// Steps by the held effort command, resets itself unless `auto_reset` is off, and can be paused;
-/// then services may step. After a reset that failed it waits a second, whatever the pace, so that
-/// an engine that fails at every reset keeps neither the processor nor subscribers busy.
+/// Steps with the held effort command, resets unless `auto_reset` is off, and can be paused; then
+/// service calls may step. After a failed reset it waits a second at any pace, so that an engine
+/// that fails at every reset floods neither the processor nor subscribers.
 class RunningDrive : public Drive {
  public:
   RunningDrive(const ServerOptions& options, Simulation& simulation)
@@ -61,7 +61,7 @@ class RunningDrive : public Drive {
     if (!runs()) return;
     const Clock::time_point now = Clock::now();
     if (waits_to_reset_again(now)) {
-      restart_schedule();  // no deadline is missed meanwhile
+      restart_schedule();  // no deadline counts as missed meanwhile
     } else if (is_step_due(now)) {
       step();
     }
@@ -110,7 +110,7 @@ class RunningDrive : public Drive {
 
  private:
   virtual Clock::duration until_step(Clock::time_point now) const = 0;
-  /// Called if the next step may be made. @return whether to make it now
+  /// Whether to make the next step now. Called only if it may be made.
   virtual bool is_step_due(Clock::time_point now) = 0;
 
   void step() {
@@ -129,10 +129,9 @@ class RunningDrive : public Drive {
 
   bool auto_reset_;
   bool is_paused_;
-  Clock::time_point resets_again_at_;  // after a reset that failed
+  Clock::time_point resets_again_at_;  // after a failed reset
 };
 
-/// Keeps a pace of its own.
 class FreeDrive : public RunningDrive {
  public:
   FreeDrive(const ServerOptions& options, Simulation& simulation)
@@ -175,7 +174,7 @@ class FreeDrive : public RunningDrive {
   Pacer pacer_;
 };
 
-/// Steps under another node's /clock.
+/// Steps as another node's /clock advances.
 class FollowDrive : public RunningDrive {
  public:
   FollowDrive(const ServerOptions& options, Simulation& simulation)

@@ -1,4 +1,4 @@
-// Who steps when: one class per mode, behind one interface.
+// Drives: one class per mode decides when the environments step.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,7 @@
 
 namespace walker {
 
-/// Decides who may step, and steps by itself if its mode does.
+/// Decides whether service calls may step, and steps without calls if its mode does.
 class Drive {
  public:
   using Clock = std::chrono::steady_clock;
@@ -27,7 +27,6 @@ class Drive {
   Drive& operator=(const Drive&) = delete;
   virtual ~Drive() = default;
 
-  /// The server begins to serve.
   virtual void start() {}
 
   /// How long the server may wait for requests and callbacks before `step_if_due`: 0 .. kIdle.
@@ -39,36 +38,36 @@ class Drive {
   /// @throws std::logic_error naming the service unless its callers may step now
   virtual void require_steps_by_service(const std::string& /*service*/) const {}
 
-  /// Begins an episode, and a period passes before the next step.
+  /// Begins an episode. The next step is due a period later.
   /// @return the state after the reset
   /// @throws std::runtime_error if the engine fails; then the episode has ended with that
   const EpisodeState& reset(std::optional<std::uint64_t> seed);
 
-  /// After a pause or a reset: a period passes before the next step, and none has been missed.
+  /// Called after a pause or a reset: the next step is due a period later, and none is missed.
   virtual void restart_schedule() { simulation_.timing().interrupt(); }
 
-  /// @param agent name of the node that has sent the effort command
+  /// @param agent name of the node that sent the effort command
   virtual void take_command(const std::vector<double>& efforts, const std::string& agent) = 0;
   virtual bool takes_commands() const = 0;
 
-  /// @param factor simulation time over wall time, 0 .. 1000; 0: as fast as it goes
-  /// @throws std::exception with the reason why this cannot be set
+  /// @param factor simulation time over wall time, 0 .. 1000; 0: as fast as possible
+  /// @throws std::exception with the reason if it cannot be set
   virtual void set_real_time_factor(double factor) = 0;
-  /// The pace that this drive keeps; none if somebody else sets it.
+  /// The pace that this drive keeps; none if service calls or /clock set it.
   virtual std::optional<double> real_time_factor() const { return std::nullopt; }
 
-  /// @return what has changed
+  /// @return a message that says what has changed
   virtual std::string pause() = 0;
   virtual std::string unpause() = 0;
   virtual bool is_paused() const { return false; }
-  /// Whether the time of other nodes' /clock is this server's.
+  /// Whether this server's time follows another node's /clock.
   virtual bool follows_clock() const { return false; }
-  /// Nothing moves without a service call.
+  /// Whether nothing moves without a service call.
   virtual bool stands_still() const = 0;
 
   // For diagnostics.
 
-  /// What sets the pace.
+  /// What sets the pace, e.g. "follows /clock", or how it is kept.
   virtual const char* pace() const = 0;
   /// Why nothing moves although it should; empty if nothing is wrong.
   virtual std::string complaint() const { return ""; }
@@ -79,7 +78,7 @@ class Drive {
   Simulation& simulation_;
 };
 
-/// The drive of the options' mode: `free` follows /clock if another node publishes it.
+/// Makes the drive of the mode. Free without publish_clock follows /clock if use_sim_time is set.
 std::unique_ptr<Drive> make_drive(const ServerOptions& options, Simulation& simulation);
 
 }  // namespace walker

@@ -1,5 +1,5 @@
-// gazebo_msgs' services of physics properties. That package need not be here: what counts between a
-// client and a server is the type's name, its MD5 and the order of its fields.
+// gazebo_msgs' services of physics properties, without that package: client and server need only
+// the same type name, MD5 sum and order of fields.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ struct GetPhysicsProperties {
   struct Request {};
   struct Response {
     double time_step = 0;            ///< [s]
-    std::uint8_t pause = 0;          ///< whether nothing moves by itself
+    std::uint8_t pause = 0;          ///< 1: nothing moves without a service call
     double max_update_rate = 0;      ///< steps per second of wall time; 0: no limit [Hz]
     geometry_msgs::Vector3 gravity;  ///< [m/s^2]
     OdePhysics ode_config;
@@ -48,7 +48,7 @@ struct SetPhysicsProperties {
 
   struct Request {
     double time_step = 0;            ///< [s]
-    double max_update_rate = 0;      ///< as GetPhysicsProperties' [Hz]
+    double max_update_rate = 0;      ///< as in GetPhysicsProperties [Hz]
     geometry_msgs::Vector3 gravity;  ///< [m/s^2]
     OdePhysics ode_config;
   };
@@ -60,7 +60,7 @@ struct SetPhysicsProperties {
 
 }  // namespace walker::gazebo
 
-// ---------------------------------------------------------------- as roscpp wants to know them
+// ---------------------------------------------------------------- traits that roscpp requires
 
 namespace ros::service_traits {
 

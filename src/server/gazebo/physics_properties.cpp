@@ -10,7 +10,7 @@
 namespace walker::gazebo {
 namespace {
 
-/// Up to a rounding, for clients write down 0.006 where the engine adds up three times 0.002.
+/// Equality up to rounding: clients write 0.006 where the engine adds 0.002 three times.
 bool is_same(double one, double other) {
   constexpr double kRounding = 1e-9;
   return std::abs(one - other) <= kRounding * std::abs(other);
@@ -25,7 +25,7 @@ bool is_same(const Vector3& one, const Vector3& other) {
   return is_same(one[0], other[0]) && is_same(one[1], other[1]) && is_same(one[2], other[2]);
 }
 
-/// @throws std::invalid_argument
+/// @throws std::invalid_argument if step or gravity differ from the environment's
 void check_environment(const SetPhysicsProperties::Request& request,
                        const Specification& specification) {
   std::string faults;

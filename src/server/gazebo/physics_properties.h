@@ -1,4 +1,4 @@
-// What Gazebo's physics properties are here.
+// Gazebo's physics properties, mapped to the environment and its drive.
 #pragma once
 
 #include "server/drive/drive.h"
@@ -7,14 +7,13 @@
 
 namespace walker::gazebo {
 
-/// Tells step, pace, pause and gravity. What it tells, `set_physics_properties` takes.
+/// Returns step, pace, pause and gravity. `set_physics_properties` accepts what it returns.
 void get_physics_properties(const Specification& specification, const Drive& drive,
                             GetPhysicsProperties::Response& response);
 
-/// Sets the pace. Step and gravity are the environment's: others are refused, for they would be
-/// another environment under the same id. Settings of ODE are ignored, and the answer says so.
-/// @throws std::exception that names what cannot be set, its value and what is allowed; then
-///         nothing has changed
+/// Sets the pace. Refuses another step or gravity, which would make another environment under the
+/// same id. Ignores ODE's settings, as the response says.
+/// @throws std::exception naming the field, its value and what is allowed; then nothing changes
 void set_physics_properties(const SetPhysicsProperties::Request& request,
                             const Specification& specification, Drive& drive,
                             SetPhysicsProperties::Response& response);

@@ -1,4 +1,4 @@
-// Flat shapes with depth, as triangles and lines of rviz markers.
+// Plane shapes with depth, as triangles and lines of rviz markers.
 //
 // rviz draws coloured vertices unlit, so every shade is chosen here.
 #pragma once
@@ -23,7 +23,7 @@ using PlanePoint = std::array<double, 2>;
 /// A closed polygon in the world's x,z plane.
 using Outline = std::vector<PlanePoint>;
 
-/// From the viewer's side to the far side.
+/// An interval of y, from the viewer's side to the far side.
 struct Depth {
   double near;  ///< y [m]
   double far;   ///< y [m], greater than `near`
@@ -46,7 +46,6 @@ inline std_msgs::ColorRGBA to_color(const Color& color) {
   return message;
 }
 
-/// Red, green and blue times `factor`, at most 1.
 inline Color shaded(const Color& color, double factor) {
   return {std::min(1.0, color[0] * factor), std::min(1.0, color[1] * factor),
           std::min(1.0, color[2] * factor), color[3]};
@@ -60,13 +59,12 @@ inline bool is_finite(const PlanePoint& point) {
   return std::isfinite(point[0]) && std::isfinite(point[1]);
 }
 
-/// At least three points, all finite.
 inline bool is_drawable(const Outline& outline) {
   constexpr std::size_t kTriangle = 3;
   return outline.size() >= kTriangle && std::all_of(outline.begin(), outline.end(), is_finite);
 }
 
-/// Every point with the coordinates that `place` gives it out of its own and the centre's.
+/// Replaces every coordinate by `place(coordinate, centre)`; the centre is the mean of the points.
 template <typename Place>
 Outline around_center(Outline outline, const Place& place) {
   PlanePoint sum{};
@@ -78,8 +76,7 @@ Outline around_center(Outline outline, const Place& place) {
   return outline;
 }
 
-/// The same polygon with its corners cut `rounds` times, each cut nearer to a smooth curve, by
-/// Chaikin's algorithm: each corner gives way to two points, a quarter along its edges.
+/// Chaikin's algorithm: each round replaces every corner by two points, a quarter along its edges.
 inline Outline rounded(Outline outline, int rounds) {
   constexpr double kNear = 0.75;
   constexpr double kFar = 0.25;
@@ -97,7 +94,7 @@ inline Outline rounded(Outline outline, int rounds) {
   return outline;
 }
 
-/// A marker with all that rviz wants to be told: pose and scale are those of nothing moved.
+/// A marker with all fields that rviz requires: identity pose, unit scale, opaque white.
 inline visualization_msgs::Marker make_marker(const std_msgs::Header& header, const char* name,
                                               int type) {
   visualization_msgs::Marker marker;
@@ -111,7 +108,7 @@ inline visualization_msgs::Marker make_marker(const std_msgs::Header& header, co
   return marker;
 }
 
-/// Takes back what was drawn under this name.
+/// A marker that deletes the marker of this name.
 inline visualization_msgs::Marker deletion(const std_msgs::Header& header, const char* name) {
   visualization_msgs::Marker marker = make_marker(header, name, visualization_msgs::Marker::CUBE);
   marker.action = visualization_msgs::Marker::DELETE;
@@ -134,7 +131,7 @@ inline void add_triangle(const std::array<geometry_msgs::Point, 3>& corners,
   }
 }
 
-/// The rectangle that the line from `from` to `to` sweeps along the depth.
+/// Adds the rectangle that the line from `from` to `to` sweeps over the depth.
 inline void add_wall(const PlanePoint& from, const PlanePoint& to, const Depth& depth,
                      const Color& near_color, const Color& far_color,
                      visualization_msgs::Marker& triangles) {
@@ -144,7 +141,7 @@ inline void add_wall(const PlanePoint& from, const PlanePoint& to, const Depth& 
                {near_color, far_color, far_color}, triangles);
 }
 
-/// A convex polygon at depth `y`, the colours one per point.
+/// Adds a convex polygon at `y`, with one colour per point.
 inline void add_face(const Outline& outline, double y, const std::vector<Color>& colors,
                      visualization_msgs::Marker& triangles) {
   for (std::size_t i = 1; i + 1 < outline.size(); ++i) {

@@ -13,8 +13,8 @@ namespace {
 
 using visualization_msgs::MarkerArray;
 
-// What a viewer that is slow for a moment must not miss: a scene, and the parts of the floor that
-// follow it. Of the state, the line of the path comes now and then only.
+// Viewers that are briefly slow must not miss a scene, the floors that follow it, or the path,
+// which only some of the state messages contain.
 constexpr std::uint32_t kSceneQueue = 20;
 constexpr std::uint32_t kStateQueue = 5;
 
@@ -71,7 +71,6 @@ MarkerArray MarkerTopics::make_state() {
   return state_markers(shown_.specification(), shown_.sensors(), shown_.state(), header());
 }
 
-/// The part of the floor that is drawn goes along with the walker.
 void MarkerTopics::move_floor() {
   if (!floor_) return;
   const double center = floor_center();

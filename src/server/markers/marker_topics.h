@@ -1,4 +1,4 @@
-// The topics that rviz draws from, published only while somebody looks.
+// The topics of rviz markers, published only while they have subscribers.
 #pragma once
 
 #include <optional>
@@ -12,9 +12,8 @@
 
 namespace walker {
 
-/// Publishes `scene_markers` and `state_markers` of one environment. While nobody subscribes,
-/// nothing is measured and nothing is built; who comes then gets what is to be seen at once, as if
-/// the topics were latched.
+/// Publishes `scene_markers` and `state_markers` of one environment. Without subscribers nothing is
+/// measured or built; a new one receives the present markers at once, as if latched.
 class MarkerTopics {
  public:
   /// @param frame odometry frame
@@ -23,10 +22,10 @@ class MarkerTopics {
   MarkerTopics& operator=(const MarkerTopics&) = delete;
   ~MarkerTopics() = default;
 
-  /// The scene of a new episode. Its state is to follow.
+  /// Publishes the scene of a new episode. `publish_state` must follow.
   void begin_episode(ros::Time stamp);
 
-  /// The present state. Needs an episode whose simulation has not failed.
+  /// Publishes the present state. The simulation must not have failed.
   void publish_state(ros::Time stamp);
 
  private:
@@ -44,8 +43,8 @@ class MarkerTopics {
   ros::Time stamp_;  // of the present state
 
   std::optional<Floor> floor_;  // of this episode, once its scene has been made
-  double floor_center_ = 0;     // of the part that is drawn
-  Path path_;                   // since somebody looks
+  double floor_center_ = 0;     // x of the part that is drawn
+  Path path_;                   // since state_markers has subscribers
 };
 
 }  // namespace walker

@@ -12,14 +12,14 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-// The world is a plane, y = 0, seen from -y. What follows gives it depth, for the eye only [m].
+// The world is the plane y = 0, seen from -y. These depths are only visual [m].
 constexpr Depth kGroundDepth{-2, 2};
-constexpr Depth kObstacleDepth{-2.02, 2.02};  // a little more than the ground's: no flicker
-constexpr double kObstacleMargin = 0.02;      // the same across the depth
+constexpr Depth kObstacleDepth{-2.02, 2.02};  // more than the ground's, against flicker
+constexpr double kObstacleMargin = 0.02;      // the same in x and z
 constexpr double kGrassHeight = 0.12;         // grass that hangs over the ground's edge
 constexpr double kFlagY = 1;                  // behind the walker
 constexpr double kNearestCloudY = 7;
-constexpr double kCloudSpacing = 1.5;  // between the depths of clouds that follow each other
+constexpr double kCloudSpacing = 1.5;  // in y, between consecutive clouds
 
 constexpr double kOutlineWidth = 0.04;
 constexpr double kPoleWidth = 0.07;
@@ -27,7 +27,7 @@ constexpr double kPoleWidth = 0.07;
 constexpr Color kOutlineColor{0.6, 0.6, 0.6, 1};
 constexpr Color kPoleColor{0.2, 0.2, 0.22, 1};
 
-/// Earth below the surface, darker the deeper, on the near and on the far side.
+/// Adds the earth below the surface, darker with depth, on the near and on the far side.
 void add_earth(const Outline& outline, const Color& color, Marker& triangles) {
   constexpr double kDarkness = 0.62;
   Outline earth = outline;
@@ -39,7 +39,7 @@ void add_earth(const Outline& outline, const Color& color, Marker& triangles) {
   add_face(earth, kGroundDepth.far, colors, triangles);
 }
 
-/// The surface, and the edge of it that hangs over the earth.
+/// Adds the surface and its edge, which hangs over the earth.
 void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
                Marker& triangles) {
   constexpr double kFarShade = 0.8;
@@ -60,7 +60,7 @@ Marker ground_marker(const Scene& scene, const std_msgs::Header& header) {
     add_earth(outline, color, marker);
     const bool has_surface = i < scene.surface_colors.size();
     add_grass(outline[0], outline[1], has_surface ? scene.surface_colors[i] : color, marker);
-    // The faces where the ground begins and ends; those between the pieces nobody sees.
+    // Faces at both ends of the ground; those between its pieces are hidden.
     const Color end_color = shaded(color, kEndShade);
     if (i == 0) {
       add_wall(outline[0], outline.back(), kGroundDepth, end_color, end_color, marker);
@@ -72,7 +72,6 @@ Marker ground_marker(const Scene& scene, const std_msgs::Header& header) {
   return marker;
 }
 
-/// A block with lit top and shaded flanks, and its edges.
 void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines) {
   constexpr double kFaceShade = 0.96;
   constexpr double kFlankShade = 0.84;
@@ -96,7 +95,7 @@ void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines
   }
 }
 
-/// A soft bank: round, dense within, gone at its rim, thinner towards its lower side.
+/// Adds a round cloud: dense inside, transparent at its rim, thinner towards its bottom.
 void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
   constexpr int kRounds = 3;
   constexpr double kCore = 0.7;  // of the size
@@ -134,9 +133,8 @@ Marker cloud_marker(const Scene& scene, const std_msgs::Header& header) {
   return marker;
 }
 
-/// A pole with a pennant at its top.
 void add_flag(const Flag& flag, Marker& triangles, Marker& poles) {
-  // Gymnasium's proportions, in heights of the pole.
+  // Gymnasium's proportions, relative to the pole's height.
   constexpr double kPennantLength = 0.5;
   constexpr double kPennantHeight = 0.2;
   constexpr double kTipShade = 0.85;
@@ -149,7 +147,7 @@ void add_flag(const Flag& flag, Marker& triangles, Marker& poles) {
   add_face(pennant, kFlagY, {flag.color, flag.color, shaded(flag.color, kTipShade)}, triangles);
 }
 
-/// The way from one colour to another, `share` of it in [0, 1].
+/// Interpolates between two colours, `share` in [0, 1].
 Color mixed(const Color& from, const Color& to, double share) {
   Color color{};
   for (std::size_t i = 0; i < color.size(); ++i) color[i] = from[i] + share * (to[i] - from[i]);
@@ -160,7 +158,7 @@ bool stands_somewhere(const Flag& flag) {
   return is_finite({flag.x, flag.z}) && std::isfinite(flag.height);
 }
 
-/// rviz complains of markers without points.
+/// Appends a marker unless it has no points, which rviz reports as an error.
 void append_if_any(const Marker& marker, MarkerArray& array) {
   if (!marker.points.empty()) array.markers.push_back(marker);
 }
@@ -168,17 +166,17 @@ void append_if_any(const Marker& marker, MarkerArray& array) {
 }  // namespace
 
 double floor_center(const Floor& floor, double x) {
-  // An even number of tiles, so that those under the centre are always coloured alike.
+  // An even number of tiles, so that the colours do not depend on the centre.
   const double step = 4 * floor.tile;
   return step * std::round(x / step);
 }
 
 Marker floor_marker(const Floor& floor, double center, const std_msgs::Header& header) {
-  // Beyond both sides of the picture, and as deep as it looks well, in tiles.
+  // Extent in tiles: beyond both sides of the picture, and as deep as looks good.
   constexpr int kAhead = 20;
   constexpr int kNear = -7;
   constexpr int kFar = 13;
-  constexpr double kPaleness = 0.85;  // of the farthest tiles: no flicker where they are narrow
+  constexpr double kPaleness = 0.85;  // of the farthest tiles, against flicker
   const auto& [light, dark] = floor.colors;
   Marker marker = make_marker(header, "floor", Marker::TRIANGLE_LIST);
   if (!std::isfinite(floor.z)) return deletion(header, "floor");

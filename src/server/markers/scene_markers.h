@@ -9,18 +9,16 @@
 
 namespace walker {
 
-/// Terrain, obstacles, clouds and flags, first of all a marker that deletes those of the episode
-/// before. Changes only at a reset. The floor is a marker apart, for it goes along.
+/// Terrain, obstacles, clouds and flags, after a marker that deletes those of the previous episode.
+/// They change only at a reset. The floor is a separate marker because it follows the walker.
 /// @param header odometry frame and stamp
 visualization_msgs::MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header);
 
-/// Where the part of the floor lies that is drawn for a walker at `x`: some way off at most, and
-/// the same for many x, so that few parts are drawn [m].
+/// Centre of the drawn floor for a walker at `x` [m]: `x` rounded to four tiles to change seldom.
 double floor_center(const Floor& floor, double x);
 
-/// The tiles of a floor around `center`, paler towards the far ones. Tiles keep their place in the
-/// world wherever the centre is.
-/// @param center as `floor_center` gives it
+/// Tiles of a floor around `center`, paler with distance. The pattern is fixed in the world.
+/// @param center as `floor_center` returns it
 /// @param header odometry frame and stamp
 visualization_msgs::Marker floor_marker(const Floor& floor, double center,
                                         const std_msgs::Header& header);

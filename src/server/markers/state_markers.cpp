@@ -20,10 +20,10 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-// Of what belongs to a range finder [m].
+// Sizes of the range finder's markers [m].
 constexpr double kRayWidth = 0.025;
 constexpr double kHitDiameter = 0.14;
-// Of what goes with the walker, in its reaches (`reach_of`).
+// Sizes of the walker's markers, relative to its reach (`reach_of`).
 constexpr double kContactDiameter = 0.17;
 constexpr double kPathWidth = 0.03;    // [m]
 constexpr double kTextHeight = 0.11;   // of a capital letter
@@ -35,7 +35,7 @@ constexpr Color kContactColor{1, 0.8, 0.1, 1};
 constexpr Color kPathColor{0.1, 0.25, 0.75, 0.6};
 constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
 
-/// The points of a solid among which is the lowest one in the world, in the link's frame.
+/// Points of a solid that include its lowest one in the world, in the link's frame.
 /// @param down unit vector in the link's frame
 std::vector<Eigen::Vector3d> candidates(const Solid& solid, const Eigen::Vector3d& down) {
   const auto [first, second, third] = solid.size;
@@ -83,11 +83,9 @@ std::vector<Eigen::Vector3d> candidates(const Link& link, double y, const Eigen:
   return points;
 }
 
-/// How far the walker reaches from its trunk's origin with its limbs stretched out, for things that
-/// are drawn as large as suits the walker [m].
+/// Largest distance of an outstretched limb's point from the trunk's origin [m]; scales markers.
 double reach_of(const Specification& specification) {
-  // Joints are in action order, which need not lead from the trunk outwards: as often as there are
-  // joints, each takes what is known of its parent.
+  // Joints are in action order, not always outwards from the trunk: one pass per joint reaches all.
   std::map<std::string, double> to_joint;
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
     for (const Joint& joint : specification.joints) {
@@ -103,11 +101,11 @@ double reach_of(const Specification& specification) {
   return reach;
 }
 
-/// Red rays to what they met, faint ones as far as the range finder reaches; a ball at each hit.
+/// Appends red rays to their hits, faint rays of maximum range without one, and a ball at each hit.
 void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
                  MarkerArray& array) {
   const Eigen::Vector3d origin = to_eigen(sensors.link_poses.front().position);
-  // rviz ignores a single line's alpha, so the faint ones need a marker of their own.
+  // rviz ignores the alpha of a single line, so the faint rays need their own marker.
   Marker rays = make_marker(header, "rays", Marker::LINE_LIST);
   Marker missed_rays = make_marker(header, "missed_rays", Marker::LINE_LIST);
   Marker hits = make_marker(header, "hits", Marker::SPHERE_LIST);
@@ -135,7 +133,7 @@ void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_ms
   }
 }
 
-/// A ball under each foot that touches the ground.
+/// A ball at the lowest point of each foot that touches the ground.
 Marker contacts_marker(const Specification& specification, const Sensors& sensors, double diameter,
                        const std_msgs::Header& header) {
   Marker marker = make_marker(header, "contacts", Marker::SPHERE_LIST);
@@ -157,7 +155,7 @@ Marker contacts_marker(const Specification& specification, const Sensors& sensor
   return marker.points.empty() ? deletion(header, "contacts") : marker;
 }
 
-/// The second line stays the shorter one: rviz centres the block, which moves with its width.
+/// The second line, which changes, stays the shorter one: rviz centres the text by its width.
 std::string text_of(const std::string& id, const EpisodeState& state) {
   ClassicStream text;
   text << id << "  episode " << state.episode

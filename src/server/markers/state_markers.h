@@ -17,31 +17,31 @@
 
 namespace walker {
 
-/// The range finder's rays, the feet's contacts and a text of the episode, for every state.
+/// The range finder's rays, the feet's contacts and a text about the episode.
 /// @param header odometry frame and stamp
 visualization_msgs::MarkerArray state_markers(const Specification& specification,
                                               const Sensors& sensors, const EpisodeState& state,
                                               const std_msgs::Header& header);
 
-/// The point of the link's shapes that lies lowest in the world, where the link has a shape.
-/// @param y    where its prisms stand in the link's frame, of which this is the middle [m]
+/// Lowest point of the link's shapes in the world; none if the link has no shape.
+/// @param y    centre of its prisms in y, in the link's frame [m]
 /// @param pose of the link in the world
 std::optional<Eigen::Vector3d> lowest_point(const Link& link, double y, const Pose& pose);
 
-/// The way of the trunk through an episode: its newest points, each some way from the one before.
+/// Path of the trunk through an episode: its latest points, each kSpacing or more from the last.
 class Path {
  public:
-  static constexpr double kSpacing = 0.1;         ///< between points, at least [m]
-  static constexpr std::size_t kMaxPoints = 400;  ///< older ones are forgotten
+  static constexpr double kSpacing = 0.1;         ///< minimum distance between points [m]
+  static constexpr std::size_t kMaxPoints = 400;  ///< older ones are dropped
 
-  /// Takes the point if it is the first, or far enough from the newest.
-  /// @param trunk position in the world [m]; one that is not finite is left out
+  /// Adds the point if it is the first, or far enough from the latest.
+  /// @param trunk position in the world [m]; ignored if non-finite
   /// @return whether the path has changed
   bool add(const Vector3& trunk);
 
   void clear() { points_.clear(); }
 
-  /// A line; where there are not two points yet, one that takes back the line before.
+  /// A line; with fewer than two points, a marker that deletes it.
   /// @param header odometry frame and stamp
   visualization_msgs::Marker marker(const std_msgs::Header& header) const;
 

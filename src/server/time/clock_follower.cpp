@@ -9,10 +9,10 @@
 namespace walker {
 namespace {
 
-// A /clock that has gone on by more steps than this is followed by a slip, not by a burst.
+// If /clock has advanced by more steps than this, all but one are skipped.
 constexpr std::uint64_t kMaxStepsToCatchUp = 5;
 
-// Until then a publisher may be on its way, or being started again.
+// Before that, a publisher may be starting or restarting.
 constexpr std::chrono::seconds kMaxWithoutPublisher{3};
 
 }  // namespace

@@ -16,11 +16,11 @@ constexpr std::uint64_t kPerSecond = 1'000'000'000;
 constexpr double kLastSecond = 4294967295.0;  // 2^32 - 1, where ROS time ends
 constexpr double kLastNanosecond = 999999999.0;
 
-/// A whole number from 0 to `last`.
+/// The value if it is an integer in [0, last]; else none.
 std::optional<std::uint64_t> to_whole(const Value& value, double last) {
   std::optional<double> number;
   if (value.kind == Value::Kind::integer) number = static_cast<double>(value.integer);
-  // YAML 1.1 reads 1.0e3 as a text.
+  // YAML 1.1 reads 1.0e3 as a string.
   if (value.kind == Value::Kind::floating || value.kind == Value::Kind::text) {
     number = parse_number(value.text);
   }
@@ -32,7 +32,7 @@ std::optional<std::uint64_t> to_whole(const Value& value, double last) {
 
 std::string list_of(const std::vector<Value>& elements);
 
-/// Short, for a message.
+/// Truncated text for an error message.
 std::string to_text(const Value& value) {  // NOLINT(misc-no-recursion): the parser bounds depths
   constexpr std::size_t kMax = 60;
   switch (value.kind) {
@@ -78,7 +78,7 @@ std::string to_reserved_until(std::uint64_t time) {
     return "<value><" + type + ">" + text + "</" + type + "></value>";
   };
   const std::uint64_t seconds = time / kPerSecond;
-  // XML-RPC's integers have 32 bits and a sign.
+  // XML-RPC has only signed 32-bit integers.
   const bool is_integer = seconds <= std::numeric_limits<std::int32_t>::max();
   return "<value><array><data>" +
          (is_integer ? wrapped("i4", std::to_string(seconds))

@@ -28,10 +28,10 @@ using Clock = std::chrono::steady_clock;
 constexpr double kNanosecondsPerSecond = 1e9;
 
 constexpr std::chrono::seconds kPeerTimeout{3};
-// Half of ROS time, which no server of ours reaches in a month as fast as it goes.
+// Half of ROS time. At full speed a server does not reach it within a month.
 constexpr std::uint32_t kLate = 2147483648U;  // [s]
 
-/// What a master or a node answers to a call with this node's name and `arguments`, if it does.
+/// Calls a method of the master or a node, with this node's name first; none if that fails.
 std::optional<Value> ask(const std::string& uri, std::chrono::seconds longest,
                          const std::string& method, std::vector<std::string> arguments = {}) {
   arguments.insert(arguments.begin(), ros::this_node::getName());
@@ -48,13 +48,13 @@ std::optional<Value> ask_master(const std::string& method,
   return ask(ros::master::getURI(), kMasterTimeout, method, arguments);
 }
 
-/// A node that was killed stays registered: only one that answers counts.
+/// Whether the node answers: a killed node stays registered.
 bool is_alive(const std::string& node) {
   const std::optional<Value> uri = ask_master("lookupNode", {node});
   return uri && ask(uri->text, kPeerTimeout, "getPid");
 }
 
-/// Another living node that publishes /clock; empty: none.
+/// Name of another running node that publishes /clock; empty if none.
 std::string other_clock_publisher() {
   // [publishers, subscribers, services], each [[name, [nodes]], ...]
   const std::optional<Value> state = ask_master("getSystemState");
@@ -67,13 +67,12 @@ std::string other_clock_publisher() {
       }
     }
   } catch (const std::out_of_range&) {
-    return "";  // an answer of another form tells nothing
+    return "";  // malformed answer
   }
   return "";
 }
 
-/// Up to where another server has reserved simulation time on this master. 0 [ns] where none has,
-/// and where the master does not answer, which holds nobody up.
+/// End of the time reserved on this master [ns]; 0 if unset or if the master does not answer.
 /// @throws std::exception naming the parameter and what is wrong with it
 std::uint64_t read_reserved() {
   const std::string call =
@@ -85,15 +84,14 @@ std::uint64_t read_reserved() {
     return 0;  // it is not set
   } catch (const SocketError&) {
     return 0;
-  } catch (const std::exception& error) {  // a type that nobody needs here, such as a date
+  } catch (const std::exception& error) {  // an unsupported type, such as a date
     throw std::runtime_error(std::string("parameter ") + kReservedUntil +
                              ": the ROS master's answer cannot be read: " + error.what());
   }
   return read_reserved_until(value);
 }
 
-/// @param caller name of this node
-/// @param time   [ns]
+/// Sets `kReservedUntil` to `time` [ns]. @throws std::exception if the master does not accept it
 void write_reserved(const std::string& uri, const std::string& caller, std::uint64_t time) {
   const std::string call =
       "<?xml version=\"1.0\"?>\n<methodCall><methodName>setParam</methodName><params>"
@@ -104,7 +102,7 @@ void write_reserved(const std::string& uri, const std::string& caller, std::uint
   call_master(uri, call, Deadline(Clock::now() + kMasterTimeout));
 }
 
-/// In whole nanoseconds.
+/// Rounds to nanoseconds.
 ros::Duration to_duration(double seconds) {
   constexpr double kEnd = 2147483648;  // 2^31
   if (seconds >= kEnd) {
@@ -121,12 +119,11 @@ ros::Duration to_duration(double seconds) {
 SimulationClock::SimulationClock(double dt) : dt_(to_duration(dt)) {}
 
 SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationClock(dt) {
-  // Who joins between two lock-steps would otherwise wait for a time that does not come. Latching
-  // would tell it too, but ahead of messages still queued: time would run backwards for it.
+  // Otherwise a subscriber that connects between two lock-steps would wait for the next one. A
+  // latched message would overtake queued ones, so time would run backwards for the subscriber.
   const auto tell_newcomer = [this](const ros::SingleSubscriberPublisher&) { publish(); };
   publisher_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10, tell_newcomer);
-  // Looked for after advertising, so that of two servers that start together at least one sees the
-  // other.
+  // Checked after advertising: of two servers that start together, at least one sees the other.
   const std::string other = other_clock_publisher();
   if (!other.empty()) {
     throw std::runtime_error("/clock is published by " + other +

@@ -1,4 +1,4 @@
-// Simulation time: integer nanoseconds that only ever grow.
+// Simulation time: integer nanoseconds that never decrease.
 #pragma once
 
 #include <memory>
@@ -12,43 +12,42 @@
 
 namespace walker {
 
-/// The time that a server stamps with, and /clock where the server owns it.
+/// The time of a server's stamps. If the server owns /clock, also publishes it.
 ///
-/// Time goes on where the last owner of /clock on this master stopped, even one that was killed: an
-/// owner reserves a stretch of time ahead on the parameter server, and the next one begins above
-/// all that was reserved. A master that does not answer holds nobody up: time_reservation.h says
-/// what is promised then.
+/// Time continues where the last owner of /clock on this master stopped, even if that was killed:
+/// an owner reserves time ahead on the parameter server. If the master does not answer, nothing
+/// blocks; see time_reservation.h.
 class SimulationClock {
  public:
-  /// Stamps only.
-  /// @param dt of a step [s]
-  /// @throws std::invalid_argument for a step from 2^31 s on, where durations in ROS end
+  /// Does not publish.
+  /// @param dt simulation time of a step [s]
+  /// @throws std::invalid_argument if dt >= 2^31 s, where durations in ROS end
   explicit SimulationClock(double dt);
-  /// Owner of /clock.
-  /// @throws std::runtime_error naming the node that publishes /clock already; as the other
+  /// Owns and publishes /clock.
+  /// @throws std::exception naming another publisher of /clock, or an invalid `kReservedUntil`
   SimulationClock(ros::NodeHandle& node, double dt);
 
-  // Stays where it was made: a callback of the publisher points to it.
+  // Not movable: a callback of the publisher points to it.
   SimulationClock(const SimulationClock&) = delete;
   SimulationClock& operator=(const SimulationClock&) = delete;
   ~SimulationClock() = default;
 
   ros::Time now() const { return now_; }
-  /// In whole nanoseconds.
+  /// Rounded to nanoseconds.
   ros::Duration dt() const { return dt_; }
 
-  /// Whether there is a time so many steps from now. ROS time ends at 2^32 s.
-  /// @throws std::range_error when there is none
+  /// Checks that ROS time, which ends at 2^32 s, has room for this many steps.
+  /// @throws std::range_error if it has not
   void require(int steps = 1) const;
 
-  /// Moves on by a step and publishes the new time where this is the owner.
+  /// Advances by a step, and publishes the new time if this is the owner.
   /// @throws std::range_error at the end of ROS time; then nothing has changed
   void advance();
 
-  /// Why a server that is started after this one may begin below its time; empty: it will not.
+  /// Why a server started after this one may begin below its time; empty if it cannot.
   std::string complaint() const { return reservation_ ? reservation_->complaint() : ""; }
 
-  /// Moves on to `time` if that lies ahead, without publishing.
+  /// Advances to `time` if that lies ahead, without publishing.
   void catch_up(ros::Time time);
 
  private:
@@ -57,7 +56,7 @@ class SimulationClock {
   ros::Duration dt_;
   ros::Time now_;
   ros::Publisher publisher_;                      // empty unless owner
-  std::unique_ptr<TimeReservation> reservation_;  // as is this
+  std::unique_ptr<TimeReservation> reservation_;  // null unless owner
 };
 
 }  // namespace walker

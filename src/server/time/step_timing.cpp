@@ -36,7 +36,7 @@ StepTiming::Report StepTiming::report() {
   if (intervals_ > 0) {
     const std::size_t count = std::min<std::uint64_t>(intervals_, kCapacity);
     std::sort(deviations_.begin(), deviations_.begin() + count);
-    // The smallest value that no less than this many thousandths of all do not exceed.
+    // The smallest value that at least this many thousandths of all values do not exceed.
     const auto quantile = [this, count](std::size_t thousandths) {
       return seconds(deviations_[(count * thousandths + 999) / 1000 - 1]);
     };

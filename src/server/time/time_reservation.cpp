@@ -14,15 +14,14 @@ namespace walker {
 namespace {
 
 constexpr double kPerSecond = 1e9;
-constexpr double kWallSecondsAhead = 20;  // renewed while half of it is left
-// Whoever keeps it may obey what it was asked after a while, when nobody waits for the answer any
-// more: a master that was stopped, and goes on. So where it is silent an hour is asked for.
+constexpr double kWallSecondsAhead = 20;  // renewed once half of it is used
+// In an outage asks for an hour: a stopped master may execute the call after its caller has gone.
 constexpr double kWallSecondsAheadOfSilence = 3600;
 constexpr double kShortest = 10;   // [s]
 constexpr double kMaxAhead = 1e6;  // [s]
 
 constexpr std::chrono::milliseconds kMaxWait{200};
-// Between attempts. Few, for each may wait in the queue of whom it is for.
+// Pauses between attempts, long because each may stay in the queue of a stopped master.
 constexpr std::chrono::milliseconds kShortestPause{1000};
 constexpr std::chrono::milliseconds kMaxPause{5000};
 
@@ -106,7 +105,6 @@ void TimeReservation::run() {
   }
 }
 
-/// Where the next reservation ends.
 std::uint64_t TimeReservation::next_end() const {
   const std::chrono::duration<double> elapsed = Clock::now() - paced_at_;
   const double used = static_cast<double>(used_ - paced_from_) / kPerSecond;
@@ -119,7 +117,7 @@ std::uint64_t TimeReservation::next_end() const {
   return is_silent ? std::max(until, asked_) : until;
 }
 
-/// @return why it failed; empty: it did not
+/// @return why it failed; empty on success
 std::string TimeReservation::attempt(std::uint64_t until) const {
   try {
     write_(until);
@@ -132,7 +130,7 @@ std::string TimeReservation::attempt(std::uint64_t until) const {
 void TimeReservation::note_success(std::uint64_t from, std::uint64_t until, Clock::time_point at) {
   reserved_ = until;
   renew_from_ = until == end_ ? end_ : from + (until - from) / 2;
-  // After a silence once more, for less: late obedience to an earlier attempt is overruled, too.
+  // After an outage once more, for less: this overrides attempts that the master executes late.
   is_wanted_ = !failure_.empty() || used_ > renew_from_;
   paced_from_ = from;
   paced_at_ = at;

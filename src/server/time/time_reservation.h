@@ -1,4 +1,4 @@
-// Simulation time that nobody else uses, reserved ahead.
+// Simulation time that is reserved ahead of its use.
 #pragma once
 
 #include <atomic>
@@ -12,32 +12,32 @@
 
 namespace walker {
 
-/// Keeps a stretch of time reserved ahead of the one that uses it, which may be killed at any time:
-/// who comes after it begins above all that was reserved. All times in nanoseconds.
+/// Keeps time reserved ahead of its user, which may be killed at any time: its successor begins
+/// above the reservation. All times in nanoseconds.
 ///
-/// A thread of its own renews the reservation while half of it is left, ten seconds of wall time at
-/// the present pace. Whoever keeps it may be silent for as long without anything being lost. After
-/// that stepping has precedence over the promise: time is used that is not reserved.
+/// A separate thread renews the reservation once half of it is used; the other half lasts for ten
+/// seconds of wall time at the present pace. A shorter outage of the master has no effect. After
+/// that, stepping has precedence: time is used that is not reserved.
 class TimeReservation {
  public:
-  /// Reserves up to a time, or throws a std::exception that says why that cannot be. Called in the
-  /// thread, and once more at the end.
+  /// Reserves time up to `until`, or throws a std::exception with the reason. Called in the thread,
+  /// and once more by the destructor.
   using Write = std::function<void(std::uint64_t until)>;
 
-  /// Returns once there is a reservation, or the reason why there is none.
-  /// @param begin after which time is reserved
-  /// @param end   there is no time after it
+  /// Blocks until the first attempt has succeeded or failed.
+  /// @param begin time is reserved from here on
+  /// @param end   upper bound of the time
   TimeReservation(std::uint64_t begin, std::uint64_t end, Write write);
   TimeReservation(const TimeReservation&) = delete;
   TimeReservation& operator=(const TimeReservation&) = delete;
-  /// Gives back what has not been used.
+  /// Releases the unused time.
   ~TimeReservation();
 
-  /// To be called with each new time before anybody is told it. Who is so fast that the reservation
-  /// has to be waited for waits a fifth of a second at most, and that once until it is there.
+  /// Called with each new time before it is published. If simulation time runs past the
+  /// reservation, blocks at most 0.2 s, and only once per outage.
   void use(std::uint64_t now);
 
-  /// Why there is no reservation and what that means; empty where there is one.
+  /// Why the last attempt failed, and the consequence; empty if it succeeded.
   std::string complaint() const;
 
  private:
@@ -51,21 +51,21 @@ class TimeReservation {
 
   const std::uint64_t end_;
   const Write write_;
-  std::uint64_t now_;                      // of who uses the time
-  std::atomic<std::uint64_t> renew_from_;  // up to here the thread need not be told
-  mutable std::mutex mutex_;               // of what follows
+  std::uint64_t now_;                      // latest time, in the user's thread
+  std::atomic<std::uint64_t> renew_from_;  // up to here the thread is not woken
+  mutable std::mutex mutex_;               // guards what follows
   std::condition_variable wanted_;
   std::condition_variable settled_;
-  std::uint64_t used_;      // as far as the thread was told
+  std::uint64_t used_;      // latest time, as the thread knows it
   std::uint64_t reserved_;  // confirmed
-  std::uint64_t asked_;     // the most of the attempts that were not confirmed
-  // The pace is counted from the last confirmed attempt.
+  std::uint64_t asked_;     // largest unconfirmed end
+  // The pace is measured from the last confirmed attempt.
   std::uint64_t paced_from_;
   Clock::time_point paced_at_;
   bool is_wanted_ = true;
   bool has_waited_ = false;  // since the last confirmation
   bool is_over_ = false;
-  std::string failure_;  // of the last attempt
+  std::string failure_;  // of the last attempt; empty: none
   std::chrono::milliseconds pause_{0};
   std::thread thread_;
 };

@@ -29,13 +29,13 @@ geometry_msgs::TransformStamped transform(const std::string& parent, const std::
   return message;
 }
 
-/// In the trunk: at its origin and gravity-aligned, X forward, Y up, whatever the trunk's attitude.
+/// Pose in the trunk's frame: at its origin and gravity-aligned, X forward, Y up, at any attitude.
 Eigen::Isometry3d lidar_pose(const Quaternion& attitude) {
   const Eigen::AngleAxisd roll(M_PI / 2, Eigen::Vector3d::UnitX());
   return Eigen::Isometry3d(to_eigen(attitude).conjugate() * roll);
 }
 
-/// Each joint from the bodies' own poses: what it turns, in its parent.
+/// Appends for each joint the pose in its parent of the link that it turns, from the bodies' poses.
 void append_joints(const Specification& specification, const Sensors& sensors, const Frames& frames,
                    ros::Time stamp, tf2_msgs::TFMessage& message) {
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
@@ -160,7 +160,7 @@ void to_message(const Specification& specification, const Sensors& sensors, cons
   message.angle_max = static_cast<float>(
       finder.angle_minimum + static_cast<double>(finder.num_rays - 1) * finder.angle_increment);
   message.angle_increment = static_cast<float>(finder.angle_increment);
-  message.time_increment = 0;  // all rays at once
+  message.time_increment = 0;  // all rays are measured at once
   message.scan_time = static_cast<float>(specification.dt);
   message.range_min = 0;
   message.range_max = static_cast<float>(finder.maximum_range);
@@ -252,7 +252,7 @@ tf2_msgs::TFMessage static_transforms(const Specification& specification, const 
         transform(frames.trunk, frames.base_link, Eigen::Isometry3d::Identity(), stamp));
   }
   for (std::size_t i = 0; i < specification.joints.size(); ++i) {
-    if (frames.turned[i] == frames.links[i + 1]) continue;  // else the child is fixed on it
+    if (frames.turned[i] == frames.links[i + 1]) continue;  // no hinge link in between
     message.transforms.push_back(transform(frames.turned[i], frames.links[i + 1],
                                            to_eigen(specification.joints[i].child_frame), stamp));
   }

@@ -1,4 +1,4 @@
-// The one door from the core's types to ROS messages: frames, signs, units.
+// Conversions of the core's types to ROS messages: frames, signs, units.
 #pragma once
 
 #include <nav_msgs/Odometry.h>
@@ -23,14 +23,13 @@
 
 namespace walker {
 
-/// Queue length of the topics whose listeners want every message; those of recorders are longer.
-/// Upper bound of the steps of one request as well: its messages overflow no queue.
+/// Queue length of topics whose subscribers need every message (longer if recorded), and upper
+/// bound of a request's steps, so that its messages overflow no queue.
 constexpr std::uint32_t kListenerQueue = 100;
 
-/// Names of the frames under the tf_prefix; no leading slash. Links are called as in the robot
-/// description.
+/// Frame names with the tf_prefix and without a leading slash; links as in the robot description.
 struct Frames {
-  /// @throws std::invalid_argument for a link with the name of another frame
+  /// @throws std::invalid_argument if a link has the name of another frame
   Frames(const Specification& specification, const std::string& tf_prefix);
 
   std::string odometry;
@@ -39,11 +38,10 @@ struct Frames {
   std::string lidar;
   std::string camera;               ///< optical frame: x to the right, y down, z forward
   std::vector<std::string> links;   ///< in specification order
-  std::vector<std::string> turned;  ///< by each joint: its child, or what that is fixed on
+  std::vector<std::string> turned;  ///< per joint: its child, or the link on which that is fixed
 };
 
-// Each converter fills a message whose vectors keep their capacity from call to call. Headers are
-// filled too.
+// Each converter fills a message with its header. The message's vectors keep their capacity.
 
 void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
                 walker_sim::Transition& message);
@@ -56,12 +54,12 @@ void to_message(const Specification& specification, const Sensors& sensors, ros:
 void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
                 ros::Time stamp, walker_sim::Contacts& message);
 
-/// REP 117: +infinity where a ray met nothing.
+/// REP 117: +infinity if a ray hit nothing.
 void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
                 ros::Time stamp, sensor_msgs::LaserScan& message);
 
 /// REP 145: orientation in the odometry frame; angular velocity and specific force (acceleration
-/// less gravity) in the trunk's frame.
+/// minus gravity) in the trunk's frame.
 void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
                 sensor_msgs::Imu& message);
 
@@ -69,18 +67,17 @@ void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
 void to_message(const Sensors& sensors, const Frames& frames, ros::Time stamp,
                 nav_msgs::Odometry& message);
 
-/// odom -> trunk, what every joint turns, from the bodies' own poses, and the gravity-aligned lidar
-/// where there is one: together, so that no listener ever has half of a state.
+/// odom -> trunk, one transform per joint from the bodies' poses, and the gravity-aligned lidar if
+/// there is one. One message, so that no listener ever has half of a state.
 void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
                 ros::Time stamp, tf2_msgs::TFMessage& message);
 
-/// Depth in metres where the picture has that, else colours. The picture's memory and the message's
-/// change places.
+/// Depth in metres if the picture has it, else colours, whose buffer is swapped with the message's.
 void to_message(Image& image, const Frames& frames, ros::Time stamp, sensor_msgs::Image& message);
 
-/// A pinhole without distortion. K, R and P are zero, uncalibrated as the message has it, for a
-/// parallel projection; there is no distortion either, and tools that keep pictures want that told.
-/// Pixels' centres have whole coordinates, as image_geometry takes them.
+/// A pinhole camera without distortion. Pixel centres have integer coordinates, as in
+/// image_geometry. For a parallel projection K, R and P are zero, which the message defines as
+/// uncalibrated. The distortion model is always set, because tools that store pictures require it.
 void to_message(const Camera& camera, const Frames& frames, ros::Time stamp,
                 sensor_msgs::CameraInfo& message);
 
@@ -88,8 +85,7 @@ void to_message(const Camera& camera, const Frames& frames, ros::Time stamp,
 void to_message(const Pose& camera, const Frames& frames, ros::Time stamp,
                 tf2_msgs::TFMessage& message);
 
-/// What never moves: the trunk under REP 105's name, and links that are fixed on what a joint
-/// turns.
+/// Static transforms: REP 105's base_link, and links fixed on the link that their joint turns.
 tf2_msgs::TFMessage static_transforms(const Specification& specification, const Frames& frames,
                                       ros::Time stamp);
 

@@ -16,7 +16,7 @@ namespace {
 using diagnostic_msgs::DiagnosticStatus;
 using diagnostic_updater::DiagnosticStatusWrapper;
 
-/// Of the values' texts, as `status.add` writes numbers.
+/// Concatenates the values, with numbers as `status.add` writes them.
 template <typename... Values>
 std::string sentence(const Values&... values) {
   ClassicStream text;
@@ -24,7 +24,7 @@ std::string sentence(const Values&... values) {
   return text.str();
 }
 
-/// A time of a report in microseconds, or a dash where there is none.
+/// Adds a time in microseconds, or a dash if there is none.
 template <typename Times>
 void add_microseconds(DiagnosticStatusWrapper& status, const char* key,
                       const std::optional<Times>& times, double Times::*seconds) {
@@ -61,7 +61,7 @@ void Diagnostics::report() {
   try {
     updater_.force_update();
   } catch (const std::exception& error) {
-    // The updater adds its period to a /clock that may be anything up to the end of ROS time.
+    // The updater adds its period to /clock, which overflows near the end of ROS time.
     ROS_ERROR_STREAM("No diagnostics at /clock = " << ros::Time::now() << " s: " << error.what());
     return;
   }
@@ -111,7 +111,7 @@ void Diagnostics::describe_simulation(Status& status) {
   status.add("pictures_skipped", outputs_.camera().thread().num_skipped());
 }
 
-/// Since the last report.
+/// Simulation time over wall time since the last report.
 double Diagnostics::real_time_factor() const {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - reported_at_;
   const double simulated =

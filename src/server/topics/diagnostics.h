@@ -1,4 +1,4 @@
-// What an operator wants to know of a server, once a second of wall time.
+// Diagnostics of a server, once per `diagnostic_period` of wall time.
 #pragma once
 
 #include <chrono>
@@ -14,12 +14,11 @@
 
 namespace walker {
 
-/// Publishes /diagnostics, driven by a wall timer: ros::Time stands still in lock-step. Four
-/// statuses, so that each has a level of its own: simulation, pace, commands, episodes.
+/// Publishes /diagnostics from a wall timer, because ros::Time stands still in lock-step. Four
+/// statuses have levels of their own: simulation, pace, commands, episodes.
 class Diagnostics {
  public:
-  /// What it is given but the options outlives it.
-  /// @param simulation whose timing each report begins anew
+  /// @param simulation, drive, outputs outlive this; a report restarts the simulation's timing
   Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulation& simulation,
               const Drive& drive, const Outputs& outputs);
 
@@ -41,7 +40,7 @@ class Diagnostics {
   const Outputs& outputs_;
   diagnostic_updater::Updater updater_;
   ros::WallTimer timer_;
-  // As of the last report.
+  // Values of the last report.
   ServerCounters reported_;
   std::chrono::steady_clock::time_point reported_at_ = std::chrono::steady_clock::now();
 };

@@ -18,7 +18,7 @@ EffortCommand::EffortCommand(const Specification& specification, double timeout,
 void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
   check_action(specification_, efforts.data(), efforts.size(), "effort command", " N m");
   for (std::size_t i = 0; i < efforts.size(); ++i) {
-    // Motors weaker than 1 N m turn the largest efforts into an infinite action.
+    // With less than 1 N m per unit of action, the largest efforts overflow to an infinite action.
     constexpr double kMax = std::numeric_limits<double>::max();
     const double action = efforts[i] / specification_.effort_per_action[i];
     action_[i] = std::clamp(action, -kMax, kMax);
@@ -27,7 +27,7 @@ void EffortCommand::set(const std::vector<double>& efforts, std::uint64_t now) {
   set_at_ = time(now);
 }
 
-/// Now, by the clock that counts [ns].
+/// Present time of the selected clock [ns].
 std::int64_t EffortCommand::time(std::uint64_t now) const {
   if (!in_wall_time_) return static_cast<std::int64_t>(now);
   const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();

@@ -8,33 +8,31 @@
 
 namespace walker {
 
-/// Holds the newest effort command until the next, or until it is too old. Without one the torque
-/// is zero.
+/// Holds the latest effort command until the next or its timeout; without one the torque is zero.
 class EffortCommand {
  public:
   enum class State { none, held, timed_out };
 
-  /// @param timeout      [s]; 0: never too old
-  /// @param in_wall_time the age is counted in wall time, else in simulation time
+  /// @param timeout      [s]; 0: none
+  /// @param in_wall_time whether age is measured in wall time; else in simulation time
   EffortCommand(const Specification& specification, double timeout, bool in_wall_time);
 
   /// Takes a command, one effort per joint in action order [N m].
   /// @param now simulation time [ns]
-  /// @throws InvalidAction naming what is wrong; the held command stays
+  /// @throws InvalidAction naming the fault; then the held command stays
   void set(const std::vector<double>& efforts, std::uint64_t now);
 
-  /// Forgets the held command, and that one has timed out.
   void clear() { state_ = State::none; }
 
-  /// Counts the age of commands by the other clock from now on; a held one keeps the age it has.
+  /// Selects the clock that measures the age of commands. A held command keeps its age.
   /// @param now simulation time [ns]
   void count_in_wall_time(bool in_wall_time, std::uint64_t now);
 
-  /// Lets go of a command that is too old at simulation time `now` [ns]. @return whether it just
-  /// did
+  /// Drops the held command if it has timed out at simulation time `now` [ns].
+  /// @return whether it has just timed out
   bool expire(std::uint64_t now);
 
-  /// The action for the next step: effort over the joint's effort per unit of action, unlimited.
+  /// Action of the next step: efforts over effort per unit of action, not limited to the bounds.
   const std::vector<double>& action() const { return state_ == State::held ? action_ : zero_; }
 
   State state() const { return state_; }
@@ -48,10 +46,10 @@ class EffortCommand {
   std::vector<double> action_;
   std::vector<double> zero_;
   State state_ = State::none;
-  std::int64_t set_at_ = 0;  // by the clock that counts [ns]
+  std::int64_t set_at_ = 0;  // by the selected clock [ns]
 };
 
-/// Some value of the action lies outside the bounds and will be limited.
+/// Whether a value of the action is out of bounds and will be limited.
 /// @param action specification.action_size() values
 bool is_clamped(const Specification& specification, const double* action);
 

@@ -1,4 +1,4 @@
-// What a server counts, and how the latest episodes went. No ROS.
+// Counters of a server and statistics of its latest episodes. No ROS.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,41 +10,40 @@
 
 namespace walker {
 
-/// Since the start, of all environments.
+/// Counts since the start, over all environments.
 struct ServerCounters {
   std::uint64_t steps = 0;
-  std::uint64_t resets = 0;    ///< restores too
+  std::uint64_t resets = 0;    ///< including restores
   std::uint64_t advances = 0;  ///< of simulation time, by one dt each
   std::uint64_t simulation_errors = 0;
-  std::uint64_t refused_commands = 0;    ///< effort commands with an error, or in lock-step
-  std::uint64_t contested_commands = 0;  ///< effort commands in place of another agent's
-  std::uint64_t contested_steps = 0;     ///< calls that stepped amid another agent's
-  std::uint64_t clamped_commands = 0;    ///< actions and efforts beyond the bounds
+  std::uint64_t refused_commands = 0;    ///< invalid effort commands, and all in lock-step
+  std::uint64_t contested_commands = 0;  ///< effort commands that replaced another agent's
+  std::uint64_t contested_steps = 0;     ///< calls that stepped in turns with another agent's
+  std::uint64_t clamped_commands = 0;    ///< actions and efforts out of bounds
   std::uint64_t command_timeouts = 0;
   std::uint64_t missed_deadlines = 0;
 };
 
-/// Of the last 100 episodes that came to an end. One that a reset cut short tells nothing of the
-/// walker and is left out.
+/// Statistics of the last 100 episodes that ended. Episodes cut short by a reset are left out: they
+/// say nothing about the walker.
 class EpisodeStatistics {
  public:
   static constexpr std::size_t kCapacity = 100;
 
-  /// The numbers below `episodes` are 0 without any.
+  /// All values are 0 if there are no episodes.
   struct Summary {
     std::size_t episodes = 0;  ///< at most `kCapacity`
     double return_mean = 0;
-    double return_deviation = 0;  ///< standard deviation as NumPy's std: of these episodes
+    double return_deviation = 0;  ///< population standard deviation, as NumPy's std
     double return_min = 0;
     double return_max = 0;
     double length_mean = 0;  ///< [steps]
-    // Every episode counts once.
-    std::size_t terminated = 0;  ///< also where the time limit came with the same step
+    // Each episode counts in one of these.
+    std::size_t terminated = 0;  ///< also if the same step reached the time limit
     std::size_t truncated = 0;
-    std::size_t failed = 0;  ///< the simulation had to end it
+    std::size_t failed = 0;  ///< ended by an engine failure
   };
 
-  /// Takes account of an episode.
   /// @param state right after its last step
   void add(const EpisodeState& state);
 
@@ -53,7 +52,7 @@ class EpisodeStatistics {
  private:
   enum class End { terminated, truncated, failed };
 
-  // Rings.
+  // Ring buffers.
   Eigen::ArrayXd returns_ = Eigen::ArrayXd(kCapacity);
   Eigen::ArrayXd lengths_ = Eigen::ArrayXd(kCapacity);  // [steps]
   std::array<End, kCapacity> ends_{};

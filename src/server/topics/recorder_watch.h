@@ -1,4 +1,4 @@
-// Whether a node that records listens to what it has to.
+// Checks that a recorder subscribes to the topics that it must record.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace walker {
 
-/// Advertises topics and watches whether one node, the recorder, listens to them. `rosbag record`
-/// connects to one after the other, in any order, and what is published before is not in its bag.
+/// Advertises topics and tracks whether one node, the recorder, subscribes to them. `rosbag record`
+/// connects to one topic after another, in any order, and misses messages published before.
 class RecorderWatch {
  public:
-  /// @param recorder full name of the node; empty: nobody records
+  /// @param recorder full name of the node; empty: none
   explicit RecorderWatch(std::string recorder) : recorder_(std::move(recorder)) {}
   RecorderWatch(const RecorderWatch&) = delete;  // callbacks of publishers point to it
   RecorderWatch& operator=(const RecorderWatch&) = delete;
   ~RecorderWatch() = default;
 
-  /// Advertises a topic to which the recorder has to listen.
-  /// @param node whose callbacks tell of listeners that come and go
+  /// Advertises a topic to which the recorder must subscribe.
+  /// @param node whose callback queue reports subscribers that connect and disconnect
   template <typename Message>
   ros::Publisher advertise(ros::NodeHandle& node, const std::string& topic,
                            std::uint32_t queue_size, bool is_latched) {
@@ -37,8 +37,8 @@ class RecorderWatch {
         [count](const auto& listener) { count(listener, -1); }, ros::VoidConstPtr(), is_latched);
   }
 
-  /// What the recorder does not listen to, e.g. "/recorder does not listen to episode, spec
-  /// (parameter wait_for_recorder)"; empty: nothing, or there is none.
+  /// The topics without the recorder, e.g. "/recorder does not listen to episode, spec (parameter
+  /// wait_for_recorder)"; empty if there are none, or no recorder is expected.
   std::string complaint() const {
     if (recorder_.empty()) return "";
     std::string missing;

@@ -1,4 +1,4 @@
-// Answers to service calls that take their time: another thread gives them.
+// Answers to service calls that are given later, possibly by another thread.
 #pragma once
 
 #include <atomic>
@@ -14,7 +14,7 @@
 
 namespace walker {
 
-/// Appends a serialised response with its length.
+/// Appends the length of a response and its serialised bytes.
 template <typename Response>
 void append_response(const Response& response, tcpros::Bytes& bytes) {
   const std::uint32_t size = ros::serialization::serializationLength(response);
@@ -25,14 +25,14 @@ void append_response(const Response& response, tcpros::Bytes& bytes) {
   ros::serialization::serialize(stream, response);
 }
 
-/// What a client waits for. Lives as long as its connection.
+/// The answer that a client waits for. Its session owns it until the answer is taken.
 class PendingAnswer {
  public:
-  /// @param event tells the thread that serves
+  /// @param event wakes the serving thread
   explicit PendingAnswer(std::shared_ptr<EventDescriptor> event) : event_(std::move(event)) {}
 
-  /// Once, from any thread.
-  /// @param bytes as they go to the client; they begin with kResponseFollows
+  /// Stores the answer and wakes the serving thread. Called once, from any thread.
+  /// @param bytes as the client receives them; they begin with kResponseFollows
   void give(tcpros::Bytes bytes) {
     bytes_ = std::move(bytes);
     is_given_.store(true, std::memory_order_release);
@@ -40,7 +40,7 @@ class PendingAnswer {
   }
 
   bool is_given() const { return is_given_.load(std::memory_order_acquire); }
-  /// Once it is given.
+  /// Requires `is_given()`.
   tcpros::Bytes take() { return std::move(bytes_); }
 
  private:
@@ -49,17 +49,15 @@ class PendingAnswer {
   std::atomic<bool> is_given_{false};
 };
 
-/// Takes the response to one call, from any thread and at any time: after the client has gone it
-/// goes nowhere.
+/// Sends the response to one call, once, from any thread; dropped if the client has disconnected.
 template <typename Response>
 class Reply {
  public:
   explicit Reply(std::weak_ptr<PendingAnswer> pending) : pending_(std::move(pending)) {}
 
-  /// Whether the client is still there, as far as anybody knows.
+  /// Whether the client is still connected, as far as the server knows.
   bool is_awaited() const { return !pending_.expired(); }
 
-  /// To be called once.
   void operator()(const Response& response) const {
     tcpros::Bytes bytes{tcpros::kResponseFollows};
     append_response(response, bytes);

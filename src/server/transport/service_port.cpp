@@ -25,14 +25,13 @@
 namespace walker {
 namespace {
 
-// As roscpp's own, so that a client's machine that vanished is noticed within minutes.
+// roscpp's keepalive values: the loss of a client's machine is detected within minutes.
 constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
 
-/// On every address, or on this machine's alone: ros/listening.cpp sees to it for all ports.
-/// @param port out: chosen by the system
-/// @return a listening socket
+/// Listens on every address, or on loopback alone (see the `bind` of ros/listening.cpp).
+/// @param port receives the port that the system has chosen
 int listen_anywhere(std::uint16_t& port) {
   const bool is_ipv6 = ros::TransportTCP::s_use_ipv6_;
   const int descriptor =
@@ -52,7 +51,7 @@ int listen_anywhere(std::uint16_t& port) {
   return descriptor;
 }
 
-/// The other half of the descriptors is for topics, and for all else.
+/// Upper bound of the sessions: half of the file descriptors is left for topics and the rest.
 std::size_t most_sessions() {
   constexpr std::size_t kMaxConnections = 1000;
   rlimit limit{};
@@ -61,11 +60,11 @@ std::size_t most_sessions() {
 }
 
 void set(int descriptor, int level, int option, int value) {
-  // Without them the connection works as well.
+  // An error is ignored: the connection works without the option.
   setsockopt(descriptor, level, option, &value, sizeof(value));
 }
 
-/// @return whether the master took it
+/// @return whether the master accepted it
 bool tell_master(const std::string& method, const std::string& service, const std::string& uri) {
   const bool is_registration = method == "registerService";
   XmlRpc::XmlRpcValue request;
@@ -78,10 +77,9 @@ bool tell_master(const std::string& method, const std::string& service, const st
   return ros::master::execute(method, request, response, payload, is_registration);
 }
 
-/// One turn.
 ServiceSession::Outcome advance(ServiceSession& session, short happened) {
-  // On one core the client runs as soon as it has its answer, and has asked again by now: then
-  // its next calls need no poll. A few, for others wait.
+  // On one core the client runs as soon as it has its answer, so its next request has often arrived
+  // already and needs no poll. The number of calls is limited because other clients wait.
   constexpr int kMaxCalls = 8;
   ServiceSession::Outcome outcome = session.advance(happened);
   for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < kMaxCalls; ++calls) {
@@ -100,7 +98,7 @@ ServicePort::ServicePort() : most_sessions_(most_sessions()) {
 
 ServicePort::~ServicePort() {
   for (const auto& [name, service] : shared_.services) {
-    if (!tell_master("unregisterService", name, uri_)) break;  // it has gone
+    if (!tell_master("unregisterService", name, uri_)) break;  // the master is gone
   }
   close(listener_);
 }
@@ -116,7 +114,7 @@ void ServicePort::add(const std::string& name, OfferedService service) {
 
 bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
   wait(other, longest);
-  if (polled_[2].revents != 0) answer_is_given_->clear();  // before the sessions look
+  if (polled_[2].revents != 0) answer_is_given_->clear();  // before the sessions check them
   serve_sessions();
   if (std::exchange(is_any_over_, false)) {
     sessions_.erase(std::remove(sessions_.begin(), sessions_.end(), nullptr), sessions_.end());
@@ -125,11 +123,10 @@ bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
   return polled_[1].revents != 0;
 }
 
-/// Gives a turn to each that something has happened to.
 void ServicePort::serve_sessions() {
   constexpr std::size_t kFirstSession = 3;
   for (std::size_t i = 0; i < sessions_.size(); ++i) {
-    if (!sessions_[i]) continue;  // it has given way to another
+    if (!sessions_[i]) continue;  // make_room has removed it
     const short happened = polled_[kFirstSession + i].revents;
     if (happened == 0 && !sessions_[i]->has_work()) {
       if (sessions_[i]->is_overdue(now_)) {
@@ -140,7 +137,7 @@ void ServicePort::serve_sessions() {
     }
     const std::size_t before = sessions_[i]->held();
     const bool is_over = advance(*sessions_[i], happened) == ServiceSession::Outcome::over;
-    held_ += sessions_[i]->held() - before;  // which may be less than nothing, modulo 2^64
+    held_ += sessions_[i]->held() - before;  // may be negative, modulo 2^64
     if (is_over) remove(sessions_[i]);
     if (held_ > kMaxHeldBytes) make_room();
   }
@@ -152,7 +149,7 @@ void ServicePort::remove(std::unique_ptr<ServiceSession>& session) {
   is_any_over_ = true;
 }
 
-/// Those that hold little all together never fill it.
+/// Sessions without `holds_much` never exceed the bound together.
 void ServicePort::make_room() {
   while (held_ > kMaxHeldBytes) {
     std::unique_ptr<ServiceSession>* last = nullptr;
@@ -182,11 +179,11 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   constexpr std::int64_t kPerSecond = 1000000000;
   const std::int64_t left = std::max<std::int64_t>(longest.count(), 0);
   const timespec timeout{left / kPerSecond, left % kPerSecond};
-  // Interrupted by a signal, it has written nothing to revents.
+  // If a signal interrupts ppoll, all revents stay 0.
   ppoll(polled_.data(), polled_.size(), &timeout, nullptr);
 }
 
-/// The client's header has not come yet, but an answer to it is all that it waits for.
+/// The client's header may not have arrived yet, but the client waits only for the answer to it.
 void ServicePort::turn_away(int descriptor) {
   const std::string why =
       "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
@@ -198,12 +195,12 @@ void ServicePort::turn_away(int descriptor) {
 }
 
 void ServicePort::accept_clients() {
-  constexpr int kMaxAtOnce = 64;  // whoever is connected is not to wait for all of them
+  constexpr int kMaxAtOnce = 64;  // connected clients do not wait for a burst of new ones
   for (int i = 0; i < kMaxAtOnce; ++i) {
     const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
-      // No descriptors or no memory: the listener stays readable, and polling it would spin.
+      // Out of descriptors or memory: the listener stays readable, and polling it would spin.
       ROS_ERROR_STREAM("No further client of the services can be accepted: "
                        << std::generic_category().message(errno));
       accepts_from_ = Clock::now() + std::chrono::seconds(1);

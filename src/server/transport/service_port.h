@@ -1,4 +1,4 @@
-// The services of this node, served by the thread that waits for them.
+// The services of this node, served by the thread that polls their sockets.
 #pragma once
 
 #include <algorithm>
@@ -22,28 +22,26 @@
 
 namespace walker {
 
-/// Listens where roscpp would, and registers services at the master. Between the socket and the
-/// handler there is no other thread: with roscpp's a round trip makes four hops, and its writes
-/// from outside its network thread make that thread spin (docs/transport.md).
+/// Listens like roscpp and registers services with the master, but runs handlers in the thread that
+/// reads the sockets. With roscpp's services a round trip makes four hops between threads, and a
+/// write from outside its network thread makes that thread spin (docs/transport.md).
 ///
-/// What clients may take of this process has limits: a number of connections, one of bytes for each
-/// request, and one for all that is held of unfinished requests and unread answers. Beyond the last
-/// the client that has gone longest without a move gives way.
+/// Clients' resources are bounded: connections, bytes of a request, bytes of all unfinished
+/// requests and unread answers. Beyond the last, the longest idle session with `holds_much` yields.
 class ServicePort {
  public:
-  /// @throws std::system_error when nothing can listen
+  /// @throws std::system_error if no socket can listen
   ServicePort();
   ServicePort(const ServicePort&) = delete;
   ServicePort& operator=(const ServicePort&) = delete;
-  /// Takes the services off the master and closes all connections.
+  /// Unregisters the services and closes all connections.
   ~ServicePort();
 
-  /// @tparam Service     generated class
   /// @param  name        resolved
-  /// @param  handler     fills the response, or throws a std::exception that says why there is none
-  /// @param  array_bytes that the elements of a request's arrays and texts may have; 64 KiB are
-  ///                     taken in any case, so that small mistakes are told by their names
-  /// @throws std::invalid_argument for a name that is advertised already
+  /// @param  handler     fills the response, or throws a std::exception with the reason
+  /// @param  array_bytes upper bound of the elements of a request's arrays and strings; 64 KiB are
+  ///                     always read, so that small mistakes are reported by name
+  /// @throws std::invalid_argument if the name is already advertised
   template <typename Service>
   void advertise(
       const std::string& name,
@@ -57,8 +55,8 @@ class ServicePort {
     });
   }
 
-  /// The same for what takes its time: everybody else is served until the response comes.
-  /// @param handler sees to it that the reply is given, once, in whatever thread
+  /// Advertises a service whose response comes later. Other clients are served meanwhile.
+  /// @param handler ensures that the reply is called once, in any thread
   template <typename Service>
   void advertise_pending(
       const std::string& name,
@@ -73,21 +71,20 @@ class ServicePort {
                    });
   }
 
-  /// Name of the node whose call is being made; for handlers.
+  /// Name of the node whose call is in progress; for handlers.
   const std::string& caller() const { return *shared_.caller; }
 
-  /// Waits until a client wants something, `other` is readable or the time is over; then gives each
-  /// client that wants something one turn.
-  /// @param other a descriptor
-  /// @return whether it is readable
+  /// Blocks until a session has an event or work, the descriptor `other` is readable or `longest`
+  /// has passed; then gives each such session a turn.
+  /// @return whether `other` is readable
   bool serve(int other, std::chrono::nanoseconds longest);
 
  private:
   using Clock = ServiceSession::Clock;
 
-  static constexpr std::size_t kAlwaysTaken = std::size_t{64} << 10U;  // bytes of a request
+  static constexpr std::size_t kAlwaysTaken = std::size_t{64} << 10U;  // request bytes
 
-  /// @param call takes the request, as `OfferedService::call` takes its bytes
+  /// @param call as `OfferedService::call`, with the deserialised request
   template <typename Service, typename Call>
   void offer(const std::string& name, std::size_t array_bytes, const Call& call) {
     using Request = typename Service::Request;
@@ -116,13 +113,13 @@ class ServicePort {
   std::string uri_;
   std::size_t most_sessions_;
   SharedBySessions shared_;
-  std::vector<std::unique_ptr<ServiceSession>> sessions_;  // null: over
-  std::size_t held_ = 0;                                   // bytes, by all of them
+  std::vector<std::unique_ptr<ServiceSession>> sessions_;  // null: ended
+  std::size_t held_ = 0;                                   // bytes of all sessions
   bool is_any_over_ = false;
   std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
-  std::vector<pollfd> polled_;      // the listener, the other, answers, and the sessions in order
-  Clock::time_point now_;           // when they were polled
-  Clock::time_point accepts_from_;  // not before: there were no descriptors left
+  std::vector<pollfd> polled_;      // listener, `other`, answers, and the sessions in order
+  Clock::time_point now_;           // time of the last poll
+  Clock::time_point accepts_from_;  // no accept before: the last one failed
 };
 
 }  // namespace walker

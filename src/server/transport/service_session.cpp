@@ -19,7 +19,7 @@ namespace walker {
 namespace {
 
 constexpr std::size_t kFirstCapacity = 4096;
-// Whoever speaks TCPROS sends its header as soon as it is connected.
+// A TCPROS client sends its header as soon as it is connected.
 constexpr std::chrono::seconds kUntilHeader{10};
 
 /// @throws std::runtime_error naming what is missing
@@ -36,7 +36,7 @@ bool is_set(const tcpros::Fields& fields, const char* name) {
   return field != fields.end() && (field->second == "1" || field->second == "true");
 }
 
-/// What a client has sent, within an error that it gets and that is logged.
+/// Escapes and truncates a client's text for an error message.
 std::string quoted(const std::string& text) { return printable(text, kMaxQuotedBytes); }
 
 bool may_be_tried_again() { return errno == EAGAIN || errno == EINTR; }
@@ -60,17 +60,17 @@ ServiceSession::ServiceSession(int descriptor, SharedBySessions& shared)
 ServiceSession::~ServiceSession() { close(descriptor_); }
 
 short ServiceSession::events() const {
-  // Once its end has been seen it would be told for ever; a reset is told in any case.
+  // After EOF, POLLRDHUP would fire on every poll; an RST is reported regardless.
   if (pending_) return sent_ == 0 ? POLLRDHUP : 0;
   return has_output() ? POLLOUT : POLLIN;
 }
 
-/// Of the header or request that comes next, with its length, once that has come.
+/// Size of the next header or request, including its length field. Requires `has_length()`.
 std::size_t ServiceSession::frame_size() const {
   return tcpros::kLengthBytes + tcpros::load_length(&input_[begin_]);
 }
 
-/// Of a header or request, without its length.
+/// Upper bound of the next header or request, without its length field.
 std::size_t ServiceSession::most_bytes() const {
   return service_ != nullptr ? service_->second.most_request_bytes : tcpros::kMaxHeaderBytes;
 }
@@ -89,12 +89,12 @@ ServiceSession::Outcome ServiceSession::advance(short happened) {
   }
   Outcome outcome = Outcome::waits;
   try {
-    // What has come is answered before more is read: a client may send, and say that no more comes.
+    // Answers buffered requests before reading more: a client may send requests and then EOF.
     if (!has_output() && !has_request() && (happened & ~POLLOUT) != 0 && !receive()) {
       return Outcome::over;
     }
     if (has_request()) take_frame(outcome);
-  } catch (const std::exception& error) {  // there is no memory
+  } catch (const std::exception& error) {  // out of memory
     log_client(shared_, "is cut off", error.what());
     return Outcome::over;
   }
@@ -102,7 +102,6 @@ ServiceSession::Outcome ServiceSession::advance(short happened) {
   return is_over ? Outcome::over : outcome;
 }
 
-/// The header or request that comes next, or what is wrong with its length.
 void ServiceSession::take_frame(Outcome& outcome) {
   const std::size_t size = frame_size() - tcpros::kLengthBytes;
   if (size > most_bytes()) {
@@ -128,7 +127,8 @@ void ServiceSession::take_frame(Outcome& outcome) {
   consume(tcpros::kLengthBytes + size);
 }
 
-/// Of a request, whose remains are thrown away as they come: only who has sent it reads why.
+/// Refuses the next header or request: logs the reason and sends it to the client. After a refused
+/// header the session ends; the remaining bytes of a refused request are discarded.
 void ServiceSession::refuse(const std::string& why) {
   log_client(shared_, "is refused", why);
   sent_ = 0;
@@ -145,7 +145,7 @@ void ServiceSession::refuse(const std::string& why) {
   consume(frame_size());
 }
 
-/// A frame, as far as it has come.
+/// Drops the received part of a frame of this size; the rest will be discarded as it arrives.
 void ServiceSession::consume(std::size_t size) {
   const std::size_t here = std::min(size, received_ - begin_);
   begin_ += here;
@@ -158,10 +158,10 @@ void ServiceSession::consume(std::size_t size) {
   }
 }
 
-/// For at least one more byte.
+/// Makes room in input_ for at least one more byte.
 void ServiceSession::make_room() {
   if (received_ < input_.size()) return;
-  if (begin_ > 0) {  // less than a frame is moved, and after it a buffer's worth is read
+  if (begin_ > 0) {  // moves less than a frame, once per full buffer
     std::copy(input_.data() + begin_, input_.data() + received_, input_.data());
     received_ -= begin_;
     begin_ = 0;
@@ -171,7 +171,6 @@ void ServiceSession::make_room() {
   input_.resize(has_length() ? std::min(double_size, frame_size()) : double_size);
 }
 
-/// @return false when the client has gone
 bool ServiceSession::receive() {
   if (discarded_ > 0) return discard();
   make_room();
@@ -183,7 +182,6 @@ bool ServiceSession::receive() {
   return true;
 }
 
-/// @return false when the client has gone
 bool ServiceSession::discard() {
   std::array<std::uint8_t, kKeptBytes> nowhere;  // NOLINT(cppcoreguidelines-pro-type-member-init)
   const ssize_t size = recv(descriptor_, nowhere.data(), std::min(discarded_, nowhere.size()), 0);
@@ -193,9 +191,8 @@ bool ServiceSession::discard() {
   return true;
 }
 
-/// @return false when the client has gone
 bool ServiceSession::send() {
-  if (pending_) return true;  // of which a first byte may have been sent
+  if (pending_) return true;  // keeps sent_, for its first byte may have been sent
   while (has_output()) {
     const ssize_t size = ::send(descriptor_, &output_[sent_], output_.size() - sent_, MSG_NOSIGNAL);
     if (size < 0) return may_be_tried_again();
@@ -209,9 +206,9 @@ bool ServiceSession::send() {
   return true;
 }
 
-/// A client that says that no more comes may still wait for its answer, and a client that has gone
-/// says no more than that. So it gets the byte with which every pending answer begins: who has gone
-/// replies with a reset.
+/// EOF alone does not show that the client has disconnected: it may have shut down only its sending
+/// side and wait for the answer. So the session sends the first byte of the answer early; if the
+/// client has closed its socket, its system replies with RST.
 bool ServiceSession::is_gone_while_pending(short happened) {
   if ((happened & (POLLERR | POLLHUP)) != 0) return true;
   if ((happened & POLLRDHUP) == 0 || sent_ > 0) return false;

@@ -1,4 +1,4 @@
-// One client of a service port: its socket, and how far its header and its requests have come.
+// One client of a service port: its socket, and the progress of its header and requests.
 #pragma once
 
 #include <chrono>
@@ -15,16 +15,14 @@
 
 namespace walker {
 
-/// A service as its clients know it.
 struct OfferedService {
   std::string type;
   std::string md5sum;
   std::string request_type;
   std::string response_type;
   std::size_t most_request_bytes;
-  /// Takes a request and appends the serialised response with its length, or returns what the
-  /// client has to wait for.
-  /// @throws std::exception that says why there is none; then nothing has been appended
+  /// Handles a request: appends length and serialised response, or returns an answer given later.
+  /// @throws std::exception with the reason for no response; then nothing has been appended
   std::function<std::shared_ptr<PendingAnswer>(const std::uint8_t* request, std::size_t size,
                                                tcpros::Bytes& response)>
       call;
@@ -32,33 +30,30 @@ struct OfferedService {
 
 using OfferedServices = std::map<std::string, OfferedService>;  ///< by resolved name
 
-/// What the sessions of a port have in common.
 struct SharedBySessions {
   OfferedServices services;
-  const std::string* caller = nullptr;  ///< of the call that is being made
-  std::uint64_t moves = 0;  ///< reads and writes so far: the order of what clients last did
-  Throttle throttle;        ///< of what is logged of clients, for there may be thousands
+  const std::string* caller = nullptr;  ///< of the call in progress
+  std::uint64_t moves = 0;  ///< reads and writes so far; orders the last activity of clients
+  Throttle throttle;        ///< of log messages about clients, of which there may be many
 };
 
-/// How much all sessions of a port may hold of unfinished requests and of answers that have not
-/// been read; an answer longer than this is not given.
+/// Upper bound of a port's unfinished requests and unread answers together, and of one answer.
 constexpr std::size_t kMaxHeldBytes = std::size_t{256} << 20U;
 
-/// Logs what a client did wrong, where the throttle lets it. What the client itself has sent is
-/// made printable.
+/// Logs a client's fault, unless the throttle suppresses it. Escapes text that the client sent.
 void log_client(SharedBySessions& shared, const char* what, const std::string& why);
 
-/// Speaks TCPROS (wire/tcpros.h) on a non-blocking socket. It never waits: what has not come is
-/// read when it comes, what the client does not take is written when it does. Until then its next
-/// requests stay in the socket, so that a client that never reads holds one answer of memory and
-/// nobody else; so they do while its answer is pending. Memory for a request grows with the bytes
-/// that come, not with the length they claim; one that is too long for its service is refused as
-/// soon as its length is there, and thrown away as it comes.
+/// Speaks TCPROS (wire/tcpros.h) on a non-blocking socket, and never waits.
+///
+/// While an answer is pending or not fully written, further requests stay in the socket, so a
+/// client that never reads costs the memory of one answer and delays no other client. Memory for a
+/// request grows with the bytes that arrive, not with the announced length. A request that is too
+/// long for its service is refused as soon as its length has arrived, and its bytes are discarded.
 class ServiceSession {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param descriptor of a connected socket; closed at the end
+  /// @param descriptor connected socket; closed by the destructor
   /// @param shared     outlives this
   ServiceSession(int descriptor, SharedBySessions& shared);
   ServiceSession(const ServiceSession&) = delete;
@@ -66,35 +61,35 @@ class ServiceSession {
   ~ServiceSession();
 
   int descriptor() const { return descriptor_; }
-  /// For which it waits: a bit mask as poll takes it.
+  /// Events to poll for, a bit mask of poll().
   short events() const;
-  /// Whether a request or an answer lies here that no poll of its socket will tell of.
+  /// Whether a buffered request or a given answer is ready, which poll() does not report.
   bool has_work() const { return has_request() || (pending_ && pending_->is_given()); }
-  /// Without a header it may stay for so long and no longer; with one for ever, as roscpp's
-  /// clients.
+  /// Whether the header is late. With a header the client may idle forever, as with roscpp.
   bool is_overdue(Clock::time_point now) const { return service_ == nullptr && now >= due_; }
 
   enum class Outcome { waits, called, over };
 
-  /// Goes on as far as it can without waiting, and makes one call at most.
-  /// @param happened what poll says of its socket
-  /// @return whether it has made a call, or is over: to be destroyed
+  /// Reads, handles and writes as far as possible without blocking, and makes at most one call.
+  /// @param happened events that poll() returned for its socket
+  /// @return `called` after a call that has been answered; `over` if the session is to be destroyed
   Outcome advance(short happened);
 
-  /// Bytes of memory.
+  /// Memory that it holds [bytes].
   std::size_t held() const { return input_.size() + output_.capacity() + pending_bytes_; }
-  /// Whether it holds more than every client may.
+  /// Whether it holds more memory than is granted to every client.
   bool holds_much() const { return held() > 2 * kKeptBytes; }
-  /// When the client last took or sent something, as the count of moves.
+  /// `SharedBySessions::moves` at the client's last read or write.
   std::uint64_t moved_at() const { return moved_at_; }
-  /// Gives back what it holds, and tells the client why.
-  /// @return false where that is not possible: to be destroyed
+  /// Frees its memory and sends the client the reason.
+  /// @return false if that is not possible; then the session is to be destroyed
   bool give_way();
 
  private:
-  /// Of each of its two buffers, between calls.
+  /// Upper bound of the memory that each of its two buffers keeps between calls.
   static constexpr std::size_t kKeptBytes = std::size_t{64} << 10U;
 
+  // These three return false if the connection is closed.
   bool receive();
   bool discard();
   bool send();
@@ -115,16 +110,16 @@ class ServiceSession {
 
   int descriptor_;
   SharedBySessions& shared_;
-  const OfferedServices::value_type* service_ = nullptr;  // null until the header has come
-  Clock::time_point due_;                                 // of the header
-  std::string caller_;                                    // printable, and cut where it is long
+  const OfferedServices::value_type* service_ = nullptr;  // null until the header has arrived
+  Clock::time_point due_;                                 // deadline of the header
+  std::string caller_;                                    // escaped and truncated
   bool is_persistent_ = false;
-  bool is_over_ = false;       // once everything is sent
-  tcpros::Bytes input_;        // keeps its memory, as does the next
-  std::size_t begin_ = 0;      // of the next header or request
-  std::size_t received_ = 0;   // end of what has come
-  std::size_t discarded_ = 0;  // bytes that are still to come of a request that is refused
-  std::shared_ptr<PendingAnswer> pending_;  // to the request before
+  bool is_over_ = false;                    // ends once everything is sent
+  tcpros::Bytes input_;                     // keeps its capacity, like output_
+  std::size_t begin_ = 0;                   // start of the next header or request
+  std::size_t received_ = 0;                // end of the received bytes
+  std::size_t discarded_ = 0;               // bytes of a refused request that are still to arrive
+  std::shared_ptr<PendingAnswer> pending_;  // to the last request
   std::size_t pending_bytes_ = 0;           // of that request
   tcpros::Bytes output_;
   std::size_t sent_ = 0;

@@ -1,4 +1,4 @@
-// How a thread that polls descriptors hears of others.
+// Pollable file descriptors for events from other threads.
 #pragma once
 
 #include <sys/eventfd.h>
@@ -12,21 +12,20 @@
 
 namespace walker {
 
-/// A descriptor that any thread makes readable.
+/// A file descriptor that any thread can make readable.
 class EventDescriptor {
  public:
-  /// @throws std::system_error when the system has no descriptor left
+  /// @throws std::system_error if no file descriptor is left
   EventDescriptor() : descriptor_(checked(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), "eventfd")) {}
   EventDescriptor(const EventDescriptor&) = delete;
   EventDescriptor& operator=(const EventDescriptor&) = delete;
   ~EventDescriptor() { close(descriptor_); }
 
-  /// To be polled.
   int get() const { return descriptor_; }
 
   void signal() { eventfd_write(descriptor_, 1); }
 
-  /// Not readable any more until the next signal.
+  /// Makes it unreadable until the next signal.
   void clear() {
     eventfd_t ignored = 0;
     eventfd_read(descriptor_, &ignored);
@@ -36,21 +35,20 @@ class EventDescriptor {
   int descriptor_;
 };
 
-/// A queue that a poll can wait on: for who waits inside ros::CallbackQueue hears nothing else.
+/// A pollable callback queue: ros::CallbackQueue's own wait cannot be combined with poll().
 class WakingQueue : public ros::CallbackQueue {
  public:
-  /// Readable while callbacks may wait to be called.
+  /// Readable if callbacks may be waiting.
   int descriptor() const { return event_.get(); }
 
-  /// From any thread, roscpp's above all.
+  /// Called in any thread, mostly roscpp's.
   void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner) override {
     CallbackQueue::addCallback(callback, owner);
     event_.signal();
   }
 
-  /// Calls what has come so far, in this thread.
   void call() {
-    event_.clear();  // before the calls: what comes during them makes the descriptor readable again
+    event_.clear();  // before the calls: callbacks that arrive during them signal again
     callAvailable();
   }
 

@@ -56,7 +56,7 @@ def _parser() -> Parser:
 
 
 def _complain(command: str, error: Exception) -> None:
-    """In one line, whatever the error's text is made of."""
+    """Prints an error to standard error in one line, with unprintable characters escaped."""
     text = "".join(
         character if character.isprintable() else repr(character)[1:-1] for character in str(error)
     )
@@ -64,41 +64,34 @@ def _complain(command: str, error: Exception) -> None:
 
 
 def _open_standard_streams() -> None:
-    """Opens /dev/null as each of standard input, output and error that is closed.
+    """Opens /dev/null for each of standard input, output and error that is closed.
 
-    Else the next file or socket gets its number, and printing fails on ``sys.stdout = None``.
+    Otherwise the next file or socket would get its file descriptor, and printing would fail on
+    ``sys.stdout = None``.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)
         except OSError:
-            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest closed one
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # gets the lowest free one
         if getattr(sys, name) is None:
             setattr(sys, name, open(number, "w" if number else "r", closefd=False))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command.
+    """Runs one command and returns its exit status.
 
-    Parameters
-    ----------
-    arguments
-        Without the program's name; None: those of this process.
-
-    Returns
-    -------
-    int
-        The exit status.
+    `arguments` exclude the program's name; None: those of this process.
     """
     if arguments is None:
-        _open_standard_streams()  # not in a process that is somebody else's
+        _open_standard_streams()  # only in a process of our own
     given = list(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a terminal without bars gets question marks
+        sys.stdout.reconfigure(errors="replace")  # its encoding may lack the bars' characters
     command = _parser().parse_args(given[:1]).command
     try:
         status = int(importlib.import_module(f"walker_sim.commands.{command}").run(given[1:]))
-        sys.stdout.flush()  # here, where it may fail
+        sys.stdout.flush()  # a BrokenPipeError is handled below
         return status
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
@@ -109,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _complain(command, error)
         return 1
     except BrokenPipeError:
-        # Whoever read has seen enough; the interpreter's last flush must not fail once more.
+        # The reader has closed the pipe. The interpreter's last flush must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except (InputError, OSError, ConnectionError, RequestRefused, ServerMismatch) as error:

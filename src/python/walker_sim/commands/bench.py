@@ -1,4 +1,4 @@
-"""``bench``: steps per second here, beside Gymnasium's own walker."""
+"""``bench``: steps per second, compared with Gymnasium's own walker."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from walker_sim.commands import options as common
 from walker_sim.registration import NAMESPACE
 
 ROUNDS = 5
-PREPARED = 512  # actions of each environment, used over and over
-BAR = 24  # characters
+PREPARED = 512  # actions of each environment, used cyclically
+BAR = 24  # length of the longest bar [characters]
 GYMNASIUM = "Gymnasium's own, one"
 
 DESCRIPTION = """\
@@ -42,11 +42,11 @@ examples:
 """
 
 Play = Callable[[float], float]
-"""Steps for so many seconds, and returns the steps per second."""
+"""Steps for a number of seconds and returns the steps per second."""
 
 
 Speeds = Dict[str, List[float]]
-"""By side a number per round [steps/s]."""
+"""Speed in each round by side [steps/s]."""
 
 
 def _parser() -> common.Parser:
@@ -71,14 +71,13 @@ def _parser() -> common.Parser:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Measures. Returns the exit status."""
     options = _parser().parse_intermixed_args(arguments)
     env_id, parameters = common.walker_of(options.walker)
     sides = _own_sides(options, env_id, parameters)
     why = ""
     try:
         sides = {GYMNASIUM: _single(env_id, _gymnasium_keywords(parameters)), **sides}
-    except Exception as error:  # whatever keeps Gymnasium's own from starting, ours is measured
+    except Exception as error:  # Gymnasium's side is optional
         why = f"{type(error).__name__}: {str(error).splitlines()[0]}"
     slice_seconds = options.seconds / ROUNDS / len(sides)
     print("\n".join(_conditions(env_id, options.walker, slice_seconds)) + "\n", flush=True)
@@ -108,7 +107,7 @@ def _own_sides(
 
 
 def _gymnasium_keywords(parameters: dict[str, Any]) -> dict[str, Any]:
-    """Without what is ours alone; its walker always keeps its world."""
+    """Returns the parameters without `reuse_world`: Gymnasium's walker always reuses its world."""
     return {name: value for name, value in parameters.items() if name != "reuse_world"}
 
 
@@ -141,7 +140,7 @@ def _vector(name: str, count: int, keywords: dict[str, Any]) -> Play:
     prepared = max(1, min(PREPARED, 100_000 // count))
     actions = _actions(environments.unwrapped.single_action_space, (prepared, count))
     environments.reset(seed=0)
-    state = {"call": 0, "resets": 0}  # the resets that the next call makes instead of steps
+    state = {"call": 0, "resets": 0}  # resets: autoresets of the next call
 
     def play(seconds: float) -> float:
         steps, began = 0, time.perf_counter()
@@ -156,7 +155,7 @@ def _vector(name: str, count: int, keywords: dict[str, Any]) -> Play:
 
 
 def measure(sides: dict[str, Play], seconds: float) -> Speeds:
-    """Lets the sides take turns, every other round the other way round; first all warm up."""
+    """Runs all sides in turn, in reverse order every other round, after a warm-up of each."""
     speeds: Speeds = {name: [] for name in sides}
     for play in sides.values():
         play(min(seconds, 0.1))
@@ -167,7 +166,7 @@ def measure(sides: dict[str, Play], seconds: float) -> Speeds:
 
 
 def table(speeds: Speeds) -> list[str]:
-    """A line per side: median, spread, and the ratio to Gymnasium's own where there is one."""
+    """Returns a line per side: median, spread, and the ratio to Gymnasium's own, if measured."""
     peer = speeds.get(GYMNASIUM)
     width = max(map(len, speeds))
     most = max(map(statistics.median, speeds.values()))
@@ -202,7 +201,7 @@ def _conditions(env_id: str, words: Sequence[str], seconds: float) -> list[str]:
 
 
 def _peer_engine(engine: str) -> str:
-    name = "mujoco" if engine == "MuJoCo" else engine  # of its Python package
+    name = "mujoco" if engine == "MuJoCo" else engine  # name of the Python package
     try:
         return f" on {name} {importlib.import_module(name).__version__}"
     except (ImportError, AttributeError):
@@ -210,7 +209,7 @@ def _peer_engine(engine: str) -> str:
 
 
 def _processors() -> int:
-    """That this process may use."""
+    """Returns the number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

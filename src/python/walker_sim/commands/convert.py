@@ -1,4 +1,4 @@
-"""``convert``: a trained model of another kind as a policy's file."""
+"""``convert``: converts a trained model to a policy file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ examples:
 """
 
 Actor = Callable[[NDArray[np.float32]], NDArray[np.float32]]
-"""Actions, shape (n, action size), of normalised observations, shape (n, observation size)."""
+"""Maps normalised observations, shape (n, observation size), to actions, shape (n, action size)."""
 
 
 def _parser() -> common.Parser:
@@ -58,7 +58,6 @@ def _parser() -> common.Parser:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Converts. Returns the exit status."""
     options = _parser().parse_args(arguments)
     if options.out.suffix != ".safetensors":
         raise InputError(f"{options.out}: must end in .safetensors")
@@ -97,7 +96,7 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def largest_difference(policy: PolicyFile, path: Path, actor: Actor) -> float:
-    """Between what the file does, read as an agent reads it, and the model."""
+    """Returns the maximum difference between the actions of the written file and of the model."""
     size = len(policy.mean)
     normal = np.random.default_rng(0).normal(size=(CHECKS, size)).clip(-5, 5)
     observations = normal * policy.deviation + policy.mean
@@ -108,7 +107,7 @@ def largest_difference(policy: PolicyFile, path: Path, actor: Actor) -> float:
 
 
 def _fitting(sizes: tuple[int, int]) -> str:
-    """The newest environment whose spaces a model has, where there is one kind alone."""
+    """Returns the newest id whose spaces have these sizes; InputError unless one robot fits."""
     fitting: dict[str, Any] = {}
     for env_id in _core.ids():
         specification = _core.Environment(env_id, {}).specification

@@ -1,4 +1,4 @@
-"""Plays one episode for each of many seeds, several at once."""
+"""Plays one episode per seed, several at once."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from walker_sim import _core
 from walker_sim.transport import Batch, Walkers, by_name
 
 Policy = Callable[[NDArray[Any]], NDArray[Any]]
-"""From an observation, shape (observation size,), to an action, float32 (action size,)."""
+"""Maps an observation, shape (observation size,), to an action, shape (action size,)."""
 
 
 class Steps(NamedTuple):
-    """An episode of n steps; row 0 of n + 1 is the reset's."""
+    """Record of an episode of n steps. The first of n + 1 elements is the reset's."""
 
     observations: list[NDArray[Any]]  # n + 1 x (observation size,)
     actions: list[NDArray[Any]]  # n x (action size,)
@@ -28,9 +28,9 @@ class Steps(NamedTuple):
 
 @dataclass(order=True)
 class Episode:
-    """How an episode went, or goes."""
+    """Outcome of an episode, or of its steps so far."""
 
-    order: int  # of its seed among those asked for
+    order: int  # index of its seed
     seed: int
     episode_return: float = 0.0
     length: int = 0  # [steps]
@@ -38,7 +38,7 @@ class Episode:
     truncated: bool = False
     end: str = ""  # arrived, fell, terminated, time limit or failed
     info: dict[str, float] = field(default_factory=dict)  # of the last step
-    error: str = ""  # why the engine had to end it, or empty
+    error: str = ""  # the engine's error, if it ended the episode
     steps: Steps = field(default_factory=lambda: Steps([], [], [], [], [], []))
 
 
@@ -48,35 +48,35 @@ def play(
     policy_of: Callable[[int], Policy],
     keeps_steps: bool = False,
 ) -> Iterator[Episode]:
-    """Plays to the end of every episode. What comes out does not depend on `walkers.num_envs`.
+    """Plays every episode to its end. The episodes do not depend on `walkers.num_envs`.
 
     Parameters
     ----------
     walkers
-        With autoreset mode next_step, at any point of any episode.
+        Walkers with autoreset mode next_step, in any state.
     seeds
-        Of the episodes' resets.
+        Seed of each episode's reset.
     policy_of
-        Gives a policy that remembers no other episode, for a seed.
+        Returns a policy, without state of other episodes, for a seed.
     keeps_steps
-        Whether `Episode.steps` is filled.
+        Whether to fill `Episode.steps`.
 
     Yields
     ------
     Episode
-        In the order in which they end.
+        Episodes in the order in which they end.
     """
     player = _Player(walkers, seeds, policy_of, keeps_steps)
     if walkers.num_envs > len(seeds):
-        walkers.reset([], [])  # those without a seed are stepped too, so they need an episode
+        walkers.reset([], [])  # walkers without a seed are stepped, too, so they need an episode
     yield from player.begin(list(range(walkers.num_envs)))
     while player.running:
         yield from player.step()
 
 
 def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
-    """How an episode ended with this step: arrived, fell, terminated, time limit or failed; empty
-    where it goes on."""
+    """Returns how an episode ended with this step: arrived, fell, terminated, time limit or failed;
+    empty if it continues."""
     terminated, reward = bool(batch.terminated[environment]), batch.rewards[environment]
     if not terminated:
         return "time limit" if batch.truncated[environment] else ""
@@ -104,8 +104,8 @@ class _Player:
         self._actions = np.zeros((walkers.num_envs, len(specification["action_low"])))
 
     def begin(self, environments: list[int]) -> list[Episode]:
-        """Resets these for the next seeds; those for which there is none idle on under zero.
-        Returns the episodes that the engine refused to begin."""
+        """Resets environments with the next seeds; those without a seed keep stepping with zero
+        actions. Returns the episodes whose reset failed in the engine."""
         for environment in environments:
             self._actions[environment] = 0
         refused = []
@@ -133,7 +133,7 @@ class _Player:
         return refused
 
     def step(self) -> list[Episode]:
-        """Steps all once; what has ended makes room for the next seeds."""
+        """Steps all environments; begins new episodes where one ended. Returns the ended ones."""
         for environment, (_, policy) in self.running.items():
             self._actions[environment] = policy(self._observations[environment])
         batch = self._walkers.step(self._actions)

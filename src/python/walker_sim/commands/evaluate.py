@@ -1,4 +1,4 @@
-"""``evaluate``: how well a policy walks."""
+"""``evaluate``: statistics of a policy's returns."""
 
 from __future__ import annotations
 
@@ -72,13 +72,12 @@ def _parser() -> common.Parser:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Evaluates. Returns the exit status."""
     options = _parser().parse_intermixed_args(arguments)
     env_id, parameters = common.walker_of(options.walker)
     if options.plot:
         from walker_sim.commands.plot import check_format
 
-        check_format(options.plot)  # before an hour of episodes
+        check_format(options.plot)  # fails before the episodes, which may take hours
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(
@@ -108,7 +107,7 @@ def run(arguments: Sequence[str]) -> int:
     returns = [episode.episode_return for episode in episodes]
     print("\n".join([title, "", *report(summary, threshold), "", *histogram(returns)]))
     steps = sum(episode.length for episode in episodes)
-    # Not on standard output, which is the same at every run.
+    # Standard output must be the same in every run.
     print(
         f"{steps:,} steps in {seconds:.1f} s: {steps / seconds:,.0f} a second, policy included; "
         f"environments at once: {walkers.num_envs}",
@@ -132,13 +131,12 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def describe(env_id: str, words: Sequence[str], policy: str, count: int) -> str:
-    """What was evaluated, in a line."""
     walker = " ".join([env_id, *(word for word in words if "=" in word)])
     return f"{walker}, policy {policy}, {count} episode{'s' if count > 1 else ''}"
 
 
 def write_json(path: Path, head: dict[str, Any], episodes: Sequence[Episode]) -> None:
-    """The summary, and under ``outcomes`` the episodes."""
+    """Writes the summary, and the episodes under ``outcomes``, as JSON."""
     outcomes = []
     for episode in episodes:
         outcome = dataclasses.asdict(episode)

@@ -1,4 +1,4 @@
-"""``hash``: one number for all bits of a run, to be compared between machines."""
+"""``hash``: a hash of all bits of a fixed run, for comparison between machines."""
 
 from __future__ import annotations
 

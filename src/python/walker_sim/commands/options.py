@@ -1,4 +1,4 @@
-"""What the commands' options have in common, and how their texts are read."""
+"""Options that commands share, and the parsing of their values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from walker_sim import _core, transport
 from walker_sim.registration import without_namespace
 from walker_sim.transport import TRANSPORTS, Place, Walkers
 
-AT_ONCE = 16  # environments in process, where nobody says otherwise
+AT_ONCE = 16  # default number of environments in process
 
 WALKER_HELP = f"""\
 ID, with or without "walker_sim/" before it, is one of
@@ -25,11 +25,11 @@ NAME=VALUE sets a parameter of the environment: hardcore=true, ctrl_cost_weight=
 
 
 class InputError(Exception):
-    """What the user gave cannot be used. The message names it, its value and what is allowed."""
+    """An input is invalid. The message names it, its value and what is allowed."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Keeps the line breaks of texts, takes no abbreviated options, and complains in one line."""
+    """Argument parser that keeps line breaks, allows no abbreviations and has one-line errors."""
 
     def __init__(self, command: str, description: str, epilog: str, **keywords: Any) -> None:
         super().__init__(
@@ -42,12 +42,11 @@ class Parser(argparse.ArgumentParser):
         )
 
     def error(self, message: str) -> NoReturn:
-        """Ends the process with status 2."""
+        """Prints the error and exits with status 2."""
         self.exit(2, f"{self.prog.replace('python3 -m ', '')}: {message}; see --help\n")
 
 
 def add_walker_options(parser: Parser) -> None:
-    """Adds the walker, and where it is, to a command's options."""
     parser.add_argument(
         "walker", nargs="*", metavar="ID|NAME=VALUE", help="the environment; see below"
     )
@@ -70,7 +69,7 @@ def add_walker_options(parser: Parser) -> None:
 
 
 def add_num_envs(parser: Parser) -> None:
-    """Adds the number of environments, which changes how long it takes and nothing else."""
+    """Adds the number of environments, which affects the duration but no result."""
     parser.add_argument(
         "--num-envs",
         type=count,
@@ -81,7 +80,6 @@ def add_num_envs(parser: Parser) -> None:
 
 
 def add_episodes(parser: Parser, episodes: int) -> None:
-    """Adds the policy, and the choice of episodes, one per seed."""
     parser.add_argument("--policy", default="heuristic", help="who walks; see below")
     parser.add_argument(
         "--normalization",
@@ -107,13 +105,12 @@ def add_episodes(parser: Parser, episodes: int) -> None:
 
 
 def chosen_seeds(options: argparse.Namespace) -> list[int]:
-    """One for each episode."""
     seeds: list[int] | None = options.seeds
     return list(range(options.episodes or options.default_episodes)) if seeds is None else seeds
 
 
 def count(text: str, least: int = 1) -> int:
-    """For argparse: a whole number above 0, or with least 0 from there."""
+    """Parses an integer above 0, or from 0 if `least` is 0, for argparse."""
     if not re.fullmatch(r"[0-9]+", text) or int(text) < least:
         allowed = "above 0" if least else "from 0"
         raise argparse.ArgumentTypeError(f"{text}: must be a whole number {allowed}")
@@ -121,17 +118,16 @@ def count(text: str, least: int = 1) -> int:
 
 
 def count_or_zero(text: str) -> int:
-    """For argparse: a whole number from 0."""
     return count(text, least=0)
 
 
 def counts(text: str) -> list[int]:
-    """For argparse: whole numbers above 0 with commas between."""
+    """Parses comma-separated integers above 0, for argparse."""
     return [count(part.strip()) for part in text.split(",")]
 
 
 def number(text: str, above: float = -math.inf) -> float:
-    """For argparse: a finite number above the limit."""
+    """Parses a finite number greater than `above`, for argparse."""
     try:
         value = float(text)
     except ValueError:
@@ -170,9 +166,9 @@ def _seeds(text: str) -> list[int]:
 
 
 def read_value(text: str, default: Any) -> Any:
-    """A parameter's value, of the kind that its default has; the text itself where it is none.
+    """Parses a parameter's value as the type of its default.
 
-    The core then refuses it, by the parameter's name.
+    If that fails, returns the text, which the core refuses in an error that names the parameter.
     """
     try:
         if isinstance(default, bool):
@@ -193,13 +189,7 @@ def read_value(text: str, default: Any) -> Any:
 
 
 def _to_number(text: str) -> float:
-    """As YAML writes it, and in no other way: `.inf` is infinite, what is too large is no number.
-
-    Raises
-    ------
-    ValueError
-        For what is no number.
-    """
+    """Parses a number in YAML's syntax, e.g. `.inf`; ValueError if invalid or too large."""
     if text in (".inf", "-.inf"):
         return float(text.replace(".", ""))
     value = float(text)
@@ -209,7 +199,7 @@ def _to_number(text: str) -> float:
 
 
 def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
-    """The environment's id without its namespace, and its parameters, from ID and NAME=VALUE."""
+    """Parses ID and NAME=VALUE. Returns the id without its namespace, and the parameters."""
     ids = [word for word in words if "=" not in word]
     if len(ids) != 1:
         what = "no ID is given" if not ids else f"{' '.join(ids)}: only one ID can be given"
@@ -230,7 +220,7 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
 
 
 def read_parameters(env_id: str, texts: dict[str, str]) -> dict[str, Any]:
-    """Values of parameters, by what the defaults of the environment and its camera are."""
+    """Parses parameters of the environment and its camera as the types of their defaults."""
     known = (*_core.parameters_of(env_id), *_core.camera_parameters_of(env_id))
     defaults = {one["name"]: one["default"] for one in known}
     return {name: read_value(text, defaults.get(name)) for name, text in texts.items()}
@@ -243,9 +233,10 @@ def make_walkers(
     num_envs: int | None,
     most: int,
 ) -> Walkers:
-    """The walkers that the options name: in process at most `most`, over ROS all of the server's.
+    """Makes the walkers of the options: in process at most `most`, over ROS all of the server's.
 
-    Their autoreset mode is next_step: an environment that nobody needs any more goes on by itself.
+    Their autoreset mode is next_step, so that an idle environment keeps stepping without a reset by
+    the caller.
     """
     if options.transport == "ros" and options.num_threads is not None:
         raise InputError(
@@ -272,7 +263,7 @@ def make_walkers(
 
 
 def output_file(text: str) -> Path:
-    """For argparse: a file that can be written, as far as can be told before there is anything."""
+    """Parses the path of an output file, whose folder must exist, for argparse."""
     path = Path(text)
     if path.is_dir() or not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"{text}: must be a file in a folder that exists")

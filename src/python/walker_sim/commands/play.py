@@ -1,4 +1,4 @@
-"""``play``: a walker in a window."""
+"""``play``: shows a walker in a window."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from walker_sim.transport import Walkers
 from walker_sim.window import Pace, load_pygame, open_window, to_surface
 
 EPISODES = 100
-END_SHOWN = 1.5  # how long an episode's last picture stays [s of wall time]
+END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
 SLOWEST, FASTEST = 1 / 64, 64.0  # simulation time per wall time
-NAP = 0.01  # between looks at the keyboard [s of wall time]
+NAP = 0.01  # keyboard polling interval [s of wall time]
 
 KEYS = """\
 Space            pause, and go on
@@ -55,16 +55,16 @@ examples:
 
 
 class Session:
-    """Episodes of one walker, one after the other, for ever.
+    """Endless sequence of episodes of one walker.
 
     Attributes
     ----------
     episode
-        Counts from 1.
-    seed, step, episode_return
-        Of the present one.
+        Number of the present episode, from 1.
+    seed, step_count, episode_return
+        Seed, steps and return of the present episode.
     end
-        How it ended, as `end_of` says; empty while it goes on.
+        Result of `end_of` for the present episode; empty while it continues.
     """
 
     def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
@@ -74,13 +74,12 @@ class Session:
         self.begin_next()
 
     def begin_next(self) -> None:
-        """Begins the episode of the next seed."""
         self.seed = self._seeds[self.episode % len(self._seeds)]
         self.episode += 1
         self.begin()
 
     def begin(self) -> None:
-        """Begins the episode of the present seed, be it again."""
+        """Begins the episode of the present seed, again if it has begun before."""
         self._policy: Policy = self._policies(self.seed)
         self._observation: NDArray[Any] = self._walkers.reset([0], [self.seed])[0][0]
         error = self._walkers.reset_error(0)
@@ -89,7 +88,6 @@ class Session:
         self.step_count, self.episode_return, self.end = 0, 0.0, ""
 
     def step(self) -> None:
-        """Takes one step of an episode that goes on."""
         self._actions[0] = self._policy(self._observation)
         batch = self._walkers.step(self._actions)
         self._observation = batch.observations[0]
@@ -99,7 +97,7 @@ class Session:
 
 
 class Screen:
-    """A window with a picture, a line of text below it, and help above it."""
+    """Window with a picture, a line of text below it, and help over it."""
 
     LINE = 26  # height of a line [pixels]
     TEXT, GROUND = (235, 235, 235), (40, 40, 40)  # colours
@@ -113,7 +111,6 @@ class Screen:
         pygame.key.set_repeat(400, 50)  # [ms]
 
     def show(self, rgb: NDArray[np.uint8], line: str, help_lines: Sequence[str]) -> None:
-        """Shows a picture, shape (height, width, 3), with its texts."""
         pygame = load_pygame()
         self._surface.fill(self.GROUND)
         self._surface.blit(to_surface(rgb), (0, 0))
@@ -130,11 +127,9 @@ class Screen:
         pygame.display.flip()
 
     def events(self) -> list[Any]:
-        """What the user has done since the last call."""
         return list(load_pygame().event.get())
 
     def close(self) -> None:
-        """Closes the window."""
         load_pygame().display.quit()
 
     def _write(self, text: str, x: int, y: int) -> None:
@@ -142,7 +137,7 @@ class Screen:
 
 
 class Viewer:
-    """Brings together the session, the screen, the keyboard and the time."""
+    """Connects session, screen, keyboard and clock."""
 
     def __init__(
         self,
@@ -160,14 +155,12 @@ class Viewer:
         self._show()
 
     def run(self) -> None:
-        """Until the user quits."""
         while not self.is_over:
             self.attend()
             self.advance()
             time.sleep(min(NAP, self.pace.time_left()) if self._is_running() else NAP)
 
     def attend(self) -> None:
-        """Does what the keyboard says."""
         pygame = load_pygame()
         for event in self._screen.events():
             if event.type == pygame.QUIT:
@@ -179,7 +172,7 @@ class Viewer:
                 self._show()
 
     def advance(self) -> None:
-        """Steps if it is time to, and begins the next episode a while after an end."""
+        """Steps if a step is due; begins the next episode END_SHOWN after the end of one."""
         if self._is_running():
             if self.pace.time_left() == 0:
                 self._step()
@@ -188,7 +181,6 @@ class Viewer:
             self._show()
 
     def status(self) -> str:
-        """The line below the picture."""
         session = self.session
         state = [session.end] * bool(session.end) + ["paused"] * self.is_paused
         words = (
@@ -234,7 +226,7 @@ class Viewer:
             self._show()
 
     def _show(self) -> None:
-        if self.session.end != "failed":  # then there is nothing to be seen
+        if self.session.end != "failed":  # a failed engine has no state to draw
             self._picture = self._draw()
         self._screen.show(self._picture, self.status(), KEYS.split("\n") * self.has_help)
 

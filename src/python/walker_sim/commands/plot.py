@@ -1,4 +1,4 @@
-"""Returns as a picture."""
+"""Plots the returns of episodes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from walker_sim.commands.episodes import Episode
 from walker_sim.commands.options import InputError
 from walker_sim.commands.summary import Summary
 
-# Told apart by every kind of eye (Okabe and Ito's palette), and by their marks in grey.
+# Colours of Okabe and Ito's palette for colour blindness; the marks distinguish them in grey.
 ENDS = {
     "arrived": ("#009E73", "o"),
     "time limit": ("#0072B2", "s"),
@@ -24,7 +24,7 @@ MEAN = "#444444"
 
 
 def _figure(**keywords: Any) -> Any:
-    """A matplotlib figure of its own, which touches no global state and needs no display."""
+    """Makes a matplotlib figure without pyplot, i.e. without global state or a display."""
     try:
         return importlib.import_module("matplotlib.figure").Figure(**keywords)
     except ImportError as error:
@@ -32,7 +32,7 @@ def _figure(**keywords: Any) -> Any:
 
 
 def check_format(path: Path) -> None:
-    """Raises InputError for a file whose kind matplotlib cannot write."""
+    """Raises InputError if matplotlib cannot write this file format."""
     kinds = sorted(_figure().canvas.get_supported_filetypes())
     if path.suffix[1:] not in kinds:
         raise InputError(f"--plot {path}: must end in .{', .'.join(kinds)}")
@@ -45,7 +45,7 @@ def write_plot(
     summary: Summary,
     threshold: float | None,
 ) -> None:
-    """Two views with one axis of returns: in order of the seeds, and how they are spread."""
+    """Plots returns in the order of the seeds, and beside it their histogram."""
     figure = _figure(figsize=(10, 4.5), layout="constrained")
     by_seed, spread = figure.subplots(1, 2, sharey=True, width_ratios=[2, 1])
     figure.suptitle(title, fontsize="medium")

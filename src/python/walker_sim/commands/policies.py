@@ -1,4 +1,4 @@
-"""Who walks: from the text of --policy to actions."""
+"""Policies, by the text of --policy."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from walker_sim.training.models import ModelError, read_vec_normalize, sb3_algor
 from walker_sim.transport import Specification
 
 Policies = Callable[[int], Policy]
-"""Gives the policy of one episode, for its seed."""
+"""Returns the policy of one episode, given its seed."""
 
 POLICY_HELP = """\
 POLICY is one of
@@ -41,7 +41,7 @@ POLICY is one of
 
 
 class PolicyFailed(Exception):
-    """The user's policy raised, and its own traceback says where; or gave no action."""
+    """The user's policy raised, which is then the cause of this error, or its action is invalid."""
 
 
 def make_policies(
@@ -51,18 +51,17 @@ def make_policies(
     specification: Specification,
     normalization: Path | None = None,
 ) -> Policies:
-    """What `text` names.
+    """Makes the policies that `text` names; see POLICY_HELP.
 
     Parameters
     ----------
     normalization
-        File with the statistics of a model of Stable-Baselines3; None: it acts on the observation
-        as it is.
+        `VecNormalize` file of a model of Stable-Baselines3; None: observations are not normalised.
 
     Raises
     ------
     InputError
-        Naming the policy and what is allowed.
+        If there is no such policy, or it does not fit. Names the policy and what is allowed.
     """
     size = len(specification["action_low"])
     if normalization is not None and not text.endswith(".zip"):
@@ -86,13 +85,7 @@ def make_policies(
 
 
 def shipped_policy(env_id: str) -> Path:
-    """The file that comes along.
-
-    Raises
-    ------
-    InputError
-        Where there is none for this environment.
-    """
+    """Returns the policy file that ships with the package; InputError if there is none."""
     path = package_file(f"assets/policies/{env_id}.safetensors")
     if path is None:
         raise InputError(f"--policy shipped: no policy comes with {env_id}; `train` makes one")
@@ -111,17 +104,17 @@ def _core_policies(name: str, env_id: str, parameters: dict[str, Any], size: int
 
 
 def _network_policies(path: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
-    """A network remembers nothing, so one does for all episodes."""
+    """Makes one policy for all episodes: a network has no state."""
     try:
         network = _core.Policy(os.fsencode(path))
         network.check(env_id, parameters)
     except ValueError as error:
-        raise InputError(f"--{error}") from error  # which begins with policy and the file
+        raise InputError(f"--{error}") from error  # the error begins with "policy FILE"
     policy = _acting(network, size)
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:
         action = policy(observation)
-        if not np.isfinite(action).all():  # weights as large as floats are
+        if not np.isfinite(action).all():  # large weights overflow
             raise PolicyFailed(f"--policy {path}: action = {action}: must be finite")
         return action
 
@@ -139,13 +132,7 @@ def _acting(policy: _core.Agent | _core.Policy, size: int) -> Policy:
 
 
 def checked_action(given: Any, size: int) -> NDArray[np.float32]:
-    """Of a user's function.
-
-    Raises
-    ------
-    walker_sim.InvalidAction
-        For another shape, or what is not made of finite numbers.
-    """
+    """Converts the result of a user's function to a finite action, or raises InvalidAction."""
     action = to_action(given, (size,)).astype(np.float32)
     if not np.isfinite(action).all():
         raise InvalidAction(f"action = {given!r}: must be finite")
@@ -182,7 +169,6 @@ def _function_policies(text: str, size: int) -> Policies:
 
 
 def policy_text(options: argparse.Namespace) -> str:
-    """What acted, in a word."""
     beside = f" with {options.normalization}" if options.normalization else ""
     return f"{options.policy}{beside}"
 
@@ -192,7 +178,7 @@ def _sb3_policies(text: str, specification: Specification, normalization: Path |
         with zipfile.ZipFile(text) as file:
             data = json.loads(file.read("data"))
         module, name = sb3_algorithm(data)
-    except Exception as error:  # there is hardly any that damaged archives do not bring about
+    except Exception as error:  # damaged archives raise many types
         raise InputError(
             f"--policy {text}: no model that Stable-Baselines3 has saved: {error}"
         ) from error
@@ -204,7 +190,7 @@ def _sb3_policies(text: str, specification: Specification, normalization: Path |
         raise InputError(
             f"--policy {text}: needs {module}: pip install {package} ({error})"
         ) from error
-    # One observation at a time: more threads would only wait for each other.
+    # With one observation at a time, more threads would only wait for each other.
     torch.set_num_threads(1)
     try:
         model = algorithm.load(text, device="cpu")
@@ -230,7 +216,7 @@ def _sb3_policies(text: str, specification: Specification, normalization: Path |
 def _normalizer(
     path: Path | None, shape: tuple[int, ...]
 ) -> Callable[[NDArray[Any]], NDArray[Any]]:
-    """What `VecNormalize` did to the model's observations, in its own arithmetic."""
+    """Returns the `VecNormalize` file's `normalize_obs`; without a file, the identity."""
     if path is None:
         return lambda observation: observation
     try:

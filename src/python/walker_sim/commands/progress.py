@@ -1,4 +1,4 @@
-"""A bar on a terminal while episodes are played."""
+"""Progress bar of episodes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from walker_sim.commands.episodes import Episode
 
 
 def shown(episodes: Iterable[Episode], total: int) -> Iterator[Episode]:
-    """The same episodes; on a terminal with a bar on standard error, if tqdm is installed."""
+    """Yields the same episodes. With tqdm, shows a bar on standard error if it is a terminal."""
     try:
         tqdm: Any = importlib.import_module("tqdm").tqdm
     except ImportError:
@@ -19,7 +19,7 @@ def shown(episodes: Iterable[Episode], total: int) -> Iterator[Episode]:
         yield from episodes
         return
     returns = 0.0
-    # disable=None: none where standard error is no terminal.
+    # disable=None: no bar if standard error is not a terminal.
     with tqdm(total=total, unit=" episodes", disable=None, leave=False) as bar:
         for count, episode in enumerate(episodes, 1):
             returns += episode.episode_return

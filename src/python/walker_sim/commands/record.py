@@ -1,4 +1,4 @@
-"""``record``: episodes in a file, and whether they repeat to the bit."""
+"""``record``: records episodes in a file, or checks that a file's episodes repeat to the bit."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _parser() -> common.Parser:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Records or checks. Returns the exit status: 1 where a check found a difference."""
+    """Records or checks. Returns the exit status: 1 if a check found a difference."""
     options = _parser().parse_intermixed_args(arguments)
     if options.check:
         return _check(options)
@@ -99,7 +99,7 @@ def run(arguments: Sequence[str]) -> int:
 def arrays_of(
     episodes: Sequence[Episode], specification: Specification, options: argparse.Namespace
 ) -> dict[str, Any]:
-    """What the file holds, by name; see FILE_HELP."""
+    """Returns the arrays of the file by name; see FILE_HELP."""
     all_steps = [episode.steps for episode in episodes]
     lengths = [episode.length for episode in episodes]
     return {
@@ -126,11 +126,11 @@ def arrays_of(
 
 
 class _Layout(NamedTuple):
-    """What an array of a file must be."""
+    """Requirements of an array in a file."""
 
     dimensions: int
     types: tuple[type[Any], ...]
-    rows: str = ""  # what has a row each: episodes, steps, states; or nothing that is known
+    rows: str = ""  # there is one row for each of the episodes, steps or states; empty: any number
 
 
 _LAYOUTS = {
@@ -151,27 +151,20 @@ _LAYOUTS = {
 
 
 def load(path: Path) -> dict[str, NDArray[Any]]:
-    """A recording's arrays, which fit together.
-
-    Raises
-    ------
-    InputError
-        For a file that is none, or is damaged: naming the array that is not as it should be.
-    OSError
-        For one that is not there.
-    """
+    """Loads a recording; OSError if the file cannot be opened. An InputError says that the file is
+    not a recording or is damaged, and names an inconsistent array."""
     if path.exists() and not path.is_file():
         raise common.InputError(f"{path}: must be a regular file")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of NumPy, about what is no array of today's
+            warnings.simplefilter("error")  # NumPy warns of outdated formats
             with np.load(path) as file:
                 arrays = {name: file[name] for name in file.files}
         found = int(arrays["format"])
         for array in arrays.values():
             if array.dtype.kind == "U":
-                array.tolist()  # what is no character is found here
-    except Exception as error:  # there is hardly any that damaged archives do not bring about
+                array.tolist()  # raises for invalid code points
+    except Exception as error:  # damaged archives raise many types
         if isinstance(error, OSError) and error.filename is not None:
             raise
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -264,7 +257,6 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _part(recorded: Mapping[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
-    """The rows of one episode."""
     begin, end = recorded["episode_starts"][index : index + 2]
     part = {
         name: recorded[name][begin + index : end + index + 1] for name in ("observations", "infos")
@@ -274,7 +266,7 @@ def _part(recorded: Mapping[str, NDArray[Any]], index: int) -> dict[str, NDArray
 
 
 def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) -> str:
-    """Repeats an episode in the first environment. Returns its first difference, or nothing."""
+    """Repeats an episode in the first environment. Returns the first difference, empty if none."""
     actions = np.zeros((walkers.num_envs, recorded["actions"].shape[1]))
     observations, infos = walkers.reset([], [seed] * walkers.num_envs)
     error = walkers.reset_error(0)

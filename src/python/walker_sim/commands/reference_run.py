@@ -1,4 +1,4 @@
-"""A run of which every bit is fixed, and its hash."""
+"""Reference run, in which every bit is fixed, and its hash."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.transport import Batch, Walkers
 
-RUN = 1  # another number where anything below changes a hash
+RUN = 1  # increment if a change below changes a hash
 NUM_WALKERS = 16
 
 
 class SimulationFailed(Exception):
-    """The engine gave up, which it does at no step of the reference run."""
+    """The engine failed, which it does at no step of a correct reference run."""
 
 
 class ReferenceWalker:
-    """One walker of the run: what it does, and the hash of what it sees.
+    """One walker of the run: its actions, and the hash of its states.
 
-    It is reset once with its seed, its number; later resets continue its generator. Those of even
-    numbers walk by the heuristic of their environment, others draw actions. A policy has the seed
-    ``number + NUM_WALKERS * episode``, episodes counted from 0, and begins anew with each.
+    Its first reset has its number as the seed; later resets continue its generator. Walkers with
+    even numbers act by the environment's heuristic, the others at random. Each episode has a new
+    policy with the seed ``number + NUM_WALKERS * episode``, with episodes counted from 0.
 
-    Hashed are the states in their order, resets included: the observation's bytes, reward
-    (float64), terminated, truncated (a byte each), info (float64, NaN where absent, always the
-    same one). At a reset the reward is 0 and the flags are false.
+    The hash is over all states in order, including resets: the observation's bytes, the reward
+    (float64), terminated and truncated (one byte each), and info (float64, with one fixed NaN for
+    absent values). At a reset the reward is 0 and the flags are false.
     """
 
     def __init__(self, env_id: str, number: int, num_actions: int) -> None:
@@ -43,7 +43,7 @@ class ReferenceWalker:
         return _core.Agent("random" if self.number % 2 else "heuristic", self._env_id, {}, seed)
 
     def begin(self, observation: NDArray[Any], info: NDArray[np.float64]) -> None:
-        """Takes the state after the reset with the seed, and chooses the first action."""
+        """Hashes the state after the first reset and chooses the first action."""
         self._take(observation, 0.0, False, False, info)
 
     def step(
@@ -54,7 +54,7 @@ class ReferenceWalker:
         truncated: bool,
         info: NDArray[np.float64],
     ) -> None:
-        """Takes the state after `action`, or after the reset that follows an end; and chooses."""
+        """Hashes the state after `action` or an autoreset, and chooses the next action."""
         if self._ends:
             self._episode += 1
             self._policy = self._new_policy()
@@ -81,24 +81,24 @@ class ReferenceWalker:
 
 
 def hash_of(walkers: Sequence[ReferenceWalker]) -> str:
-    """Of all walkers of a run, in the order of their numbers."""
+    """Returns the hash of a run, given its walkers in the order of their numbers."""
     return hashlib.sha256(b"".join(walker.digest for walker in walkers)).hexdigest()
 
 
 def reference_hash(walkers: Walkers, steps: int) -> str:
-    """Plays the run, as many walkers at a time as there are; their number changes no bit.
+    """Plays the run and returns its hash, which does not depend on `walkers.num_envs`.
 
     Parameters
     ----------
     walkers
-        With autoreset mode next_step and the environment's own parameters.
+        Walkers with autoreset mode next_step and default parameters.
     steps
-        Of each walker, resets at an episode's end among them.
+        Number of steps of each walker, including autoresets.
 
     Raises
     ------
     SimulationFailed
-        Naming the walker and what the engine said.
+        If the engine fails. Names the walker and the engine's error.
     """
     run = [
         ReferenceWalker(walkers.specification["id"], number, _num_actions(walkers))
@@ -114,7 +114,7 @@ def _num_actions(walkers: Walkers) -> int:
 
 
 def _play(walkers: Walkers, group: Sequence[ReferenceWalker], steps: int) -> None:
-    """Environments beyond the group step along under zero."""
+    """Plays a group. Environments beyond the group are stepped with zero actions."""
     idle = [0] * (walkers.num_envs - len(group))
     observations, info = walkers.reset([], [walker.number for walker in group] + idle)
     for row, walker in enumerate(group):

@@ -1,4 +1,4 @@
-"""What many episodes say together."""
+"""Statistics over episodes."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from walker_sim.commands.episodes import Episode
 
 RESAMPLES = 10_000
 BINS = 12
-BAR = 40  # characters
+BAR = 40  # length of the longest bar [characters]
 METHOD = f"percentile bootstrap over seeds, {RESAMPLES:,} resamples"
 
 
 class Summary(NamedTuple):
-    """Of episodes of which each had a seed of its own."""
+    """Statistics over episodes with distinct seeds."""
 
     episodes: int
     mean: float
     interval: tuple[float, float] | None  # 95 % for the mean; None for a single episode
     median: float
-    standard_deviation: float | None  # of a sample, n - 1; None for a single episode
+    standard_deviation: float | None  # of a sample (n - 1); None for a single episode
     least: float
     most: float
-    passes: float | None  # share with a return of at least the threshold; None without one
-    ends: dict[str, float]  # share by Episode.end, the most frequent first
+    passes: float | None  # fraction with a return of at least the threshold; None without one
+    ends: dict[str, float]  # fraction by Episode.end, the most frequent first
     length_mean: float  # [steps]
     length_median: float
     length_least: int
@@ -35,18 +35,13 @@ class Summary(NamedTuple):
 
 
 def bootstrap_interval(values: NDArray[np.float64]) -> tuple[float, float]:
-    """The percentile bootstrap's 95 % confidence interval for the mean.
+    """Returns the percentile bootstrap's 95 % confidence interval for the mean of n >= 2 values.
 
-    Returns of walkers have several humps (falls, arrivals), for which Student's t is no model. The
-    resamples are drawn from a fixed seed: the same values give the same interval.
-
-    Parameters
-    ----------
-    values
-        Shape (n,), n at least 2.
+    The distribution of returns has several modes (falls, arrivals), so Student's t does not fit.
+    The resamples are drawn from a fixed seed: the same values give the same interval.
     """
     random = np.random.Generator(np.random.PCG64(0))
-    rows = max(1, min(RESAMPLES, 1_000_000 // len(values)))  # at a time, to bound the memory
+    rows = max(1, min(RESAMPLES, 1_000_000 // len(values)))  # at once, to bound memory
     means: list[NDArray[np.float64]] = []
     for begin in range(0, RESAMPLES, rows):
         shape = (min(rows, RESAMPLES - begin), len(values))
@@ -56,7 +51,6 @@ def bootstrap_interval(values: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def summarise(episodes: Sequence[Episode], threshold: float | None) -> Summary:
-    """Numbers over all episodes, at least one."""
     returns = np.array([episode.episode_return for episode in episodes])
     lengths = np.array([episode.length for episode in episodes])
     several = len(episodes) > 1
@@ -83,7 +77,6 @@ def _rounded(value: float | None, digits: int = 1) -> str:
 
 
 def report(summary: Summary, threshold: float | None) -> list[str]:
-    """The summary as lines for a terminal."""
     s = summary
     interval = "none of one episode"
     if s.interval:
@@ -104,7 +97,7 @@ def report(summary: Summary, threshold: float | None) -> list[str]:
 
 
 def histogram(returns: Sequence[float]) -> list[str]:
-    """How the returns are spread, a bar a line; nothing where all are equal."""
+    """Returns a histogram of the returns, one bar per line; empty if all are equal."""
     if min(returns) == max(returns):
         return []
     counts, edges = np.histogram(returns, BINS)
@@ -117,5 +110,5 @@ def histogram(returns: Sequence[float]) -> list[str]:
 
 
 def as_json(summary: Summary) -> dict[str, Any]:
-    """For a file: all fields, and how the interval was made."""
+    """Returns all fields and the method of the interval, for a JSON file."""
     return {**summary._asdict(), "interval_method": METHOD}

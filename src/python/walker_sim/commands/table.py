@@ -1,4 +1,4 @@
-"""The CSV of episodes, a line each, written as they end."""
+"""CSV of episodes, written as they end."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ FIELDS = ("seed", "return", "length", "terminated", "truncated", "end")
 
 
 class Table:
-    """A file that has, at any time, whole lines alone: the episodes that have ended, in the order
-    in which they did, and at last in the order of their seeds.
+    """CSV file that has only complete lines at any time.
+
+    Lines are in the order in which episodes end and, after `finish`, in the order of their seeds.
 
     Parameters
     ----------
     path
-        Is written anew. What is no regular file, such as a pipe, gets all lines at last.
+        File to overwrite. If it is not seekable, such as a pipe, `finish` writes all lines.
     info_names
-        Columns beside those of every walker.
+        Columns besides those of every walker.
     """
 
     def __init__(self, path: Path, info_names: Sequence[str]) -> None:
@@ -31,14 +32,13 @@ class Table:
         self._put(self._head)
 
     def add(self, episode: Episode) -> None:
-        """An episode has ended."""
         self._put(self._lines([self._row(episode)]))
 
     def finish(self, episodes: Iterable[Episode]) -> None:
-        """The same episodes in the order that the file is to have."""
+        """Rewrites the file with the same episodes in this order, and closes it."""
         lines = self._head + self._lines(self._row(episode) for episode in episodes)
         if self._file.seekable():
-            self._file.seek(0)  # as long as what it has now, in one piece
+            self._file.seek(0)  # one write of the same length
         self._file.write(lines)
         self._file.close()
 
@@ -48,7 +48,7 @@ class Table:
             self._file.flush()
 
     def _row(self, episode: Episode) -> list[object]:
-        """Numbers with all digits, absent info empty."""
+        """Returns a row, with all digits of numbers; absent info is empty."""
         info = [episode.info.get(name, "") for name in self._names]
         outcome = (episode.terminated, episode.truncated, episode.end)
         row = (episode.seed, episode.episode_return, episode.length, *outcome)

@@ -1,4 +1,4 @@
-"""``train``: a policy from nothing, with Stable-Baselines3 on many walkers at once."""
+"""``train``: trains a policy with Stable-Baselines3 on many walkers at once."""
 
 from __future__ import annotations
 
@@ -61,7 +61,6 @@ def _parser() -> common.Parser:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Trains. Returns the exit status."""
     options = _parser().parse_intermixed_args(arguments)
     threads = options.num_threads
     try:
@@ -81,7 +80,7 @@ def run(arguments: Sequence[str]) -> int:
             )
             if options.resume:
                 training.resume()
-        except (ValueError, AssertionError) as error:  # of the walkers, of the learner
+        except (ValueError, AssertionError) as error:  # from the walkers or the learner
             raise InputError(str(error)) from error
         training.run()
         training.close()
@@ -128,15 +127,7 @@ def _resumed(folder: Path) -> tuple[str, Settings, Path]:
 
 
 def _environment_of(state: Path) -> str:
-    """The id in a checkpoint's file.
-
-    Raises
-    ------
-    ValueError
-        Naming the file and what is wrong with it.
-    OSError
-        Where it cannot be read.
-    """
+    """Returns the id in a checkpoint's file; ValueError if the content is invalid."""
     try:
         content = json.loads(state.read_text(encoding="utf-8"))
     except RecursionError as error:
@@ -150,13 +141,7 @@ def _environment_of(state: Path) -> str:
 
 
 def settings_file(env_id: str) -> Path:
-    """Those that come with the package.
-
-    Raises
-    ------
-    InputError
-        Where there are none for this environment.
-    """
+    """Returns the settings file that ships with the package; InputError if there is none."""
     path = package_file(f"config/training/{env_id}.yaml")
     if path is None:
         raise InputError(f"{env_id}: no settings come with the package; give --settings FILE")
@@ -164,11 +149,11 @@ def settings_file(env_id: str) -> Path:
 
 
 class _Display:
-    """A bar on a terminal, and a line for each evaluation."""
+    """Progress bar on a terminal, and one line per evaluation."""
 
     def __init__(self, total: int) -> None:
         tqdm: Any = importlib.import_module("tqdm").tqdm
-        # disable=None: none where standard error is no terminal.
+        # disable=None: no bar if standard error is not a terminal.
         self._bar = tqdm(total=total, unit=" steps", unit_scale=True, disable=None)
 
     def __enter__(self) -> _Display:
@@ -178,7 +163,7 @@ class _Display:
         self._bar.close()
 
     def show(self, training: Any, point: Any) -> None:
-        """Called by the training."""
+        """Updates the bar; prints a line if there is a new point. The training calls it."""
         returns = training.walkers.returns
         if returns:
             mean = sum(returns) / len(returns)

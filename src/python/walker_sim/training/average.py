@@ -1,4 +1,4 @@
-"""The mean of the last networks: steadier than the last one alone."""
+"""Mean of the latest networks, which is steadier than the last one alone."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 
 class Average:
-    """Of the actor after the last `count` updates."""
+    """Mean of the actors after the latest `count` updates."""
 
     def __init__(self, count: int) -> None:
         self._networks: deque[list[NDArray[np.float32]]] = deque(maxlen=count)
 
     def add(self, arrays: list[NDArray[np.float32]]) -> None:
-        """Takes the newest; the oldest goes."""
+        """Adds a network, and drops the oldest if there are more than `count`."""
         self._networks.append(arrays)
 
     def mean(self) -> list[NDArray[np.float32]]:
-        """Weight and bias of each layer in turn."""
+        """Returns the mean weight and bias of each layer in turn."""
         means: list[NDArray[np.float32]] = []
         for arrays in zip(*self._networks):
             mean: NDArray[np.float64] = np.mean(np.stack(arrays), axis=0, dtype=np.float64)
@@ -29,7 +29,7 @@ class Average:
         return means
 
     def save(self, path: Path) -> None:
-        """All that it remembers."""
+        """Writes all networks to a .npz file."""
         arrays: dict[str, Any] = {
             f"{age}.{index}": array
             for age, network in enumerate(self._networks)
@@ -38,7 +38,6 @@ class Average:
         np.savez(path, **arrays)
 
     def load(self, path: Path) -> None:
-        """What `save` has written."""
         with np.load(path) as file:
             ages = 1 + max(int(name.partition(".")[0]) for name in file.files)
             size = len(file.files) // ages

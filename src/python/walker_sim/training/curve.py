@@ -1,4 +1,4 @@
-"""How returns rose: a line for each evaluation, as CSV and as a picture."""
+"""Learning curve: one point per evaluation, as CSV and as a plot."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import NamedTuple, Sequence
 
 
 class Point(NamedTuple):
-    """What was known after so many steps."""
+    """One evaluation, after `steps` steps."""
 
     steps: int
-    seconds: float  # of wall time, evaluations not counted
-    training_return: float  # mean of the last 100 episodes, with exploration noise
+    seconds: float  # wall time without evaluations [s]
+    training_return: float  # mean of the last 100 training episodes, with exploration noise
     evaluation_return: float  # mean over the evaluation's episodes
-    deviation: float  # of these
-    least: float  # of these
+    deviation: float  # standard deviation of these
+    least: float  # minimum of these
 
 
 def write_curve(points: Sequence[Point], path: Path) -> None:
-    """A line each."""
+    """Writes the points as CSV, by a temporary file that replaces `path`."""
     unfinished = path.with_name(path.name + ".new")
     with unfinished.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -30,14 +30,13 @@ def write_curve(points: Sequence[Point], path: Path) -> None:
 
 
 def read_curve(path: Path) -> list[Point]:
-    """What `write_curve` wrote."""
     with path.open(newline="") as file:
         rows = list(csv.reader(file))[1:]
     return [Point(int(row[0]), *(float(value) for value in row[1:])) for row in rows]
 
 
 def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
-    """Returns over steps, with the spread of the episodes evaluated."""
+    """Plots returns over steps, with the standard deviation over the evaluation's episodes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""How good a policy is while it is trained, on seeds that the training never sees."""
+"""Evaluation of policies during training, on seeds that the training never uses."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from walker_sim import _core
 from walker_sim.transport import Place, make_walkers
 
 FIRST_CHOICE_SEED = 2_000_000
-"""Of the episodes that choose which policy is kept. The cards' own seeds begin at 1000000."""
+"""First seed of the episodes that decide which policy is kept. Those of the model cards in
+docs/policies begin at 1000000."""
 
 
 _AT_ONCE = 100
 
 
 class Evaluation:
-    """Plays the same episodes again for each policy, many at once."""
+    """Plays the same episodes for each policy, many at once."""
 
     def __init__(
         self, env_id: str, parameters: Mapping[str, Any], episodes: int, num_threads: int
     ) -> None:
-        # In a used world an episode depends on those before it.
+        # With reuse_world an episode would depend on the ones before it.
         own = {name: value for name, value in parameters.items() if name != "reuse_world"}
         self._walkers = make_walkers(
             *(env_id, min(episodes, _AT_ONCE), "next_step", own, Place()), num_threads
@@ -31,10 +32,10 @@ class Evaluation:
         self._seeds = list(range(FIRST_CHOICE_SEED, FIRST_CHOICE_SEED + episodes))
 
     def returns(self, policy: _core.Policy) -> NDArray[np.float64]:
-        """Of each episode."""
+        """Returns the return of each episode."""
         size = self._walkers.num_envs
         returns = np.zeros(len(self._seeds))
-        episodes = np.arange(size)  # which each walker plays; one beyond the last is none
+        episodes = np.arange(size)  # index of each walker's episode; idle beyond the last
         begun = size
         actions = np.zeros((size, policy.action_size))
         observations, _ = self._walkers.reset([], self._seeds[:size])
@@ -54,5 +55,4 @@ class Evaluation:
         return returns
 
     def close(self) -> None:
-        """Lets go of the walkers."""
         self._walkers.close()

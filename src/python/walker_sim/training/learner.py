@@ -1,4 +1,4 @@
-"""Stable-Baselines3's algorithms as settings want them, and their policies as files."""
+"""Makes Stable-Baselines3's algorithms from settings, and policy files from them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ LEARNT_LOG_STD = -0.5
 
 
 def make_learner(settings: Settings, walkers: LearnersWalkers) -> Any:
-    """A new one."""
     layers = list(settings.layers)
     network = {"activation_fn": _ACTIVATIONS[settings.activation]}
     common = {
@@ -56,19 +55,18 @@ def make_learner(settings: Settings, walkers: LearnersWalkers) -> Any:
 
 
 def algorithm_class(settings: Settings) -> Any:
-    """Of Stable-Baselines3, or of its contrib."""
     module = "sb3_contrib" if settings.algorithm == "tqc" else "stable_baselines3"
     return getattr(importlib.import_module(module), settings.algorithm.upper())
 
 
 def schedule(settings: Settings) -> Any:
-    """The learning rate for the share of steps that is left."""
+    """Returns the learning rate as a function of the fraction of steps that remains."""
     begin, end = settings.learning_rate
     return lambda left: end + (begin - end) * max(left, 0.0)
 
 
 def set_exploration(settings: Settings, model: Any, steps: int) -> None:
-    """Moves PPO's noise along its line; where it is learnt, leaves it alone."""
+    """Sets PPO's noise by its linear schedule. Does nothing if the noise is learnt, as in SAC."""
     if settings.algorithm != "ppo" or settings.log_std is None:
         return
     begin, end = settings.log_std
@@ -78,7 +76,7 @@ def set_exploration(settings: Settings, model: Any, steps: int) -> None:
 
 
 def actor_layers(model: Any) -> list[nn.Linear]:
-    """The layers from observation to action, of an algorithm of Stable-Baselines3."""
+    """Returns the linear layers of the actor, from observation to action."""
     policy = model.policy
     if hasattr(policy, "mlp_extractor"):
         parts = [*policy.mlp_extractor.policy_net, policy.action_net]
@@ -88,7 +86,7 @@ def actor_layers(model: Any) -> list[nn.Linear]:
 
 
 def actor_arrays(model: Any) -> list[np.ndarray[Any, np.dtype[np.float32]]]:
-    """Weight and bias of each layer in turn, copied."""
+    """Returns copies of the weight and bias of each of the actor's layers in turn."""
     with torch.no_grad():
         return [
             tensor.numpy().copy()
@@ -104,7 +102,7 @@ def to_policy(
     arrays: list[np.ndarray[Any, np.dtype[np.float32]]],
     steps: int,
 ) -> PolicyFile:
-    """What has been learnt up to now."""
+    """Returns a policy of the network `arrays` and the present observation statistics."""
     statistics = walkers.observation_statistics
     return PolicyFile(
         env_id=env_id,
@@ -126,14 +124,14 @@ def to_policy(
 
 
 def save_model(model: Any, folder: Path) -> None:
-    """Networks, optimisers and, where there is one, the buffer."""
+    """Saves networks, optimisers and the replay buffer, if any."""
     model.save(folder / "model.zip", exclude=["lr_schedule", "learning_rate", "clip_range"])
     if model.__dict__.get("replay_buffer") is not None:
         model.save_replay_buffer(folder / "buffer.pkl")
 
 
 def load_model(model: Any, folder: Path) -> None:
-    """Puts what `save_model` saved into a new learner of the same settings."""
+    """Loads the files of `save_model` into a new learner with the same settings."""
     model.set_parameters(folder / "model.zip", exact_match=True, device="cpu")
     if (folder / "buffer.pkl").exists():
         model.load_replay_buffer(folder / "buffer.pkl")

@@ -1,4 +1,4 @@
-"""Trained models of other kinds, as layers: Stable-Baselines3's files, and ONNX."""
+"""Reads trained models of Stable-Baselines3 and ONNX as fully connected layers."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Array = NDArray[np.float32]
 
 
 class ModelError(ValueError):
-    """A model is none that can be converted. The message says why."""
+    """The model cannot be converted; the message has the reason."""
 
 
 @dataclass
 class Model:
-    """Layers from a normalised observation to an action, and the model itself, which acts."""
+    """Layers from a normalised observation to an action; `act` is the original model."""
 
     layers: list[tuple[Array, Array]]
     activation: str
@@ -34,14 +34,15 @@ class Model:
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Of observations and actions."""
+        """Sizes of observations and actions."""
         return self.layers[0][0].shape[1], self.layers[-1][0].shape[0]
 
 
 def to_policy(
     model: Model, env_id: str, specification: dict[str, Any], normalization: Path | None
 ) -> PolicyFile:
-    """With the environment's limits, and a normalisation where there is one."""
+    """Makes a policy of a model, and of a `VecNormalize` file if there is one; ModelError if the
+    sizes or the normalisation do not fit the environment."""
     sizes = len(specification["observation_low"]), len(specification["action_low"])
     if model.sizes != sizes:
         raise ModelError(
@@ -66,10 +67,11 @@ def to_policy(
 
 
 def sb3_algorithm(data: dict[str, Any]) -> tuple[str, str]:
-    """Package and class that saved a model: the file says which policy it has, not who trained it.
+    """Returns package and class of the algorithm that saved a model.
 
-    Algorithms with a policy of their own name it after themselves. Of those that share the
-    actor-critic policy, the one with clip_range is PPO; to act, A2C is the same.
+    The file names the policy class, not the algorithm. Most algorithms have a policy class in a
+    module of their own name. PPO and A2C share one in ``common``: a file with clip_range is PPO's.
+    To act, A2C is equivalent.
     """
     home = str(data["policy_class"]["__module__"])
     package, _, rest = home.partition(".")
@@ -80,22 +82,15 @@ def sb3_algorithm(data: dict[str, Any]) -> tuple[str, str]:
 
 
 def read_sb3(path: Path) -> Model:
-    """A file of PPO, A2C, SAC or TQC.
-
-    Raises
-    ------
-    ModelError
-        For another file, algorithm or network.
-    ImportError
-        Without the library that saved it.
-    """
+    """Reads a file of PPO, A2C, SAC or TQC; ModelError if it is another file or its network is
+    unsupported, ImportError without the library that saved it."""
     try:
         with zipfile.ZipFile(path) as file:
             data = json.loads(file.read("data"))
         package, name = sb3_algorithm(data)
     except OSError:
         raise
-    except Exception as error:  # there is hardly any that damaged archives do not bring about
+    except Exception as error:  # damaged archives raise many types
         raise ModelError(f"no model that Stable-Baselines3 has saved: {error}") from error
     if name not in ("PPO", "A2C", "SAC", "TQC"):
         raise ModelError(f"of {name}; must be of PPO, A2C, SAC or TQC")
@@ -143,17 +138,11 @@ def _only(activations: set[str]) -> str:
 
 
 def read_vec_normalize(path: Path) -> Any:
-    """The `VecNormalize` that its ``save`` has written.
-
-    Raises
-    ------
-    ModelError
-        For another file.
-    """
+    """Reads a file of `VecNormalize.save`; ModelError for any other file."""
     try:
         with path.open("rb") as file:
             found = pickle.load(file)
-    except Exception as error:  # of a pickle there may be any
+    except Exception as error:  # unpickling can raise any type
         raise ModelError(f"no VecNormalize: {error}") from error
     if not hasattr(found, "normalize_obs"):
         raise ModelError(f"no VecNormalize, but {type(found).__name__}")
@@ -178,19 +167,12 @@ def _read_normalization(path: Path, size: int) -> tuple[NDArray[np.float64], NDA
 
 
 def read_onnx(path: Path) -> Model:
-    """Fully connected layers.
-
-    Raises
-    ------
-    ModelError
-        For another graph.
-    ImportError
-        Without onnx.
-    """
+    """Reads an ONNX graph of fully connected layers; ModelError if it is another file or graph,
+    ImportError without onnx."""
     onnx: Any = importlib.import_module("onnx")
     try:
         graph = onnx.load(str(path)).graph
-    except Exception as error:  # of protobuf, which has several
+    except Exception as error:  # protobuf raises several types
         raise ModelError(f"no ONNX: {error}") from error
     values = {each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer}
     layers: list[tuple[Array, Array]] = []

@@ -1,4 +1,4 @@
-"""Writes a policy as a file: safetensors, with a header that says all that acting needs.
+"""Writes a policy as a safetensors file, whose header has all metadata that acting needs.
 
 docs/policies.md documents the format. `walker_sim._core.Policy` reads it and acts.
 """
@@ -16,31 +16,31 @@ from numpy.typing import NDArray
 
 FORMAT = "walker_sim policy 1"
 OBSERVATION_CLIP = 10.0
-"""Normalised observations are clipped to plus and minus this, as Stable-Baselines3's VecNormalize
-does; acting clips them so in src/policy/network.cpp."""
+"""Normalised observations are clipped to plus and minus this value, the default of
+Stable-Baselines3's VecNormalize. src/policy/network.cpp does the same."""
 _TYPES: dict[str, np.dtype[Any]] = {"F32": np.dtype("<f4"), "F64": np.dtype("<f8")}
 
 
 @dataclass
 class PolicyFile:
-    """A network of fully connected layers, between a normalisation and the action's limits.
+    """Network of fully connected layers, with normalised observations and limited actions.
 
     Parameters
     ----------
     env_id, parameters
-        What it was trained on; parameters as texts by name.
+        Environment of the training; parameters map names to texts.
     activation
-        Of every layer but the last: tanh or relu.
+        Activation of every layer but the last: tanh or relu.
     output
-        clip: the last layer's values, clipped to the limits; tanh: their tanh, scaled to them.
+        clip: clips the last layer's values to the action's limits; tanh: scales their tanh to them.
     mean, deviation
-        Of observations, float64, shape (observation size,).
+        Mean and standard deviation of observations, float64, shape (observation size,).
     low, high
-        The action's limits, float32, shape (action size,).
+        Limits of the action, float32, shape (action size,).
     layers
-        Weight, float32, shape (outputs, inputs), and bias, shape (outputs,), of each.
+        Weight, shape (outputs, inputs), and bias, shape (outputs,), of each layer, float32.
     notes
-        Further texts by name: settings' hash, steps, seed.
+        Further metadata, texts by name: e.g. the settings' hash, steps, seed.
     """
 
     env_id: str
@@ -56,7 +56,6 @@ class PolicyFile:
 
 
 def to_bytes(policy: PolicyFile) -> bytes:
-    """Returns the file's content."""
     tensors: dict[str, NDArray[Any]] = {
         "observation.mean": policy.mean.astype("<f8"),
         "observation.deviation": policy.deviation.astype("<f8"),
@@ -95,7 +94,7 @@ def to_bytes(policy: PolicyFile) -> bytes:
 
 
 def write_policy(policy: PolicyFile, path: Path) -> None:
-    """Writes the file in one go, so that a reader sees the old one or the new one."""
+    """Replaces the file atomically: a reader sees the old or the new content."""
     unfinished = path.with_name(path.name + ".new")
     unfinished.write_bytes(to_bytes(policy))
     unfinished.replace(path)

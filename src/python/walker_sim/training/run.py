@@ -1,4 +1,4 @@
-"""One training: learn, evaluate, keep the best, be interrupted, go on."""
+"""One training: learns, evaluates, keeps the best policy, saves checkpoints and resumes."""
 
 from __future__ import annotations
 
@@ -26,21 +26,22 @@ CURVE, PICTURE = "curve.csv", "curve.png"
 
 
 class Training:
-    """What a training's folder holds, and what goes on in it.
+    """Training of one policy, with its files in one folder.
 
     Parameters
     ----------
     env_id, settings
-        What is trained on, and how.
+        Environment and settings of the training.
     folder
-        For policy.safetensors (the best on the evaluation's seeds), settings.yaml, curve.csv,
-        curve.png and the checkpoint. Exists.
+        Existing folder for policy.safetensors (the best policy on the evaluation's seeds),
+        settings.yaml, curve.csv, curve.png and the checkpoint.
     num_threads
-        That step walkers; 0: one per processor. Changes no result.
+        Number of threads that step walkers; 0: one per processor. Results do not depend on it.
     environments
-        ``walker_sim``, or ``gymnasium``: its own in a DummyVecEnv, to compare with.
+        ``walker_sim``, or ``gymnasium``: Gymnasium's own in a DummyVecEnv, for comparison.
     report
-        Called with the training after each rollout, and with the newest point after an evaluation.
+        Called with the training and None after each rollout, with the training and the new point
+        after each evaluation.
     """
 
     def __init__(
@@ -69,16 +70,16 @@ class Training:
             env_id, settings.parameters, settings.evaluation_episodes, num_threads
         )
         self._began = 0.0
-        self._evaluating = 0.0  # seconds since it began
+        self._evaluating = 0.0  # time spent evaluating, minus the checkpoint's `seconds` [s]
 
     @property
     def steps(self) -> int:
-        """Of all walkers together, until now."""
+        """Number of steps of all walkers so far."""
         return int(self.model.num_timesteps)
 
     @property
     def seconds(self) -> float:
-        """Of wall time, without evaluations, interruptions left out."""
+        """Wall time of the training, without evaluations and interruptions [s]."""
         return time.monotonic() - self._began - self._evaluating
 
     @property
@@ -86,13 +87,7 @@ class Training:
         return self.steps >= self.settings.steps
 
     def resume(self) -> None:
-        """Goes back to the folder's checkpoint. Walkers begin new episodes.
-
-        Raises
-        ------
-        OSError
-            Where there is none.
-        """
+        """Restores the folder's checkpoint; OSError if none. Walkers begin new episodes."""
         folder = self.folder / CHECKPOINT
         state = json.loads((folder / "state.json").read_text())
         learner.load_model(self.model, folder)
@@ -109,7 +104,7 @@ class Training:
         self._evaluating = -state["seconds"]
 
     def run(self) -> None:
-        """Learns to the end, or until `wants_to_stop`, SIGINT or SIGTERM; leaves a checkpoint."""
+        """Learns until the last step, `wants_to_stop`, SIGINT or SIGTERM; saves a checkpoint."""
         self._began = time.monotonic()
         write_settings(self.settings, self.folder / SETTINGS)
         handlers = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
@@ -117,7 +112,7 @@ class Training:
             signal.signal(each, self._stop_soon)
         try:
             if self.steps == 0:
-                self.after_update()  # so that there is a network to save, however early
+                self.after_update()  # an early interrupt also needs a network to save
             if not self.is_done:
                 self.model.learn(
                     self.settings.steps - self.steps,
@@ -134,12 +129,10 @@ class Training:
                 signal.signal(each, handler)
 
     def close(self) -> None:
-        """Lets go of the walkers."""
         self.walkers.close()
         self._evaluation.close()
 
     def before_rollout(self) -> None:
-        """Applies what the settings say for this many steps."""
         now = self.settings.at(self.steps)
         self.walkers.settings = now
         self.model.gamma = now.gamma
@@ -148,11 +141,10 @@ class Training:
         learner.set_exploration(self.settings, self.model, self.steps)
 
     def after_update(self) -> None:
-        """Remembers the network."""
         self.average.add(learner.actor_arrays(self.model))
 
     def evaluate(self) -> None:
-        """Adds a point to the curve; keeps the policy, if it is the best until now."""
+        """Adds a point to the curve; saves the policy if it is the best so far."""
         began = time.monotonic()
         seconds = self.seconds
         arrays = self.average.mean()
@@ -174,7 +166,7 @@ class Training:
         self.report(self, point)
 
     def save_checkpoint(self) -> None:
-        """All that `resume` needs; the one before is there until this one is whole."""
+        """Saves the state for `resume`. The old checkpoint stays until this one is complete."""
         folder, unfinished = self.folder / CHECKPOINT, self.folder / f"{CHECKPOINT}.new"
         shutil.rmtree(unfinished, ignore_errors=True)
         unfinished.mkdir()
@@ -205,7 +197,7 @@ class Training:
 
 
 class _Hooks(BaseCallback):
-    """Where the learner calls the training."""
+    """Callback by which the learner calls the training."""
 
     def __init__(self, training: Training) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What a training is made with: a YAML file, checked, and known by its hash."""
+"""Settings of a training: reading and checking YAML files, and their hash."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ ACTIVATIONS = ("tanh", "relu")
 
 
 class SettingsError(ValueError):
-    """A setting cannot be used. The message names it, its value and what is allowed."""
+    """A setting is invalid. The message names it, its value and what is allowed."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of one training; each is a line of the file. docs/training.md says more of each."""
+    """Settings of one training, each a line of the file. docs/training.md describes them."""
 
     algorithm: str = "ppo"
     steps: int = 10_000_000
-    """Of all walkers together."""
+    """Total number of steps of all walkers."""
     seed: int = 0
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    """The environment's own, by name."""
+    """Parameters of the environment by name."""
     num_envs: int = 256
     rollout: int = 64
-    """PPO: steps of each walker between two updates. SAC, TQC: between two learning phases."""
+    """Steps of each walker between two updates (PPO) or learning phases (SAC, TQC)."""
     batch_size: int = 4096
     epochs: int = 6
-    """PPO: over each rollout. SAC, TQC: gradient steps after each rollout."""
+    """PPO: epochs over each rollout. SAC, TQC: gradient steps after each rollout."""
     learning_rate: tuple[float, float] = (7e-4, 5e-5)
-    """At the beginning and at the end, on a line between."""
+    """Values at the beginning and at the end, linear in between."""
     gamma: float = 0.99
     gae_lambda: float = 0.95
     clip_range: float = 0.2
@@ -43,28 +43,27 @@ class Settings:
     layers: tuple[int, ...] = (64, 64)
     activation: str = "tanh"
     log_std: tuple[float, float] | None = (-0.5, -2.0)
-    """PPO's exploration noise at the beginning and the end, on a line between; None: learnt, as is
-    usual, from -0.5."""
+    """PPO: logarithm of the exploration noise's standard deviation at the beginning and at the end,
+    linear between; None: learnt, from -0.5."""
     least_reward: float | None = None
-    """What a smaller reward, such as a fall's -100, counts for the learner; returns are told
-    without. None: nothing is changed."""
+    """Lower bound of the learner's rewards, e.g. -25 in place of a fall's -100; None: no bound.
+    Reported returns have no bound."""
     action_delay: float = 0.0
-    """Share of the steps on which a walker is given its action a step late, drawn at random."""
+    """Probability per step that a walker gets the learner's previous action instead of the new."""
     average_updates: int = 1
-    """PPO: the policy that is evaluated and kept is the mean of those after the last so many
-    updates."""
+    """The evaluated and saved policy is the mean of the networks after this many latest updates."""
     buffer_size: int = 1_000_000
-    """SAC, TQC: remembered steps."""
+    """SAC, TQC: size of the replay buffer [steps]."""
     learning_starts: int = 10_000
-    """SAC, TQC: steps of random actions first."""
+    """SAC, TQC: initial steps with random actions."""
     evaluate_every: int = 1_000_000
-    """Steps between two evaluations, on seeds that the training never sees."""
+    """Steps between two evaluations, on seeds that the training never uses."""
     evaluation_episodes: int = 100
     changes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
-    """By steps: gamma or least_reward from there on."""
+    """Maps a number of steps to values of gamma and least_reward that apply from there on."""
 
     def at(self, steps: int) -> Settings:
-        """As they are after so many steps."""
+        """Returns the settings with all `changes` up to this number of steps."""
         changed: dict[str, Any] = {}
         for begin in sorted(self.changes):
             if begin <= steps:
@@ -72,7 +71,7 @@ class Settings:
         return dataclasses.replace(self, **changed)
 
     def hash(self) -> str:
-        """SHA-256 of the settings, whatever their order and layout in the file."""
+        """Returns the SHA-256 of the settings, independent of the file's order and layout."""
         text = json.dumps(as_plain(self), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -81,15 +80,7 @@ CHANGEABLE = ("gamma", "least_reward")
 
 
 def read_settings(path: Path) -> Settings:
-    """Reads a file.
-
-    Raises
-    ------
-    SettingsError
-        Naming the file, the setting, its value and what is allowed.
-    OSError
-        Where it cannot be read.
-    """
+    """Reads a YAML file. A SettingsError names the file, the setting and what is allowed."""
     import yaml
 
     try:
@@ -110,7 +101,6 @@ def read_settings(path: Path) -> Settings:
 
 
 def write_settings(settings: Settings, path: Path) -> None:
-    """Every setting, a line each."""
     import yaml
 
     text = yaml.safe_dump(as_plain(settings), sort_keys=False, default_flow_style=None)
@@ -118,7 +108,7 @@ def write_settings(settings: Settings, path: Path) -> None:
 
 
 def as_plain(settings: Settings) -> dict[str, Any]:
-    """In types that YAML and JSON have."""
+    """Converts settings to the types of YAML and JSON."""
     plain = dataclasses.asdict(settings)
     for name in ("learning_rate", "layers", "log_std"):
         plain[name] = None if plain[name] is None else list(plain[name])
@@ -127,7 +117,7 @@ def as_plain(settings: Settings) -> dict[str, Any]:
 
 
 def settings_from(given: Mapping[str, Any]) -> Settings:
-    """From what a file holds; what it does not name has its default."""
+    """Checks a file's content and returns it as settings, missing ones with their defaults."""
     known = {item.name: item for item in dataclasses.fields(Settings)}
     values: dict[str, Any] = {}
     for name, value in given.items():

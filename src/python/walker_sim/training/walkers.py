@@ -1,4 +1,4 @@
-"""The walkers that a learner of Stable-Baselines3 steps: observations and rewards normalised."""
+"""Stable-Baselines3 vector environment for training, with normalised observations and rewards."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ from walker_sim.transport import Place, make_walkers, spaces_of
 
 REWARD_CLIP = 10.0
 EPSILON = 1e-8
-"""Both as VecNormalize of Stable-Baselines3 has them."""
+"""REWARD_CLIP and EPSILON are the defaults of Stable-Baselines3's VecNormalize."""
 FIRST_TRAINING_SEED = 1 << 40
-"""Far from the seeds on which policies are chosen and judged."""
+"""Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
 _RETURNS_TOLD = 100
 _NOTHING: dict[str, Any] = {}
 
 Outcome = Any
-"""Observations, rewards, terminated, truncated: arrays with a row per walker."""
+"""Observations, rewards, terminated, truncated: arrays with one row per walker."""
 
 
 class Source(Protocol):
-    """Walkers whose next episode begins in the step that ends one."""
+    """Walkers with autoreset mode same_step."""
 
     observation_space: Box
     action_space: Box
 
     def reset(self, seeds: list[int]) -> NDArray[Any]:
-        """Observations, shape (n, observation size)."""
+        """Begins an episode of each walker. Returns observations, shape (n, observation size)."""
 
     def step(self, actions: NDArray[np.float32]) -> Outcome:
-        """Observations after it, rewards, terminated, truncated."""
+        """Steps all walkers."""
 
     def final_observations(self, ended: NDArray[np.intp]) -> NDArray[Any]:
-        """The last ones of the episodes that have just ended, shape (ended, observation size)."""
+        """Returns the last observations of the episodes that ended in the last step, by row."""
 
     def close(self) -> None:
-        """Lets go of what it holds."""
+        """Releases the walkers' resources."""
 
 
 class OurWalkers:
-    """A pool's."""
+    """Walkers of a pool of this package."""
 
     def __init__(self, env_id: str, settings: Settings, num_threads: int) -> None:
         self._walkers = make_walkers(
@@ -63,7 +63,7 @@ class OurWalkers:
 
     def step(self, actions: NDArray[np.float32]) -> Outcome:
         batch = self._walkers.step(actions.astype(np.float64))
-        # In single precision, as Stable-Baselines3's own vector environments have them.
+        # Stable-Baselines3's vector environments return rewards in single precision.
         return (
             batch.observations,
             batch.rewards.astype(np.float32),
@@ -79,7 +79,7 @@ class OurWalkers:
 
 
 class GymnasiumsWalkers:
-    """Gymnasium's own, in Stable-Baselines3's DummyVecEnv: what the benchmark compares with."""
+    """Gymnasium's walkers in Stable-Baselines3's DummyVecEnv, as the benchmark's reference."""
 
     def __init__(self, env_id: str, settings: Settings) -> None:
         parameters = dict(settings.parameters)
@@ -108,10 +108,10 @@ class GymnasiumsWalkers:
 
 
 class LearnersWalkers(VecEnv):
-    """What the learner sees of a source.
+    """Vector environment of a source's walkers for a learner.
 
-    Infos have ``terminal_observation``, ``TimeLimit.truncated`` and ``episode``, as
-    Stable-Baselines3's learners want them, where an episode has ended, and nothing elsewhere.
+    If an episode has ended, its infos have ``terminal_observation``, ``TimeLimit.truncated`` and
+    ``episode``, which Stable-Baselines3's learners need. Other infos are empty.
     """
 
     render_mode: str | None = None
@@ -163,7 +163,7 @@ class LearnersWalkers(VecEnv):
         return self.normal(observations), self._learnt_rewards(rewards, dones), dones, infos
 
     def normal(self, observations: NDArray[Any]) -> NDArray[np.float32]:
-        """As the network sees them."""
+        """Returns observations normalised by their running statistics and clipped."""
         statistics = self.observation_statistics
         values = (observations - statistics.mean) / np.sqrt(statistics.var + EPSILON)
         normal: NDArray[np.float32] = np.clip(values, -OBSERVATION_CLIP, OBSERVATION_CLIP).astype(
@@ -212,7 +212,7 @@ class LearnersWalkers(VecEnv):
     def _learnt_rewards(
         self, rewards: NDArray[np.float32], dones: NDArray[np.bool_]
     ) -> NDArray[np.float32]:
-        """Divided by the deviation of discounted returns."""
+        """Returns rewards divided by the standard deviation of discounted returns, and clipped."""
         if self.settings.least_reward is not None:
             rewards = np.maximum(rewards, self.settings.least_reward)
         self._discounted = self._discounted * self.settings.gamma + rewards

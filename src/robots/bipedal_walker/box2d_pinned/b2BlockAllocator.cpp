@@ -1,18 +1,17 @@
-// In place of Box2D's file: blocks of the very sizes that a walker's world asks for, cut one after
-// the other from chunks that all sizes share. Box2D keeps chunks for each size apart, writes to all
-// of a chunk at once, and rounds what 200 pieces of terrain take up by a tenth.
+// Replaces Box2D's file. Blocks have exactly the sizes that a walker's world requests, and are cut
+// from chunks that all sizes share. Box2D has separate chunks for each size, writes to a whole
+// chunk at once, and rounds up sizes, which adds a tenth to the memory of 200 pieces of terrain.
 #include <Box2D/Common/b2BlockAllocator.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 
-/// What is left of a block that is free again.
 struct b2Block {
   b2Block* next;
 };
 
-/// A page with malloc's header.
+/// One page, including malloc's header.
 struct b2Chunk {
   b2Chunk* older;
   std::array<std::byte, 4096 - sizeof(void*) - sizeof(std::size_t)> blocks;
@@ -24,14 +23,14 @@ namespace {
 constexpr std::array<int32, b2_blockSizes> kSizes{16,  32,  40,  56,  72,  96,  136,
                                                   184, 208, 288, 384, 448, 544, b2_maxBlockSize};
 
-/// Index of the smallest size that has room for @p size bytes, at most b2_maxBlockSize.
+/// Returns the index of the smallest block size that holds @p size bytes, at most b2_maxBlockSize.
 std::ptrdiff_t smallest_for(int32 size) {
   return std::lower_bound(kSizes.begin(), kSizes.end(), size) - kSizes.begin();
 }
 
 }  // namespace
 
-// m_chunks is the newest chunk, m_chunkSpace the bytes of it that are not yet cut.
+// m_chunks is the newest chunk, and m_chunkSpace the number of its bytes that are not yet cut.
 b2BlockAllocator::b2BlockAllocator()
     : m_chunks(nullptr), m_chunkCount(0), m_chunkSpace(0), m_freeLists{} {}
 

@@ -1,8 +1,8 @@
-// Box2D's file with loops of our own over the velocity constraints, which take nearly all the time.
-// They give the same bits.
+// Box2D's file with custom loops over the velocity constraints, which take nearly all of the time.
+// The loops give the same bits.
 //
-// The macro adds a call to the conditions of both loops, which uses the names that are in scope
-// there; the package's hash is pinned, so they do not change. Compiled with -fno-access-control.
+// The macro adds a call to the conditions of both of Box2D's loops. The names that it uses cannot
+// change, because the package's hash is pinned. Compiled with -fno-access-control.
 #include <Box2D/Box2D.h>
 #include <Box2D/Dynamics/Contacts/b2ContactSolver.h>
 #include <Box2D/Dynamics/b2Island.h>
@@ -25,7 +25,7 @@ void solve(b2ContactSolver& solver, const Contacts& contacts) {
   solver.SolveVelocityConstraints();
 }
 
-/// The walker's joints from one lower leg to the other, as every island of it lists them.
+/// The walker's joints from one lower leg to the other, in the order of each of its islands.
 enum JointOrder { kFirstKnee, kFirstHip, kSecondHip, kSecondKnee, kJointCount };
 
 bool touches(const b2ContactVelocityConstraint& contact, const b2Joint& joint) {
@@ -35,7 +35,7 @@ bool touches(const b2ContactVelocityConstraint& contact, const b2Joint& joint) {
   return has(joint.m_bodyA) || has(joint.m_bodyB);
 }
 
-/// Whether each joint shares a body with the next one and with no other.
+/// Whether the island's joints are the walker's: each shares a body with the next one.
 bool is_chain(const b2Island& island) {
   if (island.m_jointCount != kJointCount) return false;
   const auto& joints = island.m_joints;
@@ -44,11 +44,10 @@ bool is_chain(const b2Island& island) {
          joints[kSecondHip]->m_bodyB == joints[kSecondKnee]->m_bodyA;
 }
 
-/// Solves the walker's joints and contacts as often as asked for, in an order that lets the
-/// processor work at two of them at a time: constraints without a common body do not see each
-/// other, so they may change places, and the first leg may be one iteration ahead of hull and
-/// second leg.
-/// @return whether all is done; else nothing is, for the island is not a walker's
+/// Runs all velocity iterations of the walker's joints and contacts, in an order that lets the
+/// processor overlap two constraints. Constraints without a common body are independent, so their
+/// order does not matter, and the first leg may be one iteration ahead of hull and second leg.
+/// @return false, having done nothing, if the island is not a walker's
 bool solve_velocities(const b2SolverData& data, b2ContactSolver& solver, const b2Island& island) {
   if (!is_chain(island)) return false;
   const auto solve_joint = [&](JointOrder joint) {
@@ -84,7 +83,7 @@ bool solve_velocities(const b2SolverData& data, b2ContactSolver& solver, const b
   return true;
 }
 
-/// What an iteration over contacts can change.
+/// The state that an iteration over contacts can change.
 class ContactState {
  public:
   void read(const b2ContactSolver& solver, int32 bodies) {
@@ -95,7 +94,7 @@ class ContactState {
     }
   }
 
-  /// Compares bits, for which 0 and -0 differ.
+  /// Compares bits: 0 and -0 differ.
   bool is_that_of(const b2ContactSolver& solver, int32 bodies) const {
     if (std::memcmp(velocities_.data(), solver.m_velocities, velocity_bytes(bodies)) != 0) {
       return false;
@@ -115,19 +114,17 @@ class ContactState {
     return static_cast<std::size_t>(contact.pointCount) * sizeof(b2VelocityConstraintPoint);
   }
 
-  // As many as an island of b2World::SolveTOI may have.
+  // Capacities of the island of b2World::SolveTOI.
   std::array<b2Velocity, std::size_t{2} * b2_maxTOIContacts> velocities_;
   std::array<std::array<b2VelocityConstraintPoint, b2_maxManifoldPoints>, b2_maxTOIContacts>
       points_;
 };
 
-/// Stands for the local variable of b2Island::Solve where there is none, in b2Island::SolveTOI.
+/// Replaces the local variable of b2Island::Solve, which b2Island::SolveTOI does not have.
 struct NoJoints {
 } solverData;
 
-/// Solves the contacts of a time of impact as often as asked for, or until an iteration changes
-/// nothing: then no later one does.
-/// @return true: all is done
+/// Runs the velocity iterations at a time of impact, until one changes nothing: no later one would.
 bool solve_velocities(NoJoints /*none*/, b2ContactSolver& solver, const b2Island& island) {
   ContactState before;
   for (int32 i = 0; i < solver.m_step.velocityIterations; ++i) {

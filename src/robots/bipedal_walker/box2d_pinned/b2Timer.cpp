@@ -1,5 +1,5 @@
-// In place of Box2D's file: a timer that reads no clock. Box2D asks it a dozen times a step, for
-// profile figures that nobody reads; on many machines each question is a system call.
+// Replaces Box2D's file with a timer that reads no clock. Box2D reads it a dozen times per step for
+// unused profile data, and each read is a system call on many machines.
 #include <Box2D/Common/b2Timer.h>
 
 b2Timer::b2Timer() { Reset(); }

@@ -3,8 +3,8 @@
 
 namespace walker::bipedal_walker {
 
-/// The step makes room for all bodies that are counted. No more terrain than has a contact can take
-/// part in it; contacts with new terrain are therefore looked for now, as the step would first.
+/// The step sizes its island by m_bodyCount. Only terrain with a contact can join the island.
+/// Contacts with new terrain are therefore found here, as the step would do first.
 ShortBodyList::ShortBodyList(b2World& world, b2Body& last)
     : world_(world), last_(last), rest_(last.m_next), count_(world.m_bodyCount) {
   if ((world_.m_flags & b2World::e_newFixture) != 0) {
@@ -18,8 +18,8 @@ ShortBodyList::ShortBodyList(b2World& world, b2Body& last)
   }
 }
 
-/// A step starts with alpha0 = 0 in every body of the list. Only what has a contact can have left
-/// that value.
+/// Box2D's step resets alpha0 of every body in the list, which does not include the terrain. Only
+/// terrain with a contact can have an alpha0 other than 0.
 ShortBodyList::~ShortBodyList() {
   last_.m_next = rest_;
   world_.m_bodyCount = count_;

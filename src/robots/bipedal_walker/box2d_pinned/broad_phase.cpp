@@ -1,12 +1,12 @@
-// Compiled with -fno-access-control: what Box2D's tree and lists have room for is private.
+// Compiled with -fno-access-control: Box2D's tree and buffers are private.
 #include "robots/bipedal_walker/broad_phase.h"
 
 #include <algorithm>
 
 namespace walker::bipedal_walker {
 
-/// The new nodes go to the end of the list of free ones: as with the engine's own growth, they are
-/// used in ascending order when none of the others is left. The order of nodes decides bits.
+/// Appends the new nodes to the free list. As after the engine's own growth, they are used in
+/// ascending order once the other nodes are used up. The order of nodes affects the engine's bits.
 void expect_fixtures(b2World& world, int fixtures) {
   b2DynamicTree& tree = world.m_contactManager.m_broadPhase.m_tree;
   const int32 old_capacity = tree.m_nodeCapacity;

@@ -1,5 +1,5 @@
-// The ground is sorted from left to right, so the few pieces that rays can meet are known without a
-// search in the world's tree. The nearest of them does not depend on the order.
+// Casts rays without searching the world's tree: the ground is sorted from left to right, so the
+// few pieces that rays can hit are known. The nearest hit does not depend on their order.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Far more than rounding can move a piece of ground or the end of a ray [m].
+/// Far above the rounding errors of ground and rays [m].
 constexpr auto kMargin = static_cast<float>(kTerrainStep);
 
 b2Vec2 to_vector(const Point& point) {
@@ -20,8 +20,8 @@ void keep_nearest(float fraction, RayHit& ray) {
   if (fraction <= ray.fraction) ray = {fraction, true};
 }
 
-/// The edge's line is normal.q = normal.from; on the ray, q = origin + t d. The arithmetic is
-/// b2EdgeShape::RayCast's, operation by operation.
+/// Intersects the edge's line, normal.q = normal.from, with each ray, q = origin + t d. Performs
+/// the operations of b2EdgeShape::RayCast.
 void meet_edge(const b2Vec2& from, const b2Vec2& to, const b2Vec2& origin, const RayEnds& ends,
                LidarScan& scan) {
   const b2Vec2 edge = to - from;
@@ -57,7 +57,7 @@ void meet_obstacle(const b2Fixture& obstacle, float left, const b2Vec2& origin, 
 
 void cast_rays(const Physics& physics, const Terrain& terrain, const b2Vec2& origin,
                const RayEnds& ends, LidarScan& scan) {
-  // Of no ray and of one to nowhere, Box2D asserts the same.
+  // Box2D's own assertion, which fails for rays of zero length and for NaN.
   for (const b2Vec2& end : ends) b2Assert((end - origin).LengthSquared() > 0);
   const float left = origin.x - kMargin;
   const float right = ends.back().x + kMargin;

@@ -1,10 +1,10 @@
-// Box2D's two files with process-wide counters, without these: all threads would write them, and
-// nobody reads them. Where they are defined, `int32 discarded(int32())` declares a function; where
-// they are counted, it is a call that gives a number to throw away.
+// Removes the process-wide counters, which all threads would write and nothing reads, from the two
+// Box2D files that have them. Where Box2D defines a counter, `int32 discarded(int32())` declares a
+// function; where Box2D increments it, the macro is a call that returns a temporary.
 #include <Box2D/Collision/b2Distance.h>
 #include <Box2D/Collision/b2TimeOfImpact.h>
 
-/// A place that lasts until the end of the expression.
+/// Returns the temporary as an lvalue, valid until the end of the full expression.
 template <class Number>
 Number& discarded(Number&& place) {
   return place;

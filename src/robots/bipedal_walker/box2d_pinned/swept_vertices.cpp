@@ -7,14 +7,12 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Nearer than this is touching, to b2TimeOfImpact: its target and tolerance for polygons and
-/// edges.
+/// Target plus tolerance of b2TimeOfImpact for polygons and edges: nearer shapes touch.
 constexpr float kTouching = 1.25F * b2_linearSlop;
 static_assert(2 * b2_polygonRadius - 3 * b2_linearSlop < 1.001F * b2_linearSlop);
 
-/// Single precision puts a vertex 1e-4 m from where it is at most, as long as places and angles are
-/// below these; a margin of ten times that serves both what is computed here and what Box2D
-/// computes.
+/// The rounding error of a vertex is at most 1e-4 m for positions and angles below these limits.
+/// The margin is ten times that, for the errors made here and in Box2D.
 constexpr float kMargin = 1e-3F;
 constexpr float kMaxPlace = 500;  // [m]
 constexpr float kMaxAngle = 100;  // [rad]
@@ -32,7 +30,6 @@ bool is_near(const b2Sweep& sweep) {
          std::abs(sweep.a) < kMaxAngle;
 }
 
-/// What of an axis some vertices take up.
 struct Range {
   float low, high;
 };

@@ -1,5 +1,4 @@
-// A proof that a moving body does not meet a piece of terrain within a step, which is cheaper than
-// the time at which it does.
+// Proves, cheaper than by a time of impact, that a body does not touch terrain within a step.
 #pragma once
 
 #include <array>
@@ -9,23 +8,23 @@
 
 namespace walker::bipedal_walker {
 
-/// A body's vertices where a sweep begins and where it ends, from which follows where they are not
-/// in between.
+/// Bounds a body's vertices during a sweep by their positions at its beginning and end.
 ///
-/// A vertex moves along x(t) = c(t) + R(a(t)) r, centre and angle linearly in t. Along an axis n of
-/// length 1, n c(t) is between its values at both ends, and n R(a) r, whose second derivative by
-/// the angle is |r| at most, is below the chord between its ends by |r| (a1 - a0)^2 / 8 at most. So
+/// A vertex moves along x(t) = c(t) + R(a(t)) r, with centre c and angle a linear in t. Along an
+/// axis n of length 1, n c(t) is between its values at both ends. The second derivative of n R(a) r
+/// by the angle is at most |r|, so n R(a) r is at most |r| (a1 - a0)^2 / 8 below the chord between
+/// its ends:
 ///
 ///   n x(t) >= min(n x(0), n x(1)) - |r| (a1 - a0)^2 / 8
 ///
-/// and where this is beyond all of a terrain's shape for each vertex, so is the body, at all times.
+/// If this bound is beyond the terrain's shape for every vertex, so is the body at all times.
 class SweptVertices {
  public:
-  /// Of the body as it is: at the end of its sweep. The same again costs nothing.
+  /// Computes the vertices, unless the sweep is unchanged. The body must be at its sweep's end.
   void follow(const b2Body& body);
 
-  /// Whether b2TimeOfImpact cannot find the shapes touching: along one of some axes they stay
-  /// further apart than where it takes them to touch. False where this is not known.
+  /// Whether the shapes stay farther apart along one of the tested axes than the distance at which
+  /// b2TimeOfImpact reports touching. False if this cannot be proved.
   /// @param terrain an edge or a polygon of a static body at the origin
   bool stay_apart_from(const b2Shape& terrain) const;
 
@@ -34,7 +33,7 @@ class SweptVertices {
 
   b2Sweep sweep_{};
   bool is_known_ = false;
-  float bulge_ = 0;  // how far a vertex may be beyond where it is at both ends [m]
+  float bulge_ = 0;  // bound of a vertex's distance beyond its positions at both ends [m]
   int count_ = 0;
   std::array<b2Vec2, std::size_t{2} * b2_maxPolygonVertices>
       vertices_;  // at the beginning and at the end [m]

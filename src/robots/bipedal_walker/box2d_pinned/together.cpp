@@ -15,7 +15,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// What is asked to be solved, those that have the most in common beside each other.
+/// Problems to solve, sorted so that similar ones share a vector.
 template <typename Problem>
 class Queue {
  public:
@@ -64,7 +64,7 @@ class Group {
     });
   }
 
-  /// One impact of each world at a time, until no world has another one.
+  /// Solves one impact of each world at a time, until no world has another one.
   void solve_impacts() {
     Queue<Impact> impacts;
     std::array<bool, kMaxGroupSize> is_waiting{};
@@ -85,7 +85,7 @@ class Group {
     }
   }
 
-  /// Calls function(i) for each world that has not failed, and notes where it does.
+  /// Calls function(i) for each world that has not failed, and records exceptions.
   template <typename Function>
   void for_each(const Function& function) {
     for (std::size_t i = 0; i < count_; ++i) {
@@ -115,7 +115,7 @@ void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) no
   try {
     auto* const group = new (simd::workspace().group) Group(kernel, calls, count);
     group->step();
-  } catch (...) {  // there is no memory
+  } catch (...) {  // out of memory
     std::for_each(calls, calls + count,
                   [](WorldCall& call) { call.failure = std::current_exception(); });
   }

@@ -21,7 +21,7 @@ bool can_move(const b2Fixture& fixture) {
 
 }  // namespace
 
-/// Terrain has no flags of an island, and `alpha0` = 0, from the last step's end.
+/// Terrain already has `alpha0` = 0 and no island flags, from the end of the last step.
 void WorldImpacts::begin(const WalkerParts& parts, const Model& model) {
   parts_ = parts;
   model_ = &model;
@@ -49,7 +49,7 @@ std::size_t WorldImpacts::index_of(const b2Body& walker) const {
       std::distance(bodies.begin(), std::find(bodies.begin(), bodies.end(), &walker)));
 }
 
-/// The contact that comes first, and when, as a part of the step.
+/// Returns the contact with the earliest impact before `alpha`, or null, and sets `alpha` to it.
 b2Contact* WorldImpacts::find_first(float& alpha) {
   b2Contact* first = nullptr;
   for (b2Contact* contact = parts_.world->GetContactList(); contact != nullptr;
@@ -73,7 +73,7 @@ float WorldImpacts::time_of_impact(b2Contact& contact) {
   b2Fixture& fixture_b = *contact.m_fixtureB;
   b2Sweep& sweep_a = fixture_a.m_body->m_sweep;
   b2Sweep& sweep_b = fixture_b.m_body->m_sweep;
-  // Onto the same interval of time.
+  // Puts both sweeps onto the same time interval.
   const float alpha0 = b2Max(sweep_a.alpha0, sweep_b.alpha0);
   if (sweep_a.alpha0 < alpha0) sweep_a.Advance(alpha0);
   if (sweep_b.alpha0 < alpha0) sweep_b.Advance(alpha0);
@@ -99,7 +99,7 @@ float WorldImpacts::time_of_impact(b2Contact& contact) {
 }
 
 /// Moves both bodies to the time of impact.
-/// @return whether they touch there; else they are back, and the contact does not come again
+/// @return whether they touch there; if not, both are restored and the contact is disabled
 bool WorldImpacts::advance(b2Contact& contact, float alpha) {
   b2ContactListener* const listener = parts_.world->m_contactManager.m_contactListener;
   b2Body& body_a = *contact.m_fixtureA->m_body;
@@ -134,7 +134,7 @@ bool WorldImpacts::advance(b2Contact& contact, float alpha) {
   return true;
 }
 
-/// What else the body touches at that time.
+/// Adds the body's other contacts at that time to the island.
 void WorldImpacts::gather_contacts(b2Body& walker, float alpha) {
   b2ContactListener* const listener = parts_.world->m_contactManager.m_contactListener;
   for (b2ContactEdge* edge = walker.m_contactList; edge != nullptr; edge = edge->next) {
@@ -159,8 +159,7 @@ void WorldImpacts::gather_contacts(b2Body& walker, float alpha) {
   }
 }
 
-/// Where there are more contacts than the kernel takes, `finish` will not use what it makes of the
-/// first.
+/// Reads at most the contacts that the kernel supports. If there are more, `finish` uses Box2D.
 void WorldImpacts::read_impact(const b2Body& walker, float alpha) {
   impact_.body = static_cast<int>(index_of(walker));
   impact_.dt = (1.0F - alpha) * model_->dt;

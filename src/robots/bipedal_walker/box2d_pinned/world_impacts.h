@@ -2,7 +2,7 @@
 //
 //   begin -> (find -> [solve impact] -> finish)*
 //
-// for what world_step.h tells of.
+// Supports the same worlds as world_step.h.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ class WorldImpacts {
  public:
   void begin(const WalkerParts& parts, const Model& model);
 
-  /// Moves a body on to where it first hits the terrain. @return whether one does
+  /// Advances a body to the first remaining impact with the terrain; returns whether there is one.
   bool find();
   Impact& impact() { return impact_; }
   void finish();
@@ -36,7 +36,7 @@ class WorldImpacts {
   const Model* model_;
   std::array<SweptVertices, kBodies> swept_;
   Impact impact_;
-  // b2Island's, of one impact.
+  // Contents of the b2Island of one impact.
   int num_bodies_;
   int num_contacts_;
   std::array<b2Body*, std::size_t{2} * b2_maxTOIContacts> bodies_;

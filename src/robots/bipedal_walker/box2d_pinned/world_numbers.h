@@ -1,5 +1,5 @@
-// The numbers of a b2World that the kernel takes, and the way back. For files that are compiled
-// with -fno-access-control: they are private to Box2D's classes.
+// Copies numbers between a b2World and the kernel's structs. Only for files compiled with
+// -fno-access-control: the numbers are private to Box2D's classes.
 #pragma once
 
 #include <Box2D/Dynamics/b2TimeStep.h>
@@ -35,7 +35,7 @@ inline void set_state(b2Body& body, const BodyState<float>& state) {
   body.m_angularVelocity = state.angular_velocity;
 }
 
-/// As the model has it, but for a world's first step, before which there was none.
+/// Returns Model::dt_ratio, or 0 in a world's first step, which has no preceding one.
 inline float dt_ratio_of(const b2World& world, const Model& model) {
   return world.m_inv_dt0 * model.dt;
 }

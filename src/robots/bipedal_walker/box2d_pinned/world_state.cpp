@@ -1,4 +1,4 @@
-// Compiled with -fno-access-control: nearly all of it is private to Box2D's classes.
+// Compiled with -fno-access-control: most of the state is private to Box2D's classes.
 #include "robots/bipedal_walker/world_state.h"
 
 #include <algorithm>
@@ -11,12 +11,11 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// What a contact keeps between steps. The next one begins by clearing the flags of islands and of
-/// times of impact.
+/// Flags of a contact that persist between steps. A step clears the others when it begins.
 constexpr std::uint32_t kContactFlags = b2Contact::e_touchingFlag | b2Contact::e_enabledFlag |
                                         b2Contact::e_filterFlag | b2Contact::e_bulletHitFlag;
 
-/// In the order by which a state names them: terrain, then the walker's in the order of its parts.
+/// Returns the fixtures in the order of a state's indices: terrain, then the walker's parts.
 template <typename Parts>
 std::vector<b2Fixture*> fixtures_of(const std::vector<b2Body*>& terrain, const Parts& walker) {
   std::vector<b2Fixture*> fixtures;
@@ -32,14 +31,14 @@ std::int32_t proxy_of(const b2Fixture& fixture) { return fixture.m_proxies[0].pr
   refuse_state(std::string(what) + " " + std::to_string(index) + " " + why);
 }
 
-/// Whether these are the bytes of this value: -0 is not 0.
+/// Compares bytes: 0 and -0 differ.
 template <typename Value>
 bool is_same(const Value& a, const Value& b) {
-  // A struct without gaps. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+  // A struct without padding. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
   return std::memcmp(&a, &b, sizeof(Value)) == 0;
 }
 
-/// Of the floats with which a struct begins.
+/// Rejects non-finite numbers among the first kCount floats of a struct.
 template <std::size_t kCount, typename Struct>
 void check_finite(const Struct& given) {
   std::array<float, kCount> numbers;
@@ -49,7 +48,6 @@ void check_finite(const Struct& given) {
   refuse_state("one of its world's numbers is not finite");
 }
 
-/// A vector after the number of its elements.
 template <typename Element>
 void write(const std::vector<Element>& elements, StateWriter& writer) {
   writer.number(static_cast<std::uint32_t>(elements.size()));
@@ -101,7 +99,6 @@ void WorldState::set_body(b2Body& body, const Body& state) {
   if (state.is_awake != 0) body.m_flags |= b2Body::e_awakeFlag;
 }
 
-/// As it is made.
 WorldState::Body WorldState::terrain_at_rest() {
   Body body;
   std::memset(static_cast<void*>(&body), 0, sizeof body);
@@ -110,7 +107,7 @@ WorldState::Body WorldState::terrain_at_rest() {
   return body;
 }
 
-/// What of a manifold is of no meaning is 0, so that like states have like bytes.
+/// Unused fields of a manifold are 0, so that equal states have equal bytes.
 WorldState::Contact WorldState::contact_of(const b2Contact& contact, std::int32_t fixture_a,
                                            std::int32_t fixture_b) {
   const b2Manifold& manifold = contact.m_manifold;
@@ -136,7 +133,7 @@ void WorldState::save(const Physics& physics, StateWriter& writer) {
   static_assert(sizeof(Body) == 19 * kWord && sizeof(TerrainBody) == 20 * kWord &&
                 sizeof(Joint) == 7 * kWord && sizeof(Contact) == 19 * kWord &&
                 sizeof(Node) == 8 * kWord);
-  // Parts of a walker are told by pointers that may be written through.
+  // parts() is not const because it returns pointers to non-const.
   const WalkerParts parts = const_cast<Physics&>(physics).parts();
   const b2World& world = *parts.world;
   writer.number(std::uint8_t{physics.contacts_.hull_has_touched});
@@ -220,7 +217,7 @@ WorldState WorldState::read(StateReader& reader, const Terrain& terrain) {
   return state;
 }
 
-/// Box2D's searches for an impact take very long with what is no number.
+/// Rejects non-finite numbers, which make Box2D's searches for an impact very slow.
 void WorldState::check_numbers() const {
   constexpr std::size_t kBodyFloats = 18;  // all before `is_awake`
   constexpr std::size_t kJointFloats = 6;  // all before `limit_state`
@@ -249,8 +246,8 @@ void WorldState::check_bodies(std::size_t num_terrain) const {
   }
 }
 
-/// One of a walker's part with a piece of terrain, each once, as Box2D makes them: an edge comes
-/// first.
+/// Each contact must be between a part of the walker and a piece of terrain, without duplicates. An
+/// edge must be fixture A, as in the contacts that Box2D creates.
 void WorldState::check_contacts(std::size_t num_obstacles, std::size_t num_terrain) const {
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   pairs.reserve(contacts_.size());
@@ -283,7 +280,7 @@ void WorldState::check_contacts(std::size_t num_obstacles, std::size_t num_terra
   }
 }
 
-/// A binary tree whose leaves are the fixtures, and all other nodes free.
+/// The nodes must be a binary tree whose leaves are the fixtures; all other nodes must be free.
 void WorldState::check_tree(std::size_t num_fixtures) const {
   if (leaves_.size() != num_fixtures) {
     refuse_state(std::to_string(leaves_.size()) + " fixtures; must be " +
@@ -342,8 +339,7 @@ void WorldState::check_free_nodes(std::size_t num_used) const {
   if (num_used + num_free != nodes_.size()) refuse_state("its tree has lost nodes");
 }
 
-/// Fixtures and bodies are those of `build`; only contacts are made anew. What was there before is
-/// written over.
+/// Overwrites the state of the bodies and fixtures that `build` made; recreates the contacts.
 void WorldState::put_into(Physics& physics) const {
   const WalkerParts parts = physics.parts();
   b2World& world = *parts.world;
@@ -406,8 +402,7 @@ void WorldState::put_tree_into(b2BroadPhase& broad_phase,
   broad_phase.m_moveCount = 0;
 }
 
-/// Box2D puts a new contact at the head of the world's list and of both bodies': made from the last
-/// to the first, all lists have their order.
+/// Creates contacts from last to first, as Box2D prepends them to the lists of world and bodies.
 void WorldState::put_contacts_into(b2World& world, const std::vector<b2Fixture*>& fixtures) const {
   b2ContactManager& manager = world.m_contactManager;
   b2ContactListener* const listener = std::exchange(manager.m_contactListener, nullptr);
@@ -420,7 +415,7 @@ void WorldState::put_contacts_into(b2World& world, const std::vector<b2Fixture*>
     manager.AddPair(proxy_at(saved.fixture_a), proxy_at(saved.fixture_b));
     b2Contact& contact = *manager.m_contactList;
     contact.m_flags = saved.flags;
-    contact.m_toi = 1;  // which has not been initialised otherwise
+    contact.m_toi = 1;  // Box2D leaves it uninitialised
     b2Manifold& manifold = contact.m_manifold;
     manifold.pointCount = saved.num_points;
     manifold.type = static_cast<b2Manifold::Type>(saved.manifold_type);

@@ -65,10 +65,10 @@ bool WorldStep::begin() {
   return false;
 }
 
-/// @return whether the kernel can take it
+/// @return whether the kernel supports the island
 bool WorldStep::read_island() {
   if (dt_ratio_of(*parts_.world, *model_) != model_->dt_ratio) return false;
-  unsigned counts = 0;  // of contacts, a digit for each body
+  unsigned counts = 0;  // numbers of contacts, one digit per body
   num_contacts_ = 0;
   num_pairs_ = 0;
   for (std::size_t i = 0; i < kBodies; ++i) {
@@ -81,13 +81,13 @@ bool WorldStep::read_island() {
     island_.num_contacts[i] = num_contacts_ - before;
     counts = (kMaxContactsOfBody + 1) * counts + static_cast<unsigned>(island_.num_contacts[i]);
   }
-  // What the kernel has most work with comes first.
+  // The most expensive constraints are the most significant digits.
   island_.pattern = ((kMaxContacts + 1) * counts + num_pairs_) << kJoints;
   island_.pattern += read_joints();
   return true;
 }
 
-/// @return whether there is room for them
+/// @return whether the island has room for the body's contacts
 bool WorldStep::read_contacts(const b2Body& body) {
   const int most = std::min(kMaxContacts, num_contacts_ + kMaxContactsOfBody);
   for (const b2ContactEdge* edge = body.m_contactList; edge != nullptr; edge = edge->next) {
@@ -108,7 +108,7 @@ bool WorldStep::read_contacts(const b2Body& body) {
   return true;
 }
 
-/// @return a bit for each joint that is at a limit
+/// @return a bit mask of the joints that are at a limit
 unsigned WorldStep::read_joints() {
   unsigned limits = 0;
   for (std::size_t i = 0; i < kJoints; ++i) {
@@ -123,7 +123,6 @@ unsigned WorldStep::read_joints() {
   return limits;
 }
 
-/// The rest of a step before its impacts.
 void WorldStep::solve_by_box2d() { parts_.world->Solve(whole_step(*parts_.world, *model_)); }
 
 void WorldStep::finish_island() {
@@ -170,7 +169,7 @@ void WorldStep::write_bodies() {
   }
 }
 
-/// As the search for the island does.
+/// Wakes the terrain in contact, as Box2D's island search does.
 void WorldStep::wake_terrain() {
   std::for_each_n(contacts_.begin(), num_contacts_,
                   [](b2Contact* contact) { terrain_of(*contact).SetAwake(true); });
@@ -195,7 +194,7 @@ void WorldStep::fall_asleep() {
                   [](b2Contact* contact) { terrain_of(*contact).SetAwake(false); });
 }
 
-/// In the order of the world's list of bodies, which decides how the tree of fixtures grows.
+/// Updates fixtures in the order of the world's list of bodies, which affects the tree's structure.
 void WorldStep::synchronize() {
   constexpr std::array<std::size_t, kBodies> kOrder{0, 1, 4, 3, 2};  // the newest body first
   b2BroadPhase& broad_phase = parts_.world->m_contactManager.m_broadPhase;
@@ -217,7 +216,7 @@ void WorldStep::end() {
       body->m_torque = 0;
     }
   }
-  // As the next step's beginning would; what has no contact has kept it.
+  // Box2D does this at the beginning of the next step. Terrain without a contact still has 0.
   for (b2Contact* contact = world.GetContactList(); contact != nullptr; contact = contact->m_next) {
     terrain_of(*contact).m_sweep.alpha0 = 0;
   }

@@ -1,13 +1,14 @@
-// A step of one b2World in pieces, between which the kernel solves many worlds together:
-// b2World::Step and Solve up to the impacts, which world_impacts.h continues.
+// A step of one b2World in pieces, between which the kernel solves many worlds together. This file
+// has b2World::Step and Solve up to the impacts; world_impacts.h has the impacts.
 //
 //   begin -> [solve island] -> finish_island -> impacts -> end
 //
-// For what Physics builds: one island of five bodies, in a chain of four joints, and contacts of
-// these with static terrain; no sensors, no bullets, no damping, no restitution. Box2D gathers the
-// island along the chain, so that joints come in its order and contacts body by body; a contact
-// sees only its own body, so that the order of the bodies does not matter. Whatever else comes up
-// is done by Box2D itself.
+// Supports the worlds that Physics builds: one island of five bodies, in a chain of four joints,
+// and their contacts with static terrain; no sensors, no bullets, no damping, no restitution. Box2D
+// collects the island along the chain, so that joints are in its order and contacts are sorted by
+// body. A contact affects only its own body, so the order of the bodies does not matter. Box2D
+// itself solves what the kernel does not support: a world's first step, sleeping bodies, too many
+// contacts, and non-finite results.
 #pragma once
 
 #include <array>
@@ -21,7 +22,8 @@ class WorldStep {
  public:
   void start(const WalkerParts& parts, const Model& model);
 
-  /// Finds out what touches what. @return whether the island is to be solved; else it is
+  /// Updates the contacts.
+  /// @return whether the kernel must solve `island`; if not, Box2D has solved it
   bool begin();
   Island& island() { return island_; }
   void finish_island();
@@ -47,7 +49,7 @@ class WorldStep {
   std::array<b2Contact*, kMaxContacts> contacts_;  ///< in the island's order
 };
 
-/// Of the worlds that `Physics` builds. @param parts of any of them
+/// Returns the model that all worlds of `Physics` share, read from any of them.
 Model model_of(const WalkerParts& parts);
 
 }  // namespace walker::bipedal_walker

@@ -1,18 +1,18 @@
-// Contacts between one body of the walker and the static terrain, which is at the origin and never
-// moves: b2ContactSolver's velocity constraints.
+// b2ContactSolver's velocity constraints for contacts between one body of the walker and the static
+// terrain, which is at the origin.
 //
-// A contact has a body A and a body B, and its normal n points from A to B. Either may be the
-// walker's; the other is the terrain's, with no inverse mass and no velocity. So of
+// A contact has a body A and a body B, and its normal n points from A to B. One of them is the
+// walker's; the other is the terrain's, with zero inverse mass and zero velocity. So of
 //
-//   dv = vB + wB x rB - vA - wA x rA,    vA -= mA P,  wA -= iA rA x P,    vB += mB P,  wB += iB rB
-//   x P
+//   dv = vB + wB x rB - vA - wA x rA
+//   vA -= mA P,  wA -= iA rA x P,    vB += mB P,  wB += iB rB x P
 //
-// the walker's half is left, with the sign s = 1 where it is B and -1 where it is A:
+// only the walker's half remains, with the sign s = 1 if the walker is B and -1 if it is A:
 //
 //   dv = s (v + w x r),    v += s m P,  w += s i r x P
 //
-// What Box2D adds for the terrain is zero, but a zero has a sign, and adding it may change that of
-// another zero: `zero_before` and `zero_after` below are these.
+// The terrain's terms in Box2D are zero, but adding a signed zero may change the sign of another
+// zero: `zero_before` and `zero_after` below are these terms.
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
@@ -32,7 +32,7 @@ using ManifoldLanes = ContactManifold<Number<W>, Truth<W>>;
 template <int W>
 struct PointLanes {
   Vec2<W> arm;         ///< from the walker's centre to the point: rB, or rA
-  Vec2<W> zero_after;  ///< 0 x rA of a terrain's A, else 0
+  Vec2<W> zero_after;  ///< 0 x rA if the terrain is A, else 0
   Number<W> normal_mass, tangent_mass;
   Number<W> normal_impulse, tangent_impulse;
 };
@@ -50,8 +50,7 @@ struct ContactLanes {
   bool any_one, any_two, all_exist, any_walker_is_a;
 };
 
-/// The place of a manifold in the world, b2WorldManifold::Initialize: the point of contact is half
-/// way between the skins of both shapes.
+/// b2WorldManifold::Initialize: returns a contact point, halfway between the skins of both shapes.
 template <int W>
 WALKER_SIM_INLINE inline Vec2<W> place_of_point(const ManifoldLanes<W>& manifold, int index,
                                                 const Transform<W>& walker, Vec2<W> face_normal) {
@@ -69,8 +68,8 @@ WALKER_SIM_INLINE inline Vec2<W> place_of_point(const ManifoldLanes<W>& manifold
   return Number<W>(0.5F) * (on_face + on_other);
 }
 
-/// b2ContactSolver::InitializeVelocityConstraints. Impulses are left to be set.
-/// @param center of the walker's body, and transform: at which the constraint is made
+/// b2ContactSolver::InitializeVelocityConstraints. The caller sets the impulses.
+/// @param center centre of mass of the walker's body
 template <int W>
 WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const MassLanes<W>& body,
                                       Vec2<W> center, const Transform<W>& walker,
@@ -102,7 +101,7 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
     point.tangent_mass = one / mass_along(point.arm, point.arm, tangent);
   }
 
-  // The block solver's matrix; where it is nearly singular, one point is enough.
+  // The block solver's matrix. If it is nearly singular, only the first point is solved.
   const Vec2<W> arm_1 = contact.points[0].arm;
   const Vec2<W> arm_2 = contact.points[1].arm;
   const Number<W> k11 = mass_along(arm_1, arm_1, normal);
@@ -128,7 +127,7 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
   contact.any_walker_is_a = any(is_a);
 }
 
-/// vA -= mA P, ... of a contact's impulse P at a point.
+/// Applies an impulse P to the walker's body: v += s m P, w += s i r x P.
 template <int W>
 WALKER_SIM_INLINE inline void apply(const ContactLanes<W>& contact, Vec2<W> impulse,
                                     Number<W> angular_impulse, BodyLanes<W>& body) {
@@ -151,7 +150,7 @@ WALKER_SIM_INLINE inline void warm_start(const ContactLanes<W>& contact, BodyLan
   }
 }
 
-/// dv: of B at the point, as seen from A.
+/// Returns dv, the velocity of B at the point relative to A.
 template <int W>
 WALKER_SIM_INLINE inline Vec2<W> relative_velocity(const ContactLanes<W>& contact,
                                                    const PointLanes<W>& point,
@@ -189,12 +188,11 @@ WALKER_SIM_INLINE inline Number<W> solve_normal(const ContactLanes<W>& contact,
   return accumulated;
 }
 
-/// The block solver: of the four cases in which each point either pushes or separates, the first
-/// that is possible.
+/// Block solver. Each point either pushes or separates; the first of the four cases that satisfies
 ///
 ///   vn = K x + b',    b' = vn(now) - K a,    vn >= 0,  x >= 0,  vn_i x_i = 0
 ///
-/// with the impulses x, now a. Where no case is, nothing changes.
+/// gives the new impulses x, where a are the present ones. If no case does, nothing changes.
 /// @return the points' new normal impulses
 template <int W>
 WALKER_SIM_INLINE inline Vec2<W> solve_two_normals(const ContactLanes<W>& contact,
@@ -233,7 +231,7 @@ WALKER_SIM_INLINE inline Vec2<W> solve_two_normals(const ContactLanes<W>& contac
   return select(is_solved, x, a);
 }
 
-/// b2ContactSolver::SolveVelocityConstraints, of one contact.
+/// b2ContactSolver::SolveVelocityConstraints for one contact.
 template <int W>
 WALKER_SIM_INLINE inline void solve(ContactLanes<W>& contact, BodyLanes<W>& body) {
   PointLanes<W>& point_1 = contact.points[0];

@@ -1,5 +1,5 @@
-// Contacts between one body of the walker and the static terrain: b2ContactSolver's corrections of
-// positions, which push the walker out of the ground.
+// b2ContactSolver's position corrections for contacts between one body of the walker and the static
+// terrain.
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
@@ -14,9 +14,9 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr float kMaxLinearCorrection = 0.2F;  ///< b2_maxLinearCorrection [m]
 
-/// b2ContactSolver::SolvePositionConstraints and SolveTOIPositionConstraints, of one contact.
-/// @param share      of the error that is taken back: b2_baumgarte or b2_toiBaugarte
-/// @param separation the least so far; becomes less where this contact's is
+/// b2ContactSolver::SolvePositionConstraints and SolveTOIPositionConstraints for one contact.
+/// @param share      fraction of the error to correct: b2_baumgarte or b2_toiBaugarte
+/// @param separation receives the minimum of its value and this contact's separation
 template <int W>
 WALKER_SIM_INLINE inline void solve_position(const ManifoldLanes<W>& manifold, bool any_two,
                                              const MassLanes<W>& model, float share,

@@ -1,5 +1,5 @@
-// b2Island::SolveTOI: one body of a walker where it first meets the terrain within a step. It is
-// put there, bounces, and moves on for what is left of the step.
+// b2Island::SolveTOI for one body of a walker per lane, at its time of impact with the terrain.
+// Corrects its position, solves its velocity, and integrates it over the rest of the step.
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
@@ -16,7 +16,7 @@ constexpr float kImpactShare = 0.75F;  ///< b2_toiBaugarte
 template <int W>
 class ImpactLanes {
  public:
-  /// @param impacts the first `count` of W
+  /// @param impacts `count` impacts, at most W
   ImpactLanes(Impact* const* impacts, int count, const Model& model)
       : model_(model), count_(count) {
     for (int lane = 0; lane < W; ++lane) impacts_[lane] = impacts[lane < count ? lane : 0];
@@ -28,7 +28,7 @@ class ImpactLanes {
     correct();
     prepare_velocities();
     for (int i = 0; i < model_.velocity_iterations; ++i) {
-      // What an iteration leaves as it was, the next ones do too.
+      // After an iteration that changes nothing, later ones change nothing either.
       constexpr int kBetweenLooks = 8;
       if (i % kBetweenLooks != 0) {
         iterate();
@@ -64,7 +64,7 @@ class ImpactLanes {
     }
   }
 
-  /// To where the shapes touch, or nearly so.
+  /// Runs position iterations until the penetration of each body is within tolerance.
   void correct() {
     PlaceLanes<W> place{{body_.x, body_.y}, body_.angle};
     PlaceLanes<W> kept = place;
@@ -109,7 +109,7 @@ class ImpactLanes {
     for (int i = 0; i < num_slots_; ++i) kernel::solve(contacts_[i], velocity_);
   }
 
-  /// @return whether no bit of any world has changed
+  /// @return whether the iteration changed no bit of any world
   bool iterate_and_compare() {
     Truth<W> is_changed = Truth<W>::none();
     const auto compare = [&is_changed](Number<W> before, Number<W> after) WALKER_SIM_INLINE {

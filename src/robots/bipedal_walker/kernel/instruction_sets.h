@@ -1,4 +1,4 @@
-// The kernel's compilations, one translation unit each.
+// The kernel's compilations, each in its own translation unit.
 #pragma once
 
 #include "robots/bipedal_walker/kernel/kernel.h"

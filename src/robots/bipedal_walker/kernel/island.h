@@ -1,5 +1,5 @@
-// b2Island::Solve for walkers, one per lane: forces, 180 iterations over velocities, the step, and
-// up to 60 iterations over positions.
+// b2Island::Solve for one walker per lane: applies forces, solves velocities (180 iterations),
+// integrates positions, and corrects positions (up to 60 iterations).
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
@@ -19,7 +19,7 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kHull = kBodies / 2;
 
-/// In the chain of bodies, the hull is in the middle: joint i has its body A on the hull's side.
+/// Bodies A and B of a joint. The hull is in the middle of the chain, and A is on the hull's side.
 constexpr int body_a(int joint) { return joint < kJoints / 2 ? joint + 1 : joint; }
 constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1; }
 
@@ -27,7 +27,7 @@ constexpr float kMaxTranslation = 2;        ///< b2_maxTranslation [m]
 constexpr float kMaxRotation = 0.5F * kPi;  ///< b2_maxRotation [rad]
 constexpr float kShare = 0.2F;              ///< b2_baumgarte
 
-/// b2Island's last part: positions by velocities, which are limited.
+/// The end of b2Island::Solve and SolveTOI: limits velocities and integrates positions.
 template <int W>
 WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body) {
   const Vec2<W> velocity{body.velocity_x, body.velocity_y};
@@ -48,10 +48,10 @@ WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body
   body.angle += dt * body.angular_velocity;
 }
 
-/// Each body's contacts are apart from the others'.
+/// Upper bound of the slots, each of which belongs to one body.
 constexpr int kMaxContactsInLanes = kBodies * kMaxContactsOfBody;
 
-/// The contacts of a body that are at the same place in the lists of their worlds.
+/// Contacts of the same body, at the same index in each world's list.
 template <int W>
 struct Slot {
   ManifoldLanes<W> manifold;
@@ -62,7 +62,7 @@ struct Slot {
 template <int W>
 class IslandLanes {
  public:
-  /// @param islands the first `count` of W; what the lanes beyond compute is not looked at
+  /// @param islands `count` islands, at most W; the results of other lanes are discarded
   IslandLanes(Island* const* islands, int count, const Model& model)
       : model_(model), count_(count) {
     for (int lane = 0; lane < W; ++lane) islands_[lane] = islands[lane < count ? lane : 0];
@@ -84,7 +84,7 @@ class IslandLanes {
     store(bodies_, &Island::bodies);
   }
 
-  /// Iterates over positions, from where the islands are, until nothing is far off.
+  /// Runs position iterations. A world keeps the positions of the iteration in which it converges.
   void correct(int iterations) {
     load_bodies();
     load_joints();
@@ -118,11 +118,11 @@ class IslandLanes {
   }
 
  private:
-  /// Gives each contact of a world a place among those of its body.
+  /// Assigns each contact of each world to a slot of its body.
   void place_contacts() {
     static const Contact<float, int> kNone{};
     num_slots_ = 0;
-    std::array<int, W> next{};  // contact
+    std::array<int, W> next{};  // index of each world's next contact
     for (int body = 0; body < kBodies; ++body) {
       if (body == kHull) slots_of_hull_ = num_slots_;
       if (body == kHull + 1) slots_of_other_leg_ = num_slots_;
@@ -165,7 +165,7 @@ class IslandLanes {
     scatter<W>(lanes, worlds.data(), count_);
   }
 
-  /// Forces and the constraints of this step, with the impulses of the last one.
+  /// Applies forces, and initialises and warm-starts the constraints.
   void prepare_velocities() {
     const Number<W> dt(model_.dt);
     std::array<Force<Number<W>>, kBodies> forces;
@@ -209,9 +209,9 @@ class IslandLanes {
     }
   }
 
-  /// All iterations, in an order that lets the processor work at two constraints at a time: those
-  /// without a common body do not see each other, so they may change places, and the leg at the
-  /// chain's beginning may be one iteration ahead of the hull and the other leg.
+  /// Runs all velocity iterations, in an order that lets the processor overlap two constraints.
+  /// Constraints without a common body are independent, so their order does not matter, and the leg
+  /// at the chain's beginning may be one iteration ahead of the hull and the other leg.
   void solve_velocities() {
     const int hull = slots_of_hull_;
     const int other_leg = slots_of_other_leg_;
@@ -244,7 +244,7 @@ class IslandLanes {
     for (int i = begin; i < end; ++i) kernel::solve(contacts_[i], velocities_[slots_[i].body]);
   }
 
-  /// b2ContactSolver::StoreImpulses, and what joints keep.
+  /// b2ContactSolver::StoreImpulses, and the joints' impulses and limit states.
   void store_impulses() {
     for (int i = 0; i < kJoints; ++i) {
       const JointLanes<W>& joint = joints_[i];
@@ -262,7 +262,7 @@ class IslandLanes {
       ContactImpulses<Number<W>>& impulses = impulses_[i];
       impulses.normal[0] = contact.points[0].normal_impulse;
       impulses.tangent[0] = contact.points[0].tangent_impulse;
-      // A point that was left out keeps its own.
+      // A second point that was not solved keeps its impulses.
       impulses.normal[1] =
           select(contact.has_two, contact.points[1].normal_impulse, impulses.normal[1]);
       impulses.tangent[1] =
@@ -278,7 +278,7 @@ class IslandLanes {
     }
   }
 
-  /// @return where all is near enough
+  /// @return the lanes in which all position errors are within tolerance
   WALKER_SIM_INLINE Truth<W> solve_positions() {
     Number<W> separation(0);
     for (int i = 0; i < num_slots_; ++i) {
@@ -300,7 +300,7 @@ class IslandLanes {
   int count_;
   std::array<Island*, W> islands_;
   int num_slots_;
-  int slots_of_hull_, slots_of_other_leg_;  ///< the first ones, of those that are sorted by body
+  int slots_of_hull_, slots_of_other_leg_;  ///< first slots; slots are sorted by body
   std::array<Slot<W>, kMaxContactsInLanes> slots_;
   std::array<std::array<int, W>, kMaxContactsInLanes> places_of_contacts_;
   std::array<ContactImpulses<Number<W>>, kMaxContactsInLanes> impulses_;

@@ -1,8 +1,7 @@
-// What Box2D's solvers do to a walker, as code of its own: the engine's bits for many worlds at
-// once.
+// Interface of the kernel, which reimplements Box2D's solvers for many walkers, bit for bit.
 //
-// No Box2D here: a world's numbers are copied into an Island or an Impact, solved together with
-// those of other worlds, and copied back.
+// The kernel does not depend on Box2D: a world's numbers are copied into an Island or an Impact,
+// solved together with those of other worlds, and copied back.
 #pragma once
 
 #include <array>
@@ -11,12 +10,12 @@
 
 namespace walker::bipedal_walker {
 
-constexpr int kBodies = 5;        ///< one lower leg, its upper leg, the hull, the other legs' parts
+constexpr int kBodies = 5;        ///< lower leg, upper leg, hull, other upper leg, other lower leg
 constexpr int kJoints = 4;        ///< joint i is between bodies i and i + 1
-constexpr int kMaxContacts = 32;  ///< of one island
+constexpr int kMaxContacts = 32;  ///< per island
 constexpr int kMaxContactsOfBody = 12;
 
-/// What is the same in all worlds [m, rad, kg, s].
+/// Constants that all worlds share [m, rad, kg, s].
 struct Model {
   struct Body {
     float inverse_mass;
@@ -33,13 +32,12 @@ struct Model {
   std::array<Joint, kJoints> joints;
   float gravity_x, gravity_y;
   float dt;
-  float dt_ratio;  ///< of this step's length to the last one's, as b2TimeStep has it
+  float dt_ratio;  ///< b2TimeStep::dtRatio: length of this step over that of the last
   int velocity_iterations;
   int position_iterations;
 };
 
-/// b2Sweep's and b2Body's state: centre of mass, angle and velocities. Number is a float, or a
-/// vector with the numbers of several worlds.
+/// Centre of mass, angle and velocities. Number is a float, or a vector over several worlds.
 template <typename Number>
 struct BodyState {
   Number x, y, angle;
@@ -57,7 +55,7 @@ struct Rotation {
   Number sine, cosine;
 };
 
-/// b2RevoluteJoint's inputs and state. Truth is 0 or -1.
+/// Inputs and state of b2RevoluteJoint. Truth is an int, 0 or -1, or a mask over several worlds.
 template <typename Number, typename Truth>
 struct JointState {
   Number motor_speed, motor_torque;
@@ -65,20 +63,19 @@ struct JointState {
   Truth at_lower, at_upper;
 };
 
-/// b2Manifold between one body of the walker and one of the terrain, which is static, at the
-/// origin.
+/// b2Manifold between a body of the walker and a static body of the terrain at the origin.
 template <typename Number, typename Truth>
 struct ContactManifold {
-  Truth exists;           ///< this contact: lanes may have fewer than others
-  Truth walker_is_a;      ///< the contact's body A, not B
-  Truth walker_has_face;  ///< the reference face is the walker's: normal and plane are in its frame
+  Truth exists;           ///< 0 in lanes that have fewer contacts than others
+  Truth walker_is_a;      ///< whether the walker is body A of the contact
+  Truth walker_has_face;  ///< reference face is the walker's; normal and plane are in its frame
   Truth has_two_points;
   Number normal_x, normal_y, plane_x, plane_y;
-  Number point_x[2], point_y[2];  ///< in the frame of the other body than the face's
+  Number point_x[2], point_y[2];  ///< in the frame of the body without the face
   Number friction;
 };
 
-/// Of the points of a manifold, accumulated in the last step, to start from.
+/// Accumulated impulses of a manifold's points; on input, those of the last step (warm start).
 template <typename Number>
 struct ContactImpulses {
   Number normal[2], tangent[2];
@@ -95,42 +92,42 @@ struct Island {
   std::array<BodyState<float>, kBodies> bodies;
   std::array<Force<float>, kBodies> forces;
   std::array<JointState<float, int>, kJoints> joints;
-  std::array<int, kBodies> num_contacts;  ///< of each body, at most kMaxContactsOfBody
-  std::array<Contact<float, int>, kMaxContacts> contacts;  ///< body by body
+  std::array<int, kBodies> num_contacts;                   ///< per body, at most kMaxContactsOfBody
+  std::array<Contact<float, int>, kMaxContacts> contacts;  ///< sorted by body
 
-  std::array<Rotation<float>, kBodies> rotations_before;  ///< only written
-  std::array<Rotation<float>, kBodies> rotations;         ///< only written
-  int position_is_solved;                                 ///< only written
+  std::array<Rotation<float>, kBodies> rotations_before;  ///< output
+  std::array<Rotation<float>, kBodies> rotations;         ///< output
+  int position_is_solved;                                 ///< output
 
-  unsigned pattern;  ///< alike in worlds that have much in common
+  unsigned pattern;  ///< sort key that groups worlds with similar constraints
 };
 
-/// b2Island of a time of impact, before and after b2Island::SolveTOI.
+/// b2Island at a time of impact, before and after b2Island::SolveTOI.
 struct Impact {
-  int body;  ///< of the walker
-  float dt;  ///< of what is left of the step [s]
+  int body;  ///< index into Model::bodies
+  float dt;  ///< rest of the step [s]
   BodyState<float> state;
   int num_contacts;  ///< 1 .. kMaxContactsOfBody
   std::array<ContactManifold<float, int>, kMaxContactsOfBody> contacts;
 
-  float safe_x, safe_y, safe_angle;  ///< only written: where the rest of the step starts
+  float safe_x, safe_y, safe_angle;  ///< output: position from which the rest of the step starts
   unsigned pattern;
 };
 
-/// One compilation of the kernel.
+/// A compilation of the kernel for an instruction set.
 struct Kernel {
   const char* instruction_set;
-  int lanes;  ///< worlds that are solved together
+  int lanes;  ///< worlds per vector
 
   /// @param count at most kMaxGroupSize
   void (*solve)(Island* const* islands, std::size_t count, const Model& model);
   void (*solve_impacts)(Impact* const* impacts, std::size_t count, const Model& model);
 
-  /// b2Rot::Set, with the C library's bits. Any number of angles [rad].
+  /// b2Rot::Set for `count` angles [rad], with the C library's bits.
   void (*rotate)(const float* angles, std::size_t count, Rotation<float>* rotations);
 };
 
-/// Those that this processor can run, the one with the most lanes first.
+/// Returns the kernels that this processor can run, the one with the most lanes first.
 std::vector<const Kernel*> kernels();
 
 }  // namespace walker::bipedal_walker

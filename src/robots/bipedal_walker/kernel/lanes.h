@@ -1,5 +1,5 @@
-// Box2D's small algebra (b2Math.h) on a number per lane, in its order of operations, and the way of
-// a world's numbers into a lane and back.
+// Box2D's vector algebra (b2Math.h) on one number per lane, in Box2D's order of operations, and
+// copies between worlds and lanes.
 //
 // This file, those beside it that say so, and world_step.cpp and world_impacts.cpp restate formulas
 // of Box2D 2.3 in code of our own, for several worlds at once. They are altered and not the
@@ -66,13 +66,13 @@ WALKER_SIM_INLINE inline Number<W> cross(Vec2<W> a, Vec2<W> b) {
   return a.x * b.y - a.y * b.x;
 }
 
-/// A rotation by 90 degrees, times s.
+/// b2Cross(s, a).
 template <int W>
 WALKER_SIM_INLINE inline Vec2<W> cross(Number<W> s, Vec2<W> a) {
   return {-s * a.y, s * a.x};
 }
 
-/// The tangent of a normal: b2Cross(a, 1).
+/// b2Cross(normal, 1).
 template <int W>
 WALKER_SIM_INLINE inline Vec2<W> tangent_of(Vec2<W> normal) {
   return {normal.y, -normal.x};
@@ -110,20 +110,18 @@ struct Mat22 {
   Vec2<W> ex, ey;
 };
 
-/// 1 / a, or a where it is zero, as Box2D does with determinants.
+/// Returns 1 / a, or a if it is zero, as Box2D does for determinants.
 template <int W>
 WALKER_SIM_INLINE inline Number<W> inverse_of(Number<W> a) {
   return select(simd::is_zero(a), a, Number<W>(1) / a);
 }
 
-/// The bodies' numbers while they are solved.
 template <int W>
 struct BodyLanes {
   Vec2<W> velocity;
   Number<W> angular_velocity;
 };
 
-/// Of one body per lane.
 template <int W>
 struct MassLanes {
   MassLanes() = default;
@@ -138,8 +136,7 @@ struct MassLanes {
 
 static_assert(sizeof(float) == 4 && sizeof(int) == 4, "lanes are moved in words of 4 bytes");
 
-/// Copies numbers or truths of W worlds into lanes. To is as From, with vectors in place of
-/// numbers.
+/// Copies the structs of W worlds into lanes. To is From with vectors in place of numbers.
 template <int W, typename To, typename From>
 WALKER_SIM_INLINE inline void gather(To& to, const From* const* from) {
   static_assert(sizeof(To) == W * sizeof(From));
@@ -153,7 +150,7 @@ WALKER_SIM_INLINE inline void gather(To& to, const From* const* from) {
   std::memcpy(&to, words, sizeof to);
 }
 
-/// The way back, of the first `count` lanes.
+/// Copies the first `count` lanes back to their worlds.
 template <int W, typename To, typename From>
 WALKER_SIM_INLINE inline void scatter(const From& from, To* const* to, int count) {
   static_assert(sizeof(From) == W * sizeof(To));

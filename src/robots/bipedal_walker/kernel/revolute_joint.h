@@ -1,9 +1,9 @@
-// b2RevoluteJoint with a motor and limits, all of which the walker's have. In each iteration: the
-// motor, then the point and, where a joint is at a limit, the angle:
+// b2RevoluteJoint with a motor and limits, as all of the walker's joints have. Each iteration
+// solves the motor, then the point and, if the joint is at a limit, the angle:
 //
-//   motor   C = wB - wA - speed                               impulse: torque
-//   point   C = vB + wB x rB - vA - wA x rA                    impulse: P
-//   limit   C = wB - wA, never pushing beyond the limit          impulse: z
+//   motor   C = wB - wA - speed                             impulse: torque
+//   point   C = vB + wB x rB - vA - wA x rA                 impulse: P
+//   limit   C = wB - wA, never pushing beyond the limit     impulse: z
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
@@ -15,16 +15,16 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-/// What an iteration over velocities needs of a joint.
+/// Data of a joint for velocity iterations.
 template <int W>
 struct JointLanes {
   Vec2<W> arm_a, arm_b;
   Number<W> motor_mass, motor_speed, most_motor_impulse;
   Number<W> motor_impulse, limit_impulse;
   Vec2<W> impulse;
-  Number<W> exx, exy, exz, eyy, eyz, ezz;  ///< of the symmetric m_mass: ez.x = ex.z, ...
-  Number<W> inverse_determinant;           ///< of its upper left 2 x 2
-  Number<W> inverse_determinant_3;
+  Number<W> exx, exy, exz, eyy, eyz, ezz;           ///< m_mass, symmetric: ez.x = ex.z, ...
+  Number<W> inverse_determinant;                    ///< upper left 2 x 2 block
+  Number<W> inverse_determinant_3;                  ///< 3 x 3 matrix
   Number<W> eyz_cross_x, eyz_cross_y, eyz_cross_z;  ///< b2Cross(ey, ez)
   Truth<W> at_lower, at_upper, at_limit;
   bool any_at_limit;
@@ -137,7 +137,7 @@ WALKER_SIM_INLINE inline void solve(const Model::Body& model_a, const Model::Bod
     const Vec2<W> released =
         solve_22(joint, -slip + joint.limit_impulse * Vec2<W>{joint.exz, joint.eyz});
     impulse = select(joint.at_limit, select(pulls, released, with_limit), impulse);
-    // -0 leaves what it is added to as it is.
+    // Adding -0 preserves every number, including the sign of zero.
     const Number<W> angular =
         select(joint.at_limit, select(pulls, -joint.limit_impulse, limit), -zero);
     joint.limit_impulse = select(joint.at_limit, select(pulls, zero, held), joint.limit_impulse);
@@ -154,7 +154,6 @@ WALKER_SIM_INLINE inline void solve(const Model::Body& model_a, const Model::Bod
   b.angular_velocity += inertia_b * angular_b;
 }
 
-/// What an iteration over positions needs of a body.
 template <int W>
 struct PlaceLanes {
   Vec2<W> center;
@@ -167,7 +166,7 @@ constexpr float kAngularSlop = 2.0F / 180.0F * kPi;           ///< b2_angularSlo
 constexpr float kMaxAngularCorrection = 8.0F / 180.0F * kPi;  ///< b2_maxAngularCorrection [rad]
 
 /// b2RevoluteJoint::SolvePositionConstraints.
-/// @return where point and limit are near enough
+/// @return the lanes in which the errors of point and limit are within tolerance
 template <int W>
 WALKER_SIM_INLINE inline Truth<W> solve_position(const Model::Joint& model,
                                                  const Model::Body& model_a,

@@ -1,9 +1,9 @@
 // Sine and cosine of a float in each lane, with the C library's bits.
 //
 // glibc (since 2.28, sysdeps/ieee754/flt-32/s_sincosf.h) evaluates a polynomial in double precision
-// and rounds once. Below, the same polynomial after a reduction of our own. With fused operations,
-// as glibc has them on newer processors, and without, as here, the results are the same float for
-// every angle below kMaxAngle: rotation_test.cpp tries them all. Lanes beyond ask the library.
+// and rounds once, with fused operations on newer processors. This file evaluates the polynomial
+// after its own range reduction, without fused operations. The floats are the same for every angle
+// up to kMaxAngle: rotation_test.cpp tests them all. If any lane is beyond, all call the library.
 #pragma once
 
 #include <cmath>
@@ -13,19 +13,19 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr float kMaxAngle = 16;         ///< [rad]; the first angle with another result is 17.279
-constexpr float kTinyAngle = 0x1p-12F;  ///< its sine is itself, with its sign
+constexpr float kMaxAngle = 16;         ///< [rad]; the first angle that differs is 17.279
+constexpr float kTinyAngle = 0x1p-12F;  ///< below, the sine is the angle itself, also for -0
 
 template <int W>
 struct Polynomials {
-  simd::Vector<double, W> sine, cosine;  ///< of what is beyond the nearest quarter turn
+  simd::Vector<double, W> sine, cosine;  ///< angle minus quarter_turns
   simd::Vector<double, W> quarter_turns;
 };
 
 template <int W>
 WALKER_SIM_INLINE inline Polynomials<W> evaluate(simd::Vector<double, W> angle) {
   using Double = simd::Vector<double, W>;
-  const Double rounder(0x1.8p52);  // a sum with it has no digits after the point
+  const Double rounder(0x1.8p52);  // adding it rounds to an integer
   const Double quarter_turns = (angle * Double(0x1.45F306DC9C883p-1) + rounder) - rounder;
   const Double x = angle - quarter_turns * Double(0x1.921FB54442D18p0);
   const Double x2 = x * x;

@@ -1,4 +1,4 @@
-// The kernel's face, of one width: problems of any number of worlds, W at a time.
+// Entry points of the kernel, which solve the problems of many worlds, W at a time.
 #pragma once
 
 #include <algorithm>
@@ -14,13 +14,13 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-/// Positions of most worlds are near enough after this many iterations; the others', mostly, never.
+/// Position iterations after which most worlds have converged; most of the others never do.
 constexpr int kFewIterations = 6;
 
 constexpr int kMinLanes = 4;
 
-/// Calls solve(first, lanes, W) for W problems at a time; what is left at the end, where half of
-/// the lanes are enough for it, with half of W.
+/// Calls solve(first, lanes, W) for up to W problems at a time. If half of the lanes suffice for
+/// the remainder, solves it with half of W.
 template <int W, typename Solve>
 void in_groups(std::size_t first, std::size_t count, const Solve& solve) {
   constexpr std::size_t kFew = W > kMinLanes ? W / 2 : 0;
@@ -33,7 +33,6 @@ void in_groups(std::size_t first, std::size_t count, const Solve& solve) {
   }
 }
 
-/// Constructs the lanes of some problems in the workspace's memory.
 template <typename Lanes, typename Problem>
 Lanes& new_lanes(void* memory, Problem* const* problems, int count, const Model& model) {
   static_assert(sizeof(Lanes) <= simd::Workspace::kLanesSize);

@@ -15,8 +15,7 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Over all exponents and most of the mantissa's bits: where the C library rounds in another way,
-/// one sine in some thousands differs.
+/// Tests enough angles: one sine in some thousands differs if the C library rounds differently.
 bool has_rotations_of_library(const Kernel& kernel) {
   constexpr int kAngles = 20000;
   std::vector<float> angles(kAngles);
@@ -36,7 +35,7 @@ bool has_rotations_of_library(const Kernel& kernel) {
   return true;
 }
 
-/// Rougher than Gymnasium's, for contacts at all angles from the first steps on.
+/// Terrain rougher than Gymnasium's, for contacts at all angles from the first steps on.
 Terrain rough_ground(Generator& generator) {
   Terrain terrain;
   for (std::size_t i = 0; i < terrain.ground.size(); ++i) {
@@ -59,7 +58,7 @@ bool is_same(const b2Body& one, const b2Body& other) {
                     [](float x, float y) { return to_bits(x) == to_bits(y); });
 }
 
-/// Worlds by the kernel beside the same by Box2D.
+/// Steps worlds by the kernel and identical worlds by Box2D.
 class Trial {
  public:
   explicit Trial(const Kernel& kernel) : kernel_(kernel), ours_(kWorlds), plain_(kWorlds) {
@@ -73,7 +72,7 @@ class Trial {
     }
   }
 
-  /// @return whether nothing differs
+  /// @return whether all bodies have the same bits
   bool step() {
     std::vector<WorldCall> calls(kWorlds);
     for (std::size_t i = 0; i < kWorlds; ++i) {

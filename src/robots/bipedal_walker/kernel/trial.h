@@ -1,4 +1,4 @@
-// Whether a kernel is as Box2D on the machine at hand.
+// Tests whether a kernel gives Box2D's bits on this machine.
 #pragma once
 
 #include "robots/bipedal_walker/kernel/kernel.h"
@@ -8,13 +8,12 @@ namespace walker::bipedal_walker {
 
 using KernelChoice = simd::KernelChoice<Kernel>;
 
-/// The fastest kernel that the user allows and that this processor can run. None where some hundred
-/// steps, or sines and cosines, show other bits than Box2D and the C library have here, which is
-/// tried once in a process.
-/// @throws std::invalid_argument where the user asks for what there is not
+/// Returns the fastest kernel that the user allows, that this processor can run and that passes
+/// `is_as_box2d`, if any. Each kernel is tested once per process.
+/// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
 KernelChoice choose_kernel();
 
-/// Whether the kernel's rotations are the C library's, and its steps Box2D's.
+/// Whether rotations have the C library's bits, and some hundred steps have Box2D's.
 bool is_as_box2d(const Kernel& kernel);
 
 }  // namespace walker::bipedal_walker

@@ -1,5 +1,5 @@
-// MuJoCo's small algebra (engine_util_blas.c, engine_util_spatial.c, engine_util_sparse.c) in its
-// order of operations, on numbers of several worlds. See smooth.h for whose formulas these are.
+// MuJoCo's vector and spatial algebra (engine_util_blas.c, engine_util_spatial.c,
+// engine_util_sparse.c) for several worlds, in its order of operations; smooth.h has the licence.
 #pragma once
 
 #include <cmath>
@@ -31,14 +31,13 @@ constexpr double kMinimum = 1e-15;        ///< mjMINVAL
 
 constexpr bool is_hinge(int joint) { return model::jnt_type[joint] == 3; }  // mjJNT_HINGE
 
-/// How many degrees of freedom move this one, itself among them.
+/// Number of degrees of freedom from this one to the root, both included.
 constexpr int depth(int dof) {
   int count = 0;
   for (; dof >= 0; dof = model::dof_parentid[dof]) ++count;
   return count;
 }
 
-/// The degree of freedom this many steps towards the root.
 constexpr int ancestor(int dof, int steps) {
   for (; steps > 0; --steps) dof = model::dof_parentid[dof];
   return dof;
@@ -56,7 +55,6 @@ WALKER_SIM_INLINE inline Constants<V, N> constant(const double* numbers) {
   return made;
 }
 
-/// Lane by lane.
 template <int W>
 inline void sine_and_cosine(Vector<W> angle, Vector<W>& sine, Vector<W>& cosine) {
   alignas(8 * W) double sines[W];
@@ -89,7 +87,7 @@ WALKER_SIM_INLINE inline void rotate_by_quaternion(V* result, const double* v, c
   result[2] = V(v[2]) + V(2.0) * (q[1] * t1 - q[2] * t0);
 }
 
-/// mju_mulQuat; the result may be one of the factors.
+/// mju_mulQuat; the result may alias a factor.
 template <typename V>
 WALKER_SIM_INLINE inline void multiply_quaternions(V* result, const V* a, const V* b) {
   const V t0 = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
@@ -193,7 +191,7 @@ WALKER_SIM_INLINE inline void multiply_inertia(V* result, const V* i, const V* v
   result[5] = i[7] * v[0] - i[6] * v[1] + i[9] * v[5];
 }
 
-/// mju_dot: four partial sums, added crosswise, then the rest.
+/// mju_dot: four partial sums, added in MuJoCo's order, then the remaining products.
 template <int N, typename V>
 WALKER_SIM_INLINE inline V dot(const V* a, const V* b) {
   static_assert(N >= 1 && N < 12);
@@ -217,7 +215,7 @@ WALKER_SIM_INLINE inline V dot(const V* a, const V* b) {
   }
 }
 
-/// mj_mulM: the inertia times a vector.
+/// mj_mulM: the joint-space inertia times a vector.
 template <typename V>
 WALKER_SIM_INLINE inline void multiply_by_inertia(V* result, const V* M, const V* x) {
   using namespace model;
@@ -233,7 +231,7 @@ WALKER_SIM_INLINE inline void multiply_by_inertia(V* result, const V* M, const V
   });
 }
 
-/// mj_solveLD: x becomes the inverse of the inertia times x.
+/// mj_solveLD: multiplies x by the inverse of the joint-space inertia.
 template <typename V>
 WALKER_SIM_INLINE inline void solve_factored(V* x, const V* LD, const V* inverse_diagonal) {
   using namespace model;

@@ -1,5 +1,5 @@
-// Factors L L' of the solver's Hessian, a lower triangle row by row (engine_util_solve.c of MuJoCo
-// 2.2.2; see smooth.h).
+// Cholesky factor of the solver's Hessian, a lower triangle stored row by row (engine_util_solve.c
+// of MuJoCo 2.2.2; see smooth.h).
 #pragma once
 
 #include "robots/walker2d/kernel/algebra.h"
@@ -7,7 +7,7 @@
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-/// Place in the lower triangle, row by row.
+/// Index into the lower triangle.
 constexpr int at(int row, int column) { return row * (row + 1) / 2 + column; }
 constexpr int kTriangle = at(model::nv, 0);
 
@@ -44,8 +44,9 @@ WALKER_SIM_INLINE inline void solve_triangles(V* x, const V* H, const V* b) {
   });
 }
 
-/// mju_cholUpdate with a sign for each lane. Where x is 0 it changes nothing, for the root of L * L
-/// is L. @return lanes whose factor is no longer positive
+/// mju_cholUpdate with a sign per lane. Lanes in which x is 0 do not change, because the square
+/// root of L * L is L.
+/// @return lanes whose factor is no longer positive
 template <int W>
 WALKER_SIM_INLINE inline Mask<W> update_factor(Vector<W>* H, Vector<W>* x, Vector<W> sign) {
   using V = Vector<W>;

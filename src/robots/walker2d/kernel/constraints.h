@@ -1,10 +1,11 @@
-// Joint limits and contacts of capsules with the floor, as rows for the solver
+// Joint limits and contacts of capsules with the floor, as the solver's constraint rows
 // (engine_core_constraint.c and engine_collision_primitive.c of MuJoCo 2.2.2; see smooth.h).
 //
-// Each lane has its own rows: a lane's k-th contact lies in slot k, and a limit or slot that a lane
-// does not have is a row of zeros there, which adds exact zeros to every sum and so changes
-// nothing. A contact has four rows, normal +- friction times each tangent. The second tangent is
-// across the plane in which the walker moves, so rows 2 and 3 are equal: made once, counted twice.
+// Each lane has its own rows. Its contacts fill the slots in order; those of the left leg start at
+// slot num_right in every lane. A limit or slot that a lane does not have is a row of zeros in it,
+// which adds exact zeros to every sum. A contact has four rows, normal +- friction times each
+// tangent. The second tangent is perpendicular to the plane of motion, so rows 2 and 3 are equal:
+// they are computed once and counted twice.
 #pragma once
 
 #include "robots/walker2d/kernel/ground.h"
@@ -13,31 +14,31 @@
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr int kLimits = model::njnt - 3;  ///< joints that have them
+constexpr int kLimits = model::njnt - 3;  ///< joints with limits
 constexpr int kFirstLimited = 3;
-constexpr int kEnds = 2 * kLimbs;  ///< of capsules: where contacts are
+constexpr int kEnds = 2 * kLimbs;  ///< ends of capsules, where contacts are
 constexpr int kFirstEndOfLeft = 8;
-constexpr int kRows = 3;  ///< of a contact, the second of the equal ones left out
+constexpr int kRows = 3;  ///< distinct rows of a contact
 
 /// Limits and contacts of all lanes.
 template <int W>
 struct Rows {
   using V = Vector<W>;
 
-  /// A limit, and what the solver keeps for it.
+  /// A joint limit and the solver's data for it.
   struct Limit {
     int dof;
-    unsigned lanes;  ///< that are beyond it
-    V jacobian;      ///< 1 or -1
+    unsigned lanes;  ///< bit mask of lanes beyond the limit
+    V jacobian;      ///< 1 or -1; 0 in other lanes
     V D;             ///< inverse of the regularisation
-    V reference;     ///< acceleration that the spring and damper ask for
+    V reference;     ///< MuJoCo's aref: acceleration of the spring and damper
     V residual;      ///< MuJoCo's jar: the row's acceleration minus the reference
-    V direction;     ///< the row times the search direction
-    V quadratic[3];  ///< its share of the cost along the search, by powers
+    V direction;     ///< MuJoCo's jv: the row times the search direction
+    V quadratic[3];  ///< its cost along the search: coefficients by power
     Mask<W> is_active;
   };
 
-  /// A contact: the rows have all but the Jacobian's shape in common.
+  /// A contact. Its rows share D; the members are those of a limit.
   struct Slot {
     V jacobian[kRows][model::nv];
     V D;
@@ -51,12 +52,12 @@ struct Rows {
   int num_limits = 0;
   int num_right = 0;  ///< slots of the torso and the right leg
   int num_slots = 0;
-  unsigned touching[kEnds];  ///< lanes, by the end of a capsule
+  unsigned touching[kEnds];  ///< bit mask of lanes in contact, per end of a capsule
   Mask<W> has_any;
   Limit limits[kLimits];
   Slot slots[kEnds];
 
-  /// Calls function(side, slot), the side a constant: 0 for the right leg and the torso.
+  /// Calls function(side, slot). The side is a constant: 0 for torso and right leg, 1 for left leg.
   template <typename Function>
   WALKER_SIM_INLINE void for_each_slot(const Function& function) {
     int k = 0;
@@ -65,13 +66,12 @@ struct Rows {
   }
 };
 
-/// Whether a Jacobian may have something there: the trunk's joints and those of the slot's own leg.
-/// The rows across the plane know no motion along it.
+/// Whether an element of a Jacobian may be non-zero. Only the trunk's joints and those of the
+/// slot's leg move a contact, and row 2 does not depend on the slide along x.
 constexpr bool has_column(int side, int row, int dof) {
   return (row < 2 || dof > 0) && (dof < 3 || (dof < 6) == (side == 0));
 }
 
-/// A row of a slot's Jacobian with its zeros.
 template <int Side, int Row, typename V>
 WALKER_SIM_INLINE inline void read_row(const V (&jacobian)[kRows][model::nv], V* row) {
   unrolled<model::nv>([&](auto dof) WALKER_SIM_INLINE {
@@ -90,18 +90,18 @@ WALKER_SIM_INLINE inline V row_times(const V (&jacobian)[kRows][model::nv], cons
   return dot<model::nv>(row, vector);
 }
 
-// getsolparam and getimpedance. All limits and pairs of the model have the same numbers, which
-// `why_not_covered` makes sure of.
+// getsolparam and getimpedance. All limits and pairs of the model have the same parameters;
+// `why_not_covered` checks this.
 constexpr const double* kSolref = model::jnt_solref[kFirstLimited];
 constexpr const double* kSolimp = model::jnt_solimp[kFirstLimited];
 constexpr double kStiffness =
     1 / (kSolimp[1] * kSolimp[1] * kSolref[0] * kSolref[0] * kSolref[1] * kSolref[1]);
 constexpr double kDamping = 2 / (kSolimp[1] * kSolref[0]);
 
-/// The C library's. Of pow(x, 2.0) GCC makes x * x, which for one x in a thousand is not what the
-/// library gives, so the exponent is hidden from it.
+/// Calls the C library's pow. GCC would fold pow(x, 2.0) to x * x, which differs from the library's
+/// result for one x in a thousand, so the exponent is hidden from it.
 inline double library_pow(double x, double exponent) {
-#ifdef WALKER_SIM_FOLD_POW  // a test shows that it would be noticed
+#ifdef WALKER_SIM_FOLD_POW  // a test checks that this is detected
   return exponent == 1 ? x : x * x;
 #else
   asm("" : "+m"(exponent));
@@ -109,7 +109,7 @@ inline double library_pow(double x, double exponent) {
 #endif
 }
 
-/// Where x, the violation in units of the width, is between 0 and 1.
+/// Impedance for x between 0 and 1, where x is the violation in units of the width.
 inline double impedance_within(double x) {
   constexpr double kMiddle = kSolimp[3];
   constexpr double kPower = kSolimp[4];
@@ -162,14 +162,14 @@ WALKER_SIM_INLINE inline void find_limits(const Vector<W>* qpos, const Vector<W>
   });
 }
 
-/// What a contact is made of, packed so that a lane's contacts come one after the other.
+/// Geometry and friction of a slot's contacts, one per lane.
 template <int W>
 struct Touch {
   Vector<W> end_x, end_z, axis_x, radius, friction, diagonal;
-  Vector<W> moves[model::nv];  ///< 1 where the degree of freedom moves the capsule
+  Vector<W> moves[model::nv];  ///< 1 if the degree of freedom moves the capsule, else 0
 };
 
-/// Degrees of freedom that move a limb: 1, others 0.
+/// 1 for each degree of freedom that moves a limb, else 0.
 inline constexpr auto kMoves = [] {
   struct {
     double limb[kLimbs][model::nv];
@@ -182,7 +182,7 @@ inline constexpr auto kMoves = [] {
   return moves;
 }();
 
-/// mj_collision for predefined pairs, mjc_PlaneCapsule: which end of which capsule is in the floor.
+/// mj_collision for predefined pairs, mjc_PlaneCapsule: finds the capsules' ends below the floor.
 template <int W>
 WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth, const Ground& ground,
                                            Touch<W>* touches, Rows<W>& rows) {
@@ -200,7 +200,7 @@ WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth, cons
   if (any_touching == 0) return;
   int count[W] = {};
   for (int end = 0; end < kEnds; ++end) {
-    if (end == kFirstEndOfLeft) {  // its contacts come after all others
+    if (end == kFirstEndOfLeft) {  // the left leg's contacts come last
       rows.num_right = rows.num_slots;
       for (int& slots : count) slots = rows.num_slots;
     }
@@ -240,7 +240,7 @@ WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const T
   const V distance = touch.end_z - touch.radius;
   const V x = touch.end_x - smooth.com_x;
   const V z = (touch.end_z + (-distance / V(2.0) - touch.radius)) - smooth.com_z;
-  // mjc_PlaneCapsule's frame: the capsule's axis along the floor, made a unit vector.
+  // mjc_PlaneCapsule's frame: the capsule's axis, projected to the floor and normalized.
   const V length = sqrt(touch.axis_x * touch.axis_x);
   const V tangent = select(length < V(kMinimum), V(1.0), touch.axis_x * (V(1.0) / length));
   unrolled<model::nv>([&](auto dof) WALKER_SIM_INLINE {
@@ -269,7 +269,6 @@ WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const T
   });
 }
 
-/// Limits first, then contacts.
 template <int W>
 __attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth, const Ground& ground,
                                          const Vector<W>* qpos, const Vector<W>* qvel,
@@ -285,7 +284,7 @@ __attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth, const 
   });
 }
 
-/// Alike in lanes with like rows: such lanes are best solved together.
+/// Returns a key of a lane's contacts and limits. Lanes with equal keys are fastest together.
 template <int W>
 inline unsigned pattern(const Rows<W>& rows, int lane) {
   constexpr int kCountShift = kLimits + kEnds;

@@ -10,9 +10,9 @@
 namespace walker::walker2d {
 namespace {
 
-constexpr int kMaxBuffer = 100;  // times what the built-in model has
+constexpr int kMaxBuffer = 100;  // upper bound, in sizes of the built-in model's buffer
 
-/// To the bit; integers may be bytes in the model.
+/// Compares to the bit. The model stores some integers as bytes.
 bool is_equal(double a, double b) { return to_bits(a) == to_bits(b); }
 bool is_equal(int a, int b) { return a == b; }
 
@@ -23,7 +23,6 @@ bool are_equal(const Source* values, const T* constants, std::size_t size) {
   });
 }
 
-/// The first number of an array of one or two dimensions.
 template <typename T, std::size_t N>
 const T* first(const T (&array)[N]) {
   return array;
@@ -33,7 +32,7 @@ const T* first(const T (&array)[N][M]) {
   return array[0];
 }
 
-/// The kernel takes every limit and pair to be as the first, and both tangents to be alike.
+/// The kernel assumes the same parameters for all limits and pairs, and for both tangents.
 std::string why_not_uniform(const mjModel& model) {
   const mjtNum* const solref = mujoco::at(model.jnt_solref, 3, mjNREF);
   const mjtNum* const solimp = mujoco::at(model.jnt_solimp, 3, mjNIMP);
@@ -60,7 +59,7 @@ std::string why_not_covered(const mjModel& model) {
 #define COMPARE_COUNT(name) \
   if (model.name != model::name) return #name;
   WALKER_SIM_MODEL_COUNTS(COMPARE_COUNT)
-// Nor much larger, for the trial has data for many worlds.
+// The upper bound limits the trial's memory: it allocates an mjData for each of its worlds.
 #define COMPARE_BUFFER(name) \
   if (model.name < model::name || model.name > kMaxBuffer * model::name) return #name;
   WALKER_SIM_MODEL_BUFFERS(COMPARE_BUFFER)
@@ -83,7 +82,7 @@ Ground ground_of(const mjModel& model) {
     const int pair = static_cast<int>(limb);
     const double friction = mujoco::at(model.pair_friction, pair, 5)[0];
     const int body = model.geom_bodyid[model.pair_geom2[pair]];
-    // mj_makeConstraint: of both bodies, in their order.
+    // mj_makeConstraint adds the weights of both bodies, in their order.
     const double weight =
         mujoco::at(model.body_invweight0, 0, 2)[0] + mujoco::at(model.body_invweight0, body, 2)[0];
     ground.friction[limb] = friction;

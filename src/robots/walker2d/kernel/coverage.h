@@ -1,4 +1,4 @@
-// Which models the kernel's constants cover.
+// Decides which models the kernel's constants cover.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace walker::walker2d {
 
-/// The field of the model in which it differs from the kernel's constants; empty where in none that
-/// a step reads.
+/// Returns the first field of the model that differs from the kernel's constants; empty if no field
+/// that a step reads differs.
 std::string why_not_covered(const mjModel& model);
 
-/// @param model covered
+/// @param model must be covered
 Ground ground_of(const mjModel& model);
 
 }  // namespace walker::walker2d

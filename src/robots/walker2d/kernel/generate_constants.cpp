@@ -12,7 +12,7 @@
 
 namespace {
 
-/// Exactly: in hexadecimal.
+/// Formats the exact value, in hexadecimal.
 std::string to_code(double value) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%a", value);

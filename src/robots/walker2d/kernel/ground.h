@@ -1,4 +1,4 @@
-// What distinguishes the models of Walker2d-v4 and v5: how slippery the floor is to each limb.
+// Friction between the floor and each limb, in which the models of Walker2d-v4 and v5 differ.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 namespace walker::walker2d {
 
-/// Of each limb, in the order of bodies.
+/// Contact parameters per limb, in the order of bodies.
 struct Ground {
   static constexpr std::size_t kLimbs = 7;
   std::array<double, kLimbs> friction{};

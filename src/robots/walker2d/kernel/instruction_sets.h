@@ -1,4 +1,4 @@
-// The kernel's compilations, one translation unit each.
+// The compiled kernels, one translation unit per instruction set.
 #pragma once
 
 #include "robots/walker2d/kernel/kernel.h"

@@ -64,10 +64,10 @@ class KernelPhysics : public mujoco::Physics {
       before[i] = members[i]->world_;
       if (members[i]->take_control(calls[i].control)) worlds[num_worlds++] = &members[i]->world_;
     }
-    // Worlds with like contacts have the most in common.
+    // Worlds with the same contacts are solved together fastest.
     std::sort(worlds.begin(), worlds.begin() + num_worlds,
               [](const World* a, const World* b) { return a->pattern < b->pattern; });
-    // One alone among lanes would take longer than by itself.
+    // A single remaining world is faster alone than in a vector.
     const std::size_t num_alone = num_worlds % kernel_.lanes == 1 ? 1 : 0;
     kernel_.step(worlds.data(), num_worlds - num_alone, count, ground_);
     kernel_.step_singly(worlds.data() + num_worlds - num_alone, num_alone, count, ground_);
@@ -101,7 +101,7 @@ class KernelPhysics : public mujoco::Physics {
     values = std::copy(world_.warm_start.begin(), world_.warm_start.end(), values);
     values = std::copy(control_.begin(), control_.end(), values);
     values = std::fill_n(values, World::kSize - World::kMotors, 0.0);  // the trunk has no motors
-    // The library adds each torque to 0, which leaves no -0.
+    // The library adds each torque to 0, which turns -0 into 0.
     std::transform(world_.torque.begin(), world_.torque.end(), values,
                    [](double torque) { return 0.0 + torque; });
   }
@@ -126,8 +126,8 @@ class KernelPhysics : public mujoco::Physics {
   }
 
  private:
-  /// A world for the same kernel with the same model. Null for others: between the making of two
-  /// environments the user may have changed the model's file, or asked for another kernel.
+  /// Returns the call's world if it has the same kernel and model, else null: between the creation
+  /// of two environments the user may have changed the model's file or selected another kernel.
   KernelPhysics* find_alike(const mujoco::PhysicsCall& call) const {
     auto* const other = dynamic_cast<KernelPhysics*>(call.physics);
     const bool is_alike =
@@ -135,7 +135,7 @@ class KernelPhysics : public mujoco::Physics {
     return is_alike ? other : nullptr;
   }
 
-  /// mj_fwdActuation. @return whether the kernel may make the step; else the world is flagged
+  /// mj_fwdActuation. @return whether the kernel can make the step; if not, the world is flagged
   bool take_control(const double* control) {
     std::copy_n(control, World::kMotors, control_.begin());
     world_.is_flagged = !std::all_of(control_.begin(), control_.end(),
@@ -149,7 +149,7 @@ class KernelPhysics : public mujoco::Physics {
     return !world_.is_flagged;
   }
 
-  /// @throws as `step`; the state is then what MuJoCo leaves of it
+  /// @throws as `step`
   void step_by_library(const World& before, int count) {
     const mujoco::Scratch::Loan loan(*scratch_);
     mjData& data = loan.data();

@@ -1,4 +1,4 @@
-// A walker's world, stepped by the kernel.
+// Walker2d's physics, stepped by the kernel.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace walker::walker2d {
 
-/// By the kernel, and where that flags a step by the library. By the library alone where the kernel
-/// does not cover the model, or does not have the library's bits on this machine.
+/// Creates physics that step with the kernel and redo flagged steps with the library. If
+/// `choose_kernel` finds no kernel, they step with the library only.
 std::unique_ptr<mujoco::Physics> make_kernel_physics(mujoco::ModelPointer model);
 
 }  // namespace walker::walker2d

@@ -9,13 +9,13 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kMaxEvaluations = 50;  ///< mjMAXLSITER of 2.2.2
 
-/// Cost, and its first two derivatives, some way along the search direction.
+/// Cost and its first two derivatives at the step length alpha along the search direction.
 template <typename V>
 struct Point {
   V alpha, cost, slope, slope_change;
 };
 
-/// From the sums of the rows' polynomials.
+/// Computes a point from the sum of the rows' polynomials.
 template <typename V>
 WALKER_SIM_INLINE inline void conclude(const V* sum, Point<V>& point) {
   point.cost = point.alpha * point.alpha * sum[2] + point.alpha * sum[1] + sum[0];
@@ -29,9 +29,6 @@ inline Point<double> in_lane(const Point<Vector<W>>& point, int lane) {
 }
 
 /// CGsearch after its first step.
-/// @param evaluate completes a point whose alpha is set
-/// @param start    at alpha 0
-/// @param first    where the first Newton step led, or the start where that was better
 template <typename Evaluate>
 class LineSearch {
  public:
@@ -51,7 +48,7 @@ class LineSearch {
     }
     if (count_ >= kMaxEvaluations || !has_p2) return p1.alpha;
 
-    // The minimum lies between p1 and p2: the next Newton points of both and their middle.
+    // The minimum lies between p1 and p2. Candidates: the next Newton points of both, the midpoint.
     Point<double> candidates[3];
     Point<double>& p1_next = candidates[0];
     Point<double>& p2_next = candidates[1];
@@ -95,7 +92,7 @@ class LineSearch {
     return __builtin_fabs(point.slope) < tolerance_;
   }
 
-  /// updateBracket: the candidates on this side of the minimum that are nearer to it.
+  /// updateBracket: moves to the candidates on this side of the minimum that are nearer to it.
   bool tighten(const Point<double>* candidates, Point<double>& bracket, Point<double>& next) {
     bool has_moved = false;
     for (int i = 0; i < 3; ++i) {
@@ -111,9 +108,13 @@ class LineSearch {
 
   const Evaluate& evaluate_;
   double tolerance_;
-  int count_ = 2;  // the start and the first step
+  int count_ = 2;  // evaluations of the start and the first step
 };
 
+/// @param evaluate computes the other members of a point from its alpha
+/// @param start    point at alpha 0
+/// @param first    point after the first Newton step, or `start` if its cost is lower
+/// @return alpha
 template <typename Evaluate>
 double search_on(const Evaluate& evaluate, const Point<double>& start, const Point<double>& first,
                  double tolerance) {

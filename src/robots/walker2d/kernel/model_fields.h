@@ -1,8 +1,8 @@
-// Every field of MuJoCo's model that mj_step reads for bodies, joints, capsules, pairs and motors.
-// From it the constants are generated, and a model at hand is compared with them.
+// Every field of mjModel that mj_step reads for bodies, joints, capsules, pairs and motors. The
+// kernel's constants are generated from this list, and models are compared with them.
 //
-// Left out: names, what is drawn, what needs elements that the model has none of (these counts are
-// here), and the floor's friction, which differs from model to model (ground.h).
+// Excluded: names, visuals, fields of elements that the model does not have (their counts are
+// included), and the floor's friction, which differs between models (ground.h).
 #pragma once
 
 // clang-format off
@@ -12,10 +12,10 @@
   X(nq) X(nv) X(nu) X(na) X(nbody) X(njnt) X(ngeom) X(nM) X(npair) X(nexclude) X(neq) X(ntendon) \
   X(nmocap) X(nsensor) X(nmesh) X(nhfield) X(nskin) X(nuserdata)
 
-// X(field): of MuJoCo's buffers, in which the library must not run out of space first
+// X(field): sizes of MuJoCo's buffers, which must not overflow in the library
 #define WALKER_SIM_MODEL_BUFFERS(X) X(nconmax) X(njmax) X(nstack)
 
-// X(type, field): of mjModel's options and statistics
+// X(type, struct, field): options and statistics of mjModel
 #define WALKER_SIM_MODEL_NUMBERS(X)                                                           \
   X(double, opt, timestep) X(double, opt, impratio) X(double, opt, tolerance)                 \
   X(double, opt, density) X(double, opt, viscosity) X(int, opt, integrator)                   \

@@ -1,5 +1,5 @@
-// A step of MuJoCo with its Runge-Kutta integrator of order 4 (engine_forward.c of MuJoCo 2.2.2;
-// see smooth.h), for worlds in groups of as many as a vector has lanes.
+// MuJoCo's step with its fourth-order Runge-Kutta integrator (engine_forward.c of MuJoCo 2.2.2; see
+// smooth.h). A group has one world per lane of a vector.
 #pragma once
 
 #include <new>
@@ -12,9 +12,9 @@
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-/// Groups that pass a stage one after the other: its code, some 10 to 25 kB, stays in the cache.
+/// Number of groups that run a stage in turn, so that its code (10 to 25 kB) stays in the cache.
 constexpr int kGroups = 4;
-constexpr double kMaxValue = 1e10;  ///< mjMAXVAL: beyond it a state is bad
+constexpr double kMaxValue = 1e10;  ///< mjMAXVAL: a state with a larger value is bad
 
 /// MuJoCo's qpos, qvel, qacc_warmstart and qfrc_actuator of a group.
 template <int W>
@@ -34,14 +34,14 @@ WALKER_SIM_INLINE inline Mask<W> is_bad(const Vector<W>* values) {
   return bad;
 }
 
-/// mj_forward and what it needs, for some groups.
+/// mj_forward and its working memory, for up to kGroups groups.
 template <int W>
 class Forward {
  public:
   explicit Forward(const Ground& ground) : ground_(ground) {}
 
   /// @param qpos, qvel of each group
-  /// @param groups     their warm starts become the accelerations
+  /// @param groups     receive the accelerations as their warm starts
   void run(int count, const Vector<W> (*qpos)[model::nq], const Vector<W> (*qvel)[model::nv],
            Group<W>* groups) {
     for (int g = 0; g < count; ++g) {
@@ -68,7 +68,7 @@ class Forward {
   Rows<W> rows_[kGroups];
 };
 
-/// What a call works on.
+/// Working memory of a call.
 template <int W, int Groups>
 struct Work {
   explicit Work(const Ground& ground) : forward(ground) {}
@@ -77,7 +77,6 @@ struct Work {
   Forward<W> forward;
 };
 
-/// In this thread's workspace.
 template <int W, int Groups>
 Work<W, Groups>& new_work(const Ground& ground) {
   using Made = Work<W, Groups>;
@@ -87,10 +86,9 @@ Work<W, Groups>& new_work(const Ground& ground) {
   return *new (simd::workspace().lanes) Made(ground);
 }
 
-/// a + b * c.
 template <int W>
 WALKER_SIM_INLINE inline Vector<W> add_product(Vector<W> a, Vector<W> b, Vector<W> c) {
-#ifdef WALKER_SIM_FUSE_ADD  // a test shows that it would be noticed
+#ifdef WALKER_SIM_FUSE_ADD  // a test checks that this is detected
   for (int lane = 0; lane < W; ++lane) a.set(lane, __builtin_fma(b[lane], c[lane], a[lane]));
   return a;
 #else
@@ -131,8 +129,7 @@ void step_groups(int count, Group<W>* groups, Forward<W>& forward) {
       Group<W>& group = groups[g];
       unrolled<model::nv>([&](auto i)
                               WALKER_SIM_INLINE { qacc[stage][g][i] = group.warm_start[i]; });
-      // mj_checkAcc looks at the first ones alone; with all, no stage goes on from what is no
-      // number.
+      // mj_checkAcc checks the first stage only. Checking all flags non-finite values in any stage.
       group.flagged = group.flagged | is_bad(group.warm_start);
     }
   }
@@ -150,7 +147,7 @@ void step_groups(int count, Group<W>* groups, Forward<W>& forward) {
   }
 }
 
-/// Lanes without a world repeat the last one's.
+/// Loads worlds into lanes; excess lanes repeat the last world.
 template <int W>
 void load(World* const* worlds, int count, Group<W>& group) {
   group.flagged = Mask<W>::none();
@@ -165,7 +162,7 @@ void load(World* const* worlds, int count, Group<W>& group) {
   }
 }
 
-/// Zeros have no sign here, but in the library: where one is left, the library is asked.
+/// Flags worlds with a zero: its sign is undefined in the kernel, but defined in the library.
 template <int W>
 void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds) {
   Mask<W> flagged = group.flagged | is_bad(group.qpos) | is_bad(group.qvel);

@@ -1,10 +1,10 @@
-// What MuJoCo computes of a state before it knows of contacts: kinematics, inertia, forces and the
-// accelerations that these alone would give (engine_core_smooth.c of MuJoCo 2.2.2).
+// MuJoCo's dynamics without constraints: kinematics, inertia, forces and the resulting
+// accelerations (engine_core_smooth.c of MuJoCo 2.2.2).
 //
-// MuJoCo's formulas in its order of operations, with the model's numbers as constants and all loops
-// unrolled. The walker is planar, so most of what these formulas multiply is an exact zero or one;
-// the compiler, told that zeros have no sign and that no number is infinite, drops such products.
-// What remains has MuJoCo's bits. MuJoCo is Copyright DeepMind Technologies Limited, licensed under
+// The code has MuJoCo's formulas in MuJoCo's order of operations, with the model's numbers as
+// constants and all loops unrolled. The walker is planar, so most factors are an exact zero or one.
+// Under -fno-signed-zeros and -ffinite-math-only, the compiler drops such products; the remaining
+// operations give MuJoCo's bits. MuJoCo is Copyright DeepMind Technologies Limited, licensed under
 // the Apache License 2.0 (NOTICE); the functions that a part restates are named beside it.
 #pragma once
 
@@ -14,21 +14,21 @@
 namespace walker::walker2d::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-/// What later stages read.
+/// Results that later stages read.
 template <typename V>
 struct Smooth {
   V M[model::nM];                 ///< joint-space inertia, in MuJoCo's sparse order
-  V LD[model::nM];                ///< its factors L'DL
-  V inverse_diagonal[model::nv];  ///< of D
+  V LD[model::nM];                ///< its factorization L'DL
+  V inverse_diagonal[model::nv];  ///< inverse of D
   V qfrc_smooth[model::nv];
   V qacc_smooth[model::nv];
   V com_x, com_z;                          ///< the robot's centre of mass
   V cdof_x[model::nv], cdof_z[model::nv];  ///< cdof's translations; its rotations are constant
-  V end_x[2 * kLimbs], end_z[2 * kLimbs];  ///< of each capsule, in MuJoCo's order of contacts
-  V centre_z[kLimbs], axis_x[kLimbs];      ///< of each capsule
+  V end_x[2 * kLimbs], end_z[2 * kLimbs];  ///< per capsule, in MuJoCo's order of contacts
+  V centre_z[kLimbs], axis_x[kLimbs];      ///< per capsule
 };
 
-/// Where bodies, joints and capsules are.
+/// Poses of bodies, their inertias and joints, named as in mjData.
 template <typename V>
 struct Poses {
   V xpos[model::nbody][3];
@@ -44,7 +44,7 @@ struct Poses {
 template <typename V>
 WALKER_SIM_INLINE inline void kinematics(const V* qpos, Poses<V>& poses) {
   using namespace model;
-  // All of them at once: they are half of the time, and the processor overlaps them.
+  // All at once, so that the processor overlaps them: they take half of the time.
   V sine[njnt];
   V cosine[njnt];
   unrolled<njnt>([&](auto j) WALKER_SIM_INLINE {
@@ -79,7 +79,7 @@ WALKER_SIM_INLINE inline void kinematics(const V* qpos, Poses<V>& poses) {
         multiply_quaternions(quat, quat, turn);
         V back[3];
         rotate_by_quaternion(back, jnt_pos[j], quat);
-        // Away from its centre a hinge moves the body too.
+        // A hinge that is not at the body's origin also translates the body.
         unrolled<3>([&](auto k) WALKER_SIM_INLINE { pos[k] += (anchor[k] - pos[k]) - back[k]; });
       } else {
         const V way = qpos[j] - V(qpos0[j]);
@@ -104,7 +104,7 @@ WALKER_SIM_INLINE inline void kinematics(const V* qpos, Poses<V>& poses) {
   });
 }
 
-/// The capsules' ends (mjc_PlaneCapsule). A capsule's frame is its body's or the inertial one.
+/// mjc_PlaneCapsule: the capsules' ends. A capsule's frame is its body's or the inertial one.
 template <typename V>
 WALKER_SIM_INLINE inline void capsules(const Poses<V>& poses, Smooth<V>& out) {
   using namespace model;
@@ -125,7 +125,7 @@ WALKER_SIM_INLINE inline void capsules(const Poses<V>& poses, Smooth<V>& out) {
   });
 }
 
-/// Masses of the bodies with all that they carry.
+/// Masses of the bodies' subtrees.
 inline constexpr auto kSubtreeMass = [] {
   struct {
     double mass[model::nbody];
@@ -183,7 +183,7 @@ WALKER_SIM_INLINE inline void about_centre_of_mass(const Poses<V>& poses, V (*ci
   out.com_z = com[1][2];
 }
 
-/// mj_crb: the joint-space inertia, from the inertias of bodies with all that they carry.
+/// mj_crb: the joint-space inertia, from the inertias of the bodies' subtrees.
 template <typename V>
 WALKER_SIM_INLINE inline void composite_inertia(const V (*cinert)[10], const V (*cdof)[6], V* M) {
   using namespace model;
@@ -207,7 +207,7 @@ WALKER_SIM_INLINE inline void composite_inertia(const V (*cinert)[10], const V (
   });
 }
 
-/// mj_factorM. @return lanes whose inertia MuJoCo would warn of
+/// mj_factorM. @return lanes for whose inertia MuJoCo would issue a warning
 template <typename V>
 WALKER_SIM_INLINE inline auto factor_inertia(V* LD, V* inverse_diagonal) {
   using namespace model;
@@ -246,7 +246,7 @@ WALKER_SIM_INLINE inline void velocities(const V* qvel, const V (*cdof)[6], V (*
   });
 }
 
-/// mj_rne without accelerations: forces that keep the bodies as they move, gravity among them.
+/// mj_rne without accelerations: the bodies' Coriolis, centrifugal and gravity forces.
 template <typename V>
 WALKER_SIM_INLINE inline void body_forces(const V* qvel, const V (*cinert)[10], const V (*cvel)[6],
                                           const V (*cdof_dot)[6], V (*cfrc)[6]) {
@@ -284,9 +284,9 @@ WALKER_SIM_INLINE inline void body_forces(const V* qvel, const V (*cinert)[10], 
   });
 }
 
-/// mj_fwdPosition to mj_fwdAcceleration, but for contacts and limits.
-/// @param qfrc_actuator of the motors [N m]
-/// @return lanes that the library must answer for
+/// mj_fwdPosition to mj_fwdAcceleration, without contacts and limits.
+/// @param qfrc_actuator torques of the motors [N m]
+/// @return lanes that the library must step
 template <typename V>
 auto smooth(const V* qpos, const V* qvel, const V* qfrc_actuator, Smooth<V>& out) {
   using namespace model;

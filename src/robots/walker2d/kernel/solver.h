@@ -1,7 +1,7 @@
 // MuJoCo's Newton solver (engine_solver.c of MuJoCo 2.2.2; see smooth.h) for pyramidal cones.
 //
-// Lanes that are done take steps of length 0. The line search goes on lane by lane where its first
-// step was not enough, which is so in one of five.
+// Finished lanes take steps of length 0. If the first step of a line search does not suffice, as in
+// one of five, the search continues lane by lane.
 #pragma once
 
 #include "robots/walker2d/kernel/cholesky.h"
@@ -23,8 +23,8 @@ class Solver {
   Solver(const Smooth<V>& smooth, Rows<W>& rows) : smooth_(smooth), rows_(rows) {}
 
   /// mj_fwdConstraint.
-  /// @param qacc the warm start, MuJoCo's qacc_warmstart; becomes the accelerations
-  /// @return lanes that the library must answer for
+  /// @param qacc the warm start, MuJoCo's qacc_warmstart; receives the accelerations
+  /// @return lanes that the library must step
   Mask<W> solve(V* qacc) {
     start(qacc);
     make_gradient(qacc);
@@ -42,14 +42,14 @@ class Solver {
  private:
   static constexpr int kSize = model::nv;
 
-  /// How many times a contact's row counts: the third is two equal ones.
+  /// Multiplicity of a contact's row: the third stands for two equal rows.
   static constexpr int times(int row) { return row == 2 ? 2 : 1; }
 
   WALKER_SIM_INLINE static V cost_of(V D, V residual) {
     return select(residual < V(0.0), V(0.5) * D * residual * residual, V(0.0));
   }
 
-  /// From the better of the warm start and the smooth accelerations: their residuals and Ma.
+  /// Starts from the warm start or the smooth accelerations, whichever has the lower cost.
   WALKER_SIM_INLINE void start(V* qacc) {
     const V* const qacc_smooth = smooth_.qacc_smooth;
     V warm_cost = 0.0;
@@ -99,7 +99,7 @@ class Solver {
     }
   }
 
-  /// CGupdateConstraint, CGupdateGradient: which rows push, the cost and its gradient.
+  /// CGupdateConstraint, CGupdateGradient: the active rows, the cost and its gradient.
   void make_gradient(const V* qacc) {
     const V zero = 0.0;
     V sum = 0.0;
@@ -135,7 +135,7 @@ class Solver {
     cost_ = sum + gauss_;
   }
 
-  /// HessianDirect: the inertia and what the active rows add, factored.
+  /// HessianDirect: factors the sum of the inertia and the active rows' terms.
   void make_hessian() {
     const V zero = 0.0;
     unrolled<kTriangle>([&](auto i) WALKER_SIM_INLINE { hessian_[i] = 0.0; });
@@ -173,14 +173,14 @@ class Solver {
     unrolled<kSize>([&](auto i) WALKER_SIM_INLINE { search_[i] = search_[i] * V(-1.0); });
   }
 
-  /// One round of mj_solNewton. @return whether some lane goes on
+  /// One iteration of mj_solNewton. @return whether any lane continues
   bool iterate(V* qacc) {
     const V zero = 0.0;
     V Mv[kSize];
     V alpha = search_length(Mv);
     going_ = going_ & ((alpha < zero) | (zero < alpha));
     if (!any(going_)) return false;
-    // A lane that is done may search along what is no number: chosen, then, not added 0 times.
+    // A finished lane's direction may be NaN: its value is selected, not incremented by 0 * NaN.
     const auto move = [&](V& value, V along) WALKER_SIM_INLINE {
       value = select(going_, value + along * alpha, value);
     };
@@ -212,7 +212,7 @@ class Solver {
     return true;
   }
 
-  /// HessianIncremental: for rows that begin or cease to push.
+  /// HessianIncremental: updates the factor for rows that have become active or inactive.
   WALKER_SIM_INLINE void update_hessian(const Mask<W>* limits_before,
                                         const Mask<W> (*slots_before)[kRows]) {
     const auto update = [&](const V* jacobian, V D, Mask<W> was, Mask<W> is) WALKER_SIM_INLINE {
@@ -221,7 +221,7 @@ class Solver {
       const V root = select(changes, sqrt(D), V(0.0));
       V x[kSize];
       unrolled<kSize>([&](auto i) WALKER_SIM_INLINE { x[i] = jacobian[i] * root; });
-      // MuJoCo would then factor anew.
+      // If an update fails, MuJoCo would factor from scratch.
       flagged_ = flagged_ | (update_factor(hessian_, x, select(is, V(1.0), V(-1.0))) & going_);
     };
     for (int k = 0; k < rows_.num_limits; ++k) {
@@ -246,7 +246,7 @@ class Solver {
     });
   }
 
-  /// CGsearch. @param Mv becomes the inertia times the search direction
+  /// CGsearch. @param Mv receives the inertia times the search direction
   WALKER_SIM_INLINE V search_length(V* Mv) {
     const V zero = 0.0;
     const V norm = sqrt(dot<kSize>(search_, search_));
@@ -350,7 +350,7 @@ class Solver {
   const Smooth<V>& smooth_;
   Rows<W>& rows_;
   V Ma_[kSize];  ///< the inertia times the accelerations
-  V gauss_;      ///< the cost without rows
+  V gauss_;      ///< the cost without constraint rows
   V cost_;
   V gradient_[kSize];
   V hessian_[kTriangle];  ///< its Cholesky factor

@@ -1,5 +1,5 @@
-// What the kernel takes for granted of a model, beyond its constants: a header that was generated
-// from another one would not compile, in place of giving other bits.
+// Assumptions of the kernel about the model, beyond its constants. Constants of a model that
+// violates them do not compile, instead of giving other results than the library.
 #pragma once
 
 #include "robots/walker2d/kernel/ground.h"
@@ -27,7 +27,7 @@ static_assert(opt_impratio == 1 && opt_noslip_iterations == 0 && opt_disableflag
 static_assert(opt_density == 0 && opt_viscosity == 0, "no forces of a medium");
 static_assert(neq == 0 && ntendon == 0 && nmocap == 0 && nsensor == 0 && nexclude == 0);
 
-// Two slides and a hinge of the trunk, then hinges with limits, springless and frictionless.
+// Joints: two slides and a hinge of the trunk, then limited hinges, without springs and friction.
 static_assert(all_of(jnt_type, [](int type, int i) { return type == (i < 2 ? 2 : 3); }));
 static_assert(all_of(jnt_limited, [](int limited, int i) { return limited == (i < 3 ? 0 : 1); }));
 static_assert(all_of(jnt_qposadr, [](int place, int i) { return place == i; }));
@@ -35,7 +35,7 @@ static_assert(all_of(jnt_dofadr, [](int place, int i) { return place == i; }));
 static_assert(all_of(jnt_margin, kIsZero) && all_of(jnt_stiffness, kIsZero));
 static_assert(all_of(dof_frictionloss, kIsZero));
 
-// One capsule for each limb, in contact with the floor alone, with friction and without a margin.
+// Geoms: one capsule per limb, in contact only with the floor, with friction and without a margin.
 static_assert(ngeom == nbody && npair == nbody - 1);
 static_assert(all_of(geom_type, [](int type, int i) { return type == (i == 0 ? 0 : 3); }));
 static_assert(all_of(geom_bodyid, [](int body, int i) { return body == i; }));
@@ -44,7 +44,7 @@ static_assert(all_of(pair_geom2, [](int geom, int i) { return geom == i + 1; }))
 static_assert(all_of(pair_dim, [](int size, int /*i*/) { return size == 3; }));
 static_assert(all_of(pair_margin, kIsZero) && all_of(pair_gap, kIsZero));
 
-// Motors of the limbs' hinges, in their order: mjTRN_JOINT, mjDYN_NONE, mjGAIN_FIXED, mjBIAS_NONE.
+// Motors: one per limb's hinge, in their order; mjTRN_JOINT, mjDYN_NONE, mjGAIN_FIXED, mjBIAS_NONE.
 static_assert(all_of(actuator_trntype, kIsZero) && all_of(actuator_dyntype, kIsZero) &&
               all_of(actuator_gaintype, kIsZero) && all_of(actuator_biastype, kIsZero));
 static_assert(all_of(actuator_ctrllimited, [](int limited, int /*i*/) { return limited == 1; }) &&

@@ -12,7 +12,6 @@
 namespace walker::walker2d {
 namespace {
 
-/// What the library is about to step, for the kernel.
 World world_of(const mjModel& model, const mjData& data) {
   World world;
   std::copy_n(data.qpos, World::kSize, world.position.begin());
@@ -33,7 +32,7 @@ bool is_as(const World& world, const mjData& data) {
          is_equal(world.warm_start, data.qacc_warmstart);
 }
 
-/// The kernel beside the library.
+/// Steps the same worlds with the kernel and with the library.
 class Trial {
  public:
   Trial(const Kernel& kernel, const mjModel& model)
@@ -61,13 +60,13 @@ class Trial {
     }
   }
 
-  /// Whether nothing differed, and the kernel answered for most of it.
+  /// Whether no result differed and few were flagged.
   bool has_passed() const { return num_different_ == 0 && num_equal_ > 10 * num_flagged_; }
 
  private:
-  static constexpr int kWorlds = 19;  // the last group of lanes is not full
+  static constexpr int kWorlds = 19;  // leaves the last group of lanes incomplete
 
-  /// From a walker that stands to one that is torn apart, on the floor and in it.
+  /// Adds a world. With the wildness the state goes from standing to extreme, also below the floor.
   void begin(double wildness) {
     World world;
     for (std::size_t i = 0; i < World::kSize; ++i) {

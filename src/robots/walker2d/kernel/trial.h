@@ -1,4 +1,4 @@
-// Whether the kernel is as the library on the machine at hand.
+// Compares the kernel's results with the library's on this machine.
 #pragma once
 
 #include "robots/mujoco/engine.h"
@@ -9,14 +9,14 @@ namespace walker::walker2d {
 
 using KernelChoice = simd::KernelChoice<Kernel>;
 
-/// The fastest kernel that the user allows and that this processor can run. None where the kernels'
-/// constants do not cover the model, or where some hundred steps show other bits than MuJoCo's
-/// library has here, which is tried once in a process.
-/// @throws std::invalid_argument where the user asks for what there is not
+/// Returns the fastest kernel that the user allows, this processor can run, and `is_as_library`
+/// accepts; each kernel is tried once per process. Returns none, with the reason, if the kernels'
+/// constants do not cover the model or no kernel passes.
+/// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
 KernelChoice choose_kernel(const mjModel& model);
 
-/// Whether the kernel's steps have the library's bits, in states of all kinds.
-/// @param model covered
+/// Whether some 200 steps, from standing to extreme states, equal the library's to the bit.
+/// @param model must be covered
 bool is_as_library(const Kernel& kernel, const mjModel& model);
 
 }  // namespace walker::walker2d

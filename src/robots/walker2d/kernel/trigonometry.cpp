@@ -8,8 +8,7 @@
 namespace walker::walker2d {
 namespace {
 
-// Compiled with -fno-builtin-sin and -fno-builtin-cos: else the compiler makes one sincos of the
-// two.
+// -fno-builtin-sin and -fno-builtin-cos prevent the compiler from merging the calls into a sincos.
 void call_sin_and_cos(double angle, double* sine, double* cosine) {
   *sine = std::sin(angle);
   *cosine = std::cos(angle);

@@ -1,13 +1,13 @@
-// The C library's sines and cosines: MuJoCo calls it, and its bits are what is asked for.
+// Sine and cosine of the C library, which MuJoCo calls: the kernel needs the same bits.
 #pragma once
 
 namespace walker::walker2d {
 
-/// Both of an angle [rad], as sin and cos give them.
+/// Computes sine and cosine of an angle [rad] with the bits of sin and cos.
 extern void (*sine_and_cosine_of)(double angle, double* sine, double* cosine);
 
-/// Takes sincos for it, which is faster, where that has the bits of sin and cos: in glibc 2.31 it
-/// has not, in 2.36 it has. Tried once in a process, on 50,000 angles.
+/// Selects the faster sincos for `sine_and_cosine_of` if it has the bits of sin and cos on 50,000
+/// angles: not in glibc 2.31, but in 2.36. Checks once per process.
 void choose_sine_and_cosine();
 
 }  // namespace walker::walker2d
