@@ -72,7 +72,7 @@ class Client::Implementation {
     tcpros::store_length(request_.size() - tcpros::kLengthBytes, request_.data());
     ServiceConnection& connection = connected(index, until);
     try {
-      Reader answer = connection.call(request_, most_answer_bytes(index, server), until);
+      Reader answer = connection.call(request_, max_answer_bytes(index, server), until);
       read(answer);
     } catch (const RequestRefused&) {
       throw;

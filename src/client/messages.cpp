@@ -113,7 +113,7 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
 
 }  // namespace
 
-std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
+std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
   constexpr std::size_t kWords = std::size_t{1} << 20U;  // strings and small fields
   constexpr std::size_t kTexts = 4096;                   // the message of an environment's failure
   constexpr std::size_t kNumbers =

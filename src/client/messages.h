@@ -103,7 +103,7 @@ class Reader : public MessageReader {
 void read(Reader& reader, ServerSpecification& told);
 
 /// Upper bound of a service's answer [bytes], given the server's specification; at most TCPROS's.
-std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server);
+std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& server);
 
 void read(Reader& reader, const ServerSpecification& server, Transition& transition);
 void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch);

@@ -44,7 +44,7 @@ tcpros::Fields ServiceConnection::receive_header(const Deadline& deadline) {
   return tcpros::parse_header(input_.data() + tcpros::kLengthBytes, size);
 }
 
-Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t most_answer_bytes,
+Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t max_answer_bytes,
                                const Deadline& deadline) {
   constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
   socket_.send_all(request.data(), request.size(), deadline);
@@ -52,9 +52,9 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t most_an
   receive_at_least(kHeadBytes, deadline);
   const std::size_t size = tcpros::load_length(&input_[1]);
   if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
-  if (size > most_answer_bytes) {
+  if (size > max_answer_bytes) {
     throw std::runtime_error("it announces an answer of " + std::to_string(size) +
-                             " bytes; at most " + std::to_string(most_answer_bytes) + " are taken");
+                             " bytes; at most " + std::to_string(max_answer_bytes) + " are taken");
   }
   receive_at_least(kHeadBytes + size, deadline);
   if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");

@@ -24,12 +24,11 @@ class ServiceConnection {
 
   /// Sends a request and blocks until its answer.
   /// @param request begins with its length
-  /// @param most_answer_bytes upper bound of the answer
+  /// @param max_answer_bytes upper bound of the answer
   /// @return the serialised response, valid until the next call
   /// @throws RequestRefused with the server's reason; SocketError, Interrupted, std::runtime_error,
   ///         after which the connection is unusable
-  Reader call(const tcpros::Bytes& request, std::size_t most_answer_bytes,
-              const Deadline& deadline);
+  Reader call(const tcpros::Bytes& request, std::size_t max_answer_bytes, const Deadline& deadline);
 
  private:
   void receive_at_least(std::size_t size, const Deadline& deadline);

@@ -40,7 +40,7 @@ std::string EpisodeState::step_refusal(AutoresetMode mode) const {
   return "the episode ended after " + std::to_string(step) + " steps";
 }
 
-const char* EpisodeState::bare_end_reason() const {
+const char* EpisodeState::end_reason_detail() const {
   const std::size_t colon = end_reason.find(": ");
   return colon == std::string::npos ? "" : &end_reason[colon + 2];
 }
@@ -112,7 +112,7 @@ void Episode::step(const double* action, std::size_t size) {
   conclude();
 }
 
-bool Episode::is_like(const Episode& other) const {
+bool Episode::can_step_together(const Episode& other) const {
   const Specification& a = specification();
   const Specification& b = other.specification();
   const Robot& robot = *robot_;
@@ -228,7 +228,7 @@ void Episode::copy_to(Result& result) const {
   result.reward = state_.reward;
   result.terminated = state_.terminated;
   result.truncated = state_.truncated;
-  result.end_reason = state_.bare_end_reason();
+  result.end_reason = state_.end_reason_detail();
   result.error = state_.error.c_str();
 }
 

@@ -63,7 +63,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void step(const std::vector<double>& action) { step(action.data(), action.size()); }
 
   /// Whether both may be in one `step_group`: same robot type, id, parameters and sizes.
-  bool is_like(const Episode& other) const;
+  bool can_step_together(const Episode& other) const;
   std::size_t group_size() const;
 
   /// One member of `step_group`. The caller has checked the action and that a step is allowed.
@@ -73,7 +73,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   };
 
   /// Steps several episodes, each as `step` does, but without checks.
-  /// @param steps at most kMaxGroupSize distinct episodes that are pairwise `is_like`
+  /// @param steps at most kMaxGroupSize distinct episodes that are pairwise `can_step_together`
   static void step_group(const GroupStep* steps, std::size_t count) noexcept;
 
   /// As the override below. The episode can then no longer be recorded.

@@ -42,7 +42,7 @@ struct EpisodeState {
   /// The same for a step of a vector environment, whose autoreset may allow steps after the end.
   std::string step_refusal(AutoresetMode mode) const;
   /// `end_reason` without "terminated: " or "truncated: ".
-  const char* bare_end_reason() const;
+  const char* end_reason_detail() const;
 };
 
 }  // namespace walker

@@ -125,7 +125,7 @@ struct Pool::Implementation {
       slots[i].episode.reset(&episode_of(*make().release()));
       Episode& episode = *slots[i].episode;
       const Episode& first = *slots[0].episode;
-      if (!episode.is_like(first)) {
+      if (!episode.can_step_together(first)) {
         throw std::invalid_argument(name_of(i) + episode.specification().id +
                                     "; must be as the first one, " + first.specification().id +
                                     " with the same parameters");
@@ -409,6 +409,6 @@ const char* Pool::reset_error(std::size_t index) const {
   return state.failed_at_reset() ? state.error.c_str() : "";
 }
 
-const char* Pool::end_reason(std::size_t index) const { return outcome(index).bare_end_reason(); }
+const char* Pool::end_reason(std::size_t index) const { return outcome(index).end_reason_detail(); }
 
 }  // namespace walker

@@ -27,7 +27,7 @@ void write(const EpisodeState& state, StateWriter& writer) {
   writer.number(state.reward);
   writer.number(std::uint8_t{state.terminated});
   writer.number(std::uint8_t{state.truncated});
-  writer.text(state.bare_end_reason());
+  writer.text(state.end_reason_detail());
   writer.text(state.error);
 }
 

@@ -98,13 +98,13 @@ StateReader StateOrigin::open(const std::byte* state, std::size_t size) const {
     refuse_state("its bytes do not have the checksum that its header tells");
   }
   if (reader.size() < text_.size() || std::memcmp(reader.next(), text_.data(), text_.size()) != 0) {
-    tell_difference(reader);
+    throw_difference(reader);
   }
   return {reader.next() + text_.size(), reader.size() - text_.size()};
 }
 
 /// Throws the error for the first difference, in the order of this environment's fields.
-void StateOrigin::tell_difference(StateReader reader) const {
+void StateOrigin::throw_difference(StateReader reader) const {
   const std::string absent = "(absent)";
   StateReader own_reader(text_.data(), text_.size());
   const Fields own = read_fields(own_reader);

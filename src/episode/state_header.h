@@ -34,7 +34,7 @@ class StateOrigin {
   StateReader open(const std::byte* state, std::size_t size) const;
 
  private:
-  [[noreturn]] void tell_difference(StateReader reader) const;
+  [[noreturn]] void throw_difference(StateReader reader) const;
 
   std::vector<std::byte> text_;  // names and values
 };

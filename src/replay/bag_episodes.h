@@ -32,7 +32,7 @@ struct BagEpisode {
   ros::Time first_stamp;                  ///< of `first_step`
   std::uint32_t last_step = 0;            ///< last step before the first gap
   ros::Time last_stamp;                   ///< of `last_step`
-  std::uint32_t gap_end = 0;              ///< last step of the first gap; 0: no gap
+  std::uint32_t first_gap_end = 0;        ///< last step of the first gap; 0: no gap
   std::size_t num_transitions = 0;        ///< in the bag, including those after a gap
   double episode_return = 0;              ///< at `last_step`
   bool terminated = false;                ///< at `last_step`

@@ -32,8 +32,8 @@ void BagIndex::add(const walker_sim::Transition& message) {
   BagEpisode& episode = episodes_.back();
   ++episode.num_transitions;
   const bool is_next = begins || message.step == step_ + 1;
-  if (episode.gap_end == 0 && !is_next) episode.gap_end = message.step - 1;
-  if (episode.gap_end == 0) {
+  if (episode.first_gap_end == 0 && !is_next) episode.first_gap_end = message.step - 1;
+  if (episode.first_gap_end == 0) {
     episode.last_step = message.step;
     episode.last_stamp = message.header.stamp;
     episode.episode_return = message.episode_return;
@@ -143,8 +143,8 @@ void BagIndex::join_end(std::size_t index, Place from, Place to) {
     if (announcement.episode != episode.number || announcement.end_reason.empty()) continue;
     if (announcement.header.stamp < episode.last_stamp) continue;
     episode.end = announcement;
-    if (episode.gap_end == 0 && announcement.length > episode.last_step) {
-      episode.gap_end = announcement.length;
+    if (episode.first_gap_end == 0 && announcement.length > episode.last_step) {
+      episode.first_gap_end = announcement.length;
     }
     return;
   }

@@ -69,7 +69,7 @@ Row describe(const BagEpisode& episode) {
 }
 
 /// Recorded data that is missing to repeat the episode; empty if none.
-std::string describe_lack(const BagEpisode& episode) {
+std::string missing_data(const BagEpisode& episode) {
   if (episode.first_step == 0) {
     return episode.beginning ? "" : "its beginning is not in the bag (topic episode)";
   }
@@ -102,7 +102,7 @@ class WalkerReport {
   void begin(const BagEpisode& episode) {
     if (index_ == 0 || episode.spec != walker_.episodes[index_ - 1].spec) introduce(episode);
     if (episode.missing_before > 0) write_missing_episodes(episode);
-    is_repeated_ = replay_ && describe_lack(episode).empty();
+    is_repeated_ = replay_ && missing_data(episode).empty();
     if (!is_repeated_) return;
     if (episode.restored) {
       replay_->begin(episode.restored->episode, episode.restored->actions);
@@ -157,21 +157,21 @@ class WalkerReport {
       const bool is_lost =
           episode.first_step != 0 && !episode.beginning && !episode.opens_recording;
       ++(is_lost ? counts_.with_gap : counts_.not_compared);
-      return "not compared: " + describe_lack(episode);
+      return "not compared: " + missing_data(episode);
     }
-    if (episode.end && episode.gap_end == 0) replay_->compare_end(*episode.end);
+    if (episode.end && episode.first_gap_end == 0) replay_->compare_end(*episode.end);
     if (!replay_->difference().empty()) {
       ++counts_.differing;
       return "differs " + replay_->difference();
     }
-    if (episode.gap_end != 0 && !is_cut_off(episode)) {
+    if (episode.first_gap_end != 0 && !is_cut_off(episode)) {
       ++counts_.with_gap;
       return "equal up to step " + std::to_string(episode.last_step) + "; " +
-             steps_text(episode.last_step + 1, episode.gap_end) + " not in the bag";
+             steps_text(episode.last_step + 1, episode.first_gap_end) + " not in the bag";
     }
     ++counts_.equal;
     counts_.steps += episode.last_step;
-    if (episode.gap_end != 0) {
+    if (episode.first_gap_end != 0) {
       return "equal up to step " + std::to_string(episode.last_step) + ", where the recording ends";
     }
     return episode.restored ? "equal, restored at step " + std::to_string(episode.first_step)

@@ -29,14 +29,14 @@ int bind_to(int descriptor, const Address& address) {
 
 }  // namespace
 
-bool listens_here_alone() {
+bool is_loopback_only() {
   const std::string& host = ros::network::getHost();
   return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
 }
 
 std::string listening_addresses() {
   const std::string giver = name_giver();
-  if (listens_here_alone()) {
+  if (is_loopback_only()) {
     return "Listens on this machine alone" + (giver.empty() ? "" : " (" + giver + ")");
   }
   return "Listens on every address of this machine, as " + ros::network::getHost() + " (" +
@@ -52,7 +52,7 @@ std::string listening_addresses() {
 // NOLINTNEXTLINE(readability-inconsistent-declaration-parameter-name): those there are reserved
 extern "C" __attribute__((visibility("default"))) int bind(int descriptor, const sockaddr* address,
                                                            socklen_t size) noexcept {
-  if (walker::listens_here_alone()) {
+  if (walker::is_loopback_only()) {
     sockaddr_in ipv4{};
     sockaddr_in6 ipv6{};
     if (address->sa_family == AF_INET && size >= sizeof(ipv4)) {

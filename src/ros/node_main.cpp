@@ -35,11 +35,11 @@ namespace walker {
 namespace {
 
 // An unobstructed shutdown takes less. After this time the watching thread probes the master.
-constexpr std::chrono::milliseconds kPatience{500};
+constexpr std::chrono::milliseconds kShutdownTimeout{500};
 // An error may list all allowed values, and may quote a peer.
 constexpr std::size_t kMaxErrorBytes = 8000;
 
-sem_t is_told;  // wakes the watching thread: sem_post is async-signal-safe
+sem_t wake_semaphore;  // wakes the watching thread: sem_post is async-signal-safe
 std::atomic<bool> is_signalled{false};
 std::atomic<bool> is_started{false};  // ros::start may have registered the node
 
@@ -54,7 +54,7 @@ void on_signal(int /*signal*/) {
   const int error = errno;
   is_signalled = true;
   ros::requestShutdown();  // only sets a flag
-  sem_post(&is_told);
+  sem_post(&wake_semaphore);
   errno = error;
 }
 
@@ -83,7 +83,7 @@ bool master_hangs() {
 class EndOnSignals {
  public:
   EndOnSignals() {
-    sem_init(&is_told, 0, 0);
+    sem_init(&wake_semaphore, 0, 0);
     thread_ = std::thread([this] { watch(); });
     set_poll(&poll_until_end);
     std::signal(SIGINT, on_signal);
@@ -95,23 +95,23 @@ class EndOnSignals {
     // roscpp's own shutdown at exit runs after the destruction of objects that its threads use.
     if (is_started) ros::shutdown();
     end_.set_value();
-    sem_post(&is_told);
+    sem_post(&wake_semaphore);
     thread_.join();
   }
 
  private:
   void watch() {
-    while (sem_wait(&is_told) != 0) {  // EINTR
+    while (sem_wait(&wake_semaphore) != 0) {  // EINTR
     }
     const std::future<void> end = end_.get_future();
     // ros::init waits for the master without a timeout. The node is not registered yet.
-    if (!is_started && end.wait_for(kPatience) != std::future_status::ready && !is_started) {
+    if (!is_started && end.wait_for(kShutdownTimeout) != std::future_status::ready && !is_started) {
       std::_Exit(EXIT_SUCCESS);
     }
-    while (end.wait_for(kPatience) != std::future_status::ready) {
+    while (end.wait_for(kShutdownTimeout) != std::future_status::ready) {
       ros::requestShutdown();  // again: ros::start clears an earlier request
       if (!master_hangs()) continue;
-      is_done_within(kPatience, [] {  // a full pipe may block this, too
+      is_done_within(kShutdownTimeout, [] {  // a full pipe may block this, too
         std::fputs("The ROS master does not answer: the node ends without taking itself off it\n",
                    stderr);
         std::fflush(nullptr);

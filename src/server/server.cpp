@@ -41,7 +41,7 @@ namespace {
 constexpr std::chrono::seconds kRecorderStarts{3};  // enough if both start together
 
 /// Upper bound of a ~restore request: the longest recordable episode and its spec's strings.
-std::size_t most_record_bytes(const Specification& specification) {
+std::size_t max_record_bytes(const Specification& specification) {
   return kMaxRecordedSteps * specification.action_size() * sizeof(double) + kMaxRecordTextBytes;
 }
 
@@ -254,7 +254,7 @@ void Server::offer_services() {
   advertise_pending<walker_sim::Restore>(
       port_, "restore",
       [this](const auto& request, const auto& reply) { restores_.add(request.record, reply); },
-      most_record_bytes(pool_.specification()));
+      max_record_bytes(pool_.specification()));
   advertise_pending<walker_sim::Render>(port_, "render",
                                         [this](const auto& request, const auto& reply) {
                                           outputs_.camera().render(request, clock_.now(), reply);

@@ -18,13 +18,13 @@ namespace walker::simd {
 template <typename Kernel>
 struct KernelChoice {
   const Kernel* kernel = nullptr;
-  std::string why_none;
+  std::string fallback_reason;
 };
 
 template <typename Kernel>
 struct AllowedKernels {
   std::vector<const Kernel*> kernels;
-  std::string why_none;
+  std::string fallback_reason;
 };
 
 /// Returns the kernels that the environment variable WALKER_SIM_KERNEL allows: all if it is not
@@ -64,7 +64,7 @@ KernelChoice<Kernel> choose_kernel(const AllowedKernels<Kernel>& allowed,
                                    const Trial& is_as_engine) {
   static std::mutex mutex;
   static std::map<const Kernel*, bool> known;
-  if (allowed.kernels.empty()) return {nullptr, allowed.why_none};
+  if (allowed.kernels.empty()) return {nullptr, allowed.fallback_reason};
   const std::lock_guard<std::mutex> lock(mutex);
   for (const Kernel* kernel : allowed.kernels) {
     auto found = known.find(kernel);

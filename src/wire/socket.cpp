@@ -20,8 +20,9 @@
 namespace walker {
 namespace {
 
-// Timeout of recv(). Shorter than kLookPeriod, so that a fast answer needs no poll in `receive`.
-constexpr std::chrono::milliseconds kMaxReceive = kLookPeriod / 2;
+// Timeout of recv(). Shorter than kSignalCheckPeriod, so that a fast answer needs no poll in
+// `receive`.
+constexpr std::chrono::milliseconds kMaxReceive = kSignalCheckPeriod / 2;
 
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
@@ -77,11 +78,11 @@ int connect_to(const addrinfo& address, const Deadline& deadline) {
 TimePoint::duration Deadline::check() const {
   const TimePoint now = std::chrono::steady_clock::now();
   if (now >= until_) throw SocketError("timed out");
-  if (now >= next_look_) {
-    next_look_ = now + kLookPeriod;
+  if (now >= next_check_) {
+    next_check_ = now + kSignalCheckPeriod;
     take_signal();
   }
-  return std::min(until_, next_look_) - now;
+  return std::min(until_, next_check_) - now;
 }
 
 void Deadline::take_signal() const {

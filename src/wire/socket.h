@@ -14,7 +14,7 @@ namespace walker {
 using TimePoint = std::chrono::steady_clock::time_point;
 
 /// Period at which a call that blocks or transfers data checks for a signal.
-constexpr std::chrono::milliseconds kLookPeriod{100};
+constexpr std::chrono::milliseconds kSignalCheckPeriod{100};
 
 /// `is_interrupted` of a call that no signal ends.
 inline const std::function<bool()> kNeverInterrupted;
@@ -28,7 +28,7 @@ class Deadline {
 
   explicit Deadline(TimePoint until) : Deadline(until, kNeverInterrupted) {}
 
-  /// Also checks for a signal, every kLookPeriod.
+  /// Also checks for a signal, every kSignalCheckPeriod.
   /// @return upper bound of a wait before the next check; above zero
   /// @throws SocketError at the deadline, Interrupted
   TimePoint::duration check() const;
@@ -39,7 +39,7 @@ class Deadline {
  private:
   TimePoint until_;
   const std::function<bool()>& is_interrupted_;
-  mutable TimePoint next_look_ = std::chrono::steady_clock::now() + kLookPeriod;
+  mutable TimePoint next_check_ = std::chrono::steady_clock::now() + kSignalCheckPeriod;
 };
 
 /// Failure to connect, send or receive. The message does not name the peer; the caller adds it.

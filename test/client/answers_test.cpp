@@ -251,17 +251,17 @@ TEST(Answers, AreNoLongerThanTheyNeedToBe) {
   const ServerSpecification server = test::example_specification();
   constexpr std::size_t kMebibyte = 1 << 20;
   for (const ServiceIndex service : {kReset, kStep, kStepMany, kRestore, kResetBatch, kStepBatch}) {
-    EXPECT_GE(most_answer_bytes(service, server), kMebibyte);
-    EXPECT_LT(most_answer_bytes(service, server), kMebibyte + 4096);
+    EXPECT_GE(max_answer_bytes(service, server), kMebibyte);
+    EXPECT_LT(max_answer_bytes(service, server), kMebibyte + 4096);
   }
-  EXPECT_EQ(most_answer_bytes(kGetSpec, server), kMaxSpecificationBytes);
-  EXPECT_GE(most_answer_bytes(kSnapshot, server), 8000000 + kMaxSpecificationBytes);
-  EXPECT_LT(most_answer_bytes(kSnapshot, server), 10000000 + kMaxSpecificationBytes);
-  EXPECT_LT(most_answer_bytes(kRender, server), 70 * kMebibyte);
+  EXPECT_EQ(max_answer_bytes(kGetSpec, server), kMaxSpecificationBytes);
+  EXPECT_GE(max_answer_bytes(kSnapshot, server), 8000000 + kMaxSpecificationBytes);
+  EXPECT_LT(max_answer_bytes(kSnapshot, server), 10000000 + kMaxSpecificationBytes);
+  EXPECT_LT(max_answer_bytes(kRender, server), 70 * kMebibyte);
   ServerSpecification large = server;
   large.num_envs = kMaxEnvironments;
   large.observation_size = 500000;
-  EXPECT_EQ(most_answer_bytes(kStepBatch, large), tcpros::kMaxMessageBytes);
+  EXPECT_EQ(max_answer_bytes(kStepBatch, large), tcpros::kMaxMessageBytes);
 }
 
 /// In memory a text has eight times the bytes of an empty one's length.

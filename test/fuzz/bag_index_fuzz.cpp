@@ -44,7 +44,8 @@ void run(const std::uint8_t* data, std::size_t size) {
   for (const BagEpisode& episode : index.finish()) {
     require(episode.last_step >= episode.first_step, "steps of an episode go forward");
     require(episode.num_consecutive() <= episode.num_transitions, "each of them is in the bag");
-    require(episode.gap_end == 0 || episode.gap_end > episode.last_step, "a gap is behind them");
+    require(episode.first_gap_end == 0 || episode.first_gap_end > episode.last_step,
+            "a gap is behind them");
     require(!episode.end || episode.end->episode == episode.number, "its end is its own");
   }
 }

@@ -29,7 +29,7 @@ from walker_sim.training.settings import (
     settings_from,
     write_settings,
 )
-from walker_sim.training.walkers import GymnasiumsWalkers, LearnersWalkers, OurWalkers
+from walker_sim.training.walkers import GymnasiumSource, NormalizedVecEnv, PoolSource
 
 ROOT = pathlib.Path(__file__).parents[2]
 ID = "BipedalWalker-v3"
@@ -165,10 +165,10 @@ def test_settings_change_where_they_say():
 def test_our_walkers_are_gymnasiums_to_the_learner(promotion):
     """To the bit, where ours keep Box2D's world from one episode to the next as Gymnasium does."""
     settings = small(num_envs=3, parameters={}, least_reward=-5)
-    ours = LearnersWalkers(
-        OurWalkers(ID, small(num_envs=3, parameters={"reuse_world": True}), 1), settings
+    ours = NormalizedVecEnv(
+        PoolSource(ID, small(num_envs=3, parameters={"reuse_world": True}), 1), settings
     )
-    theirs = LearnersWalkers(GymnasiumsWalkers(ID, settings), settings)
+    theirs = NormalizedVecEnv(GymnasiumSource(ID, settings), settings)
     assert np.array_equal(ours.reset(), theirs.reset())
     random = np.random.default_rng(0)
     ends = 0
@@ -190,7 +190,7 @@ def test_our_walkers_are_gymnasiums_to_the_learner(promotion):
 
 def test_rewards_are_divided_and_a_fall_counts_as_much_as_is_said():
     settings = small(num_envs=1, parameters={}, least_reward=-2)
-    walkers = LearnersWalkers(OurWalkers(ID, settings, 1), settings)
+    walkers = NormalizedVecEnv(PoolSource(ID, settings, 1), settings)
     walkers.reset()
     least, done = 0.0, False
     while not done:
@@ -205,8 +205,10 @@ def test_rewards_are_divided_and_a_fall_counts_as_much_as_is_said():
 
 def test_a_delayed_action_is_the_one_before():
     settings = small(num_envs=2, parameters={}, action_delay=1.0)
-    late = LearnersWalkers(OurWalkers(ID, settings, 1), settings)
-    prompt = LearnersWalkers(OurWalkers(ID, small(num_envs=2, parameters={}), 1), small(num_envs=2))
+    late = NormalizedVecEnv(PoolSource(ID, settings, 1), settings)
+    prompt = NormalizedVecEnv(
+        PoolSource(ID, small(num_envs=2, parameters={}), 1), small(num_envs=2)
+    )
     late.reset()
     prompt.reset()
     actions = np.random.default_rng(1).uniform(-0.3, 0.3, (5, 2, 4)).astype(np.float32)

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 from walker_sim import WalkerEnv
-from walker_sim.window import FORGIVEN, LONGEST_GAP, SHORTEST_GAP, Pace, Window
+from walker_sim.window import MAX_LAG, MAX_PICTURE_INTERVAL, MIN_PICTURE_INTERVAL, Pace, Window
 from walkers import follow, random_actions
 
 DT = 1 / 50
@@ -44,7 +44,7 @@ def test_no_more_pictures_than_a_screen_shows(clock):
     pace = Pace(0.001, clock)
     num_pictures = play(pace, clock, 1000)
     assert clock.time == pytest.approx(101)
-    assert num_pictures == pytest.approx(1 / SHORTEST_GAP, abs=3)
+    assert num_pictures == pytest.approx(1 / MIN_PICTURE_INTERVAL, abs=3)
 
 
 @pytest.mark.parametrize("picture_time", [0.04, 0.14])
@@ -58,7 +58,7 @@ def test_slow_pictures_are_left_out_and_time_is_kept(picture_time, clock):
 def test_slow_steps_are_shown_all_the_same(clock):
     pace = Pace(DT, clock)
     num_pictures = play(pace, clock, 100, step_time=0.04)
-    assert 0.5 * 4 / LONGEST_GAP < num_pictures <= 4 / LONGEST_GAP
+    assert 0.5 * 4 / MAX_PICTURE_INTERVAL < num_pictures <= 4 / MAX_PICTURE_INTERVAL
 
 
 def test_what_was_late_is_not_made_up_for(clock):
@@ -67,7 +67,7 @@ def test_what_was_late_is_not_made_up_for(clock):
     clock.time += 60  # the user has looked at something else
     begun = clock.time
     play(pace, clock, 100)
-    assert clock.time == pytest.approx(begun + 100 * DT - FORGIVEN, abs=DT)
+    assert clock.time == pytest.approx(begun + 100 * DT - MAX_LAG, abs=DT)
 
 
 def picture(value):

@@ -71,7 +71,7 @@ TEST_F(ChooseKernelTest, OffAllowsNone) {
   const KernelVariable variable("off");
   const auto allowed = allowed_kernels(usable_kernels(compiled<0>()));
   EXPECT_TRUE(allowed.kernels.empty());
-  EXPECT_EQ(allowed.why_none, "WALKER_SIM_KERNEL is off");
+  EXPECT_EQ(allowed.fallback_reason, "WALKER_SIM_KERNEL is off");
 }
 
 TEST_F(ChooseKernelTest, WhatThereIsNotIsRefusedByName) {
@@ -87,7 +87,7 @@ TEST_F(ChooseKernelTest, NoneForThisProcessorIsSaid) {
   const auto choice = choose_kernel(allowed_kernels<FakeKernel<1>>({}),
                                     [](const FakeKernel<1>& /*kernel*/) { return true; });
   EXPECT_EQ(choice.kernel, nullptr);
-  EXPECT_EQ(choice.why_none, "there is no kernel for this processor");
+  EXPECT_EQ(choice.fallback_reason, "there is no kernel for this processor");
 }
 
 TEST_F(ChooseKernelTest, TheFirstThatPassesItsTrialIsChosenAndTriedOnce) {
@@ -111,7 +111,7 @@ TEST_F(ChooseKernelTest, NoneThatPassesIsSaid) {
   const auto choice = choose_kernel(allowed_kernels(usable_kernels(compiled<3>())),
                                     [](const FakeKernel<3>& /*kernel*/) { return false; });
   EXPECT_EQ(choice.kernel, nullptr);
-  EXPECT_EQ(choice.why_none, "the kernel has other bits here");
+  EXPECT_EQ(choice.fallback_reason, "the kernel has other bits here");
 }
 
 }  // namespace

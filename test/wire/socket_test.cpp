@@ -117,7 +117,7 @@ TEST(Socket, LooksForSignalsNowAndThenOnly) {
     return false;
   };
   constexpr int kPeriods = 5;
-  EXPECT_EQ(end_of_use(babble, receive_one, kPeriods * kLookPeriod, count), "timed out");
+  EXPECT_EQ(end_of_use(babble, receive_one, kPeriods * kSignalCheckPeriod, count), "timed out");
   EXPECT_LE(looks, kPeriods);
 }
 

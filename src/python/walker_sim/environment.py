@@ -26,7 +26,7 @@ from walker_sim.rendering import (
 from walker_sim.time_limit import ANY, limit_of_make
 from walker_sim.transport import (
     TRANSPORTS,
-    Place,
+    ServerAddress,
     State,
     Walker,
     by_name,
@@ -35,7 +35,7 @@ from walker_sim.transport import (
 
 
 def make_walker(
-    env_id: str, place: Place, max_episode_steps: int | None, parameters: dict[str, Any]
+    env_id: str, place: ServerAddress, max_episode_steps: int | None, parameters: dict[str, Any]
 ) -> Walker:
     """Makes a walker in process, or connects to a server and compares it with the arguments."""
     if place.transport == "inprocess":
@@ -122,7 +122,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         refuse_unknown(WalkerEnv.__init__, env_id, parameters)
         self.render_mode = render_mode
         self._transport = transport
-        place = Place(transport, server, master_uri, timeout)
+        place = ServerAddress(transport, server, master_uri, timeout)
         self._walker = make_walker(env_id, place, max_episode_steps, parameters)
         specification = self._walker.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
@@ -165,16 +165,16 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def np_random(self) -> np.random.Generator:
         """Generator of terrain and noise. Not available over ROS, where the server has it."""
-        self._need_own_generator()
+        self._require_own_generator()
         return super().np_random
 
     @np_random.setter
     def np_random(self, value: np.random.Generator) -> None:
-        self._need_own_generator()
+        self._require_own_generator()
         self._np_random = value
         self._np_random_seed = -1  # unknown, as in Gymnasium
 
-    def _need_own_generator(self) -> None:
+    def _require_own_generator(self) -> None:
         if self._transport == "ros":
             raise AttributeError(
                 'np_random: over ROS there is none; only with transport="inprocess"'

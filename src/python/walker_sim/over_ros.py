@@ -16,20 +16,20 @@ from walker_sim.transport import (
     Batch,
     Colors,
     Depths,
-    Place,
+    ServerAddress,
     Specification,
     State,
     Walkers,
 )
 
-MOST_LINES = 20
-MOST_CHARACTERS = 200  # maximum length of a value in an error message
+MAX_LINES = 20
+MAX_VALUE_LENGTH = 200  # maximum length of a value in an error message
 
 
 def differences(
     wanted: Specification, found: Specification, takes_any_limit: bool = False
 ) -> list[str]:
-    """Returns the differences from the expected server, one per line, truncated to MOST_LINES."""
+    """Returns the differences from the expected server, one per line, truncated to MAX_LINES."""
     pairs: dict[str, tuple[Any, Any]] = {
         name: (wanted[name], found[name])
         for name in ("id", "mode", "num_envs", "autoreset_mode")
@@ -46,14 +46,14 @@ def differences(
         for name, (here, there) in pairs.items()
         if here != there
     ]
-    return lines[:MOST_LINES] + [f"and {len(lines) - MOST_LINES} more"] * (len(lines) > MOST_LINES)
+    return lines[:MAX_LINES] + [f"and {len(lines) - MAX_LINES} more"] * (len(lines) > MAX_LINES)
 
 
 def shown(value: Any) -> str:
     """Returns a server's value for an error message, escaped and truncated."""
     text = str(value)
     fit = text if text.isprintable() else repr(text)
-    return fit if len(fit) <= MOST_CHARACTERS else f"{fit[:MOST_CHARACTERS]}..."
+    return fit if len(fit) <= MAX_VALUE_LENGTH else f"{fit[:MAX_VALUE_LENGTH]}..."
 
 
 class Connection:
@@ -74,7 +74,7 @@ class Connection:
         env_id: str,
         parameters: Mapping[str, Any],
         required: Specification,
-        place: Place,
+        place: ServerAddress,
         takes_any_limit: bool = False,
     ) -> None:
         for name, value in (("server", place.server), ("master_uri", place.master_uri)):
@@ -142,7 +142,7 @@ class RemoteWalker:
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        place: Place,
+        place: ServerAddress,
         takes_any_limit: bool = False,
     ) -> None:
         required = {"mode": "lockstep", "num_envs": 1}
@@ -196,7 +196,7 @@ class RemoteWalkers(Walkers):
         parameters: Mapping[str, Any],
         num_envs: int,
         autoreset_mode: str,
-        place: Place,
+        place: ServerAddress,
     ) -> None:
         required = {"mode": "lockstep", "num_envs": num_envs, "autoreset_mode": autoreset_mode}
         self._connection = Connection(env_id, parameters, required, place)

@@ -17,8 +17,8 @@ from walker_sim.attributes import attributes_of
 from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
-from walker_sim.sb3_env_fns import EnvFns, Plan, plan_of
-from walker_sim.transport import Batch, Place, by_name, make_walkers, spaces_of
+from walker_sim.sb3_env_fns import EnvFns, VecEnvSpec, spec_of
+from walker_sim.transport import Batch, ServerAddress, by_name, make_walkers, spaces_of
 
 Infos = List[Dict[str, Any]]
 
@@ -87,12 +87,12 @@ class VecEnv(vec_env.VecEnv):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        plan: Plan | None = None
+        plan: VecEnvSpec | None = None
         if not isinstance(env_id, str):
             others = {**parameters, "render_mode": render_mode, "transport": transport}
             others.update(max_episode_steps=max_episode_steps)
             others.update(server=server, master_uri=master_uri, timeout=timeout)
-            plan = plan_of(env_id, {**others, "num_envs": num_envs})
+            plan = spec_of(env_id, {**others, "num_envs": num_envs})
             env_id, num_envs, parameters = plan.env_id, plan.num_envs, dict(plan.parameters)
             max_episode_steps, render_mode = plan.max_episode_steps, plan.render_mode
         env_id = without_namespace(env_id)
@@ -102,7 +102,7 @@ class VecEnv(vec_env.VecEnv):
         num_threads = to_count("num_threads", num_threads, 0)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
-        place = Place(transport, server, master_uri, timeout)
+        place = ServerAddress(transport, server, master_uri, timeout)
         self._walkers = make_walkers(env_id, num_envs, "same_step", parameters, place, num_threads)
         specification = self._walkers.specification
         self._pictures = Pictures(

@@ -19,7 +19,7 @@ from walker_sim.environment import WalkerEnv
 EnvFns = Sequence[Callable[[], gymnasium.Env]]
 
 
-class Told(gymnasium.Env[NDArray[Any], NDArray[Any]]):
+class ReplayEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     """Environment under a `Monitor` that returns the outcomes of a walker stepped elsewhere."""
 
     def __init__(self, walker: gymnasium.Env) -> None:
@@ -38,11 +38,11 @@ class Told(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         return self.outcome
 
 
-class Watch:
+class MonitorFeed:
     """Passes a walker's outcomes to its `Monitor`, which adds to infos and writes files."""
 
     def __init__(self, monitor: Monitor) -> None:
-        self.monitor, self._told = monitor, Told(monitor.env)
+        self.monitor, self._told = monitor, ReplayEnv(monitor.env)
         monitor.env = self._told
 
     def reset(self) -> None:
@@ -61,7 +61,7 @@ class Watch:
 
 
 @dataclass
-class Plan:
+class VecEnvSpec:
     """Arguments of a vector environment whose walkers equal those that the functions make."""
 
     env_id: str
@@ -70,10 +70,10 @@ class Plan:
     max_episode_steps: int  # -1: no limit
     render_mode: str | None
     spaces: tuple[gymnasium.Space[Any], gymnasium.Space[Any]]  # observations, actions
-    watches: list[Watch]  # one per walker, or none
+    watches: list[MonitorFeed]  # one per walker, or none
 
 
-def plan_of(env_fns: EnvFns, others: Mapping[str, Any]) -> Plan:
+def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
     """Calls the functions, inspects the walkers that they make, and closes them.
 
     Parameters
@@ -121,14 +121,14 @@ def plan_of(env_fns: EnvFns, others: Mapping[str, Any]) -> Plan:
             "transport = 'ros': one server has all of the walkers; make them by "
             'VecEnv(ID, NUM_ENVS, transport="ros")'
         )
-    return Plan(
+    return VecEnvSpec(
         first.walker.env_id,
         len(made),
         max_episode_steps=parameters.pop("max_episode_steps"),
         render_mode=parameters.pop("render_mode"),
         parameters=parameters,
         spaces=(first.walker.observation_space, first.walker.action_space),
-        watches=[Watch(monitor) for monitor in monitors],
+        watches=[MonitorFeed(monitor) for monitor in monitors],
     )
 
 

@@ -56,7 +56,7 @@ def _box(specification: Specification, what: str, dtype: np.dtype[Any]) -> Box:
     return Box(low, high, dtype=dtype.type)
 
 
-class Place(NamedTuple):
+class ServerAddress(NamedTuple):
     """Address of walkers. All fields but `transport` are for walkers over ROS."""
 
     transport: str = "inprocess"
@@ -187,7 +187,7 @@ def make_walkers(
     num_envs: int,
     autoreset_mode: str,
     parameters: dict[str, Any],
-    place: Place,
+    place: ServerAddress,
     num_threads: int = 0,
     batch_size: int = 0,
 ) -> Walkers:

@@ -25,7 +25,7 @@ from walker_sim.rendering import (
     split_keywords,
     warn_of_no_mode,
 )
-from walker_sim.transport import Batch, Place, make_walkers, spaces_of
+from walker_sim.transport import Batch, ServerAddress, make_walkers, spaces_of
 from walker_sim.vector_arguments import (
     AutoresetMode,
     Seeds,
@@ -111,7 +111,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self.num_envs = to_count("num_envs", num_envs, 1)
         self._walkers = make_walkers(
             *(env_id, self.num_envs, self.autoreset_mode.name.lower(), parameters),
-            Place(transport, server, master_uri, timeout),
+            ServerAddress(transport, server, master_uri, timeout),
             to_count("num_threads", num_threads, 0),
             to_count("batch_size", batch_size, 0),
         )
@@ -190,7 +190,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             If the seeds or the mask have the wrong size or type, or a seed is negative. All states
             are unchanged.
         """
-        self._need_open("reset")
+        self._require_open("reset")
         seeds = to_seeds(seed, self.num_envs)
         mask, chosen = np.ones(self.num_envs, np.bool_), []
         if not isinstance(options, (Mapping, type(None))):
@@ -238,7 +238,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         AttributeError
             If `env_id` is given over ROS.
         """
-        self._need_open("step")
+        self._require_open("step")
         if env_id is not None:
             return self._step_some(actions, env_id)
         batch = self._walkers.step(to_actions(actions, self.num_envs, self._action_size))
@@ -306,7 +306,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         walker_sim.ResetNeeded, gymnasium.error.DependencyNotInstalled, RuntimeError
             As for `WalkerEnv.render`.
         """
-        self._need_open("render")
+        self._require_open("render")
         if self.render_mode is None:
             warn_of_no_mode(self.spec.id if self.spec else self._walkers.specification["id"])
             return None
@@ -399,12 +399,12 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if self.autoreset_mode is AutoresetMode.SAME_STEP or not self._walkers.error(0):
             show(self._walkers.drawer(0))
 
-    def _need_open(self, call: str) -> None:
+    def _require_open(self, call: str) -> None:
         if self.closed:
             raise ClosedEnvironmentError(f"{call}: this environment was closed")
 
     def _pool(self, name: str) -> InProcessWalkers:
-        self._need_open(name)
+        self._require_open(name)
         return self._walkers.pool(name)
 
     def _step_some(self, actions: ArrayLike, env_id: ArrayLike) -> Outcome:

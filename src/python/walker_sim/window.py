@@ -12,10 +12,10 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
-SHORTEST_GAP = 0.015  # minimum time between pictures [s of wall time]; screens run at 60 Hz
-LONGEST_GAP = 0.1  # maximum time without a picture while steps are late [s of wall time]
+MIN_PICTURE_INTERVAL = 0.015  # minimum time between pictures [s of wall time]; screens run at 60 Hz
+MAX_PICTURE_INTERVAL = 0.1  # maximum time without a picture while steps are late [s of wall time]
 WITHOUT_DISPLAY = "there is no display; DISPLAY or WAYLAND_DISPLAY names one"
-FORGIVEN = 0.25  # maximum lag that steps catch up; excess lag is dropped [s of wall time]
+MAX_LAG = 0.25  # maximum lag that steps catch up; excess lag is dropped [s of wall time]
 
 
 def load_pygame() -> Any:
@@ -55,12 +55,12 @@ class Pace:
     def is_picture_due(self) -> bool:
         """Returns whether to show the last step, after `time_left`. Call once after each step."""
         now = self._now()
-        self._target = max(self._target + self._dt / self.speed, now - FORGIVEN)
+        self._target = max(self._target + self._dt / self.speed, now - MAX_LAG)
         if self._was_due:
             self._drawn_at = now
         shown_at = max(now, self._target)
-        is_on_time = now <= self._target and shown_at - self._shown_at >= SHORTEST_GAP
-        self._was_due = is_on_time or now - self._drawn_at >= LONGEST_GAP
+        is_on_time = now <= self._target and shown_at - self._shown_at >= MIN_PICTURE_INTERVAL
+        self._was_due = is_on_time or now - self._drawn_at >= MAX_PICTURE_INTERVAL
         if self._was_due:
             self._shown_at = shown_at
         return self._was_due

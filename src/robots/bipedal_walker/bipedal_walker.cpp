@@ -17,7 +17,7 @@ namespace {
 std::string stepper_of(const KernelChoice& choice) {
   return choice.kernel != nullptr ? std::string("the library, in groups by the kernel for ") +
                                         choice.kernel->instruction_set
-                                  : "the library: " + choice.why_none;
+                                  : "the library: " + choice.fallback_reason;
 }
 
 /// Computes the arm in the body's frame. Box2D's own function subtracts two world positions, which

@@ -121,7 +121,7 @@ void Physics::destroy() {
 void Physics::build_terrain(const Terrain& terrain) {
   const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
   terrain_.reserve(pieces);
-  expect_fixtures(world_, static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
+  reserve_tree_nodes(world_, static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
   for (const std::array<Point, 4>& obstacle : terrain.obstacles) {
     std::array<b2Vec2, 4> vertices;
     std::transform(obstacle.begin(), obstacle.end(), vertices.begin(),
@@ -143,7 +143,7 @@ void Physics::add_terrain(const b2Shape& shape) {
       fixture(shape, 0, kTerrainFriction, kGroundCategory, kAllCategories);
   terrain_.push_back(world_.CreateBody(&body));
   terrain_.back()->CreateFixture(&definition);
-  skip_terrain(world_);
+  clear_move_buffer(world_);
 }
 
 void Physics::build_hull(double push) {

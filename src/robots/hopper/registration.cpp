@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "robots/mujoco/healthy_robot.h"
+#include "robots/mujoco/locomotion_robot.h"
 #include "robots/mujoco/planar_base.h"
 
 namespace walker::hopper {
@@ -32,7 +32,7 @@ std::vector<mujoco::MotorWeights> gait() {
 std::vector<Registration> registrations() {
   // Gymnasium's constants (gymnasium/envs/mujoco/hopper_v4.py, hopper_v5.py, 1.4.0).
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  mujoco::HealthyRobotKind kind;
+  mujoco::LocomotionRobotKind kind;
   kind.name = "Hopper";
   kind.num_hinges = 3;
   kind.reward_threshold = 3800;

@@ -31,10 +31,10 @@ void load_data(const mjModel& m, mjData& data, const double* values) {
 
 }  // namespace
 
-LibraryPhysics::LibraryPhysics(ModelPointer model, std::string why_not_faster)
+LibraryPhysics::LibraryPhysics(ModelPointer model, std::string fallback_reason)
     : model_(std::move(model)),
       data_(make_data(*model_)),
-      why_not_faster_(std::move(why_not_faster)) {}
+      fallback_reason_(std::move(fallback_reason)) {}
 
 void LibraryPhysics::reset(const double* position, const double* velocity) {
   mj_resetData(model_.get(), data_.get());
@@ -59,7 +59,7 @@ void LibraryPhysics::save(double* values) const { save_data(*model_, *data_, val
 void LibraryPhysics::load(const double* values) { load_data(*model_, *data_, values); }
 
 std::string LibraryPhysics::stepper() const {
-  return "the library" + (why_not_faster_.empty() ? "" : ": " + why_not_faster_);
+  return "the library" + (fallback_reason_.empty() ? "" : ": " + fallback_reason_);
 }
 
 DataPointer make_data(const mjModel& model) {

@@ -7,8 +7,8 @@ namespace walker::mujoco {
 
 class LibraryPhysics : public Physics {
  public:
-  /// @param why_not_faster reason why no kernel is used, for `stepper`; may be empty
-  explicit LibraryPhysics(ModelPointer model, std::string why_not_faster = "");
+  /// @param fallback_reason reason why no kernel is used, for `stepper`; may be empty
+  explicit LibraryPhysics(ModelPointer model, std::string fallback_reason = "");
 
   const mjData& data() const { return *data_; }
 
@@ -25,7 +25,7 @@ class LibraryPhysics : public Physics {
  private:
   ModelPointer model_;
   DataPointer data_;
-  std::string why_not_faster_;
+  std::string fallback_reason_;
 };
 
 /// @throws std::runtime_error if the allocation fails

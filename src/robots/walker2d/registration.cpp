@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "robots/mujoco/healthy_robot.h"
+#include "robots/mujoco/locomotion_robot.h"
 #include "robots/walker2d/kernel/kernel_physics.h"
 
 namespace walker::walker2d {
@@ -47,7 +47,7 @@ std::vector<mujoco::MotorWeights> gait() {
 
 std::vector<Registration> registrations() {
   // Gymnasium's constants (gymnasium/envs/mujoco/walker2d_v4.py, walker2d_v5.py, 1.4.0).
-  mujoco::HealthyRobotKind kind;
+  mujoco::LocomotionRobotKind kind;
   kind.name = "Walker2d";
   kind.num_hinges = 6;
   kind.camera_distance = 4;

@@ -16,7 +16,7 @@ namespace {
 constexpr double kPerSecond = 1e9;
 constexpr double kWallSecondsAhead = 20;  // renewed once half of it is used
 // In an outage asks for an hour: a stopped master may execute the call after its caller has gone.
-constexpr double kWallSecondsAheadOfSilence = 3600;
+constexpr double kWallSecondsAheadInOutage = 3600;
 constexpr double kShortest = 10;   // [s]
 constexpr double kMaxAhead = 1e6;  // [s]
 
@@ -90,7 +90,7 @@ void TimeReservation::run() {
     const std::string failure = attempt(until);
     lock.lock();
     if (failure.empty()) {
-      note_success(from, until, at);
+      record_success(from, until, at);
     } else {
       if (was_silent) pause_ = std::clamp(2 * pause_, kShortestPause, kMaxPause);
       failure_ = failure;
@@ -110,7 +110,7 @@ std::uint64_t TimeReservation::next_end() const {
   const double used = static_cast<double>(used_ - paced_from_) / kPerSecond;
   const double pace = used / std::max(elapsed.count(), 1e-3);
   const bool is_silent = !failure_.empty();
-  const double ahead = is_silent ? std::max(pace, 1.0) * kWallSecondsAheadOfSilence
+  const double ahead = is_silent ? std::max(pace, 1.0) * kWallSecondsAheadInOutage
                                  : std::max(pace * kWallSecondsAhead, kShortest);
   const auto nanoseconds = static_cast<std::uint64_t>(std::min(ahead, kMaxAhead) * kPerSecond);
   const std::uint64_t until = used_ + std::min(nanoseconds, end_ - used_);
@@ -127,7 +127,8 @@ std::string TimeReservation::attempt(std::uint64_t until) const {
   return "";
 }
 
-void TimeReservation::note_success(std::uint64_t from, std::uint64_t until, Clock::time_point at) {
+void TimeReservation::record_success(std::uint64_t from, std::uint64_t until,
+                                     Clock::time_point at) {
   reserved_ = until;
   renew_from_ = until == end_ ? end_ : from + (until - from) / 2;
   // After an outage once more, for less: this overrides attempts that the master executes late.

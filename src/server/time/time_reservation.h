@@ -46,7 +46,7 @@ class TimeReservation {
   void run();
   std::uint64_t next_end() const;
   std::string attempt(std::uint64_t until) const;
-  void note_success(std::uint64_t from, std::uint64_t until, Clock::time_point at);
+  void record_success(std::uint64_t from, std::uint64_t until, Clock::time_point at);
   std::string describe_failure() const;
 
   const std::uint64_t end_;

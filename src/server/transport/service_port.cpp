@@ -52,7 +52,7 @@ int listen_anywhere(std::uint16_t& port) {
 }
 
 /// Upper bound of the sessions: half of the file descriptors is left for topics and the rest.
-std::size_t most_sessions() {
+std::size_t max_sessions() {
   constexpr std::size_t kMaxConnections = 1000;
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return kMaxConnections;
@@ -65,7 +65,8 @@ void set(int descriptor, int level, int option, int value) {
 }
 
 /// @return whether the master accepted it
-bool tell_master(const std::string& method, const std::string& service, const std::string& uri) {
+bool call_master_api(const std::string& method, const std::string& service,
+                     const std::string& uri) {
   const bool is_registration = method == "registerService";
   XmlRpc::XmlRpcValue request;
   request[0] = ros::this_node::getName();
@@ -90,7 +91,7 @@ ServiceSession::Outcome advance(ServiceSession& session, short happened) {
 
 }  // namespace
 
-ServicePort::ServicePort() : most_sessions_(most_sessions()) {
+ServicePort::ServicePort() : most_sessions_(max_sessions()) {
   std::uint16_t port = 0;
   listener_ = listen_anywhere(port);
   uri_ = "rosrpc://" + ros::network::getHost() + ":" + std::to_string(port);
@@ -98,7 +99,7 @@ ServicePort::ServicePort() : most_sessions_(most_sessions()) {
 
 ServicePort::~ServicePort() {
   for (const auto& [name, service] : shared_.services) {
-    if (!tell_master("unregisterService", name, uri_)) break;  // the master is gone
+    if (!call_master_api("unregisterService", name, uri_)) break;  // the master is gone
   }
   close(listener_);
 }
@@ -109,7 +110,7 @@ void ServicePort::add(const std::string& name, OfferedService service) {
                                 ": is advertised already; two names are "
                                 "remapped to one");
   }
-  tell_master("registerService", name, uri_);
+  call_master_api("registerService", name, uri_);
 }
 
 bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {

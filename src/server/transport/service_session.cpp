@@ -39,7 +39,7 @@ bool is_set(const tcpros::Fields& fields, const char* name) {
 /// Escapes and truncates a client's text for an error message.
 std::string quoted(const std::string& text) { return printable(text, kMaxQuotedBytes); }
 
-bool may_be_tried_again() { return errno == EAGAIN || errno == EINTR; }
+bool is_retryable_errno() { return errno == EAGAIN || errno == EINTR; }
 
 void free_memory(tcpros::Bytes& bytes) { tcpros::Bytes().swap(bytes); }
 
@@ -72,7 +72,7 @@ std::size_t ServiceSession::frame_size() const {
 
 /// Upper bound of the next header or request, without its length field.
 std::size_t ServiceSession::most_bytes() const {
-  return service_ != nullptr ? service_->second.most_request_bytes : tcpros::kMaxHeaderBytes;
+  return service_ != nullptr ? service_->second.max_request_bytes : tcpros::kMaxHeaderBytes;
 }
 
 bool ServiceSession::has_request() const {
@@ -176,7 +176,7 @@ bool ServiceSession::receive() {
   make_room();
   const ssize_t size = recv(descriptor_, &input_[received_], input_.size() - received_, 0);
   if (size == 0) return false;
-  if (size < 0) return may_be_tried_again();
+  if (size < 0) return is_retryable_errno();
   received_ += static_cast<std::size_t>(size);
   moved_at_ = ++shared_.moves;
   return true;
@@ -186,7 +186,7 @@ bool ServiceSession::discard() {
   std::array<std::uint8_t, kKeptBytes> nowhere;  // NOLINT(cppcoreguidelines-pro-type-member-init)
   const ssize_t size = recv(descriptor_, nowhere.data(), std::min(discarded_, nowhere.size()), 0);
   if (size == 0) return false;
-  if (size < 0) return may_be_tried_again();
+  if (size < 0) return is_retryable_errno();
   discarded_ -= static_cast<std::size_t>(size);
   return true;
 }
@@ -195,7 +195,7 @@ bool ServiceSession::send() {
   if (pending_) return true;  // keeps sent_, for its first byte may have been sent
   while (has_output()) {
     const ssize_t size = ::send(descriptor_, &output_[sent_], output_.size() - sent_, MSG_NOSIGNAL);
-    if (size < 0) return may_be_tried_again();
+    if (size < 0) return is_retryable_errno();
     sent_ += static_cast<std::size_t>(size);
     moved_at_ = ++shared_.moves;
   }
@@ -213,7 +213,7 @@ bool ServiceSession::is_gone_while_pending(short happened) {
   if ((happened & (POLLERR | POLLHUP)) != 0) return true;
   if ((happened & POLLRDHUP) == 0 || sent_ > 0) return false;
   const ssize_t size = ::send(descriptor_, &tcpros::kResponseFollows, 1, MSG_NOSIGNAL);
-  if (size < 0) return !may_be_tried_again();
+  if (size < 0) return !is_retryable_errno();
   sent_ = 1;
   return false;
 }

@@ -20,7 +20,7 @@ struct OfferedService {
   std::string md5sum;
   std::string request_type;
   std::string response_type;
-  std::size_t most_request_bytes;
+  std::size_t max_request_bytes;
   /// Handles a request: appends length and serialised response, or returns an answer given later.
   /// @throws std::exception with the reason for no response; then nothing has been appended
   std::function<std::shared_ptr<PendingAnswer>(const std::uint8_t* request, std::size_t size,

@@ -1,4 +1,4 @@
-#include "robots/mujoco/healthy_robot.h"
+#include "robots/mujoco/locomotion_robot.h"
 
 #include <gtest/gtest.h>
 

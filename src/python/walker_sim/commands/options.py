@@ -12,7 +12,7 @@ from typing import Any, NoReturn, Sequence
 
 from walker_sim import _core, transport
 from walker_sim.registration import without_namespace
-from walker_sim.transport import TRANSPORTS, Place, Walkers
+from walker_sim.transport import TRANSPORTS, ServerAddress, Walkers
 
 AT_ONCE = 16  # default number of environments in process
 
@@ -249,7 +249,7 @@ def make_walkers(
     try:
         walkers = transport.make_walkers(
             *(env_id, count, "next_step", parameters),
-            Place(options.transport, options.server),
+            ServerAddress(options.transport, options.server),
             options.num_threads or 0,
         )
     except (ValueError, TypeError, RuntimeError) as error:

@@ -21,7 +21,7 @@ from walker_sim.window import Pace, load_pygame, open_window, to_surface
 EPISODES = 100
 END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
 SLOWEST, FASTEST = 1 / 64, 64.0  # simulation time per wall time
-NAP = 0.01  # keyboard polling interval [s of wall time]
+POLL_INTERVAL = 0.01  # keyboard polling interval [s of wall time]
 
 KEYS = """\
 Space            pause, and go on
@@ -158,7 +158,9 @@ class Viewer:
         while not self.is_over:
             self.attend()
             self.advance()
-            time.sleep(min(NAP, self.pace.time_left()) if self._is_running() else NAP)
+            time.sleep(
+                min(POLL_INTERVAL, self.pace.time_left()) if self._is_running() else POLL_INTERVAL
+            )
 
     def attend(self) -> None:
         pygame = load_pygame()

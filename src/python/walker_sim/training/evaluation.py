@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.transport import Place, make_walkers
+from walker_sim.transport import ServerAddress, make_walkers
 
 FIRST_CHOICE_SEED = 2_000_000
 """First seed of the episodes that decide which policy is kept. Those of the model cards in
@@ -27,7 +27,7 @@ class Evaluation:
         # With reuse_world an episode would depend on the ones before it.
         own = {name: value for name, value in parameters.items() if name != "reuse_world"}
         self._walkers = make_walkers(
-            *(env_id, min(episodes, _AT_ONCE), "next_step", own, Place()), num_threads
+            *(env_id, min(episodes, _AT_ONCE), "next_step", own, ServerAddress()), num_threads
         )
         self._seeds = list(range(FIRST_CHOICE_SEED, FIRST_CHOICE_SEED + episodes))
 

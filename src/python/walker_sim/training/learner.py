@@ -13,13 +13,13 @@ from torch import nn
 
 from walker_sim.training.policy_file import PolicyFile
 from walker_sim.training.settings import Settings
-from walker_sim.training.walkers import EPSILON, LearnersWalkers
+from walker_sim.training.walkers import EPSILON, NormalizedVecEnv
 
 _ACTIVATIONS = {"tanh": nn.Tanh, "relu": nn.ReLU}
 LEARNT_LOG_STD = -0.5
 
 
-def make_learner(settings: Settings, walkers: LearnersWalkers) -> Any:
+def make_learner(settings: Settings, walkers: NormalizedVecEnv) -> Any:
     layers = list(settings.layers)
     network = {"activation_fn": _ACTIVATIONS[settings.activation]}
     common = {
@@ -98,7 +98,7 @@ def actor_arrays(model: Any) -> list[np.ndarray[Any, np.dtype[np.float32]]]:
 def to_policy(
     env_id: str,
     settings: Settings,
-    walkers: LearnersWalkers,
+    walkers: NormalizedVecEnv,
     arrays: list[np.ndarray[Any, np.dtype[np.float32]]],
     steps: int,
 ) -> PolicyFile:

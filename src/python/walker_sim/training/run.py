@@ -19,7 +19,7 @@ from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
 from walker_sim.training.evaluation import Evaluation
 from walker_sim.training.policy_file import to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
-from walker_sim.training.walkers import GymnasiumsWalkers, LearnersWalkers, OurWalkers, Source
+from walker_sim.training.walkers import GymnasiumSource, NormalizedVecEnv, PoolSource, Source
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
 CURVE, PICTURE = "curve.csv", "curve.png"
@@ -56,11 +56,11 @@ class Training:
     ) -> None:
         self.env_id, self.settings, self.folder, self.report = env_id, settings, folder, report
         source: Source = (
-            OurWalkers(env_id, settings, num_threads)
+            PoolSource(env_id, settings, num_threads)
             if environments == "walker_sim"
-            else GymnasiumsWalkers(env_id, settings)
+            else GymnasiumSource(env_id, settings)
         )
-        self.walkers = LearnersWalkers(source, settings)
+        self.walkers = NormalizedVecEnv(source, settings)
         self.model = learner.make_learner(settings, self.walkers)
         self.average = Average(settings.average_updates)
         self.points: list[Point] = []

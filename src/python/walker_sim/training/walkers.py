@@ -15,7 +15,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.training.policy_file import OBSERVATION_CLIP
 from walker_sim.training.settings import Settings
-from walker_sim.transport import Place, make_walkers, spaces_of
+from walker_sim.transport import ServerAddress, make_walkers, spaces_of
 
 REWARD_CLIP = 10.0
 EPSILON = 1e-8
@@ -48,12 +48,12 @@ class Source(Protocol):
         """Releases the walkers' resources."""
 
 
-class OurWalkers:
+class PoolSource:
     """Walkers of a pool of this package."""
 
     def __init__(self, env_id: str, settings: Settings, num_threads: int) -> None:
         self._walkers = make_walkers(
-            *(env_id, settings.num_envs, "same_step", dict(settings.parameters), Place()),
+            *(env_id, settings.num_envs, "same_step", dict(settings.parameters), ServerAddress()),
             num_threads,
         )
         self.observation_space, self.action_space = spaces_of(self._walkers.specification)
@@ -78,7 +78,7 @@ class OurWalkers:
         self._walkers.close()
 
 
-class GymnasiumsWalkers:
+class GymnasiumSource:
     """Gymnasium's walkers in Stable-Baselines3's DummyVecEnv, as the benchmark's reference."""
 
     def __init__(self, env_id: str, settings: Settings) -> None:
@@ -107,7 +107,7 @@ class GymnasiumsWalkers:
         self._walkers.close()
 
 
-class LearnersWalkers(VecEnv):
+class NormalizedVecEnv(VecEnv):
     """Vector environment of a source's walkers for a learner.
 
     If an episode has ended, its infos have ``terminal_observation``, ``TimeLimit.truncated`` and

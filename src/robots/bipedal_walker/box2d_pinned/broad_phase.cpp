@@ -7,7 +7,7 @@ namespace walker::bipedal_walker {
 
 /// Appends the new nodes to the free list. As after the engine's own growth, they are used in
 /// ascending order once the other nodes are used up. The order of nodes affects the engine's bits.
-void expect_fixtures(b2World& world, int fixtures) {
+void reserve_tree_nodes(b2World& world, int fixtures) {
   b2DynamicTree& tree = world.m_contactManager.m_broadPhase.m_tree;
   const int32 old_capacity = tree.m_nodeCapacity;
   const int32 capacity = 2 * fixtures - 1;  // a binary tree with a fixture in each leaf
@@ -28,6 +28,6 @@ void expect_fixtures(b2World& world, int fixtures) {
   tree.m_nodeCapacity = capacity;
 }
 
-void skip_terrain(b2World& world) { world.m_contactManager.m_broadPhase.m_moveCount = 0; }
+void clear_move_buffer(b2World& world) { world.m_contactManager.m_broadPhase.m_moveCount = 0; }
 
 }  // namespace walker::bipedal_walker

@@ -11,7 +11,7 @@ namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kImpactPositionIterations = 20;
-constexpr float kImpactShare = 0.75F;  ///< b2_toiBaugarte
+constexpr float kToiBaumgarte = 0.75F;  ///< b2_toiBaugarte
 
 template <int W>
 class ImpactLanes {
@@ -73,8 +73,8 @@ class ImpactLanes {
     for (int k = 0; k < kImpactPositionIterations && (to_bits(is_kept) & all) != all; ++k) {
       Number<W> separation(0);
       for (int i = 0; i < num_slots_; ++i) {
-        solve_position(manifolds_[i], any(manifolds_[i].has_two_points), mass_, kImpactShare, place,
-                       separation);
+        solve_position(manifolds_[i], any(manifolds_[i].has_two_points), mass_, kToiBaumgarte,
+                       place, separation);
       }
       const Truth<W> is_near = separation >= Number<W>(-1.5F * kLinearSlop);
       kept.center = select(is_kept, kept.center, place.center);

@@ -25,7 +25,7 @@ constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1
 
 constexpr float kMaxTranslation = 2;        ///< b2_maxTranslation [m]
 constexpr float kMaxRotation = 0.5F * kPi;  ///< b2_maxRotation [rad]
-constexpr float kShare = 0.2F;              ///< b2_baumgarte
+constexpr float kBaumgarte = 0.2F;          ///< b2_baumgarte
 
 /// The end of b2Island::Solve and SolveTOI: limits velocities and integrates positions.
 template <int W>
@@ -284,7 +284,7 @@ class IslandLanes {
     for (int i = 0; i < num_slots_; ++i) {
       const int body = slots_[i].body;
       solve_position(slots_[i].manifold, slots_[i].any_two, MassLanes<W>(model_.bodies[body]),
-                     kShare, places_[body], separation);
+                     kBaumgarte, places_[body], separation);
     }
     Truth<W> is_near = separation >= Number<W>(-3.0F * kLinearSlop);
     for (int i = 0; i < kJoints; ++i) {

@@ -91,7 +91,7 @@ WALKER_SIM_INLINE inline V row_times(const V (&jacobian)[kRows][model::nv], cons
 }
 
 // getsolparam and getimpedance. All limits and pairs of the model have the same parameters;
-// `why_not_covered` checks this.
+// `unsupported_reason` checks this.
 constexpr const double* kSolref = model::jnt_solref[kFirstLimited];
 constexpr const double* kSolimp = model::jnt_solimp[kFirstLimited];
 constexpr double kStiffness =

@@ -55,7 +55,7 @@ std::string why_not_uniform(const mjModel& model) {
 
 }  // namespace
 
-std::string why_not_covered(const mjModel& model) {
+std::string unsupported_reason(const mjModel& model) {
 #define COMPARE_COUNT(name) \
   if (model.name != model::name) return #name;
   WALKER_SIM_MODEL_COUNTS(COMPARE_COUNT)

@@ -10,7 +10,7 @@ namespace walker::walker2d {
 
 /// Returns the first field of the model that differs from the kernel's constants; empty if no field
 /// that a step reads differs.
-std::string why_not_covered(const mjModel& model);
+std::string unsupported_reason(const mjModel& model);
 
 /// @param model must be covered
 Ground ground_of(const mjModel& model);

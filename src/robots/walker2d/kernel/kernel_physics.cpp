@@ -186,7 +186,7 @@ class KernelPhysics : public mujoco::Physics {
 std::unique_ptr<mujoco::Physics> make_kernel_physics(mujoco::ModelPointer model) {
   const KernelChoice choice = choose_kernel(*model);
   if (choice.kernel == nullptr) {
-    return std::make_unique<mujoco::LibraryPhysics>(std::move(model), choice.why_none);
+    return std::make_unique<mujoco::LibraryPhysics>(std::move(model), choice.fallback_reason);
   }
   return std::make_unique<KernelPhysics>(*choice.kernel, std::move(model));
 }

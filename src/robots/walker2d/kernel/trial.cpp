@@ -109,7 +109,7 @@ bool is_as_library(const Kernel& kernel, const mjModel& model) {
 
 KernelChoice choose_kernel(const mjModel& model) {
   const simd::AllowedKernels<Kernel> allowed = simd::allowed_kernels(kernels());
-  const std::string other_field = why_not_covered(model);
+  const std::string other_field = unsupported_reason(model);
   if (!other_field.empty()) return {nullptr, "the model has another " + other_field};
   return simd::choose_kernel(allowed, [&model](const Kernel& kernel) {
     choose_sine_and_cosine();

@@ -43,7 +43,7 @@ TEST(TrialTest, AKernelWithOtherRotationsIsRefused) {
 TEST(TrialTest, TheFirstKernelIsChosen) {
   const KernelVariable variable(nullptr);
   EXPECT_EQ(choose_kernel().kernel, kernels().front());
-  EXPECT_EQ(choose_kernel().why_none, "");
+  EXPECT_EQ(choose_kernel().fallback_reason, "");
 }
 
 TEST(TrialTest, TheUserMayAskForAnother) {
@@ -53,7 +53,7 @@ TEST(TrialTest, TheUserMayAskForAnother) {
   }
   const KernelVariable variable("off");
   EXPECT_EQ(choose_kernel().kernel, nullptr);
-  EXPECT_EQ(choose_kernel().why_none, "WALKER_SIM_KERNEL is off");
+  EXPECT_EQ(choose_kernel().fallback_reason, "WALKER_SIM_KERNEL is off");
 }
 
 }  // namespace

@@ -34,12 +34,12 @@ void change(T& value) {
 }
 
 TEST(CoverageTest, TheBuiltInWalkersAreCovered) {
-  EXPECT_EQ(why_not_covered(*mujoco::load_model("walker2d_v4.xml")), "");
-  EXPECT_EQ(why_not_covered(*mujoco::load_model("walker2d_v5.xml")), "");
+  EXPECT_EQ(unsupported_reason(*mujoco::load_model("walker2d_v4.xml")), "");
+  EXPECT_EQ(unsupported_reason(*mujoco::load_model("walker2d_v5.xml")), "");
 }
 
 TEST(CoverageTest, AnotherRobotIsNot) {
-  EXPECT_EQ(why_not_covered(*mujoco::load_model("hopper_v5.xml")), "nq");
+  EXPECT_EQ(unsupported_reason(*mujoco::load_model("hopper_v5.xml")), "nq");
 }
 
 /// Each number of each field, by one unit in its last place.
@@ -49,7 +49,7 @@ TEST(CoverageTest, EveryFieldIsNamedThatIsAnother) {
   const auto expect_named = [&](auto& value, const std::string& field) {
     const auto before = value;
     change(value);
-    EXPECT_EQ(why_not_covered(*model), field);
+    EXPECT_EQ(unsupported_reason(*model), field);
     value = before;
     ++num_changes;
   };
@@ -63,7 +63,7 @@ TEST(CoverageTest, EveryFieldIsNamedThatIsAnother) {
   for (int i = 0; i < model->rows * (columns); ++i) expect_named(model->name[i], #name);
   WALKER_SIM_MODEL_ARRAYS(CHANGE_ARRAY)
   EXPECT_GT(num_changes, 700);
-  EXPECT_EQ(why_not_covered(*model), "");
+  EXPECT_EQ(unsupported_reason(*model), "");
 }
 
 /// MuJoCo then fails where the kernel would go on.
@@ -71,9 +71,9 @@ TEST(CoverageTest, SmallerBuffersAreNotCovered) {
   const auto model = copy("walker2d_v5.xml");
   for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
     ++*size;
-    EXPECT_EQ(why_not_covered(*model), "");
+    EXPECT_EQ(unsupported_reason(*model), "");
     *size -= 2;
-    EXPECT_NE(why_not_covered(*model), "");
+    EXPECT_NE(unsupported_reason(*model), "");
     ++*size;
   }
 }
@@ -84,13 +84,13 @@ TEST(CoverageTest, MuchLargerBuffersAreNotCovered) {
   for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
     const int built_in = *size;
     *size = 100 * built_in;
-    EXPECT_EQ(why_not_covered(*model), "");
+    EXPECT_EQ(unsupported_reason(*model), "");
     ++*size;
-    EXPECT_NE(why_not_covered(*model), "");
+    EXPECT_NE(unsupported_reason(*model), "");
     *size = built_in;
   }
   model->nuserdata = 1;
-  EXPECT_EQ(why_not_covered(*model), "nuserdata");
+  EXPECT_EQ(unsupported_reason(*model), "nuserdata");
 }
 
 /// The friction of each limb may be any; across the plane as along it, which one row stands for.
@@ -99,17 +99,17 @@ TEST(CoverageTest, FrictionIsFreeButTheSameBothWays) {
   constexpr std::size_t kLimb = 3;
   mjtNum* const friction = &model->pair_friction[5 * kLimb];
   friction[0] = friction[1] = 0.3;
-  EXPECT_EQ(why_not_covered(*model), "");
+  EXPECT_EQ(unsupported_reason(*model), "");
   EXPECT_EQ(ground_of(*model).friction[kLimb], 0.3);
   friction[1] = 0.4;
-  EXPECT_EQ(why_not_covered(*model), "pair_friction");
+  EXPECT_EQ(unsupported_reason(*model), "pair_friction");
 }
 
 /// Gymnasium's own files find their contacts otherwise.
 TEST(CoverageTest, GymnasiumsFilesAreNotCovered) {
   const Folder folder;
   const std::string file = folder.write("walker.xml", mujoco::stock_text("walker2d_v5.xml"));
-  EXPECT_NE(why_not_covered(*mujoco::load_model(file)), "");
+  EXPECT_NE(unsupported_reason(*mujoco::load_model(file)), "");
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ TEST(TrialTest, TheFirstKernelIsChosen) {
   const KernelVariable variable(nullptr);
   const KernelChoice choice = choose_kernel(*mujoco::load_model("walker2d_v5.xml"));
   EXPECT_EQ(choice.kernel, kernels().front());
-  EXPECT_EQ(choice.why_none, "");
+  EXPECT_EQ(choice.fallback_reason, "");
 }
 
 TEST(TrialTest, TheUserMayAskForAnother) {
@@ -53,7 +53,7 @@ TEST(TrialTest, TheUserMayAskForAnother) {
   }
   const KernelVariable variable("off");
   EXPECT_EQ(choose_kernel(*model).kernel, nullptr);
-  EXPECT_EQ(choose_kernel(*model).why_none, "WALKER_SIM_KERNEL is off");
+  EXPECT_EQ(choose_kernel(*model).fallback_reason, "WALKER_SIM_KERNEL is off");
 }
 
 TEST(TrialTest, WhatThereIsNotIsRefusedByName) {
@@ -67,7 +67,7 @@ TEST(TrialTest, WhatThereIsNotIsRefusedByName) {
 TEST(TrialTest, AnotherModelIsTheLibrarys) {
   const KernelChoice choice = choose_kernel(*mujoco::load_model("hopper_v5.xml"));
   EXPECT_EQ(choice.kernel, nullptr);
-  EXPECT_EQ(choice.why_none, "the model has another nq");
+  EXPECT_EQ(choice.fallback_reason, "the model has another nq");
 }
 
 }  // namespace

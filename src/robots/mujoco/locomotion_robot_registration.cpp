@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "robots/mujoco/camera.h"
-#include "robots/mujoco/healthy_robot.h"
+#include "robots/mujoco/locomotion_robot.h"
 #include "robots/mujoco/observation_builder.h"
 #include "robots/mujoco/renderer.h"
 
@@ -29,7 +29,7 @@ std::string snake_case(const std::string& name) {
 }
 
 struct Version {
-  std::shared_ptr<const HealthyRobotKind> kind;
+  std::shared_ptr<const LocomotionRobotKind> kind;
   bool is_v5;
 
   std::string id() const { return kind->name + (is_v5 ? "-v5" : "-v4"); }
@@ -121,8 +121,8 @@ std::unique_ptr<Robot> create(const Version& version, const Parameters& given) {
                              value_of<bool>(given, "terminate_when_unhealthy"), version.is_v5};
   std::vector<HealthyRange> ranges = version.kind->healthy_ranges;
   for (HealthyRange& range : ranges) range.interval = interval(given, range.name);
-  return std::make_unique<HealthyRobot>(to_options(version, given), reward, std::move(ranges),
-                                        version.is_v5);
+  return std::make_unique<LocomotionRobot>(to_options(version, given), reward, std::move(ranges),
+                                           version.is_v5);
 }
 
 class LinearGait : public Agent {
@@ -182,8 +182,8 @@ Registration registration(const Version& version) {
 
 }  // namespace
 
-std::vector<Registration> registrations(HealthyRobotKind kind) {
-  const auto shared = std::make_shared<const HealthyRobotKind>(std::move(kind));
+std::vector<Registration> registrations(LocomotionRobotKind kind) {
+  const auto shared = std::make_shared<const LocomotionRobotKind>(std::move(kind));
   return {registration({shared, false}), registration({shared, true})};
 }
 

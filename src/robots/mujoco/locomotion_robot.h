@@ -47,7 +47,7 @@ struct HealthyRange {
   std::string name;
   std::string unit;
   std::string description;
-  std::array<double, 2> interval;  ///< open; the default in a HealthyRobotKind
+  std::array<double, 2> interval;  ///< open; the default in a LocomotionRobotKind
   int begin;                       ///< first index into the state: MuJoCo's qpos, then qvel
   int end;                         ///< one past the last index, or kStateEnd
   const char* end_reason;          ///< static text
@@ -66,7 +66,7 @@ struct MotorWeights {
 };
 
 /// Constants, physics and gait of one of these robots.
-struct HealthyRobotKind {
+struct LocomotionRobotKind {
   std::string name;    ///< in ids (Hopper-v5) and, in snake case, in models' files (hopper_v5.xml)
   int num_hinges = 0;  ///< hinges that carry a limb
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< Gymnasium's; NaN: none
@@ -78,22 +78,22 @@ struct HealthyRobotKind {
 };
 
 /// Returns the registry's entries for NAME-v4 and NAME-v5.
-std::vector<Registration> registrations(HealthyRobotKind kind);
+std::vector<Registration> registrations(LocomotionRobotKind kind);
 
 /// Reproduces Gymnasium's versions 4 and 5 to the bit; observations, rewards and info are doubles.
-class HealthyRobot : public PlanarRobot {
+class LocomotionRobot : public PlanarRobot {
  public:
   /// @param is_v5 selects v5's info; v4's is shorter, and empty after a reset
   /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
-  HealthyRobot(const PlanarOptions& options, const RewardOptions& reward,
-               std::vector<HealthyRange> healthy_ranges, bool is_v5);
+  LocomotionRobot(const PlanarOptions& options, const RewardOptions& reward,
+                  std::vector<HealthyRange> healthy_ranges, bool is_v5);
 
-  std::optional<bool> is_healthy() const override { return why_unhealthy()[0] == '\0'; }
+  std::optional<bool> is_healthy() const override { return unhealthy_reason()[0] == '\0'; }
 
  private:
   void write_reset_info(double* info) const override;
   void conclude_step(double x_velocity, RobotStep& step) const override;
-  const char* why_unhealthy() const;
+  const char* unhealthy_reason() const;
 
   RewardOptions reward_;
   std::vector<HealthyRange> healthy_ranges_;

@@ -1,4 +1,4 @@
-#include "robots/mujoco/healthy_robot.h"
+#include "robots/mujoco/locomotion_robot.h"
 
 #include <algorithm>
 #include <utility>
@@ -62,21 +62,21 @@ HealthyRange angle_range(const std::string& robot, double low, double high) {
           "the torso's angle left healthy_angle_range"};
 }
 
-HealthyRobot::HealthyRobot(const PlanarOptions& options, const RewardOptions& reward,
-                           std::vector<HealthyRange> healthy_ranges, bool is_v5)
+LocomotionRobot::LocomotionRobot(const PlanarOptions& options, const RewardOptions& reward,
+                                 std::vector<HealthyRange> healthy_ranges, bool is_v5)
     : PlanarRobot(options),
       reward_(reward),
       healthy_ranges_(std::move(healthy_ranges)),
       is_v5_(is_v5) {}
 
-void HealthyRobot::write_reset_info(double* info) const {
+void LocomotionRobot::write_reset_info(double* info) const {
   if (!is_v5_) return;
   info[kPositionX] = position()[kBaseX];
   info[kDistanceZ] = position()[kBaseZ] - model().qpos0[kBaseZ];
 }
 
-void HealthyRobot::conclude_step(double x_velocity, RobotStep& step) const {
-  const char* const illness = why_unhealthy();
+void LocomotionRobot::conclude_step(double x_velocity, RobotStep& step) const {
+  const char* const illness = unhealthy_reason();
   const bool is_healthy = illness[0] == '\0';
   const RewardTerms terms =
       reward_of_step(reward_, x_velocity, is_healthy, step.action, model().nu);
@@ -96,7 +96,7 @@ void HealthyRobot::conclude_step(double x_velocity, RobotStep& step) const {
 }
 
 /// Returns a static text; empty if the robot is healthy.
-const char* HealthyRobot::why_unhealthy() const {
+const char* LocomotionRobot::unhealthy_reason() const {
   const int nq = model().nq;
   const int state_size = nq + model().nv;
   for (const HealthyRange& range : healthy_ranges_) {
