@@ -2,7 +2,7 @@
 
     python3.10 -m venv recorder
     recorder/bin/pip install gymnasium==1.4.0 mujoco==2.2.2 numpy==2.2.6 imageio packaging
-    PYTHONPATH=test:test/mujoco recorder/bin/python test/recordings/record_mujoco.py
+    PYTHONPATH=test:test/robots/mujoco recorder/bin/python test/recordings/record_mujoco.py
 
 MuJoCo 2.2.2 comes for CPython 3.10 at the latest, and NumPy 2.2 is the last one for that. `bits`
 are the IEEE 754 bits in hexadecimal.
