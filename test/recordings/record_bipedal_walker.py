@@ -1,6 +1,6 @@
 """Makes the recordings beside it: what NumPy and Gymnasium do, for tests that need neither.
 
-    PYTHONPATH=test:test/bipedal_walker python test/recordings/record_bipedal_walker.py
+    PYTHONPATH=test:test/robots/bipedal_walker python test/recordings/record_bipedal_walker.py
 
 needs gymnasium[box2d] 1.4.0 with box2d 2.3.10 and NumPy 2. `bits` are the IEEE 754 bits in
 hexadecimal. record_mujoco.py makes those of the others.
