@@ -170,7 +170,7 @@ set_up_engines() {
 # configure DIR OPTION...: with Ninja, unless it was done with these options (or more) before. Ninja
 # itself sees changed files.
 configure() {
-  local dir=$1 stamp=$1/configured_with option ready=yes
+  local dir=$1 stamp=$1/configured_with option copies ready=yes
   shift
   if [ ! -e "$stamp" ]; then
     ready=no
@@ -182,8 +182,8 @@ configure() {
     for option in "$@"; do grep -qxF -e "$option" "$stamp" || ready=no; done
   fi
   [ $ready = no ] || return 0
-  say "configure: ${dir#"$root/"}, $(printf '%s\n' "$@" |
-    sed -n 's/^-D\(BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/\1=\2/p' | paste -sd ' ')"
+  copies=$(printf '%s\n' "$@" | sed -n 's/^-D\(BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/, \1=\2/p' | tr -d '\n')
+  say "configure: ${dir#"$root/"}$copies"
   rm -f "$stamp"
   # Without these folders catkin would cache an environment in which Python finds no messages, and
   # pkg-config no package.
