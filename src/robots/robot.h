@@ -66,8 +66,6 @@ class WALKER_SIM_EXPORT Robot {
   /// Describes the surroundings, which change at a reset only.
   virtual void scene(Scene& scene) const = 0;
 
-  /// Whether `save` and `load` work. If not, an episode can only be repeated.
-
   /// Appends everything that later calls depend on. Also called before the first reset and after a
   /// failure.
   virtual void save(StateWriter& writer) const = 0;
