@@ -117,7 +117,7 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
 
 std::size_t most_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
   constexpr std::size_t kWords = std::size_t{1} << 20U;  // of the server, beside what is measured
-  constexpr std::size_t kTexts = 4096;                   // of an environment whose engine failed
+  constexpr std::size_t kTexts = 1536;                   // of an environment whose engine failed
   constexpr std::size_t kNumbers =
       sizeof(double) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint32_t);
   const std::size_t row =
