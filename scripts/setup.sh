@@ -171,7 +171,7 @@ set_up_engines() {
 # configure DIR OPTION...: runs CMake for Ninja, unless DIR is configured with these options (or
 # more). Ninja itself detects changed files.
 configure() {
-  local dir=$1 stamp=$1/configured_with option ready=yes
+  local dir=$1 stamp=$1/configured_with option copies ready=yes
   shift
   if [ ! -e "$stamp" ]; then
     ready=no
@@ -183,8 +183,8 @@ configure() {
     for option in "$@"; do grep -qxF -e "$option" "$stamp" || ready=no; done
   fi
   [ $ready = no ] || return 0
-  say "configure: ${dir#"$root/"}, $(printf '%s\n' "$@" |
-    sed -n 's/^-D\(BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/\1=\2/p' | paste -sd ' ')"
+  copies=$(printf '%s\n' "$@" | sed -n 's/^-D\(BOX2D_SOURCE_DIR\|MUJOCO_DIR\)=\(.\)/, \1=\2/p' | tr -d '\n')
+  say "configure: ${dir#"$root/"}$copies"
   rm -f "$stamp"
   # Without these folders catkin would cache an environment in which Python does not find the
   # messages and pkg-config does not find the package.

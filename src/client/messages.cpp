@@ -115,7 +115,7 @@ void check_asked(const Parameters& camera, const char* name, std::uint32_t told)
 
 std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
   constexpr std::size_t kWords = std::size_t{1} << 20U;  // strings and small fields
-  constexpr std::size_t kTexts = 4096;                   // the message of an environment's failure
+  constexpr std::size_t kTexts = 1536;                   // the message of an environment's failure
   constexpr std::size_t kNumbers =
       sizeof(double) + 3 * sizeof(std::uint8_t) + 4 * sizeof(std::uint32_t);
   const std::size_t row =
