@@ -92,7 +92,9 @@ void write(const Slot& slot, const Batch& batch, std::size_t row) {
 
 }  // namespace
 
-const char* to_text(AutoresetMode mode) { return kAutoresetModes[static_cast<int>(mode)]; }
+const char* to_text(AutoresetMode mode) {
+  return kAutoresetModes.at(static_cast<std::size_t>(mode));
+}
 
 std::optional<AutoresetMode> find_autoreset_mode(const std::string& text) {
   for (int i = 0; i < static_cast<int>(kAutoresetModes.size()); ++i) {

@@ -316,7 +316,11 @@ def test_what_is_under_way_is_received_first():
 def test_what_only_walkers_of_this_process_have(monkeypatch):
     """Those of a server, which need none here."""
     specification = make()._walkers.specification
-    remote = SimpleNamespace(specification=specification, close=lambda: None)
+    remote = SimpleNamespace(
+        specification=specification,
+        close=lambda: None,
+        pool=lambda name: walker_sim.transport.Walkers.pool(None, name),
+    )
     monkeypatch.setattr("walker_sim.vector_environment.make_walkers", lambda *_: remote)
     envs = make()
     calls = {

@@ -1,6 +1,7 @@
 """Makes the pictures in the folder beside it: what Gymnasium draws, for tests that need none of it.
 
-    PYTHONPATH=test:test/robots/bipedal_walker:test/robots/mujoco python test/recordings/record_pictures.py
+    export PYTHONPATH=test:test/robots/bipedal_walker:test/robots/mujoco
+    python test/recordings/record_pictures.py
 
 needs gymnasium[box2d,mujoco] 1.4.0 with box2d 2.3.10, pygame 2.6.1, mujoco 4.0.0, OpenGL, NumPy 2
 and pillow. test/pictures.h reads them. A picture's name is ID_KIND_SEED_STEP. Walker2d's are seen

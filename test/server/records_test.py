@@ -263,8 +263,16 @@ class RecordsTest(ServerTest):
         bad = copy.deepcopy(record)
         bad.episode.episode_return += 1
         clients = [self.connect("restore", Restore) for _ in range(3)]
-        for client, each in zip(clients, (record, bad, short)):
-            client.send(record=each)
+        get_spec = self.connect("get_spec", GetSpec)
+        records = (record, bad, short)
+        rests = [
+            self.send_all_but_the_end(client, get_spec, each)
+            for client, each in zip(clients, records)
+        ]
+        # The server reads a long request in several turns, so a short one could overtake it.
+        with self.server.halted():
+            for client, rest in zip(clients, rests):
+                client.connection.sendall(rest)
         replies = [client.receive() for client in clients]
         self.assertEqual([reply.success for reply in replies], [True, False, True])
         self.assertTrue(same_experience(replies[0].transition, present))

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), os.pardir))  # when run as a program
+sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", ".."))  # when run as a program
 import coexistence
 from gymnasium_reference import Plan
 
