@@ -83,7 +83,6 @@ void Episode::begin_episode(std::optional<std::uint64_t> seed) {
   state_.end_reason.clear();
   state_.error.clear();
   state_.seed = seed;
-  state_.generator_state = {};
   actions_.clear();
   was_loaded_ = false;
   sensors_are_fresh_ = false;
@@ -95,6 +94,7 @@ void Episode::begin_episode(std::optional<std::uint64_t> seed) {
   } catch (...) {
     // The outcome must not depend on the episode before.
     std::fill(state_.observation.begin(), state_.observation.end(), 0);
+    if (!generator_) state_.generator_state = {};
     fail(kResetFailed, std::current_exception());
   }
 }
