@@ -18,7 +18,7 @@ import collections
 import os
 import time
 
-# Networks so small are computed faster by one thread than by several that wait for each other.
+# For networks this small, one thread is faster than several that synchronise.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import gymnasium
@@ -75,7 +75,7 @@ def network(inputs, outputs, gain):
 
 
 class Agent(nn.Module):
-    """A normal distribution of actions, and a guess of the return to come."""
+    """Actor-critic: a Gaussian policy and a state-value estimate."""
 
     def __init__(self, observation_size, action_size):
         super().__init__()
@@ -91,7 +91,7 @@ class Agent(nn.Module):
 
 
 class Rollout:
-    """What happened in `steps` steps of `n` walkers; rows 0 to `steps`, one observation more."""
+    """Buffer for `steps` steps of `n` walkers; observations and values have one row more."""
 
     def __init__(self, steps, n, observation_size, action_size):
         self.observations = torch.zeros(steps + 1, n, observation_size)
@@ -101,11 +101,11 @@ class Rollout:
         self.rewards = torch.zeros(steps, n)
         self.terminated = torch.zeros(steps, n, dtype=torch.bool)
         self.ended = torch.zeros(steps, n, dtype=torch.bool)
-        self.is_step = torch.zeros(steps, n, dtype=torch.bool)  # else the walker was reset
+        self.is_step = torch.zeros(steps, n, dtype=torch.bool)  # false: a reset
 
 
 class Collector:
-    """Steps the walkers, and remembers where they are between rollouts."""
+    """Fills rollouts and keeps the walkers' state between them."""
 
     def __init__(self, environments, seed):
         self.environments = environments
@@ -143,7 +143,7 @@ class Collector:
 
 
 def advantages_of(rollout):
-    """Generalised advantage estimation. Shape (steps, n)."""
+    """Returns the generalised advantage estimates, shape (steps, n)."""
     advantages = torch.zeros_like(rollout.rewards)
     following = torch.zeros_like(rollout.rewards[0])
     for t in reversed(range(len(advantages))):

@@ -20,7 +20,7 @@ import importlib
 import os
 import time
 
-# Nobody is told that Ray was used.
+# Disables Ray's usage reports.
 os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
 
 import gymnasium
@@ -53,24 +53,23 @@ def parse_arguments():
 
 
 def act(weights, observations):
-    """A linear policy. Summed row by row: a matrix product's last bit depends on how many rows it
-    has."""
+    """Linear policy. Sums row by row: a matrix product's last bit depends on its number of rows."""
     return (weights * observations[:, None, :]).sum(axis=2)
 
 
 @ray.remote
 class Collector:
-    """Some of the walkers, in a process of their own."""
+    """Steps some of the walkers in its own process."""
 
     def __init__(self, env_id, walkers, seed, threads):
-        importlib.import_module("walker_sim")  # registers the walkers in that process too
+        importlib.import_module("walker_sim")  # registers the walkers in this process as well
         self.environments = gymnasium.make_vec(env_id, num_envs=len(walkers), num_threads=threads)
         self.observations, _ = self.environments.reset(seed=[seed + walker for walker in walkers])
         self.random = [np.random.default_rng([seed, walker]) for walker in walkers]
         self.ended = np.zeros(len(walkers), bool)
 
     def collect(self, weights, noise, steps):
-        """Steps each walker that often; arrays of shape (steps, walkers, ...) by name."""
+        """Steps each walker `steps` times. Returns named arrays of shape (steps, walkers, ...)."""
         columns = {
             name: []
             for name in ("observations", "actions", "rewards", "terminated", "truncated", "is_step")
@@ -102,7 +101,7 @@ def start_ray(arguments):
 
 
 def collect_all(arguments):
-    """By name, the arrays of all walkers, whoever stepped them."""
+    """Returns the named arrays of all walkers, joined over the actors."""
     with gymnasium.make(arguments.env) as walker:
         shape = (walker.action_space.shape[0], walker.observation_space.shape[0])
     weights = ray.put(np.random.default_rng(arguments.seed).normal(0, 0.3, shape))

@@ -22,9 +22,9 @@ import os
 import platform
 import time
 
-# Nobody is told that Ray was used.
+# Disables Ray's usage reports.
 os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
-# Networks so small are computed faster by one thread than by several that wait for each other.
+# For networks this small, one thread is faster than several that synchronise.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import gymnasium
@@ -66,16 +66,16 @@ def batch_size(arguments):
 
 
 class Walkers(gymnasium.vector.VectorWrapper):
-    """RLlib seeds its runners with numbers next to each other, as `reset` does its walkers. So they
-    are taken further apart, or most walkers of two runners would be the same."""
+    """Spaces the runners' seeds. RLlib gives adjacent seeds to its runners, and `reset` to its
+    walkers, so most walkers of two runners would otherwise be identical."""
 
     def reset(self, *, seed=None, options=None):
         return super().reset(seed=None if seed is None else seed * self.num_envs, options=options)
 
 
 def make_walkers(settings):
-    """Called in each runner's process."""
-    importlib.import_module("walker_sim")  # registers the walkers in that process too
+    """Returns a runner's walkers. RLlib calls it in each runner's process."""
+    importlib.import_module("walker_sim")  # registers the walkers in this process as well
     return Walkers(gymnasium.make_vec(**settings))
 
 
@@ -88,7 +88,7 @@ def configure(arguments):
             num_env_runners=arguments.runners,
             num_envs_per_env_runner=arguments.num_envs,
             num_cpus_per_env_runner=arguments.threads,
-            # `make_walkers` gives them all; else RLlib would step one after the other
+            # `make_walkers` returns all walkers; by default RLlib would step them one by one
             gym_env_vectorize_mode=gymnasium.VectorizeMode.VECTOR_ENTRY_POINT,
             rollout_fragment_length=arguments.rollout,
         )
@@ -100,7 +100,7 @@ def configure(arguments):
             gamma=0.99,
             lambda_=0.95,
             clip_param=0.2,
-            vf_clip_param=float("inf"),  # RLlib's own limit is below the returns of a walker
+            vf_clip_param=float("inf"),  # RLlib's default is below a walker's returns
             vf_loss_coeff=0.5,
             use_kl_loss=False,
             grad_clip=0.5,
@@ -123,7 +123,7 @@ def start_ray(arguments):
         return
     ray.init(
         address="local",
-        num_cpus=arguments.runners * arguments.threads + 1,  # the learner's too
+        num_cpus=arguments.runners * arguments.threads + 1,  # one for the learner
         object_store_memory=256 << 20,  # [bytes]
         include_dashboard=False,
         _node_ip_address="127.0.0.1",
@@ -136,7 +136,7 @@ def learn(arguments, algorithm):
         result = algorithm.train()
         steps = result["num_env_steps_sampled_lifetime"]
         ended = result["env_runners"]
-        episodes = int(min(100, ended.get("num_episodes", 0)))  # of which RLlib takes the mean
+        episodes = int(min(100, ended.get("num_episodes", 0)))  # RLlib averages the last 100
         shown = f"{ended['episode_return_mean']:.1f}" if episodes else "none ended since"
         rate = steps / (time.perf_counter() - start)
         print(f"{steps:.0f} steps, mean of the last {episodes} returns {shown}, {rate:.0f} steps/s")

@@ -16,7 +16,7 @@ three minutes on two cores. `python3 -m walker_sim train` goes on to 300.
 import argparse
 import os
 
-# Networks so small are computed faster by one thread than by several that wait for each other.
+# For networks this small, one thread is faster than several that synchronise.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from stable_baselines3 import PPO
@@ -40,7 +40,7 @@ def parse_arguments():
     parser.add_argument("--load", help="a policy's file: evaluate it instead of learning")
     parser.add_argument("--episodes", type=int, default=20, help="to evaluate on (%(default)s)")
     arguments = parser.parse_args()
-    for name, fewest in (("num_envs", 1), ("rollout", 2)):  # PPO compares advantages
+    for name, fewest in (("num_envs", 1), ("rollout", 2)):  # PPO normalises advantages
         value = getattr(arguments, name)
         if value < fewest:
             parser.error(f"--{name.replace('_', '-')} {value}: must be at least {fewest}")
@@ -62,7 +62,7 @@ def learn(arguments, walkers):
         gamma=0.999,
         seed=arguments.seed,
         verbose=1,
-        device="cpu",  # faster than a GPU for so small a network
+        device="cpu",  # faster than a GPU for a network this small
     )
     model.learn(arguments.steps, progress_bar=True)
     model.save(arguments.save)
@@ -81,7 +81,7 @@ def main():
     if not arguments.load:
         learn(arguments, walkers)
     model = PPO.load(arguments.load or arguments.save, device="cpu")
-    walkers.seed(arguments.seed + arguments.num_envs)  # not the episodes of the learning
+    walkers.seed(arguments.seed + arguments.num_envs)  # seeds that training did not use
     mean, deviation = evaluate_policy(model, walkers, arguments.episodes)
     walkers.close()
     print(f"return {mean:.6g} +- {deviation:.6g} over {arguments.episodes} episodes")

@@ -15,7 +15,7 @@ import collections
 import os
 import time
 
-# Networks so small are computed faster by one thread than by several that wait for each other.
+# For networks this small, one thread is faster than several that synchronise.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import gymnasium
@@ -73,7 +73,7 @@ def network(outputs):
 
 
 def make_actor(environment):
-    """A normal distribution, squashed into the actions' bounds."""
+    """Returns the actor: a normal distribution, tanh-squashed to the action bounds."""
     space = environment.action_spec_unbatched
     mean = nn.Sequential(network(space.shape[-1]), AddStateIndependentNormalScale(space.shape[-1]))
     return ProbabilisticActor(
@@ -105,7 +105,7 @@ def main():
     environment = make_walkers(arguments)
     actor = make_actor(environment)
     critic = ValueOperator(network(1), in_keys=["observation"])
-    with torch.no_grad():  # which tells the networks how large an observation is
+    with torch.no_grad():  # sets the input size of the lazy layers
         first = environment.reset()
         critic(actor(first))
     loss = ClipPPOLoss(
@@ -126,7 +126,7 @@ def main():
         actor,
         frames_per_batch=batch,
         total_frames=updates * batch,
-        auto_register_policy_transforms=False,  # nothing here has to know where an episode begins
+        auto_register_policy_transforms=False,  # only recurrent networks need these
     )
     returns = collections.deque(maxlen=100)
     start = time.perf_counter()

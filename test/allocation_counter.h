@@ -1,5 +1,5 @@
-// Counts what a test takes from the heap with new. For one source file of a
-// program: it replaces the program's operators.
+// Counts heap allocations. Replaces the operators new and delete, so include it only once a
+// program.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace walker {
 inline std::atomic<int> allocations{0};
 inline std::atomic<bool> is_counting{false};
 
-/// @return null where there is no memory
+/// @return null if memory is exhausted
 inline void* try_allocate(std::size_t size) noexcept {
   if (is_counting) ++allocations;
   return std::malloc(size == 0 ? 1 : size);
@@ -25,7 +25,6 @@ inline void* allocate(std::size_t size) {
   throw std::bad_alloc();
 }
 
-/// Counts while it lives.
 class Counting {
  public:
   Counting() { is_counting = true; }
@@ -34,7 +33,7 @@ class Counting {
   ~Counting() { is_counting = false; }
 };
 
-/// Fails where the counter does not count.
+/// Fails if the replaced operators do not count.
 class AllocationTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -53,10 +52,10 @@ class AllocationTest : public testing::Test {
 
 }  // namespace walker
 
-// Not inline, for where one half of a pair is, compilers take the two for a mismatch.
+// noinline: if only one operator of a pair is inlined, compilers warn about a mismatch.
 [[gnu::noinline]] void* operator new(std::size_t size) { return walker::allocate(size); }
 [[gnu::noinline]] void* operator new[](std::size_t size) { return walker::allocate(size); }
-// A sanitizer's own, as others in the process use them, would not go with the deletes below.
+// Replaced too: a sanitizer's nothrow new would not match the deletes below.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*any*/) noexcept {
   return walker::try_allocate(size);
 }

@@ -1,4 +1,4 @@
-// What the robots that tests make up have in common.
+// Base class of the robots that tests define.
 #pragma once
 
 #include <stdexcept>
@@ -7,7 +7,7 @@
 
 namespace walker {
 
-/// Has nothing to observe or to sense and cannot be saved; derived classes fill the specification.
+/// A robot without observations, sensors or saved states. Derived classes fill the specification.
 class BareRobot : public Robot {
  public:
   const Specification& specification() const override { return specification_; }

@@ -1,4 +1,4 @@
-// Doubles as their bits, which are equal also where a NaN or a -0 is.
+// Conversions between doubles and their bit patterns.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,6 @@
 
 namespace walker {
 
-/// The double with these IEEE 754 bits.
 inline double from_bits(std::uint64_t bits) {
   double value = 0;
   std::memcpy(&value, &bits, sizeof(value));

@@ -1,8 +1,8 @@
-"""Our engine and Gymnasium's in one process: neither may take the other's functions.
+"""Tests that this package's engine and Gymnasium's do not bind each other's symbols in one process.
 
-Each order of loading needs a process of its own, so a suite runs itself as a program: `program`
-is what it does there, `run` starts it. Bits could stay equal by luck: what the dynamic linker has
-bound to what is looked at too.
+Each load order needs a new process, so a suite runs itself as a program: `run` starts the process,
+which calls `program`. Equal bits alone do not prove separation, so suites also check the dynamic
+linker's bindings.
 """
 
 import ctypes
@@ -14,8 +14,6 @@ ORDERS = ("ours first", "Gymnasium's first")
 
 
 class OurWalker:
-    """An environment behind test/c_interface.cpp."""
-
     def __init__(self, environment_id, row_size, mode):
         import numpy as np
 
@@ -43,10 +41,9 @@ class OurWalker:
 
 
 def program(order, load_ours, load_theirs, reference, seed, steps):
-    """Loads both in this order, steps them in turns, prints the hashes of our rows, then theirs.
+    """Loads both in this order, steps them alternately, prints the hashes of our rows, then theirs.
 
-    load_ours() gives an OurWalker, load_theirs() Gymnasium's environment; reference() what draws
-    actions from its observations, and the names of its infos.
+    reference() returns the source of actions, which may read observations, and the info names.
     """
     if order == ORDERS[0]:
         ours = load_ours()
@@ -74,8 +71,8 @@ def program(order, load_ours, load_theirs, reference, seed, steps):
 
 
 def run(script, order, folder):
-    """Runs a suite's program. Returns the two printed lines as lists of integers, and the dynamic
-    linker's report as lines of text. folder: a new one, for the report."""
+    """Runs a suite's program. Returns our and their hashes, and the lines of the dynamic linker's
+    report, which is written to the empty `folder`."""
     linker = {"LD_DEBUG": "bindings", "LD_DEBUG_OUTPUT": folder / "linker", "LD_BIND_NOW": "1"}
     process = subprocess.run(
         [sys.executable, script, order],

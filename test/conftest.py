@@ -1,4 +1,4 @@
-"""Puts the helpers beside it on the path of every suite below, and lends them the rollout tool."""
+"""Puts this folder's helper modules on sys.path and provides the fixture `rollout`."""
 
 import pytest
 from rollout_tool import Rollout

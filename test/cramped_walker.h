@@ -1,4 +1,4 @@
-// A model of Walker2d whose engine refuses some resets and not others.
+// A Walker2d model whose stack overflows at some resets, depending on the seed.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace walker {
 
-/// Its buffer does for a walker on its feet, and not for one on its back: which it is the seed
-/// decides.
+/// Makes environments whose MuJoCo stack suffices for a standing walker but not for one lying on
+/// its back. The seed decides the posture.
 class CrampedWalker {
  public:
   CrampedWalker() {
@@ -34,7 +34,7 @@ class CrampedWalker {
 
   std::unique_ptr<Environment> operator()() const { return make("Walker2d-v5", parameters_); }
 
-  /// The first seed from `from` on whose reset succeeds, or fails.
+  /// Returns the first seed >= `from` whose reset succeeds (or fails, if `succeeds` is false).
   std::uint64_t seed(bool succeeds, std::uint64_t from = 0) const {
     const std::unique_ptr<Environment> environment = (*this)();
     std::vector<double> observation(environment->specification().observation_size());

@@ -1,4 +1,4 @@
-"""The documentation holds together: its links and anchors lead somewhere, and README is short."""
+"""Documentation: links and anchors have targets, and README is short."""
 
 import pathlib
 import re
@@ -14,14 +14,12 @@ LONGEST_README = 220
 
 
 def prose(path):
-    """The page without its code."""
     text = path.read_text(encoding="utf-8")
     text = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
     return re.sub(r"`[^`]+`(?!_)", "", text)
 
 
 def links(path):
-    """What a page leads to or shows, as it is written there."""
     pattern = r"\]\(([^)\s]+)\)"
     if path.suffix == ".rst":
         pattern = r"`[^`]*<([^>]+)>`_"
@@ -29,7 +27,7 @@ def links(path):
 
 
 def anchors(path):
-    """The headings of a page, as GitHub calls them."""
+    """Returns GitHub's anchors of a page's headings."""
     text = re.sub(r"^```.*?^```$", "", path.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
     found = []
     for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
@@ -42,9 +40,9 @@ def anchors(path):
 
 
 def wrong_with(path, link):
-    """Why it leads nowhere; empty where it does."""
+    """Returns why the link has no target, or an empty string."""
     if re.match(r"[a-z]+:", link):
-        return ""  # of the world outside: ./scripts/docs --external
+        return ""  # external links: ./scripts/docs --external
     file, _, anchor = link.partition("#")
     target = (path.parent / file).resolve() if file else path
     if ROOT not in target.parents or not target.exists():

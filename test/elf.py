@@ -1,11 +1,11 @@
-"""Where programs and libraries look for libraries, and what of them may be written to or run."""
+"""Reads library search paths and hardening flags of ELF files."""
 
 import re
 import subprocess
 
 
 def search_paths(file):
-    """The elements of RPATH and RUNPATH of an ELF file; None where it is none."""
+    """Returns the elements of RPATH and RUNPATH, or None if the file is not ELF."""
     with open(file, "rb") as stream:
         if stream.read(4) != b"\x7fELF":
             return None
@@ -16,7 +16,7 @@ def search_paths(file):
 
 
 def strange_paths(files):
-    """Elements that are not relative to the file itself: an empty one is the current directory."""
+    """Returns search paths not relative to $ORIGIN. An empty one is the current directory."""
     return [
         f"{file}: {element!r}"
         for file in files
@@ -26,7 +26,6 @@ def strange_paths(files):
 
 
 def missing_protection(file):
-    """What an ELF file lacks of read-only tables, a guarded stack, an unknown address."""
     command = ["readelf", "--file-header", "--segments", "--dynamic", "--dyn-syms", "--wide", file]
     told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     wanted = {

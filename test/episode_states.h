@@ -1,4 +1,4 @@
-// Comparison of what is known of two episodes.
+// Compares the states of two episodes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 namespace walker {
 
-/// To the bit, but for which environment it is and how many episodes came before.
+/// Compares all members to the bit, except the environment's index and the episode's number.
 inline void expect_same_state(const EpisodeState& actual, const EpisodeState& expected) {
   EXPECT_EQ(actual.step, expected.step);
   EXPECT_EQ(to_bits(actual.action), to_bits(expected.action));

@@ -1,11 +1,11 @@
-// What an exception says.
+// Message of an expected exception.
 #pragma once
 
 #include <string>
 
 namespace walker {
 
-/// Text of the `Exception` that `call` throws; "nothing thrown" without one.
+/// Returns the message of the `Exception` that `call` throws, or "nothing thrown".
 template <typename Exception, typename Call>
 std::string message_of(Call call) {
   try {

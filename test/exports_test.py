@@ -1,4 +1,4 @@
-"""What is exported: a program is compiled and linked with pkg-config's flags and no others."""
+"""Exported headers and libraries: programs build with only pkg-config's flags."""
 
 import os
 import re
@@ -86,5 +86,5 @@ def test_the_folders_are_those_of_this_space():
     assert f"-L{space}/lib" in flags("--libs-only-L")
     folders = [flag[2:] for flag in flags("--cflags-only-I")]
     assert f"{space}/include" in folders
-    # Debian 13's rostime and its like forget their own prefix.
+    # On Debian 13, rostime and similar packages omit their prefix.
     assert all(os.path.isdir(folder) for folder in folders if folder != "/include")

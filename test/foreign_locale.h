@@ -1,4 +1,4 @@
-// A locale in which C's functions write 0,5 and C++'s streams 1.234,5.
+// A locale in which C functions write 0,5 and C++ streams write 1.234,5.
 #pragma once
 
 #include <clocale>
@@ -11,8 +11,8 @@
 
 namespace walker {
 
-/// The process's German locale, in C and in C++, as long as the object lives. No system has to have
-/// it: the distribution's package locales brings what it is made of.
+/// Sets the process's C and C++ locale to German while the object exists. It is compiled from the
+/// sources in the distribution's package locales, so it need not be installed.
 class ForeignLocale {
  public:
   ForeignLocale() {
@@ -22,7 +22,7 @@ class ForeignLocale {
       throw std::runtime_error(command + ": fails; is the package locales installed?");
     }
     setenv("LOCPATH", folder_.path().c_str(), 1);      // NOLINT(concurrency-mt-unsafe)
-    before_ = std::locale::global(std::locale(name));  // of C as well, for it has a name
+    before_ = std::locale::global(std::locale(name));  // sets C's too, because it has a name
   }
   ForeignLocale(const ForeignLocale&) = delete;
   ForeignLocale& operator=(const ForeignLocale&) = delete;

@@ -1,9 +1,8 @@
-"""What Gymnasium does in an episode, as rows of doubles to be compared with ours, and their hashes.
+"""Plays Gymnasium's episodes and returns them as rows of doubles and their hashes.
 
-Used by the live comparisons and by the scripts in test/recordings. An episode's actions follow from
-its kind and seed (and, for some kinds, from the observations), so that C++ repeats an episode
-without its actions being recorded. What one walker needs beyond this stands in its own folder:
-test/NAME/NAME_reference.py, with test/NAME/player.h as its twin in C++.
+The live comparisons and the scripts in test/recordings use this. The actions are a function of kind
+and seed (and, for some kinds, of the observations), so that C++ replays an episode without recorded
+actions. Code for one robot is in test/robots/NAME/NAME_reference.py, and in player.h for C++.
 """
 
 from __future__ import annotations
@@ -14,25 +13,23 @@ import numpy as np
 
 
 class Plan(NamedTuple):
-    """One episode before it is played."""
-
     kind: str  # of the actions
     seed: int | None  # of the reset; None continues the generator
     action_seed: int
 
 
 class Session(NamedTuple):
-    """Episodes played one after the other in one environment."""
+    """Consecutive episodes in one environment."""
 
     environment_id: str
-    parameters: dict  # by our names
+    parameters: dict  # with this package's names
     plans: list
 
 
 class Episode(NamedTuple):
-    """What was played: actions, shape (n, action size), and rows as rollout_tool gives them.
+    """A played episode: actions, shape (n, action size), and n + 1 rows as from rollout_tool.
 
-    Row 0, of n + 1, holds the reset's observation, reward 0, flags 0 and info.
+    Row 0 holds the reset's observation, reward 0, flags 0 and info.
     """
 
     actions: np.ndarray
@@ -40,21 +37,19 @@ class Episode(NamedTuple):
 
 
 def rounded(values):
-    """The nearest single precision numbers, in double precision."""
+    """Rounds to single precision."""
     return values.astype(np.float32).astype(np.float64)
 
 
 def row_of(observation, reward, terminated, truncated, info, info_names):
-    """One row: observation, reward, terminated, truncated, info; NaN where info is absent."""
+    """Returns observation, reward, terminated, truncated, info as a row; absent infos are NaN."""
     infos = [info.get(name, np.nan) for name in info_names]
     return [*observation, reward, terminated, truncated, *infos]
 
 
 def play_episode(environment, plan, actions, info_names=()):
-    """Resets a Gymnasium environment and plays to the episode's end. Returns an Episode.
-
-    Actions are float32 but for the kind `double`; `actions.draw(observation)` gives their values.
-    """
+    """Plays an episode of a Gymnasium environment. `actions.draw(observation)` returns the actions,
+    which are cast to float32 except for the kind `double`."""
     action_type = np.float64 if plan.kind == "double" else np.float32
     observation, info = environment.reset(seed=plan.seed)
     taken, rows = [], [row_of(observation, 0, 0, 0, info, info_names)]
@@ -68,7 +63,7 @@ def play_episode(environment, plan, actions, info_names=()):
 
 
 def hashes(rows):
-    """FNV-1a, 64 bits, of each row of doubles. Shape (n, m) -> (n,)."""
+    """Returns the 64-bit FNV-1a hash of each row of doubles. Shape (n, m) -> (n,)."""
     raw = np.ascontiguousarray(rows, np.float64).view(np.uint8)
     result = np.full(len(raw), 0xCBF29CE484222325, np.uint64)
     for column in raw.T:
@@ -77,14 +72,13 @@ def hashes(rows):
 
 
 def equal_bits(ours, theirs):
-    """Whether two arrays of doubles have the same shape and bits (0 and -0 differ)."""
+    """Returns whether two arrays of doubles have the same shape and bits (0 and -0 differ)."""
     ours = np.ascontiguousarray(ours, np.float64)
     theirs = np.ascontiguousarray(theirs, np.float64)
     return ours.shape == theirs.shape and (ours.view(np.uint64) == theirs.view(np.uint64)).all()
 
 
 def first_difference(ours, theirs):
-    """The first step at which rows differ, for a failure's message."""
     if ours.shape != theirs.shape:
         return f"{len(ours) - 1} steps instead of {len(theirs) - 1}"
     differing = np.ascontiguousarray(ours).view(np.uint64) != theirs.view(np.uint64)

@@ -1,10 +1,10 @@
-# WALKER_SIM_INSTRUMENT compiles all our code, Box2D included, with a sanitizer or with gcov's counters.
-# The libraries of ROS and MuJoCo are not instrumented.
-#   coverage  gcov's counters in include/ and src/, not in Box2D's own sources; without optimisation, so
-#             that lines stay apart
+# WALKER_SIM_INSTRUMENT compiles this package and Box2D with a sanitizer or with gcov's counters. ROS's
+# libraries and MuJoCo are not instrumented.
+#   coverage  gcov's counters in include/ and src/, not in Box2D's sources; without optimisation, so that
+#             the compiler does not merge lines
 #   thread    ThreadSanitizer
-#   address   AddressSanitizer and UndefinedBehaviorSanitizer; an error of either ends the program
-#   fuzzer    as address, by clang, with libFuzzer's coverage counters
+#   address   AddressSanitizer and UndefinedBehaviorSanitizer; any error aborts the program
+#   fuzzer    as address, with libFuzzer's coverage counters; needs clang
 if(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
   set(CMAKE_CXX_FLAGS_RELEASE "-O0 -DNDEBUG")
   # Threads share the counters, so they are updated atomically.
@@ -13,7 +13,7 @@ if(WALKER_SIM_INSTRUMENT STREQUAL "coverage")
   add_link_options(--coverage)
   return()
 endif()
-set(WALKER_SIM_PYTHON OFF) # Python itself is not instrumented
+set(WALKER_SIM_PYTHON OFF) # the Python interpreter is not instrumented
 set(CMAKE_CXX_FLAGS_RELEASE "-O1 -DNDEBUG")
 if(WALKER_SIM_INSTRUMENT STREQUAL "thread")
   set(instrument_options -fsanitize=thread)
@@ -34,5 +34,5 @@ if(NOT WALKER_SIM_INSTRUMENT STREQUAL "thread")
   list(APPEND instrument_options -fno-sanitize=pointer-overflow)
 endif()
 add_link_options(${instrument_options})
-# Call stacks have a line for each of our functions; out-of-range container accesses end the program.
+# Stack traces show line numbers and every function; out-of-range container accesses abort the program.
 add_compile_options(${instrument_options} -g1 -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS)

@@ -1,4 +1,4 @@
-// The environment variable by which a user chooses a kernel, for the time of a test.
+// Sets the environment variable WALKER_SIM_KERNEL for the duration of a test.
 #pragma once
 
 #include <cstdlib>
@@ -11,7 +11,7 @@ namespace walker {
 
 class KernelVariable {
  public:
-  /// @param value null: not set
+  /// @param value null unsets the variable
   explicit KernelVariable(const char* value) {
     if (const char* const before = std::getenv(kName)) before_ = before;
     set(value);
@@ -34,7 +34,6 @@ class KernelVariable {
   std::optional<std::string> before_;
 };
 
-/// An environment made under a value of that variable.
 inline Stepper make_by(const char* kernel, const std::string& id,
                        const Parameters& parameters = {}) {
   const KernelVariable variable(kernel);

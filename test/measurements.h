@@ -1,4 +1,4 @@
-// What the server's topics would tell of a walker's sensors, without ROS.
+// Converts sensors to what a subscriber of the server's topics measures, without ROS.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 
 namespace walker {
 
-/// In the axes of imu and odom; ranges in the single precision of scan.
+/// Velocities are in the trunk's frame, as in imu and odom. Ranges are rounded to single precision,
+/// as in scan.
 inline Measurements measurements_of(const Sensors& sensors) {
   const Pose& trunk = sensors.link_poses.front();
   const auto& [x, y, z, w] = trunk.orientation;

@@ -1,4 +1,4 @@
-// An environment whose observations are made a second time, out of its sensors.
+// An environment whose observations are also built from its sensors.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ class Observer {
     observe();
   }
 
-  /// Between a value of the environment's observation and the same value of the built one.
+  /// Returns the largest absolute difference between the environment's and the built observation.
   double largest_difference() const {
     double largest = 0;
     for (std::size_t i = 0; i < built.size(); ++i) {
@@ -42,7 +42,7 @@ class Observer {
     return largest;
   }
 
-  /// Places at which the built observation is another one after a change of the measurements.
+  /// Returns the indices of the built observation that change if `change` is applied.
   std::vector<std::size_t> changed_by(const Measurements& before,
                                       const std::function<void(Measurements&)>& change) const {
     Measurements after = before;
@@ -60,7 +60,7 @@ class Observer {
 
   Stepper walker;
   std::unique_ptr<ObservationBuilder> builder;
-  Measurements measurements;  // of the present state
+  Measurements measurements;
   std::vector<double> built;
 
  private:

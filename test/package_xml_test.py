@@ -1,4 +1,4 @@
-"""package.xml names what CMake asks for, what is included and what is exported, and no more."""
+"""package.xml lists exactly the dependencies that CMake finds and exports and the code includes."""
 
 import pathlib
 import re
@@ -12,7 +12,7 @@ CMAKE = {
 }
 TEXT = "\n".join(CMAKE.values())
 
-# What CMake and C++ call a thing, where rosdep calls it something else; none: part of the compiler.
+# CMake or C++ names and their rosdep keys, if different; None is part of the compiler.
 KEYS = {
     "GTest": "gtest",
     "gtest": "gtest",
@@ -25,9 +25,8 @@ KEYS = {
     "EGL": "opengl",
     "OSMESA": "libosmesa6-dev",
 }
-# What Python calls a module, where rosdep calls its package something else.
+# Python modules and their rosdep keys, if different.
 MODULES = {module: f"python3-{module}" for module in ("numpy", "rospkg", "yaml")}
-# Roscpp's own folders and what its package exports.
 OF_ROSCPP = {"ros"}
 
 
@@ -42,7 +41,6 @@ def built_with():
 
 
 def arguments(command):
-    """The words of each call of a CMake command."""
     return [call.split() for call in re.findall(rf"\b{command}\(([^)]*)\)", TEXT)]
 
 
@@ -74,7 +72,7 @@ def test_headers_that_cmake_looks_for_are_named():
 
 
 def included(*folders):
-    """The packages whose headers are included: `foo` of <foo/bar.h>."""
+    """Returns the packages of included headers: `foo` of <foo/bar.h>."""
     names = set()
     for folder in folders:
         for path in [*(ROOT / folder).rglob("*.h"), *(ROOT / folder).rglob("*.cpp")]:
@@ -93,7 +91,7 @@ def test_what_is_included_is_a_build_dependency():
 
 
 def imported(*folders):
-    """The modules that Python's files import, by the name of the package that brings each."""
+    """Returns the rosdep keys of the modules that Python files import."""
     names = set()
     for folder in folders:
         for path in (ROOT / folder).rglob("*.py"):
@@ -133,7 +131,7 @@ def test_what_is_exported_is_what_catkin_is_told():
     (words,) = arguments("catkin_package")
     exported = set(words[words.index("CATKIN_DEPENDS") + 1 :])
     assert exported == named("depend", "build_export_depend")
-    # Of the messages' fields, and what their headers include.
+    # Packages of the message fields, and the one that message headers include.
     fields = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("[ms][sr][gv]/*"))
     used = set(re.findall(r"^(\w+)/\w+ ", fields, re.MULTILINE))
     assert exported == used | {"message_runtime"}

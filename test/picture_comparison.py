@@ -1,4 +1,4 @@
-"""How alike pictures are."""
+"""Similarity of pictures."""
 
 import numpy as np
 from skimage.metrics import structural_similarity
@@ -7,12 +7,9 @@ MUCH = 64  # of 255
 
 
 def compare(pairs, what, capsys):
-    """Compares pairs of pictures, shape (height, width, 3) each, and prints what came out.
-
-    Returns a number of each pair: the structural similarity; and the pixels of which a color
-    differs much, for where most of a picture is background, a walker in another place would hardly
-    tell in the former.
-    """
+    """Returns two numbers per pair of pictures, shape (height, width, 3): structural similarity,
+    and the number of pixels with a channel that differs by more than MUCH. A displaced walker
+    barely changes the similarity if most of a picture is background."""
     similarities, others = [], []
     for ours, theirs in pairs:
         similarities.append(structural_similarity(ours, theirs, channel_axis=2))

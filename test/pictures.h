@@ -18,7 +18,7 @@ namespace walker {
 
 constexpr std::size_t kColors = 3;
 
-/// The picture of this name, as record_pictures.py made it. It has color only.
+/// Reads a picture written by record_pictures.py. The image has color but no depth.
 inline Image read_picture(const std::string& name) {
   const SharedLibrary cairo("libcairo.so.2", "libcairo2");
   const decltype(&cairo_image_surface_create_from_png) read =
@@ -64,12 +64,11 @@ inline Image draw(Renderer& renderer, const StateCapture& captured) {
   return image;
 }
 
-/// Value of one color at a place in a picture [0, 255].
 inline double color_at(const Image& image, std::size_t x, std::size_t y, std::size_t color) {
   return image.rgb.at((y * image.width + x) * kColors + color);
 }
 
-/// The picture with squares of `factor` x `factor` pixels as one: their mean.
+/// Downsamples: each pixel is the mean of `factor` x `factor` pixels.
 inline Image shrunk(const Image& image, std::uint32_t factor) {
   Image small;
   small.width = image.width / factor;
@@ -88,7 +87,7 @@ inline Image shrunk(const Image& image, std::uint32_t factor) {
   return small;
 }
 
-/// Of one color in a window of 7 x 7 pixels, with this upper left corner.
+/// Structural similarity of one channel in the 7 x 7 window with this upper left corner.
 inline double window_similarity(const Image& a, const Image& b, std::size_t left, std::size_t top,
                                 std::size_t color) {
   constexpr std::size_t kSide = 7;
@@ -121,9 +120,9 @@ inline double window_similarity(const Image& a, const Image& b, std::size_t left
          ((mean_a * mean_a + mean_b * mean_b + kC1) * (variance_a + variance_b + kC2));
 }
 
-/// Structural similarity of two pictures of one size: 1 where they are equal. The mean over all
-/// windows and colors, as scikit-image's structural_similarity has it by default (Wang et al.,
-/// Image quality assessment: from error visibility to structural similarity, 2004).
+/// Structural similarity of two pictures, 1 if equal: the mean over all windows and channels, as
+/// scikit-image's structural_similarity computes it by default (Wang et al., Image quality
+/// assessment: from error visibility to structural similarity, 2004).
 inline double structural_similarity(const Image& a, const Image& b) {
   constexpr std::size_t kSide = 7;
   if (a.width != b.width || a.height != b.height || a.rgb.size() != b.rgb.size()) {
@@ -141,8 +140,8 @@ inline double structural_similarity(const Image& a, const Image& b) {
   return sum / static_cast<double>(count);
 }
 
-/// Share of the pixels of which a color differs by more than a quarter of the full scale. Tells
-/// what structural similarity forgives where much of a picture is one color.
+/// Fraction of pixels with a channel that differs by more than a quarter of the full scale. Detects
+/// what barely changes the structural similarity of mostly uniform pictures.
 inline double share_of_other_pixels(const Image& a, const Image& b) {
   constexpr int kMuch = 64;
   if (a.rgb.size() != b.rgb.size()) throw std::invalid_argument("pictures of different sizes");

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# README's walker without ROS: passes where the commands of docs/install.md and README, as they stand
-# there, install walker_sim with pip and the walker arrives. As root, on a machine with nothing.
+# README's walker without ROS. Passes if the commands of docs/install.md and README, unchanged, install
+# walker_sim with pip and the walker arrives. Runs as root on a clean machine.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-# block FILE WORDS: the lines of the code block that has these words.
+# block FILE WORDS: prints the code block that contains these words.
 block() {
   awk -v words="$2" '/^```/ { if (found) { printf "%s", text; exit } text = ""; next }
     { text = text $0 "\n"; if (index($0, words)) found = 1 }' "$1"
@@ -19,7 +19,7 @@ readme=$(block README.md 'python3 -m walker_sim play')
   sed -n 's/ play / evaluate /p' <<<"$readme"
 } >"$home/commands"
 cat "$home/commands"
-# Debian 11's security archive lists packages that it holds no longer; as `apt-get install -t bullseye`.
+# Like `apt-get install -t bullseye`: Debian 11's security archive lists packages that it no longer has.
 if grep -q '^VERSION_ID="11"' /etc/os-release; then
   echo 'APT::Default-Release "bullseye";' >"$home/apt.conf"
   export APT_CONFIG=$home/apt.conf

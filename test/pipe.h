@@ -1,6 +1,6 @@
-// Obeys a test that talks through a pipe. A command is one line on stdin, its words with tabs
-// between them, where needed followed by raw doubles. The answer is a line `ok BYTES` followed by
-// that many bytes, or a line `error MESSAGE`. Numbers are native 64 bits.
+// Executes the commands of a test that writes to a pipe. A command is one line of tab-separated
+// words on stdin; raw doubles follow if the command takes any. The answer is a line `ok BYTES`
+// followed by that many bytes, or a line `error MESSAGE`. Numbers are 64 bits in native byte order.
 #pragma once
 
 #include <array>
@@ -16,7 +16,6 @@
 
 namespace walker {
 
-/// Numbers of an answer.
 class Answer {
  public:
   void add(double value) { add_bytes(value); }
@@ -41,7 +40,6 @@ class Answer {
   std::string bytes_;
 };
 
-/// Those that follow a command.
 inline std::vector<double> read_numbers(std::size_t count) {
   std::vector<double> numbers(count);
   std::string raw(count * sizeof(double), '\0');
@@ -51,7 +49,6 @@ inline std::vector<double> read_numbers(std::size_t count) {
   return numbers;
 }
 
-/// The next word of a command.
 template <typename T>
 T read(std::istream& words) {
   T value{};
@@ -59,7 +56,7 @@ T read(std::istream& words) {
   return value;
 }
 
-/// The words that are left; they may have spaces in them.
+/// Reads the remaining words, which may contain spaces.
 inline std::vector<std::string> read_rest(std::istream& words) {
   words >> std::ws;
   std::vector<std::string> rest;

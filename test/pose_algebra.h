@@ -1,4 +1,4 @@
-// Rotations and poses, written out: an independent check of what an engine computes.
+// Explicit quaternion and pose formulas, independent of the engines whose results they check.
 #pragma once
 
 #include <cmath>
@@ -7,13 +7,13 @@
 
 namespace walker {
 
-/// About a unit axis.
+/// Returns the rotation by `angle` [rad] about a unit axis.
 inline Quaternion rotation(const Vector3& axis, double angle) {
   const double sine = std::sin(angle / 2);
   return {sine * axis[0], sine * axis[1], sine * axis[2], std::cos(angle / 2)};
 }
 
-/// First `inner`, then `outer`.
+/// Returns the rotation that applies `inner` first, then `outer`.
 inline Quaternion composed(const Quaternion& outer, const Quaternion& inner) {
   const auto& [ax, ay, az, aw] = outer;
   const auto& [bx, by, bz, bw] = inner;
@@ -29,7 +29,7 @@ inline Vector3 rotated(const Quaternion& quaternion, const Vector3& vector) {
   return {turned[0], turned[1], turned[2]};
 }
 
-/// A point of a frame, in the frame's own.
+/// Transforms a point from the frame with this pose to the frame in which the pose is given.
 inline Vector3 transformed(const Pose& pose, const Vector3& point) {
   Vector3 result = rotated(pose.orientation, point);
   for (std::size_t k = 0; k < 3; ++k) result[k] += pose.position[k];
@@ -40,7 +40,7 @@ inline Pose composed(const Pose& outer, const Pose& inner) {
   return {transformed(outer, inner.position), composed(outer.orientation, inner.orientation)};
 }
 
-/// 1 where two unit quaternions mean the same rotation, less elsewhere.
+/// Returns |a . b|: 1 if two unit quaternions are the same rotation, otherwise less.
 inline double alignment(const Quaternion& a, const Quaternion& b) {
   return std::abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]);
 }

@@ -1,4 +1,4 @@
-"""What is built is found by ROS's tools, each once, and looks for libraries where they belong."""
+"""ROS tools find each built program exactly once, and programs search only valid library paths."""
 
 import os
 import pathlib
@@ -27,7 +27,6 @@ def test_there_are_nodes():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_rosrun_finds_it_once(name):
-    # With several, rosrun would ask which.
     assert told("rosrun", "--prefix", "echo", "walker_sim", name) == [str(PROGRAMS / name)]
 
 

@@ -1,5 +1,5 @@
-# Suites in Python, test/NAME.py, in the devel space if there is one. They compare with the NumPy and
-# Gymnasium of WALKER_SIM_TEST_PYTHON. Included by tests.cmake.
+# Python suites, test/NAME.py, which run in the devel space if there is one. They compare with the NumPy
+# and Gymnasium of WALKER_SIM_TEST_PYTHON. Included by tests.cmake.
 set(short_suites
   base/exported_symbols_test
   simd/symbols_test
@@ -22,10 +22,10 @@ set(short_suites
   python/vector_environment_test
   readme_test
   robots/mujoco/spaces_gymnasium_test)
-# These take a minute. They start early, so that none runs alone at the end.
+# Each takes about a minute. They start early, so that none runs alone at the end.
 set(slow_suites bench/bench_test robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
   robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
-# stages.cmake runs these in virtual environments of their own.
+# stages.cmake runs these in separate virtual environments.
 set(other_suites python/normalization_test python/readme_wheel_test python/rosnodejs_test
   python/sb3_make_vec_env_test python/sb3_test python/torch_test python/train_test python/wheel_test)
 
@@ -71,7 +71,7 @@ foreach(suite ${suites})
   string(REGEX REPLACE "\\.py$" "" path ${suite})
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test OR path IN_LIST other_suites
     OR (NOT WALKER_SIM_PYTHON AND path MATCHES "^python/")
-    OR (WALKER_SIM_INSTRUMENT AND NOT path MATCHES "^python/")) # others run the same code, or inspect files
+    OR (WALKER_SIM_INSTRUMENT AND NOT path MATCHES "^python/")) # others repeat code, or inspect files
     continue()
   endif()
   walker_sim_add_suite(${path})

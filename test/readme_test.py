@@ -1,7 +1,7 @@
-"""The commands in README and docs/, typed as they stand there beside walkers started as they say.
+"""Runs the commands of README and docs/ unchanged and compares their output with the pages.
 
-What is shown of their output is compared; three dots stand for lines left out, or for a part of a
-line. Each scene has a ROS master and a folder of its own.
+Three dots in the shown output stand for omitted lines or a part of a line. Each test has its own
+ROS master and folder.
 """
 
 import contextlib
@@ -37,7 +37,7 @@ BLOCKS = [
     for language, text in re.findall(r"^```(\w*)\n(.*?)^```$", words, re.MULTILINE | re.DOTALL)
 ]
 
-# The page and some words of each block that a scene types.
+# Page and some words of each block that a test runs.
 README, GUIDE, CLI = "README.md", "docs/ros_guide.md", "docs/cli.md"
 AT_FIRST = (README, "/walker_sim/step")
 BY_HAND = (GUIDE, "/walker_sim/reset '{has_seed: true, seed: 42}'")
@@ -48,7 +48,7 @@ SNAPSHOT = (GUIDE, "/walker_sim/snapshot")
 REPLAY = (GUIDE, "rosrun walker_sim replay walk.bag")
 CAMERA = ("docs/ros_interface.md", "/walker_sim/render")
 TYPED = [AT_FIRST, BY_HAND, GYMNASIUM, USUAL_TOOLS, BATCH, SNAPSHOT, REPLAY, CAMERA]
-# Those that none does: the reason.
+# Blocks that no test runs, and the reason.
 NOT_TYPED = {
     (CLI, "walker_sim evaluate"): "takes long; test/python/commands_evaluate_test.py",
     (CLI, "walker_sim record"): "takes long; test/python/commands_record_test.py",
@@ -58,19 +58,19 @@ NOT_TYPED = {
     ("docs/adding_an_environment.md", "describe"): "test_rosrun_finds_each_program_once does",
     (GUIDE, "ten_walkers.launch"): "needs the machine for itself; test/server/ten_walkers_test.py",
 }
-# Debian 11's rospy asks threads for what Python 3.9 has no more, whenever it ends.
+# At exit, Debian 11's rospy calls Thread.isAlive(), which Python 3.9 has removed.
 TOOLS_END_BADLY = not hasattr(threading.Thread, "isAlive") and "isAlive()" in inspect.getsource(
     rospy.core
 )
-# roslaunch looks through every folder of the package, on a machine that is busy with other tests.
+# roslaunch searches every folder of the package, which takes long on a busy machine.
 SET_UP_PATIENCE = 120  # [s]
-# A shell in which nothing is sourced.
+# Removes the variables that setup files set.
 SOURCED = "CMAKE_PREFIX_PATH LD_LIBRARY_PATH PKG_CONFIG_PATH PYTHONPATH ROS_PACKAGE_PATH DISPLAY"
 SHELL = ["env", *(f"-u{name}" for name in SOURCED.split())]
 
 
 def block(place, language=""):
-    """The one on this page that has these words."""
+    """Returns the only block of this page and language that contains these words."""
     page, words = place
     found = [text for its_page, its, text in BLOCKS if (its_page, its) == (page, language)]
     found = [text for text in found if words in text]
@@ -79,20 +79,18 @@ def block(place, language=""):
 
 
 def inline(command, *pages):
-    """The command, which these pages have in a sentence."""
     for page in pages:
         assert f"`{command}`" in PAGES[page], f"{page} has no `{command}`"
     return command
 
 
 def is_whole(command):
-    """A shell would not ask for another line."""
+    """Returns false if a shell would prompt for a continuation line."""
     with contextlib.suppress(ValueError):
         return bool(shlex.split(command, comments=True))
 
 
 def commands_of(text):
-    """The block's commands, each with the lines shown below it."""
     commands = []
     for line in text.splitlines():
         if line.startswith("$ "):
@@ -105,12 +103,12 @@ def commands_of(text):
 
 
 def without_numbers(line):
-    """For what depends on time."""
+    """Replaces numbers, for output that depends on time."""
     return " ".join(re.sub(r"-?\d+(\.\d+)?(e[-+]?\d+)?", "N", line).split())
 
 
 def compare(command, output, reading=str.rstrip):
-    """`reading` makes of a line what has to be equal; nothing shown, nothing compared."""
+    """Compares a command's output with the shown output, if any. `reading` normalizes each line."""
     pattern = ""
     for line in command.shown:
         words = re.escape(reading(line)).replace(re.escape("..."), ".*")
@@ -121,10 +119,10 @@ def compare(command, output, reading=str.rstrip):
 
 
 class Program(LoggedProcess):
-    """A command that runs meanwhile, as in another terminal, until Ctrl-C."""
+    """A command that runs in the background, as in another terminal, until Ctrl-C."""
 
     def __init__(self, command):
-        # A test that is killed cannot stop it: then the system does.
+        # --pdeathsig stops the command if the test is killed.
         super().__init__(["setpriv", "--pdeathsig", "INT", "setsid", *command])
         self._text = command[-1]
 
@@ -146,13 +144,13 @@ class Program(LoggedProcess):
             status = self._process.wait(PATIENCE)
         finally:
             self._process.kill()
-            print(f"$ {self._text}\n{self.output()}")  # pytest shows it where something failed
+            print(f"$ {self._text}\n{self.output()}")
         allowed = {0, 1} if TOOLS_END_BADLY and " rostopic " in self._text else {0}
         assert status in allowed, f"status {status}: $ {self._text}"
 
 
 class Terminal:
-    """In a folder with nothing but the scripts; nothing is sourced, and no master runs yet."""
+    """A shell in a folder with only the scripts. Nothing is sourced, and no master runs yet."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -160,7 +158,7 @@ class Terminal:
         variables = [f"ROS_MASTER_URI={self.uri}", "ROS_HOSTNAME=localhost", "PYTHONUNBUFFERED=1"]
         variables += [f"ROS_HOME={folder}/ros_home"]
         self._shell = [*SHELL, f"--chdir={folder}", *variables, "bash", "-c"]
-        # Not a link to their folder: from there they would take this one for the repository.
+        # Not a symbolic link: the scripts would take this folder for the repository.
         (folder / "scripts").mkdir()
         for name in ("env", "run"):
             script = folder / "scripts" / name
@@ -168,7 +166,6 @@ class Terminal:
             script.chmod(0o755)
 
     def type(self, text):
-        """The output of a command that ends well."""
         options = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True}
         done = subprocess.run([*self._shell, text], check=False, timeout=2 * PATIENCE, **options)
         print(f"$ {text}\n{done.stderr}{done.stdout}")
@@ -186,12 +183,11 @@ class Terminal:
         master = xmlrpc.client.ServerProxy(self.uri)
         with contextlib.suppress(OSError):
             serves = master.lookupService(CALLER, "/walker_sim/get_spec")[0] == 1
-            # The last one to be launched: Ctrl-C before that is another story.
+            # The last node to start: roslaunch handles an earlier Ctrl-C differently.
             return serves and master.lookupNode(CALLER, "/status_line")[0] == 1
 
     @contextlib.contextmanager
     def walker(self, text):
-        """The same, from when it answers."""
         with self.start(text) as program:
             program.wait_until(self._has_walker, "a walker")
             yield program
@@ -201,7 +197,7 @@ class Terminal:
 def ready():
     if DEVEL != ROOT / "devel":
         pytest.skip("this is not the build of scripts/, which they would make")
-    subprocess.check_call([ROOT / "scripts" / "env", "true"])  # sets up what may be missing
+    subprocess.check_call([ROOT / "scripts" / "env", "true"])
 
 
 @pytest.fixture
@@ -272,7 +268,7 @@ def test_a_recording_is_replayed(terminal):
     record, replay = commands_of(block(REPLAY))
     with terminal.walker(record.text) as walker:
         walker.wait_until(lambda: "episode 2" in walker.output(), "a second episode")
-        time.sleep(5)  # a recorder on a busy machine lags behind
+        time.sleep(5)  # rosbag record lags behind on a busy machine
     output = terminal.type(replay.text).splitlines()
     for line in range(3):  # as far as the first episode
         assert output[line].split() == replay.shown[line].split()
@@ -286,7 +282,7 @@ def test_many_walkers_on_one_server(terminal):
 
 
 def mentions():
-    """What follows `rosrun walker_sim` where people read it."""
+    """Returns the words after `rosrun walker_sim` in all user-visible files."""
     patterns = ("*.md", "config/*", "docs/*.md", "examples/*", "launch/*", "urdf/*")
     patterns += ("scripts/*", "scripts/dev/*")
     files = sorted(path for pattern in patterns for path in ROOT.glob(pattern) if path.is_file())

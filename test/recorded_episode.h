@@ -1,4 +1,4 @@
-// What the recordings of all walkers' episodes have in common.
+// Parses and replays recorded episodes of any robot.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,6 @@
 
 namespace walker {
 
-/// One `episode` line of a recording.
 struct Headline {
   explicit Headline(Recording& recording)
       : kind(recording.next<std::string>()),
@@ -33,14 +32,13 @@ struct Headline {
   std::size_t steps;
 };
 
-/// A row as recordings hold it: the low 32 bits of its hash.
+/// Returns the low 32 bits of a row's hash, which recordings store per row.
 inline std::uint64_t short_hash(const std::vector<double>& row) {
   Hash hash;
   for (const double value : row) hash.add(value);
   return hash.value() & 0xFFFFFFFFU;
 }
 
-/// Of a player for robots of several sizes, or of one.
 template <typename Actions>
 Actions make_actions(const Headline& episode, [[maybe_unused]] int size) {
   if constexpr (std::is_constructible_v<Actions, std::string, std::uint64_t, int>) {
@@ -50,8 +48,8 @@ Actions make_actions(const Headline& episode, [[maybe_unused]] int size) {
   }
 }
 
-/// Plays a recorded episode again and calls `compare(i, action)` after the reset (i = 0, with
-/// zeros) and after each step, until one of them fails fatally.
+/// Replays a recorded episode. Calls `compare(i, action)` after the reset (i = 0, zero action) and
+/// after each step, until a call fails fatally.
 template <typename Actions, typename Compare>
 void replay(const Headline& episode, Stepper& walker, Compare compare) {
   std::vector<double> action(walker.environment->specification().action_size(), 0);

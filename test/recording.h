@@ -1,4 +1,4 @@
-// Reads test/recordings.
+// Reads the files in test/recordings.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace walker {
 
-/// The words of a recording, one after the other, without its comment lines.
+/// Reads the words of a recording in sequence and skips its comment lines.
 class Recording {
  public:
   explicit Recording(const std::string& name) {
@@ -23,7 +23,6 @@ class Recording {
     }
   }
 
-  /// Whether another word follows.
   bool has_more() { return static_cast<bool>(text_ >> std::ws) && !text_.eof(); }
 
   template <typename T>
@@ -35,10 +34,9 @@ class Recording {
 
   std::uint64_t next_hexadecimal() { return std::stoull(next<std::string>(), nullptr, 16); }
 
-  /// A number recorded as the bits of a double.
   double next_double() { return from_bits(next_hexadecimal()); }
 
-  /// A number recorded as the bits of a float.
+  /// Reads a number stored as the hexadecimal bits of a float, as next_double does of a double.
   double next_float() {
     const auto bits = static_cast<std::uint32_t>(next_hexadecimal());
     float value = 0;
@@ -50,7 +48,7 @@ class Recording {
   std::stringstream text_;
 };
 
-/// FNV-1a over the bytes of doubles, as gymnasium_reference.hashes.
+/// 64-bit FNV-1a over the bytes of doubles, as in gymnasium_reference.hashes.
 class Hash {
  public:
   void add(double value) {

@@ -1,4 +1,4 @@
-// An environment whose episodes are recorded and restored, as in a server.
+// An environment whose episodes can be recorded and restored, as in a server.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@
 
 namespace walker {
 
-/// An episode, and a scratch one in which records are repeated.
+/// Replays records in a scratch episode.
 class Restorable {
  public:
   Restorable(const std::function<std::unique_ptr<Environment>()>& make, std::uint64_t first_seed)

@@ -1,25 +1,22 @@
-// Steps environments for a test that talks through a pipe, so that it compares thousands of steps
-// with Gymnasium without a binding.
-//
-// Its commands, in the form that pipe.h describes:
-//
-//   make ID [NAME=VALUE ...]  -> nothing; the environment of the commands below
+// Steps environments for tests that compare them with Gymnasium without the Python binding. Its
+// commands, in the format of pipe.h:
+//   make ID [NAME=VALUE ...]
+//                          -> nothing; makes the environment for the commands below
 //   reset SEED|-           -> a row: observation, reward, terminated, truncated, info (NaN where
 //                             absent); - continues the generator
-//   step N + N x action    -> rows; ends with the episode, however many actions are left
+//   step N + N x action    -> rows; stops at the episode's end and ignores the remaining actions
 //   render [NAME=VALUE ...]
-//                          -> bytes: a picture of the present state, height x width x 3; the words
-//                             are parameters of the camera
+//                          -> bytes: a picture of the current state, height x width x 3; the words
+//                             are camera parameters
 //   state                  -> generator state, 6 integers
 //   spaces                 -> observation and action size, observation low, high, action low, high,
 //                             dt, max_episode_steps, reward_threshold
-//   description            -> text: a line with the names of the infos, then a line NAME=VALUE a
+//   description            -> text: a line with the info names, then a line NAME=VALUE for each
 //                             parameter
-//   act N + N x 24         -> N x 4 actions of a new BipedalWalker heuristic that sees these
-//                             observations
+//   act N + N x 24         -> N x 4 actions of a new BipedalWalker heuristic for N observations
 //   terrain 0|1 SEED       -> BipedalWalker's 200 ground points, number of obstacles, 4 points of
 //                             each, 10 clouds of 5 points, push; 1: hardcore
-//   random SEED DRAW ...   -> one number a draw, then generator state, 6 integers. A draw is
+//   random SEED DRAW ...   -> one number per draw, then generator state, 6 integers. A draw is
 //                             `random`, `uniform LOW HIGH` or `integers LOW HIGH`
 #include <array>
 #include <cstdint>
@@ -189,8 +186,8 @@ class Session {
   const walker::Specification& specification() { return walker().environment->specification(); }
 
   std::optional<walker::Stepper> walker_;
-  std::uint32_t steps_ = 0;                     // since the reset
-  std::unique_ptr<walker::Renderer> renderer_;  // of the last picture, and its camera's parameters
+  std::uint32_t steps_ = 0;
+  std::unique_ptr<walker::Renderer> renderer_;  // of the last picture, made with camera_
   walker::Parameters camera_;
 };
 

@@ -1,4 +1,4 @@
-"""Drives what steps our environments: rollout.cpp, and episode/pool_rollout.cpp for a pool."""
+"""Drives the programs rollout.cpp and episode/pool_rollout.cpp through pipes."""
 
 import os
 import subprocess
@@ -7,11 +7,11 @@ import numpy as np
 
 
 class Refused(Exception):
-    """The tool answered with an error; its text is the message."""
+    """The tool answered with an error."""
 
 
 def parameter_text(value):
-    """A parameter's value as src/base/parameter_text.h reads it."""
+    """Formats a parameter's value for src/base/parameter_text.h."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (tuple, list)):
@@ -20,7 +20,7 @@ def parameter_text(value):
 
 
 class Pipe:
-    """One process that obeys commands as test/pipe.h describes them."""
+    """A process with the command protocol of test/pipe.h."""
 
     def __init__(self, tool):
         self._process = subprocess.Popen([tool], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
@@ -31,7 +31,6 @@ class Pipe:
         self._process.wait()
 
     def _ask(self, line, numbers=None):
-        """Raw bytes of the answer to one command."""
         payload = b"" if numbers is None else np.ascontiguousarray(numbers, np.float64).tobytes()
         self._process.stdin.write(line.encode() + b"\n" + payload)
         self._process.stdin.flush()
@@ -42,7 +41,7 @@ class Pipe:
 
 
 class Rollout(Pipe):
-    """One process with at most one environment in it.
+    """A rollout.cpp process, which holds at most one environment.
 
     A row is observation, reward, terminated, truncated, info (NaN where absent).
     """
@@ -57,30 +56,27 @@ class Rollout(Pipe):
         self._row_size = len(self.spaces()[0]) + 3 + len(self.description()[0])
 
     def reset(self, seed=None):
-        """The row of the reset, shape (row size,); without a seed the generator continues."""
+        """Returns the reset's row, shape (row size,). Without a seed the generator continues."""
         return np.frombuffer(self._ask(f"reset\t{'-' if seed is None else seed}"))
 
     def step(self, actions):
-        """Rows up to the episode's end.
-
-        actions: shape (n, action size). Returns shape (m, row size) with m <= n.
-        """
+        """Steps until the actions, shape (n, action size), or the episode end. Returns the rows."""
         answer = self._ask(f"step\t{len(actions)}", actions)
         return np.frombuffer(answer).reshape(-1, self._row_size)
 
     def render(self, width, height, **camera):
-        """A picture of the present state, shape (height, width, 3)."""
+        """Returns a picture of the current state, shape (height, width, 3)."""
         parameters = {"width": width, "height": height, **camera}
         texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
         answer = self._ask("\t".join(["render", *texts]))
         return np.frombuffer(answer, np.uint8).reshape(height, width, 3)
 
     def generator_state(self):
-        """NumPy PCG64: state high, low, increment high, low, has_uint32, uinteger."""
+        """Returns NumPy's PCG64: state high, low, increment high, low, has_uint32, uinteger."""
         return np.frombuffer(self._ask("state"), np.uint64)
 
     def spaces(self):
-        """Observation low and high, action low and high, dt, max_episode_steps, threshold."""
+        """Returns observation low, high, action low, high, dt, max_episode_steps, threshold."""
         numbers = np.frombuffer(self._ask("spaces"))
         observation_size, action_size = map(int, numbers[:2])
         sizes = [observation_size, observation_size, action_size, action_size, 1, 1]
@@ -88,29 +84,28 @@ class Rollout(Pipe):
         return [*parts[:4], *(float(part[0]) for part in parts[4:])]
 
     def description(self):
-        """The names of the infos, then the parameters and their values as texts, in a dict."""
         infos, *parameters = self._ask("description").decode().splitlines()
         return infos.split(), dict(parameter.split("=", 1) for parameter in parameters)
 
     def act(self, observations):
-        """Actions of a new BipedalWalker heuristic on observations of shape (n, 24), (n, 4)."""
+        """Returns a new BipedalWalker heuristic's actions (n, 4) for observations (n, 24)."""
         return np.frombuffer(self._ask(f"act\t{len(observations)}", observations)).reshape(-1, 4)
 
     def terrain(self, hardcore, seed):
-        """What an episode of BipedalWalker draws: see bipedal_walker_reference.terrain."""
+        """Returns a BipedalWalker episode's random draws, see bipedal_walker_reference.terrain."""
         return np.frombuffer(self._ask(f"terrain\t{int(hardcore)}\t{seed}"))
 
     def random(self, seed, draws):
-        """The draws (see rollout.cpp) as doubles, then the generator's state as 6 integers."""
+        """Returns the draws (see rollout.cpp) as doubles, and the generator's state."""
         answer = self._ask("\t".join([f"random\t{seed}", *draws]))
         return np.frombuffer(answer[:-48]), np.frombuffer(answer[-48:], np.uint64)
 
 
 class PoolRollout(Pipe):
-    """One process with at most one pool in it.
+    """A pool_rollout.cpp process, which holds at most one pool.
 
     A row is reward, terminated, truncated, episodes, steps, observation, info, final observation,
-    final info; numbers that a call did not write are -12345.
+    final info. Numbers that a call did not write are -12345.
     """
 
     def __init__(self):
@@ -128,7 +123,7 @@ class PoolRollout(Pipe):
         return np.frombuffer(answer).reshape(self._num_envs, -1)
 
     def reset(self, seeds):
-        """Resets the environments that are the keys of `seeds`; None continues the generator."""
+        """Resets the environments in the keys of `seeds`. A seed None continues the generator."""
         words = [f"{i}={'-' if seed is None else seed}" for i, seed in seeds.items()]
         return self._rows(self._ask("\t".join(["reset", *words])))
 
@@ -137,5 +132,4 @@ class PoolRollout(Pipe):
         return self._rows(self._ask("step", actions))
 
     def send_and_receive(self, actions):
-        """As `step`, by way of the asynchronous calls."""
         return self._rows(self._ask("send", actions))

@@ -1,5 +1,5 @@
-// The main of the rostests in C++: a node that answers while its test waits. --file=NAME runs the
-// tests that stand in the source file NAME.
+// main() of the C++ rostests. The node's spinner thread serves callbacks while a test blocks.
+// --file=NAME runs only the tests of the source file NAME.
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 
@@ -7,7 +7,7 @@
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "ros_test");  // rostest gives each its name
+  ros::init(argc, argv, "ros_test");  // rostest remaps the name
   if (!walker::test::choose_file(argc, argv)) return 2;
   ros::AsyncSpinner spinner(1);
   spinner.start();

@@ -1,5 +1,5 @@
-# The server's units, tests of launch files and scripts, and rostests: test/NAME.test starts a master and
-# runs test/NAME.py or the gtest test/NAME.cpp. Included by tests.cmake.
+# Unit tests of the server, tests of launch files and scripts, and rostests: test/NAME.test starts a
+# master and runs test/NAME.py or the gtest test/NAME.cpp. Included by tests.cmake.
 
 # ---------------------------------------------------------------- units
 walker_sim_add_unit_tests(server
@@ -18,7 +18,7 @@ foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test s
 endforeach()
 
 # ---------------------------------------------------------------- rostests
-# The short ones: one for each mode of use, in C++ and in Python.
+# Short rostests: one per mode of use, in C++ and in Python.
 set(short_rostests
   agents/robot_test
   client/episodes_test
@@ -32,14 +32,14 @@ set(short_rostests
   server/records_test
   server/step_many_test
   server/walker2d_topics_test)
-# These measure time, so each runs alone.
+# These measure wall time, so each runs alone.
 set(timed_rostests
   server/pace_test
   server/ten_walkers_test)
 
-# walker_sim_add_rostest(PATH): adds two tests of test/PATH.test: NAME against the devel space, short or
-# devel, and install_NAME against the install space that stages.cmake makes, long. The long run leaves out
-# the label devel, because running both takes four minutes longer.
+# walker_sim_add_rostest(PATH): adds two tests of test/PATH.test. NAME runs against the devel space, with
+# label short or devel; install_NAME against stages.cmake's install space, with label long. A long run
+# leaves out the label devel, because running both takes four minutes longer.
 function(walker_sim_add_rostest path)
   string(REPLACE "/" "_" name ${path})
   set(test _ctest_${PROJECT_NAME}_rostest_test_${name}.test)
@@ -50,7 +50,7 @@ function(walker_sim_add_rostest path)
   endif()
   set(program ros_tests)
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
-    # The devel space gets a link to it: in the source tree, roslaunch might find another build's copy.
+    # A link in the devel space: in the source tree, roslaunch might find another build's copy.
     set(program "")
     get_filename_component(script ${path}.py NAME)
     file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})

@@ -1,4 +1,4 @@
-// Saves and loads the states of environments, and compares what follows.
+// Saves and loads environment states and compares the subsequent episodes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,7 +24,6 @@ inline Progress load(Stepper& walker, const State& state) {
   return walker.environment->load_state(state.data(), state.size(), walker.result);
 }
 
-/// All that sensors and scene tell.
 inline std::vector<double> look_at(Environment& environment) {
   Sensors sensors;
   Scene scene;
@@ -55,7 +54,7 @@ inline std::vector<double> look_at(Environment& environment) {
   return numbers;
 }
 
-/// Of what a call gave, and of all that is told of the state.
+/// Compares the last results and the complete states to the bit.
 inline void expect_alike(const Stepper& actual, const Stepper& expected) {
   ASSERT_EQ(to_bits(actual.row()), to_bits(expected.row()));
   ASSERT_STREQ(actual.result.end_reason, expected.result.end_reason);
@@ -65,7 +64,7 @@ inline void expect_alike(const Stepper& actual, const Stepper& expected) {
   ASSERT_EQ(save(actual), save(expected));
 }
 
-/// Plays to the end of the episode and through others, each step compared.
+/// Plays the rest of the episode and `num_resets` further episodes and compares each step.
 template <typename Actions>
 void expect_alike_from_here(Stepper& actual, Stepper& expected, Actions&& actions,
                             int num_resets = 2, int most_steps = 400) {

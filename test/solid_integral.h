@@ -1,4 +1,4 @@
-// Mass and moments of solids by adding up small cells.
+// Mass and moments of solids by summation over small cells.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace walker {
 
-/// Mass, centre and tensor of many small parts.
+/// Sums of mass, first moments and inertia tensor over point masses.
 struct Parts {
   double mass = 0;
   Vector3 first{};
@@ -44,7 +44,7 @@ inline bool contains(const Solid& solid, const Vector3& p) {
   return false;
 }
 
-/// Integrates over a solid in the frame of its link.
+/// Adds a solid's cells at their positions in the link's frame.
 inline void add_solid(const Solid& solid, double density, Parts& parts) {
   constexpr int kCells = 60;
   const bool is_box = solid.kind == Solid::Kind::box;

@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
-# What stages.cmake runs, one command each:
-#   workspace                             an ordinary workspace, built and installed by catkin_make
-#   installed rostest|pytest FILE XML     FILE where nothing but its install space is in sight
-#   my_walker_pkg                         examples/my_walker_pkg on top of it, built, tested and installed
-#   wheel PYTHON                          pip's wheel
-#   wheel_suite PYTHON oldest|newest XML  the wheel's suite in a clean virtual environment
-#   wheel_readme PYTHON XML               README's first example in one that the extra for it has filled
-#   example_venv LEARNER                  the virtual environment of an example
-#   example LEARNER FILE XML              a suite in it
-#   sb3_suite XML                         tests of Stable-Baselines3's own, with an environment of ours
-#   rosnodejs_modules                     what npm installs for the client in test/python/rosnodejs
-#   rosnodejs FILE XML                    a suite beside it
-#   torchrl_root PYTHON                   Debian 13 for the example with TorchRL, and its Python beside it
-#   torchrl FILE XML                      a suite there
-# What they make is in hidden folders of build/, for roslaunch walks through a package's visible ones.
+# Commands of stages.cmake:
+#   workspace                             builds and installs an ordinary workspace with catkin_make
+#   installed rostest|pytest FILE XML     runs FILE with nothing but the install space in its environment
+#   my_walker_pkg                         builds, tests and installs examples/my_walker_pkg on top of it
+#   wheel PYTHON                          builds the wheel with pip
+#   wheel_suite PYTHON oldest|newest XML  runs the wheel's suite in a clean virtual environment
+#   wheel_readme PYTHON XML               runs README's first example with the wheel's extra for it
+#   example_venv LEARNER                  makes the virtual environment of an example
+#   example LEARNER FILE XML              runs a suite in it
+#   sb3_suite XML                         runs Stable-Baselines3's tests with this package's environment
+#   rosnodejs_modules                     installs the client's modules (test/python/rosnodejs) with npm
+#   rosnodejs FILE XML                    runs a suite that uses the client
+#   torchrl_root PYTHON                   makes a Debian 13 root for TorchRL's example, with its packages
+#   torchrl FILE XML                      runs a suite in it
+# Results are in hidden folders of build/, because roslaunch searches a package's visible folders.
 set -euo pipefail
 # shellcheck source=scripts/setup.sh
 source "$(dirname "${BASH_SOURCE[0]}")/../scripts/setup.sh"
@@ -22,14 +22,14 @@ source "$root/scripts/debian_root.sh"
 
 workspace=$build/.workspace
 
-# Of a copy, for a link into the tree would be a circle; built in the copy, as build/.ros is in the tree,
-# so that the cache of compilations serves both. The tests' programs go beside the installed ones, where
-# rostest looks for them; they find the installed library by the same way.
+# Copies the tree, because a link into it would be a cycle. Builds inside the copy, as build/.ros is
+# inside the tree, so that both share the compiler cache. Copies the test programs beside the installed
+# ones, where rostest looks for them; they find the installed library by the same path.
 make_workspace() {
   local package=$workspace/src/walker_sim file
   rm -rf "$workspace" && mkdir -p "$package" && cd "$root" &&
     tar -c --exclude=./build --exclude=./devel --exclude=./.git . | tar -x -C "$package"
-  cp -r "$package/examples/my_walker_pkg" "$workspace/src/" # as a user does, beside the package
+  cp -r "$package/examples/my_walker_pkg" "$workspace/src/" # beside the package, as a user does
   cd "$workspace"
   within "$ros_setup" catkin_make --build "$package/build" -j"$jobs" -l"$((jobs * 2))" install \
     "${ros_options[@]}" -DCATKIN_DEVEL_PREFIX="$package/devel" -DWALKER_SIM_WERROR=ON
@@ -37,24 +37,24 @@ make_workspace() {
     die "catkin_make has compiled tests: nobody has asked for them"
   fi
   [ -x install/lib/my_walker_pkg/episode ] || die "catkin_make has not built my_walker_pkg"
-  rm -rf "$package" install/lib/my_walker_pkg install/share/my_walker_pkg # nothing installed may need it
+  rm -rf "$package" install/lib/my_walker_pkg install/share/my_walker_pkg # must not be needed
   for file in "$devel/lib/walker_sim/"*; do
     [ -e "install/lib/walker_sim/${file##*/}" ] || cp -P "$file" install/lib/walker_sim/
   done
 }
 
-# Where no more is in sight than what the setup file $1 brings.
+# in_space SETUP_FILE COMMAND...: runs the command in a clean environment after sourcing SETUP_FILE.
 in_space() {
   # shellcheck disable=SC2016  # for the inner shell
   env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 ROS_HOSTNAME=localhost \
     ROS_HOME="$ros_home" PYTHONDONTWRITEBYTECODE=1 bash -c 'source "$0" && exec "$@"' "$@"
 }
 
-# Not with rostest's --text, which would report no failure.
+# Does not use rostest's --text, which reports no failure.
 run_installed() {
   local kind=$1 file=$2 results=$3 command
   mkdir -p "${results%/*}"
-  if [ "$kind" = rostest ]; then # whose file is BASE/PACKAGE/rostest-NAME.xml
+  if [ "$kind" = rostest ]; then # writes BASE/PACKAGE/rostest-NAME.xml
     command=(rostest --pkgdir="$root" --package=walker_sim --results-filename="${results##*/rostest-}"
       --results-base-dir="$(dirname "${results%/*}")" "$file")
   else
@@ -64,8 +64,8 @@ run_installed() {
   in_space "$workspace/install/setup.bash" "${command[@]}"
 }
 
-# A workspace of a user's, on top of walker_sim's install space: tested in the devel space, and once
-# more in the install space, for which alone what is installed has to do.
+# Tests a user's workspace on top of walker_sim's install space: in its devel space, then in its install
+# space without the build and devel folders.
 run_my_walker_pkg() {
   local mine=$build/.my_workspace
   ros_home=$mine/ros_home
@@ -84,7 +84,7 @@ run_my_walker_pkg() {
 
 version_of() { "$1" -I -c 'import sys; print("%d.%d" % sys.version_info[:2])'; }
 
-# build/.wheel/VERSION/*.whl, as a user makes it; not again where no file of ours has changed since.
+# Builds build/.wheel/VERSION/*.whl as a user does, unless no file of the package has changed since.
 build_wheel() {
   local version folder environment
   version=$(version_of "$1")
@@ -92,7 +92,7 @@ build_wheel() {
   if [ -e "$folder/ready" ] && [ -z "$(find_files ! -name '*.pyc' -newer "$folder/ready")" ]; then
     return
   fi
-  environment=$build/.wheel/${version}_pip # Debian 11's own takes no settings, and copies the tree
+  environment=$build/.wheel/${version}_pip # Debian 11's pip has no --config-settings and copies the tree
   set_up_venv "wheel $version" "$environment" "$root/test/python/wheel_pip.txt" "$1"
   mkdir -p "$folder" && rm -f "$folder/ready" "$folder"/*.whl && touch "$folder/ready.new"
   within /dev/null env CXX="${CXX:-/usr/bin/c++}" "$environment/bin/python" -m pip wheel \
@@ -102,8 +102,8 @@ build_wheel() {
   mv "$folder/ready.new" "$folder/ready"
 }
 
-# Where no ROS and no other package is in sight. test/python/wheel_oldest.txt and wheel_newest.txt say
-# what is beside the wheel.
+# Runs the wheel's suite without ROS. test/python/wheel_oldest.txt and wheel_newest.txt list the other
+# packages in the environment.
 run_wheel_suite() {
   local interpreter=$1 which=$2 results=$3 version environment pip=()
   version=$(version_of "$interpreter")
@@ -118,7 +118,7 @@ run_wheel_suite() {
     -p no:cacheprovider --noconftest --junit-xml="$results" "$root/test/python/wheel_test.py"
 }
 
-# As a user: a fresh environment, the wheel with its extra, and nothing compiled for that.
+# Installs the wheel with its extra in a new environment, as a user does, without compiling anything.
 run_wheel_readme() {
   local interpreter=$1 results=$2 environment wheel
   environment=$build/.wheel/$(version_of "$interpreter")_readme
@@ -140,7 +140,7 @@ run_example() {
     "$(example_venv "$learner")/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
 }
 
-# The source package of the release that is installed, by the hashes of the same lock file.
+# Fetches the source package of the installed release, verified by the hashes of the same lock file.
 fetch_sb3_sources() {
   local folder=$1 requirement
   requirement=$(sed -n '/^stable-baselines3==/,/[^\\]$/p' "$root/test/examples/requirements_sb3.lock")
@@ -164,7 +164,8 @@ run_sb3_suite() {
 
 rosnodejs=$build/.rosnodejs
 
-# By the hashes of package-lock.json, unless that is done already. No package's script is run.
+# Installs the modules, verified by the hashes of package-lock.json, unless they are up to date. Runs no
+# package scripts.
 set_up_rosnodejs() {
   local sources=$root/test/python/rosnodejs
   mkdir -p "$rosnodejs" && cp "$sources/"* "$rosnodejs"
@@ -183,9 +184,9 @@ run_rosnodejs() {
     "$venv/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
 }
 
-# TorchRL asks for a later PyTorch than Debian 12 has, and pip's brings gigabytes for GPUs. So Debian 13's
-# own is taken, in a folder; beside it what the requirements pin and, each time anew, the wheel for its
-# Python, which is the PYTHON of this system too.
+# TorchRL needs a newer PyTorch than Debian 12 has, and pip's includes gigabytes for GPUs. Therefore
+# debootstrap installs Debian 13's PyTorch in a folder. PYTHON's pip adds the pinned requirements and, at
+# every run, the wheel; PYTHON has the version of Debian 13's Python.
 torchrl_root=$(example_venv torchrl)
 torchrl_packages=python3-numpy,python3-torch,libopenblas0
 torchrl_requirements=$root/test/examples/requirements_torchrl.lock

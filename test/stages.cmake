@@ -1,17 +1,17 @@
-# Lints, and tests of what is made from the source tree: install space, wheels, examples, site. stage.sh
-# does the work; what it sets up is a ctest fixture of the tests that need it. Included by tests.cmake in
-# the ROS build with a WALKER_SIM_TEST_PYTHON.
+# Lints, and tests of the install space, wheels, examples and site. stage.sh builds most of these as
+# ctest fixtures. Included by tests.cmake if WALKER_SIM_TEST_PYTHON is set, but not in instrumented
+# builds.
 set(stage ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh)
 
-# walker_sim_add_check(NAME LABEL COMMAND...): adds a test without a results file; its status counts.
+# walker_sim_add_check(NAME LABEL COMMAND...): adds a test that passes on exit status 0.
 function(walker_sim_add_check name label)
   add_test(NAME ${name} COMMAND ${ARGN})
   set_tests_properties(${name} PROPERTIES LABELS "${label};check" TIMEOUT 1500)
 endfunction()
 
 # ---------------------------------------------------------------- lints
-# Lints read the source, not the platform, and their output depends on their version. The distribution's
-# lints, and mypy, which reads the reference's types, run on Debian 12 only.
+# Lints depend on the source and on their own version, not on the platform. The distribution's lints, and
+# mypy, which reads the reference's types, therefore run on Debian 12 only.
 set(lint ${CMAKE_CURRENT_SOURCE_DIR}/scripts/dev/lint)
 set(lints clang_format ruff rooms)
 set(is_debian_12 OFF)
@@ -30,12 +30,12 @@ set(tidy_parts 4)
 foreach(part RANGE 1 ${tidy_parts})
   walker_sim_add_check(lint_clang_tidy_${part} long
     ${CMAKE_COMMAND} -E env TIDY_JOBS=1 ${lint} clang_tidy ${part}/${tidy_parts})
-  # The longest start first, so that none runs alone at the end.
+  # The longest tests start first, so that none runs alone at the end.
   set_tests_properties(lint_clang_tidy_${part} PROPERTIES COST 1)
 endforeach()
 
 # ---------------------------------------------------------------- README's first command
-# Like readme_test, it first builds what is missing, so they do not run at the same time.
+# Like readme_test, it first builds what is missing, so the two must not run concurrently.
 walker_sim_add_check(walks long ${CMAKE_CURRENT_SOURCE_DIR}/test/walks.sh)
 set_tests_properties(walks readme_test PROPERTIES RESOURCE_LOCK set_up)
 
@@ -54,7 +54,7 @@ walker_sim_add_check(install_my_walker_pkg long ${stage} my_walker_pkg)
 set_tests_properties(install_my_walker_pkg PROPERTIES FIXTURES_REQUIRED install_space)
 
 # ---------------------------------------------------------------- pip's wheel
-# For each installed Python, with the oldest and the newest packages.
+# One wheel per installed Python, tested with the oldest and the newest packages.
 foreach(version RANGE 8 13)
   file(GLOB pythons $ENV{HOME}/.pyenv/versions/3.${version}.*/bin/python3)
   find_program(python_3_${version} NAMES python3.${version} ${pythons})
@@ -76,7 +76,7 @@ foreach(version RANGE 8 13)
     LABELS long TIMEOUT 900 FIXTURES_REQUIRED wheel_3.${version})
 endforeach()
 
-# A wheel for other machines: repaired and tried, with the source package from which it is built.
+# The source package, and the portable wheel built from it, which is repaired and tested.
 add_test(NAME scripts_wheels_test COMMAND ${WALKER_SIM_TEST_PYTHON} -m pytest -q -p no:cacheprovider
   --junit-xml=${test_results}/scripts_wheels_test.xml ${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/wheels_test.py)
 set_tests_properties(scripts_wheels_test PROPERTIES LABELS long TIMEOUT 1500 COST 2)
@@ -85,7 +85,7 @@ set_tests_properties(scripts_wheels_test PROPERTIES LABELS long TIMEOUT 1500 COS
 walker_sim_add_check(docs_site long ${CMAKE_CURRENT_SOURCE_DIR}/scripts/docs)
 
 # ---------------------------------------------------------------- examples
-# Each file of examples/ as a user runs it, and the suites that need the same large packages. The
+# Runs each file of examples/ as a user does, and the suites that need the same large packages. The
 # requirements fit Debian 12's Python, PyTorch and NumPy.
 function(walker_sim_add_example name learner suite)
   set(results ${test_results}/examples/${name}.xml)
@@ -111,8 +111,8 @@ if(is_debian_12)
   walker_sim_add_example(rllib_ppo ray examples/rllib_ppo_test.py)
 endif()
 
-# ---------------------------------------------------------------- suites and clients of others
-# docs/compatibility.md has the table.
+# ---------------------------------------------------------------- suites and clients of other projects
+# docs/compatibility.md lists the results.
 if(is_debian_12)
   add_test(NAME python_suites_sb3 COMMAND ${stage} sb3_suite ${test_results}/python_suites_sb3.xml)
   set_tests_properties(python_suites_sb3 PROPERTIES
@@ -124,7 +124,7 @@ if(is_debian_12)
   set_tests_properties(python_rosnodejs_test PROPERTIES LABELS long TIMEOUT 900 FIXTURES_REQUIRED rosnodejs)
 endif()
 
-# TorchRL's example runs in a root of Debian 13, with the wheel for its Python.
+# TorchRL's example runs in a Debian 13 root file system, with the wheel for its Python.
 if(python_3_13 AND is_debian_12)
   walker_sim_add_check(examples_set_up_torchrl long ${stage} torchrl_root ${python_3_13})
   set_tests_properties(examples_set_up_torchrl PROPERTIES

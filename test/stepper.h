@@ -1,4 +1,4 @@
-// An environment with the buffers that its results need.
+// An environment with result buffers.
 #pragma once
 
 #include <cstdint>
@@ -31,8 +31,7 @@ struct Stepper {
 
   bool has_ended() const { return result.terminated || result.truncated; }
 
-  /// What the last reset or step gave, as recordings hold it: observation, reward, terminated,
-  /// truncated, info.
+  /// Row of the last result: observation, reward, terminated, truncated, info.
   std::vector<double> row() const {
     std::vector<double> numbers = observation;
     numbers.push_back(result.reward);

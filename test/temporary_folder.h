@@ -1,4 +1,4 @@
-// A folder of a test's own.
+// A temporary folder for tests, removed on destruction.
 #pragma once
 
 #include <cstdlib>
@@ -10,7 +10,6 @@
 
 namespace walker {
 
-/// A temporary folder that lives as long as the object.
 class Folder {
  public:
   Folder() {
@@ -28,7 +27,7 @@ class Folder {
 
   std::string path(const std::string& name = "") const { return (path_ / name).string(); }
 
-  /// @returns the file's path
+  /// @return the file's path
   std::string write(const std::string& name, const std::string& text) const {
     std::ofstream(path(name)) << text;
     return path(name);

@@ -1,5 +1,5 @@
-// A program of many files of gtests runs one of them: as each file has a process of its own, no
-// test depends on those of another file.
+// Runs the tests of one source file of a GoogleTest program. Each file runs in its own process, so
+// no test depends on the tests of another file.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,14 +10,13 @@
 
 namespace walker::test {
 
-/// Whether a test stands in the file of this name, in whatever folder.
 inline bool stands_in(const testing::TestInfo& test, std::string_view name) {
   const std::string path = test.file();
   const std::string end = '/' + std::string(name);
   return path.size() > end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
 }
 
-/// GoogleTest's filter for the tests in a file; empty where there is none.
+/// Returns GoogleTest's filter for the tests of a file; empty if it has none.
 inline std::string filter_of(std::string_view name) {
   std::string filter;
   const testing::UnitTest& all = *testing::UnitTest::GetInstance();
@@ -32,9 +31,8 @@ inline std::string filter_of(std::string_view name) {
   return filter;
 }
 
-/// Reads what GoogleTest and ROS have left of the arguments: nothing, for all tests, or
-/// --file=NAME.
-/// @return whether there is something to run; the reason why not is on stderr
+/// Parses the arguments that GoogleTest and ROS have left: none (run all tests) or --file=NAME.
+/// @return whether there are tests to run; if not, prints the reason to stderr
 inline bool choose_file(int argc, char** argv) {
   constexpr std::string_view kOption = "--file=";
   if (argc == 1) return true;

@@ -1,10 +1,10 @@
-# Tests and benchmarks; none is in `all`. A test is named after its path below test/, with _ for /, and
+# Tests and benchmarks, not part of `all`. A test is named after its path below test/, with _ for /, and
 # has one of these labels:
 #   short  ./scripts/test runs it; the target `short_tests` builds what it needs
 #   long   ./scripts/test --all runs it as well
-#   devel  runs if it is named: see ros_tests.cmake
-# A gtest that needs no master has the label `unit` too; `unit_tests` builds these. `tests` builds all
-# tests, `benchmarks` what ./scripts/bench calls.
+#   devel  runs only if it is named, see ros_tests.cmake
+# A gtest that needs no master also has the label `unit`; `unit_tests` builds these. `tests` builds all
+# tests, `benchmarks` the programs that ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
 find_package(tf2 REQUIRED)
 add_custom_target(short_tests)
@@ -14,7 +14,7 @@ add_custom_target(benchmarks)
 # walker_sim_label(NAME LABEL TARGET...): sets the test's label and what must be built for it.
 function(walker_sim_label name label)
   set_tests_properties(${name} PROPERTIES LABELS "${label}")
-  # A hanging test ends even on a busy machine. For instrumented units scripts/test sets a longer timeout.
+  # Ends a hanging test. scripts/test sets a longer timeout for instrumented unit tests.
   if("long" IN_LIST label OR ("unit" IN_LIST label AND NOT WALKER_SIM_INSTRUMENT))
     set_tests_properties(${name} PROPERTIES TIMEOUT 1500)
   endif()
@@ -35,17 +35,17 @@ function(walker_sim_register_gtest name program label)
   add_dependencies(unit_tests ${program})
 endfunction()
 
-# -O1 halves the time to compile test programs. The code under test keeps its own options.
+# -O1 halves the compile time of the test programs. The code under test keeps its own options.
 set(test_options -O1)
 if(WALKER_SIM_INSTRUMENT STREQUAL "address")
   list(APPEND test_options -Wno-maybe-uninitialized) # a false positive of GCC 12 in std::regex
 endif()
 
-# ---------------------------------------------------------------- units: gtests, a program a room
+# ---------------------------------------------------------------- unit tests: one program per folder
 # walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [WITH ROOM...] [ALSO FILE...] [LEFT_OUT NAME...]):
-# links the files *_test.cpp below test/ROOM and below test/ of WITH's rooms into one program, as linking
-# takes longer than testing; the program of a/b is b_tests. Files of rostests and the files LEFT_OUT
-# are not in it. Each file is one test, which runs in a process of its own.
+# links *_test.cpp below test/ROOM, below the WITH folders, and the ALSO files into one program, because
+# linking takes longer than testing. The program for a/b is b_tests. Files of rostests and LEFT_OUT files
+# are excluded. Each file is one test and runs in its own process.
 function(walker_sim_add_unit_tests room)
   cmake_parse_arguments(add "" "" "LIBRARIES;WITH;ALSO;LEFT_OUT" ${ARGN})
   set(files "")
@@ -87,13 +87,13 @@ function(walker_sim_add_unit_tests room)
   endforeach()
 endfunction()
 
-# The core's units link its objects, so that they reach what the library hides.
+# The core's unit tests link its objects, because the library hides most symbols.
 set(core_libraries walker_sim_core_objects walker_sim_pictures)
 walker_sim_add_unit_tests(base LIBRARIES ${core_libraries} WITH simd)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} WITH wire LEFT_OUT service_types_test)
 walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
 
-set(left_out pool_race_test) # a program of its own, unless all is instrumented
+set(left_out pool_race_test) # a separate program, see below
 if(WALKER_SIM_INSTRUMENT)
   set(left_out small_stack_test) # instrumented functions need a larger stack
 endif()
@@ -113,10 +113,10 @@ endif()
 walker_sim_add_unit_tests(robots/mujoco LIBRARIES ${core_libraries} WITH robots/hopper robots/walker2d
   LEFT_OUT ${left_out})
 
-# ---------------------------------------------------------------- units: variants and helper files
+# ---------------------------------------------------------------- unit tests: variants and helper files
 # walker_sim_register_variant(NAME PROGRAM FILE LABEL VARIABLE=VALUE...): adds a test that runs a FILE of
-# PROGRAM again with other environment variables. A long variant takes other numbers through the same
-# code, which would take hours if instrumented.
+# PROGRAM again with other environment variables. Long variants run more inputs through the same code and
+# would take hours in instrumented builds, which leave them out.
 function(walker_sim_register_variant name program file label)
   if(WALKER_SIM_INSTRUMENT AND label STREQUAL "long")
     return()
@@ -126,7 +126,7 @@ function(walker_sim_register_variant name program file label)
 endfunction()
 
 if(walker2d_kernels)
-  # The recordings again without Walker2d's kernel, and with the kernel that every processor runs.
+  # Repeats the recordings without Walker2d's kernel, and with the kernel that every processor supports.
   foreach(kernel off sse2)
     walker_sim_register_variant(robots_mujoco_recordings_test_kernel_${kernel}
       mujoco_tests recordings_test short WALKER_SIM_KERNEL=${kernel})
@@ -141,7 +141,7 @@ if(walker2d_kernels)
   target_sources(mujoco_tests PRIVATE test/robots/walker2d/kernel/run.cpp)
 endif()
 if(bipedal_walker_kernels)
-  set(shards 7) # not a multiple of 4: every fourth of its cases is the longest
+  set(shards 7) # not a multiple of 4, because every fourth case is the longest
   foreach(shard RANGE 1 ${shards})
     math(EXPR index "${shard} - 1")
     walker_sim_register_variant(robots_bipedal_walker_kernel_kernel_test_long_${shard}
@@ -152,13 +152,13 @@ if(bipedal_walker_kernels)
     bipedal_walker_tests rotation_test long WALKER_SIM_TEST_ALL_ANGLES=1)
   target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/run.cpp)
 endif()
-# Unoptimised, this comparison would take longer than the steps.
+# Without optimisation, this comparison would take longer than the steps.
 set_source_files_properties(test/robots/bipedal_walker/kernel/world_words.cpp PROPERTIES
   SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "-O3;-fno-access-control")
 target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/world_words.cpp)
 set_source_files_properties(test/robots/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
   SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
-if(NOT WALKER_SIM_INSTRUMENT) # this program runs the code of another test again
+if(NOT WALKER_SIM_INSTRUMENT) # this program repeats another test
   include(test/episode/race_test.cmake)
 endif()
 
@@ -166,7 +166,7 @@ endif()
 include(test/fuzz/fuzz.cmake)
 
 # ---------------------------------------------------------------- programs that tests and benchmarks call
-# Tests in Python drive the first two through a pipe and compare their steps with Gymnasium's.
+# Python tests drive the first two through a pipe and compare their steps with Gymnasium's.
 foreach(program rollout episode/pool_rollout)
   get_filename_component(name ${program} NAME)
   add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/${program}.cpp)

@@ -1,4 +1,4 @@
-// The main of unit tests. --file=NAME runs the tests that stand in the source file NAME.
+// main() of the unit tests. --file=NAME runs only the tests of the source file NAME.
 #include <gtest/gtest.h>
 
 #include "test_file.h"

@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# README's first command, as it is typed: passes where the walker arrives and Ctrl-C ends everything. The
-# set-up that a machine with nothing needs is a part of it.
+# Runs README's first command, including the set-up on a new machine. Passes if the walker arrives and
+# Ctrl-C ends everything.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mkdir -p build/log
 log=$PWD/build/log/walks.log
-# Beside other tests on the same machine.
+# A free port, because other tests may run on the same machine.
 port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("localhost", 0)); print(s.getsockname()[1])' 2>/dev/null ||
   echo 11311)
 ROS_MASTER_URI=http://localhost:$port setsid ./scripts/run >"$log" 2>&1 </dev/null &
 walker=$!
 trap 'kill -INT -- "-$walker" 2>/dev/null || true' EXIT
 
-# within SECONDS CMD...: waits until it is true.
+# within SECONDS CMD...: waits until CMD succeeds; fails after SECONDS.
 within() {
   local left=$1
   shift
@@ -27,7 +27,7 @@ within() {
   done
 }
 has_ended() { ! kill -0 "$walker" 2>/dev/null; }
-# In a line such as `BipedalWalker-v3  time  14.04 s ... return  +301.7`.
+# Matches `BipedalWalker-v3  time  14.04 s ... return  +301.7`.
 has_arrived() { has_ended || grep -qE '^BipedalWalker-v3 .* return +\+(29[0-9]|3[0-9][0-9])' "$log"; }
 
 within 3600 has_arrived

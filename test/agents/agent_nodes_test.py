@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Agents as processes: bad parameters, a server that comes late or goes, and a prompt end."""
+"""Agent processes: invalid parameters, a server that starts late or ends, prompt shutdown."""
 
 import os
 import signal
@@ -22,11 +22,11 @@ from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import GetSpec, GetSpecResponse, Reset, ResetResponse
 
-PROMPT = 15  # wall seconds
+PROMPT = 15  # shutdown timeout [s], wall time
 
 
 def huge(message_class):
-    """The class, but for what it sends: bytes in which any length of an array is 2^31 - 1."""
+    """Returns a subclass that serializes to bytes in which every array length is 2^31 - 1."""
 
     class Huge(message_class):
         def serialize(self, buffer):
@@ -118,13 +118,13 @@ class AgentNodesTest(ServerTest):
             self.assertLessEqual(heard, sensors | {"/episode", "/clock"})
             self.assertLessEqual(sensors, heard)
             self.assertEqual(agent.stop(signal.SIGINT, PROMPT), 0, agent.output())
-            # Its last command is held for half a second.
+            # The server holds the last command for half a second.
             transitions.clear()
             transitions.wait(lambda m: m.step > 0 and not any(m.action), "the command's timeout")
             transitions.clear()
 
     def test_messages_that_are_none_take_no_memory(self):
-        """Whatever number of elements they claim: roscpp's own code makes room for them first."""
+        """roscpp's own deserializer would allocate the claimed number of elements first."""
         sensors = {"joint_states": JointState, "scan": LaserScan, "contacts": Contacts}
         states = {"transition": Transition, "spec": EnvironmentSpec, "odom": Odometry}
         for node_type, parameters, node_listens_to in (
@@ -180,7 +180,7 @@ class AgentNodesTest(ServerTest):
 
         wait_for(hears_all, "the agent's subscriptions")
         transitions.wait()
-        time.sleep(2)  # in which it would begin; the walker may have fallen
+        time.sleep(2)  # time for an unwanted reset; the walker may have fallen
         self.assertEqual({m.episode for m in transitions.messages()}, {1})
         self.record("/elsewhere", Float64MultiArray)
         transitions.wait(lambda m: m.episode == 2, "the agent's first episode")
@@ -207,7 +207,7 @@ class AgentNodesTest(ServerTest):
             wait_for(lambda: said in agent.output(), "the agent to say so")
             other = Process("topic_agent", "/other", ["_server:=/walker_sim"])
             self.addCleanup(other.end)
-            time.sleep(1)  # in which it comes to ask
+            time.sleep(1)  # time for its first request
             self.assertEqual(other.stop(signal.SIGINT, PROMPT), 0, other.output())
         transitions.clear()
         transitions.wait(lambda m: m.step > 3, "steps of the agent")

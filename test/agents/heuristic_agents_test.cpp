@@ -1,5 +1,5 @@
-// The two agent nodes walk as heuristic and policy do in process: by ~step with equal bits, by
-// topics as closely as two processes can.
+// The agent nodes walk like heuristic and policy in process: bit by bit over ~step, and over topics
+// as closely as two asynchronous processes can.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,7 +32,6 @@ std::unique_ptr<Agent> make_heuristic(const Specification& specification) {
 
 using MakeAgent = std::unique_ptr<Agent> (*)(const Specification&);
 
-/// The agent's whole episode in process.
 Twin play(const std::string& id, MakeAgent make_agent, std::uint64_t seed, std::uint32_t& length) {
   Twin twin(id);
   const auto agent = make_agent(twin.environment().specification());
@@ -41,12 +40,11 @@ Twin play(const std::string& id, MakeAgent make_agent, std::uint64_t seed, std::
   return twin;
 }
 
-/// What the agent plays in the namespace is what it plays in process.
 void expect_equal_episodes(const std::string& name_space, const std::string& id,
                            MakeAgent make_agent = make_heuristic) {
   ros::NodeHandle node;
   Inbox<walker_sim::Episode> episodes(node, name_space + "/episode");
-  // Once round the seeds and on, from wherever the agent is by now.
+  // Covers each seed once, and one episode more, from the agent's present episode.
   ASSERT_TRUE(episodes.find([first = std::uint32_t{0}](const walker_sim::Episode& message) mutable {
     if (first == 0) first = message.episode;
     return message.episode >= first + kSeeds.size() + 1 && message.length > 0;
@@ -87,7 +85,7 @@ TEST(ServiceAgent, WithoutSeedsTheGeneratorContinues) {
   for (const walker_sim::Episode& told : episodes.messages()) {
     EXPECT_EQ(told.has_seed != 0, told.episode == 1) << "episode " << told.episode;
   }
-  // The episode told may be a latched one, from before the first transition came here.
+  // A latched ~episode may be older than the first transition received.
   ASSERT_TRUE(transitions.find(
       [count = 0](const walker_sim::Transition& /*message*/) mutable { return ++count == 100; }));
   std::size_t different = 0;
@@ -103,15 +101,15 @@ TEST(ServiceAgent, WithoutSeedsTheGeneratorContinues) {
   EXPECT_GT(different, transitions.messages().size() / 2) << "random is not random";
 }
 
-/// The agent acts on what it makes of the sensors, which is the transition's observation but for
-/// 1.2e-7; the heuristic multiplies by 15 at most.
+/// The agent builds its observation from the sensors, within 1.2e-7 of the transition's; the
+/// heuristic's gain is at most 15.
 bool are_close(const std::vector<double>& action, const std::vector<double>& other) {
   constexpr double kBound = 1e-5;
   return std::equal(action.begin(), action.end(), other.begin(), other.end(),
                     [](double a, double b) { return std::abs(a - b) < kBound; });
 }
 
-/// Server and agent are two processes: a command may come a step late, seldom two.
+/// Server and agent are separate processes: a command may arrive one step late, rarely two.
 TEST(TopicAgent, AnswersEachTransitionWithTheHeuristicsAction) {
   ros::NodeHandle node;
   Inbox<walker_sim::Transition> transitions(node, "/topics/transition");
@@ -162,7 +160,7 @@ TEST(TopicAgent, BeginsEpisodesWithItsSeedsInTurn) {
       episodes.find([](const walker_sim::Episode& message) { return message.episode > 8; }));
   std::vector<std::uint64_t> seeds;
   for (const walker_sim::Episode& told : episodes.messages()) {
-    // The first is the server's own, from before there was an agent.
+    // Episode 1 is the server's own, from before the agent's start.
     if (told.length != 0 || told.episode == 1) continue;
     EXPECT_TRUE(told.has_seed);
     seeds.push_back(told.seed);

@@ -1,4 +1,4 @@
-// What agents make of a server's topics, against the server's own observation of the same stamp.
+// Compares observations built from a server's topics with the server's own of the same stamp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,16 +22,16 @@
 namespace walker::test {
 namespace {
 
-/// As in observation_topics_test.test.
+/// A server of observation_topics_test.test.
 struct Case {
-  const char* space;  // of the server and its topics
+  const char* space;  // namespace of the server and its topics
   const char* id;
   Parameters parameters;
   double stamp_tolerance;  // [s]
-  double bound;            // observation_builder.h states it
+  double bound;            // documented in observation_builder.h
 };
 
-/// Measurements as they come, by stamp. Needs a spinner in another thread.
+/// Collects measurements by stamp. Needs a spinner in another thread.
 class Sensed {
  public:
   Sensed(const std::string& space, const Specification& specification, double stamp_tolerance)
@@ -39,7 +39,7 @@ class Sensed {
         topics_(node_, specification, stamp_tolerance,
                 [this](ros::Time stamp, const Measurements& measured) { add(stamp, measured); }) {}
 
-  /// Those of this stamp; none when they do not come.
+  /// Blocks until the measurements of this stamp arrive; nullopt on timeout.
   std::optional<Measurements> at(ros::Time stamp, std::chrono::milliseconds patience = kPatience) {
     std::unique_lock<std::mutex> lock(mutex_);
     const auto is_there = [&] { return measurements_.count(stamp) != 0; };
@@ -63,7 +63,7 @@ class Sensed {
 
 class ObservationTopics : public testing::TestWithParam<Case> {
  protected:
-  /// A publisher counts its subscribers a moment after they count it.
+  /// Resets until measurements arrive: a publisher accepts a subscriber after a short delay.
   void SetUp() override {
     const auto give_up = std::chrono::steady_clock::now() + kPatience;
     while (std::chrono::steady_clock::now() < give_up) {
@@ -72,7 +72,6 @@ class ObservationTopics : public testing::TestWithParam<Case> {
     FAIL() << "the topics tell nothing of a reset";
   }
 
-  /// The largest difference, counted over all calls, to what is built of the topics.
   void compare(const walker_sim::Transition& told) {
     const std::optional<Measurements> measurements = sensed_.at(told.header.stamp);
     ASSERT_TRUE(measurements) << "the topics tell nothing of step " << told.step;
@@ -120,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"/hardcore", "BipedalWalkerHardcore-v3", {}, 0, kSingle},
                     Case{"/v4", "Walker2d-v4", {{"terminate_when_unhealthy", false}}, 0, kDouble},
                     Case{"/v5", "Walker2d-v5", {}, 0, kDouble},
-                    // Where stamps are equal a tolerance changes nothing.
+                    // With equal stamps, a tolerance has no effect.
                     Case{"/plain", "BipedalWalker-v3", {}, 0.005, kSingle},
                     Case{"/v5", "Walker2d-v5", {}, 0.003, kDouble}),
     [](const testing::TestParamInfo<Case>& of) {

@@ -1,4 +1,4 @@
-// A robot for agents to drive: sensors on topics, commands that are kept. Its body is an
+// A robot for agents to drive: it publishes sensors and records commands. Its body is an
 // environment in this process.
 #pragma once
 
@@ -25,7 +25,6 @@
 
 namespace walker::test {
 
-/// What the sensors publish of one instant.
 struct Messages {
   sensor_msgs::JointState joints;
   sensor_msgs::Imu imu;
@@ -34,7 +33,7 @@ struct Messages {
   sensor_msgs::LaserScan scan;
 };
 
-/// One more name in front, and all the others in the reverse order.
+/// Reverses names and lists, and prepends an unknown joint.
 template <typename... Lists>
 void shuffle(std::vector<std::string>& names, Lists&... lists) {
   std::reverse(names.begin(), names.end());
@@ -43,10 +42,9 @@ void shuffle(std::vector<std::string>& names, Lists&... lists) {
   (lists.insert(lists.begin(), 1), ...);
 }
 
-/// A walker whose sensors publish and whose commands are kept.
 class Robot {
  public:
-  /// @param agent who answers the sensors: heuristic or policy
+  /// @param agent the agent expected to answer the sensors: heuristic or policy
   Robot(const std::string& space, const std::string& id, const std::string& command,
         const std::string& agent = "heuristic")
       : node_(space),
@@ -70,7 +68,7 @@ class Robot {
   }
 
   const Specification& specification() { return body_.environment().specification(); }
-  /// The body moves on by what the agent should have answered; its sensors now measure that.
+  /// Steps the body by the agent's expected action and updates the sensor messages.
   void move() {
     if (!expected_.empty()) body_.step(action_);
     if (body_.has_ended()) body_.reset(3);
@@ -105,13 +103,12 @@ class Robot {
     episodes_.publish(message);
   }
 
-  /// As the agent does at the beginning of an episode.
+  /// Resets the expected agent, as the node does at the start of an episode.
   void begin_anew() {
     builder_->reset();
     mind_->reset();
   }
 
-  /// What the agent must answer to what the sensors measure, as efforts.
   const std::vector<double>& think() {
     std::vector<double> observation(specification().observation_size());
     builder_->build(measurements_, observation.data());
@@ -123,7 +120,6 @@ class Robot {
     return expected_;
   }
 
-  /// The next command is the one expected.
   testing::AssertionResult is_answered() {
     const auto command = commands_.find(
         [this, place = std::size_t{0}](const std_msgs::Float64MultiArray& /*message*/) mutable {
@@ -135,7 +131,7 @@ class Robot {
     return testing::AssertionFailure() << "command " << read_ - 1 << " is another one";
   }
 
-  /// Within a time in which an agent answers ten times over.
+  /// Whether no command arrives within 0.2 s, ten times an agent's response time.
   bool is_left_unanswered() {
     ros::WallDuration(0.2).sleep();
     return commands_.messages().size() == read_;
@@ -178,8 +174,8 @@ class Robot {
   Measurements measurements_;
   std::vector<double> action_;
   std::vector<double> expected_;
-  static inline ros::Time stamp_{1000};  // grows from test to test
-  std::size_t read_ = 0;                 // commands
+  static inline ros::Time stamp_{1000};  // increases over all tests
+  std::size_t read_ = 0;                 // commands compared so far
   ros::Publisher joints_;
   ros::Publisher imu_;
   ros::Publisher odometry_;

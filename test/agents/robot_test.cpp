@@ -1,5 +1,5 @@
-// The topic agent on a robot: no server, no /clock, joints in another order and among others,
-// stamps that differ, sensors that fail.
+// The topic agent on a robot: no server, no /clock, reordered and additional joints, differing
+// stamps, failing sensors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,12 +17,12 @@
 namespace walker::test {
 namespace {
 
-/// Every test is a new episode to the agent, which lives through all of them.
+/// Each test begins a new episode; one agent process serves all tests.
 class RobotTest : public testing::Test {
  protected:
   void SetUp() override {
     robot_.tell(++episode(), 0, "");
-    ros::WallDuration(0.1).sleep();  // another connection than the sensors'
+    ros::WallDuration(0.1).sleep();  // the announcement and the sensors use different connections
   }
 
   static std::uint32_t& episode() {
@@ -30,7 +30,8 @@ class RobotTest : public testing::Test {
     return count;
   }
 
-  /// Publishes until the agent warns with these words, and for a time more; counts its warnings.
+  /// Publishes until the agent logs a warning that contains `words`, and for `more` longer.
+  /// @return the number of these warnings
   static int warnings(const std::string& words, const std::function<void()>& publish,
                       std::chrono::seconds more = std::chrono::seconds(2)) {
     ros::NodeHandle node;
@@ -158,7 +159,7 @@ TEST_F(RobotTest, AMissingTopicIsNamedOnceASecond) {
 TEST_F(RobotTest, AMissingJointIsNamedOnceASecond) {
   const int said = warnings("joint_states: position of joint knee_2 is missing", [this] {
     robot_.move();
-    robot_.messages.joints.name[1] = "wheel";  // the last, for they are shuffled
+    robot_.messages.joints.name[1] = "wheel";  // knee_2: the names are reversed
     robot_.publish();
   });
   EXPECT_GE(said, 2);
@@ -167,7 +168,6 @@ TEST_F(RobotTest, AMissingJointIsNamedOnceASecond) {
   robot_.play(10);
 }
 
-/// Each of these is no measurement.
 TEST_F(RobotTest, BadMessagesAreSaidAndSurvived) {
   using Change = std::function<void(Messages&)>;
   const std::vector<std::pair<std::string, Change>> cases{

@@ -1,4 +1,4 @@
-// The policy that comes along for an environment.
+// Loads the policy that is shipped for an environment.
 #pragma once
 
 #include <memory>

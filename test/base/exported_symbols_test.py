@@ -1,4 +1,4 @@
-"""The core library shows its own interface and nothing of the engine."""
+"""The core library exports its own interface and no symbol of the engines."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-// The schedule of steps on made-up time.
+// The step schedule on a simulated clock.
 #include "base/pacer.h"
 
 #include <gtest/gtest.h>
@@ -20,12 +20,12 @@ using Duration = Pacer::Clock::duration;
 constexpr double kDt = 0.02;
 const Time kStart{hours(1000)};
 
-/// A loop that waits for each deadline and then makes a step.
 class Loop {
  public:
   explicit Loop(double real_time_factor) : pacer(kDt, real_time_factor) { pacer.restart(now); }
 
-  /// Waits and begins a step, which takes `step`. @return when it began
+  /// Waits for the deadline plus `lateness`, then takes a step of duration `step`.
+  /// @return when the step began
   Time run_step(Duration lateness, Duration step) {
     now += std::max(pacer.remaining(now), Duration::zero()) + lateness;
     const Time begun = now;
@@ -34,7 +34,6 @@ class Loop {
     return begun;
   }
 
-  /// Steps that begin within `wall` from now.
   int count_steps(Duration wall, Duration step) {
     const Time end = now + wall;
     int steps = 0;
@@ -54,7 +53,7 @@ class Loop {
 TEST(Pacer, DoesNotDriftWhateverStepsAndWakeUpsTake) {
   constexpr int kSteps = 1'000'000;
   std::mt19937_64 draws(1);
-  // Late by less than a period, taking less than a period: both up to the edge.
+  // Each step is late by up to one period, exclusive.
   std::uniform_int_distribution<std::int64_t> late(
       0, std::chrono::nanoseconds(milliseconds(20)).count() - 1);
   Loop loop(1);
@@ -69,7 +68,7 @@ TEST(Pacer, DoesNotDriftWhateverStepsAndWakeUpsTake) {
 TEST(Pacer, TheFactorDividesThePeriod) {
   for (const auto& [factor, period] : {std::pair<double, Duration>{0.25, milliseconds(80)},
                                        {1, milliseconds(20)},
-                                       {3, nanoseconds(6'666'667)},  // rounded
+                                       {3, nanoseconds(6'666'667)},
                                        {1000, microseconds(20)}}) {
     EXPECT_EQ(Pacer(kDt, factor).period(), period) << factor;
     EXPECT_EQ(Pacer(kDt, factor).real_time_factor(), factor);
@@ -88,7 +87,7 @@ TEST(Pacer, TheSmallestFactorsAndShortestStepsStayWithinTheClock) {
 
 TEST(Pacer, AStallIsNotMadeUpFor) {
   Loop loop(1);
-  loop.run_step(milliseconds(0), seconds(1));  // due at 20 ms; 40 ms follows, at 1020 ms
+  loop.run_step(milliseconds(0), seconds(1));  // due at 20 ms; the step of 40 ms begins at 1020 ms
   EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(1020));
   EXPECT_EQ(loop.missed, 49U) << "60, 80, ... 1020 ms";
   for (int i = 1; i <= 10; ++i)
@@ -127,8 +126,8 @@ TEST(Pacer, StepsAreNeverMoreThanOneCloserTogetherThanPlanned) {
 }
 
 TEST(Pacer, AMachineThatCannotKeepUpMakesStepAfterStep) {
-  // Steps of 1.05, 1.5, 2 and 7.3 periods: each begins when the one before is done, but for one
-  // wait of less than a period after each slip.
+  // Steps of 1.05, 1.5, 2 and 7.3 periods are back to back, except for one wait of less than a
+  // period after each slip.
   for (const Duration step : {Duration(milliseconds(21)), Duration(milliseconds(30)),
                               Duration(milliseconds(40)), Duration(milliseconds(146))}) {
     Loop loop(1);
@@ -136,7 +135,7 @@ TEST(Pacer, AMachineThatCannotKeepUpMakesStepAfterStep) {
     const auto possible = static_cast<double>(kWall / step);
     const int steps = loop.count_steps(kWall, step);
     EXPECT_GT(steps, 0.99 * possible) << step.count();
-    // Every deadline is kept, missed or, less than one for each slip, moved.
+    // Each deadline is met, missed or moved; a slip moves less than one.
     const auto planned = static_cast<std::int64_t>(kWall / milliseconds(20));
     const auto missed = static_cast<std::int64_t>(loop.missed);
     EXPECT_GT(missed, 0) << step.count();
@@ -158,7 +157,7 @@ TEST(Pacer, ZeroIsAsFastAsItGoes) {
 
 TEST(Pacer, ANewFactorCountsFromTheLastStep) {
   Loop loop(1);
-  loop.run_step(milliseconds(0), milliseconds(5));  // at 20 ms; it is 25 ms now
+  loop.run_step(milliseconds(0), milliseconds(5));  // begins at 20 ms, ends at 25 ms
   loop.pacer.set_real_time_factor(2, loop.now);
   EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(30));
   EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(5)), kStart + milliseconds(40));

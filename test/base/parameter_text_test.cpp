@@ -1,4 +1,4 @@
-// Environment parameters from a command line.
+// Parses environment parameters from a command line.
 #include "base/parameter_text.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ TEST(ParameterText, SeveralAreReadTogether) {
   EXPECT_EQ(parse_assignments(kDescriptions, {"count=1", "flag=true"}).size(), 2U);
 }
 
-/// What cannot be read is refused by the rules for all parameters, in their words.
+/// Unparsable text gets the same error message as any other invalid value.
 TEST(ParameterText, WhatCannotBeReadIsRefusedWithItsNameValueAndType) {
   const auto message = [](const std::string& assignment) {
     return message_of<std::invalid_argument>([&] {
@@ -72,7 +72,7 @@ TEST(ParameterText, WhatCannotBeReadIsRefusedWithItsNameValueAndType) {
   EXPECT_EQ(unknown.find("parameter cuont = 4: unknown; did you mean count?"), 0U) << unknown;
 }
 
-/// C's functions stop reading there.
+/// C string functions would stop at the NUL byte.
 TEST(ParameterText, WhatFollowsAZeroByteIsReadAsWell) {
   using std::string_literals::operator""s;
   EXPECT_EQ(parse_one("flag", "true\0junk"s), ParameterValue("true\0junk"s));

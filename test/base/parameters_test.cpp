@@ -80,7 +80,7 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
             "parameter range = [0.0, 6.0]: must be a list of numbers in [-5.0, 5.0]");
 }
 
-/// Messages are C's texts and one line.
+/// An error message is a C string of one line.
 TEST(Parameters, WhatCannotBePrintedIsShownAsCodesAndWhatIsLongShortened) {
   using std::string_literals::operator""s;
   EXPECT_EQ(refusal("count", "7\0junk\n"s), "parameter count = 7\\x00junk\\n: must be an integer");

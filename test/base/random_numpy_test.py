@@ -1,4 +1,4 @@
-"""Our random numbers against the NumPy that is installed. base/random_test.cpp: recorded ones."""
+"""Compares our random numbers with the installed NumPy; base/random_test.cpp uses recordings."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-// Numbers have the same texts in every locale of the process.
+// Formatting and parsing of numbers do not depend on the locale.
 #include "base/shortest_text.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,6 @@ const std::vector<ParameterDescription> kDescriptions{
     {"range", std::vector<double>{0.8, 2.0}, "", "", -5, 5},
 };
 
-/// What the process writes, and what it reads from texts that are the same everywhere.
 std::vector<std::string> texts() {
   const Parameters parameters =
       parse_assignments(kDescriptions, {"weight=1234567.5", "count=1234567", "range=[0.25, 1e0]"});

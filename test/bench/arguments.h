@@ -1,4 +1,4 @@
-// The options of a benchmark's command line.
+// Command-line options of the benchmark programs.
 #pragma once
 
 #include <map>
@@ -8,12 +8,11 @@
 
 namespace walker::bench {
 
-/// Options of the form `--name value`, each given exactly once.
+/// Parses options of the form `--name value`. All are required.
 class Arguments {
  public:
-  /// @param begin  first argument to be read
-  /// @param needed names without the dashes
-  /// @throws std::invalid_argument naming what is missing, unknown or without a value
+  /// @param needed option names without the dashes
+  /// @throws std::invalid_argument naming the option that is missing, unknown or without a value
   Arguments(char** begin, char** end, const std::set<std::string>& needed) {
     for (char** argument = begin; argument < end; argument += 2) {
       const std::string option = *argument;

@@ -1,4 +1,4 @@
-// Steps all environments of a server by ~step_batch through our client; prints one line of JSON.
+// Steps all environments of a server by ~step_batch, with walker::Client. Prints one line of JSON.
 #include <cstdlib>
 #include <exception>
 #include <iostream>

@@ -39,20 +39,18 @@ LONG_SECTIONS = {"training": learning.training, "policies": learning.policies}
 ALL_SECTIONS = {**SECTIONS, **LONG_SECTIONS}
 MODELS = {"Walker2d-v4": "walker2d.xml", "Walker2d-v5": "walker2d_v5.xml"}  # in Gymnasium
 QUICK_SECONDS = 0.1
-QUICK_SHARE = 10  # that many times fewer environments
+QUICK_SHARE = 10  # divides the number of environments
 
 
 @dataclasses.dataclass
 class Settings:
-    """How much is measured, where, and by which commands."""
-
-    programs: pathlib.Path  # folder of this package's
-    folder: pathlib.Path  # for what processes leave
+    programs: pathlib.Path  # folder of this package's programs
+    folder: pathlib.Path  # for files that the processes write
     one_core: List[int]
     two_cores: List[int]
     is_quick: bool
-    without: FrozenSet[str]  # peers that are left out
-    learner: Optional[pathlib.Path] = None  # a Python with Stable-Baselines3
+    without: FrozenSet[str]  # peers to skip
+    learner: Optional[pathlib.Path] = None  # Python interpreter with Stable-Baselines3
     python_of_mjbatch: Optional[pathlib.Path] = None
 
     def seconds(self, usual):
@@ -71,13 +69,13 @@ class Settings:
         return [sys.executable, HERE / "python_face.py", kind, "--env", env, *options]
 
     def peer(self, kind, env, *options):
-        """None where that peer is left out."""
+        """Returns the peer's command, or None if the peer is skipped."""
         if kind.split("-")[0] in self.without:
             return None
         return [sys.executable, HERE / "peers.py", kind, "--env", env, *options]
 
     def mjbatch(self, env, *options):
-        """By Gymnasium's model of a walker; None for others, and where it is left out."""
+        """Returns the command for Gymnasium's model; None without a model or mjbatch."""
         model = MODELS.get(env)
         if self.python_of_mjbatch is None or model is None:
             return None
@@ -115,7 +113,7 @@ def parse_arguments():
 
 
 def choose_cores():
-    """One, and two that hold it: the last ones, for the first serves most interrupts."""
+    """Returns the last core and the last two cores, because the first serves most interrupts."""
     cores = sorted(os.sched_getaffinity(0))
     if len(cores) < 2:
         raise Failure(f"this process may use {len(cores)} core; must be 2 or more")
@@ -136,7 +134,7 @@ def run_sections(names, settings):
 
 
 def write(arguments, machine, rows):
-    """The tables, the JSON, the plot, README and its page about speed."""
+    """Writes bench.json, the plot, README and the benchmark page; prints the tables."""
     arguments.output.mkdir(parents=True, exist_ok=True)
     with open(arguments.output / "bench.json", "w", encoding="utf-8") as file:
         json.dump(report.as_json(machine, rows, is_quick=arguments.quick), file, indent=1)
@@ -154,7 +152,7 @@ def write(arguments, machine, rows):
 
 def main():
     arguments = parse_arguments()
-    # As Ctrl-C: what was started is ended on the way out.
+    # Like Ctrl-C: unwinds the stack, which stops the child processes.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended by SIGTERM"))
     one_core, two_cores = choose_cores()
     machine = describe_machine(ROOT, leave_out=arguments.without)

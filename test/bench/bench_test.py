@@ -1,5 +1,4 @@
-"""The benchmark itself runs: every section, with slices of a tenth of a second and without EnvPool.
-What it measures decides nothing here."""
+"""The benchmark's sections run in slices of 0.1 s and without EnvPool. No test depends on speed."""
 
 import json
 import os
@@ -45,7 +44,7 @@ def test_what_needs_no_envpool_is_judged(everything):
         assert (verdict == "not measured") == ("EnvPool" in what), (what, verdict)
 
 
-# A processor that is made up says by which kernel it steps, and makes 11 steps where one was named.
+# Fake programs print the kernel of a processor, and 11 steps if WALKER_SIM_KERNEL is set.
 @pytest.mark.parametrize(
     ("kernel", "steps"),
     [
@@ -86,7 +85,7 @@ def test_policies_walk_over_ros(tmp_path):
     done = run(tmp_path, "--only", "policies")
     rows = json.loads((tmp_path / "bench.json").read_text())["rows"]
     assert [row["error"] for row in rows if row["error"]] == [], done.stderr
-    assert [len(row["slices"]) for row in rows] == [2] * 12  # seeds; six walkers, two ways
+    assert [len(row["slices"]) for row in rows] == [2] * 12  # seeds; six walkers in two modes
 
 
 def test_without_its_learner_training_says_so(tmp_path):

@@ -1,8 +1,7 @@
-// Speed and size of the environments in process. Each measurement prints one line of JSON; what is
-// compared with what stands in the Python files beside this one.
+// Measures speed and memory of in-process environments. Each measurement prints one line of JSON.
+// The Python files in this folder define the comparisons.
 //
-// Everywhere an episode that has ended is reset in place of its next step, and that counts as a
-// step, as with EnvPool.
+// An ended episode is reset in place of its next step. The reset counts as a step, as in EnvPool.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -37,7 +36,7 @@ constexpr const char* kUsage =
     "       walker_sim_benchmark act    --file FILE --seconds S\n"
     "       walker_sim_benchmark memory --env ID --num-envs N --steps M\n";
 
-/// A pool with the arrays of a caller who wants no more than Gymnasium gives.
+/// A pool with arrays for the results that Gymnasium returns.
 class PooledEnvironments {
  public:
   PooledEnvironments(const std::string& id, const PoolOptions& options)
@@ -73,8 +72,8 @@ class PooledEnvironments {
   Batch batch_;
 };
 
-/// Whole numbers above 0 with commas between.
-/// @throws std::invalid_argument naming the option
+/// Parses comma-separated positive integers.
+/// @throws std::invalid_argument naming the option if its value is malformed
 std::vector<std::size_t> counts(const Arguments& arguments, const std::string& name) {
   constexpr std::size_t kDigits = 9;  // fits every type
   const std::string& given = arguments.text(name);
@@ -95,7 +94,6 @@ std::vector<std::size_t> counts(const Arguments& arguments, const std::string& n
   return values;
 }
 
-/// A single environment.
 void loop(const Arguments& arguments) {
   Stepper stepper(arguments.text("env"));
   const double seconds = arguments.number("seconds");
@@ -137,7 +135,7 @@ void step_pool(const Arguments& arguments) {
   }
 }
 
-/// Waits for half of the environments at a time.
+/// Measures send() and recv() with a batch size of half of the environments.
 void step_pool_asynchronously(const Arguments& arguments) {
   const std::string id = arguments.text("env");
   const double seconds = arguments.number("seconds");
@@ -159,7 +157,6 @@ void step_pool_asynchronously(const Arguments& arguments) {
   }
 }
 
-/// A policy's answer to an observation.
 void act(const Arguments& arguments) {
   Policy policy(arguments.text("file"));
   Actions observations(policy.observation_size());
@@ -169,9 +166,8 @@ void act(const Arguments& arguments) {
         }));
 }
 
-/// Memory of this process that is in use now [bytes].
 double resident_bytes() {
-  malloc_trim(0);  // what was given back
+  malloc_trim(0);  // returns freed memory to the system
   std::ifstream file("/proc/self/statm");
   double all = 0;
   double resident = 0;
@@ -179,12 +175,12 @@ double resident_bytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-/// What an environment costs beyond what all share, after it has run.
+/// Measures the memory per environment after `steps` steps, without what all environments share.
 void memory(const Arguments& arguments) {
   const std::string id = arguments.text("env");
   const std::size_t steps = counts(arguments, "steps").at(0);
   PoolOptions options = pool_options(1);
-  PooledEnvironments first(id, options);  // holds the model
+  PooledEnvironments first(id, options);  // keeps the shared model loaded
   options.num_envs = counts(arguments, "num-envs").at(0);
   Actions actions(options.num_envs * first.action_size());
   const double before = resident_bytes();

@@ -1,4 +1,4 @@
-"""What is measured without ROS: speed of one core and of the pool, resets, memory, policies."""
+"""Measurements without ROS: speed of one core and of the pool, resets, memory, policies."""
 
 import dataclasses
 
@@ -19,17 +19,17 @@ from walker_sim.training.policy_file import PolicyFile, write_policy
 IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
 POOLED_IDS = ("BipedalWalker-v3", "Walker2d-v4")
 SIZES = (1, 16, 64, 256, 1024)
-SCALED_SIZES = (64, 256)  # of pools whose second thread is measured
-CROWD = 1000  # environments whose memory is measured
+SCALED_SIZES = (64, 256)  # pool sizes of the scaling section
+CROWD = 1000  # environments of the memory section
 
 
 def kernel_of(settings, env, *prefix):
-    """The instruction set of the kernel that steps pools: the last word about the engine."""
+    """Returns the instruction set of the pools' kernel: the last word of `describe --engine`."""
     return first_line(*prefix, settings.programs / "describe", env, "--engine").split()[-1]
 
 
 def core(settings):
-    """One thread on one core; BipedalWalkers also by the kernels that have a target."""
+    """One thread on one core; BipedalWalker also with the kernels that have a target."""
     plan = Plan("core", "steps/s", steps_per_processor_second, settings.folder)
     one = ["--seconds", settings.seconds(0.6)]
     default = kernel_of(settings, BIPEDAL)
@@ -44,7 +44,7 @@ def core(settings):
             envpool = add(f"EnvPool, {size}", settings.peer("envpool", env, *many), (size,))
             against(pooled, envpool)
         for kernel in KERNEL_LIMITS if env == BIPEDAL else ():
-            # Where the processor has none of that name, the variable chooses a smaller one.
+            # If the processor does not support the kernel, the variable selects a smaller one.
             variable = ["env", f"WALKER_SIM_KERNEL={kernel}"]
             if kernel != default and kernel_of(settings, env, *variable) == kernel:
                 command = [*variable, *settings.ours("pool", env, *many)]
@@ -53,7 +53,7 @@ def core(settings):
         single = add("single", settings.ours("loop", env, *one))
         against(single, add("Gymnasium", settings.peer("gymnasium", env, *one)))
     rows = plan.run(settings.rounds(4))
-    if default in KERNEL_LIMITS:  # measured already; here under the name that its target knows
+    if default in KERNEL_LIMITS:  # already measured; add the name that its target uses
         row = find(rows, "core", BIPEDAL, "pool, 64")
         rows.append(dataclasses.replace(row, side=f"pool, 64, {default}"))
     return rows
@@ -83,7 +83,7 @@ def pool(settings):
 
 
 def scaling(settings):
-    """From one thread to two, beside what two cores can do: a process on each."""
+    """One thread against two, beside the limit of two cores: one process on each."""
     plan = Plan("scaling", "steps/s", steps_per_second, settings.folder)
     two = settings.two_cores
     for env in POOLED_IDS:
@@ -99,7 +99,7 @@ def scaling(settings):
 
 
 def python(settings):
-    """What a user of Gymnasium makes: a single environment on one core, and many on two."""
+    """Environments made through Gymnasium: a single one on one core, and many on two."""
     plan = Plan("python", "steps/s", steps_per_second, settings.folder)
     seconds = ["--seconds", settings.seconds(0.6)]
     two, size = settings.two_cores, 64
@@ -117,7 +117,7 @@ def python(settings):
 
 
 def act(settings):
-    """A policy's answer to an observation: networks that come along, and one of 256 and 256."""
+    """Forward passes of policies: the shipped networks, and one with layers of 256 and 256."""
     plan = Plan("act", "us", microseconds_of_processor_time, settings.folder)
     random = np.random.default_rng(0)
     sizes = (17, 256, 256, 6)
@@ -140,7 +140,7 @@ def act(settings):
 
 
 def reset(settings):
-    """A new episode; EnvPool's sixteen at a time, so that the way through Python counts little."""
+    """Resets; EnvPool resets 16 environments per call to reduce Python's overhead per reset."""
     plan = Plan("reset", "us", microseconds_of_processor_time, settings.folder)
     seconds = ["--seconds", settings.seconds(0.2)]
     core = settings.one_core
@@ -153,7 +153,7 @@ def reset(settings):
 
 
 def memory(settings):
-    """Resident memory that an environment costs beyond what all share, after a hundred steps."""
+    """Resident memory per environment after 100 steps, without what all environments share."""
     plan = Plan("memory", "kB", kilobytes, settings.folder)
     core = settings.one_core
     for env in POOLED_IDS:
@@ -162,7 +162,7 @@ def memory(settings):
         ours = plan.add("walker_sim", env, settings.ours("memory", env, *size), core, (crowd,))
         envpool = settings.peer("envpool-memory", env, *size)
         against(ours, plan.add("EnvPool", env, envpool, core, (crowd,)))
-        few = settings.count(CROWD // 10)  # take long to be made
+        few = settings.count(CROWD // 10)
         size = ["--num-envs", few, "--steps", 100]
         gymnasium = settings.peer("gymnasium-memory", env, *size)
         plan.add("Gymnasium", env, gymnasium, core, (few,))

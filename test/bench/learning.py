@@ -1,5 +1,4 @@
-"""What takes long, and is measured on request alone: how soon a walker walks, and how well a policy
-walks over ROS in real time."""
+"""Long measurements, run only on request: training time, and policies over ROS in real time."""
 
 import pathlib
 import sys
@@ -13,12 +12,11 @@ WALKER = "BipedalWalker-v3"
 WALKING = 300  # mean return over the held-out seeds
 FIRST_SEED = 3_000_000
 EPISODES = 20
-PATIENCE = 3600  # of a training, or of the episodes of an environment [s]
+PATIENCE = 3600  # for one training, or for all episodes of one environment [s]
 
 
 def training(settings):
-    """Wall time to a walker, with the same settings and the same library: on our walkers, and on
-    Gymnasium's own."""
+    """Wall time until a policy walks, on this package's and on Gymnasium's environments."""
     rows = {
         side: Row("training", WALKER, title, "s")
         for side, title in (
@@ -45,8 +43,7 @@ def training(settings):
 
 
 def policies(settings):
-    """The shipped policies over ROS, with the same seeds: in lock-step, and free-running in real
-    time, where commands come as late as they come."""
+    """Returns of shipped policies in lock-step, and in real time with late commands."""
     rows = []
     for env in WALKERS:
         pair = [Row("policies", env, side, "") for side in ("lock-step", "free-running")]
@@ -63,7 +60,6 @@ def policies(settings):
 
 
 def walk(settings, env, mode, agent):
-    """Seed, return and length of each episode."""
     episodes = settings.count(EPISODES)
     seeds = " ".join(str(FIRST_SEED + index) for index in range(episodes))
     parameters = {"env": env, "mode": mode}

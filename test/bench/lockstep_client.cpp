@@ -1,6 +1,6 @@
-// Steps one environment in lock-step over ROS and prints a line of JSON.
+// Steps one environment in lock-step over ROS and prints one line of JSON.
 //   walker_sim_lockstep_client --client ours|roscpp --server /walker_sim --seconds S
-// Both clients choose the same actions after the same reset, so both play the same episodes.
+// Both clients play the same episodes.
 #include <exception>
 #include <iostream>
 #include <random>

@@ -1,4 +1,4 @@
-"""What the figures were measured on."""
+"""Description of the machine that runs the benchmark."""
 
 import datetime
 import importlib.metadata
@@ -12,7 +12,6 @@ PACKAGES = {"envpool": ("envpool",), "gymnasium": ("gymnasium", "box2d", "mujoco
 
 
 def describe_machine(root, leave_out=()):
-    """Names and texts, in the order in which they are shown."""
     cpuinfo = pathlib.Path("/proc/cpuinfo").read_text()
     model = re.search(r"^model name\s*: (.*)$", cpuinfo, re.MULTILINE)
     kind = "virtual machine" if " hypervisor " in cpuinfo else "machine"

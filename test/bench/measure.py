@@ -1,4 +1,4 @@
-"""Rows of the benchmark, and how they are filled: slices of all sides in turn, in rounds."""
+"""Rows of the benchmark. In each round, every side of a comparison runs one slice in turn."""
 
 import dataclasses
 import json
@@ -7,16 +7,16 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Dict, List, Optional
 
-PATIENCE = 120  # of a slice, which itself takes a few seconds [s]
+PATIENCE = 120  # timeout of a slice, which takes a few seconds [s]
 
 
 class Failure(Exception):
-    """Something could not be measured; the text says why."""
+    """A measurement failed; the text is the reason."""
 
 
 @dataclasses.dataclass
 class Row:
-    """One side of one comparison, with a value for each round."""
+    """One side of a comparison, with one value per round."""
 
     section: str
     environment: str
@@ -25,14 +25,13 @@ class Row:
     num_envs: int = 1
     threads: int = 1
     placement: str = ""
-    peer: Optional["Row"] = None  # what this one is compared with
+    peer: Optional["Row"] = None  # the other side of the comparison
     values: List[float] = dataclasses.field(default_factory=list)
-    slices: List[dict] = dataclasses.field(default_factory=list)  # all that was printed
+    slices: List[dict] = dataclasses.field(default_factory=list)
     error: str = ""
 
     @property
     def key(self):
-        """What tells a row from all others."""
         return (
             self.section,
             self.environment,
@@ -48,13 +47,12 @@ class Row:
 
     @property
     def ratio(self):
-        """To the peer; see `compare`."""
         return compare(self, self.peer)
 
 
 def compare(row, peer) -> Optional[float]:
-    """How many times the peer's value, as the median over the rounds: the two sides of a round met
-    the same machine, which may be slower in the next one. None where either has failed."""
+    """Returns the median of the rounds' ratios, or None if either row failed. A ratio of medians
+    would depend on changes of the machine's speed between rounds."""
     if row is None or peer is None or row.error or peer.error:
         return None
     pairs = list(zip(row.values, peer.values))
@@ -62,12 +60,11 @@ def compare(row, peer) -> Optional[float]:
 
 
 def against(rows, peers):
-    """Each row, by number of environments, is compared with the peer of the same number."""
     for size, row in rows.items():
         row.peer = peers.get(size)
 
 
-# What a slice's line says, as a row's value.
+# Conversions from a slice's line of output to a row's value.
 
 
 def steps_per_processor_second(line):
@@ -88,16 +85,15 @@ def kilobytes(line):
 
 @dataclasses.dataclass
 class Job:
-    """A command that measures once and prints a line for each of its rows."""
+    """A command that runs one slice and prints one line per row."""
 
     command: List[str]
     read: Callable[[dict], float]
     rows: Dict[int, Row]  # by number of environments
     cores: List[int]
-    apart: bool = False  # a process on each of the cores at the same time, in place of one on all
+    apart: bool = False  # one process per core concurrently, instead of one on all cores
 
     def run(self, cwd):
-        """Adds a value to each row, or says in all of them why there is none."""
         try:
             processes = self.measure(cwd)
             for lines in processes:
@@ -111,7 +107,6 @@ class Job:
                 row.error = str(failure)
 
     def measure(self, cwd):
-        """For each process the lines that it printed."""
         places = [[core] for core in self.cores] if self.apart else [self.cores]
         with ThreadPoolExecutor(len(places)) as executor:
             return list(executor.map(lambda cores: run_slice(self.command, cores, cwd), places))
@@ -122,7 +117,7 @@ class Job:
 
 
 def run_slice(command, cores, cwd, patience=PATIENCE):
-    """The lines of JSON that a command on these cores prints within the patience [s]."""
+    """Runs a command on these cores for at most `patience` seconds; returns its JSON lines."""
     pinned = ["taskset", "--cpu-list", ",".join(map(str, cores)), *map(str, command)]
     try:
         done = subprocess.run(
@@ -147,17 +142,16 @@ def run_slice(command, cores, cwd, patience=PATIENCE):
 
 @dataclasses.dataclass
 class Plan:
-    """The jobs of a section. Their sides take turns: a round runs each once."""
+    """The jobs of a section. A round runs each job once."""
 
     section: str
     unit: str
     read: Callable[[dict], float]
-    folder: str  # where the commands run, and leave what they like to leave
+    folder: str  # working directory of the commands
     jobs: List[Job] = dataclasses.field(default_factory=list)
 
     def add(self, side, environment, command, cores, sizes=(1,), apart=False, **attributes):
-        """Rows by number of environments; none without a command. Where processes run apart, a row
-        is their sum."""
+        """Adds a job, unless the command is None. Returns its rows by number of environments."""
         if command is None:
             return {}
         rows = {
@@ -175,7 +169,7 @@ class Plan:
         return rows
 
     def run(self, rounds):
-        """All rows. A job that has failed is left out from then on."""
+        """Runs the rounds and returns all rows. Skips a job after its first failure."""
         for _ in range(rounds):
             for job in self.jobs:
                 if not job.has_failed:

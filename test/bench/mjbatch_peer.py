@@ -16,8 +16,8 @@ import mujoco
 import numpy
 from peers import VALUES, measure
 
-FRAMES = 4  # engine steps of a step
-STEPS = 20  # of an episode
+FRAMES = 4  # engine steps per step
+STEPS = 20  # per episode
 
 
 def slice_of(options, num_envs):

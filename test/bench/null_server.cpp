@@ -1,5 +1,5 @@
-// The server as a node whose robot does nothing at a step: what is left is the transport. Takes the
-// parameters of `server`; resets are the robot's own, steps repeat the observation.
+// A server node whose robot does nothing in step(), to measure the transport alone. It takes the
+// parameters of `server`. Resets are the robot's own; steps repeat the observation.
 #include <memory>
 #include <utility>
 
@@ -12,7 +12,6 @@
 namespace walker::bench {
 namespace {
 
-/// A robot that does not move and whose episodes do not end.
 class Frozen : public Robot {
  public:
   explicit Frozen(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {}

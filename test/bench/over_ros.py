@@ -1,4 +1,4 @@
-"""What is measured over ROS: lock-step, batches, free running, start."""
+"""Measurements over ROS: lock-step, batches, free-running mode, start-up."""
 
 import pathlib
 import sys
@@ -10,15 +10,15 @@ from ros import Master, await_true, call_service, diagnostics, place, stop
 WALKER, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 BATCHES = (1, 8, 64, 512)
 PLACEMENTS = {1: "1 core", 2: "2 cores"}
-# Bytes of ~step's request and response for BipedalWalker-v3, with their lengths and flags.
+# Bytes of ~step's request and response for BipedalWalker-v3, with length fields and flags.
 REQUEST, RESPONSE = 40, 300
-LEAST_PERIOD = 0.5  # between diagnostics: holds a few steps [s]
+LEAST_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
 LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
 
 
 def lockstep(settings):
-    """One walker stepped by service, its client on the same core or both free to use two; the same
-    without physics, beside a raw TCP connection that carries as many bytes."""
+    """One environment stepped by service, client and server on one core or on two. The same without
+    physics, beside a raw TCP connection with messages of the same size."""
     plan = Plan("lockstep", "steps/s", steps_per_second, settings.folder)
     seconds = ["--seconds", settings.seconds(0.6)]
     rounds = settings.rounds(4)
@@ -65,7 +65,6 @@ def lockstep(settings):
 
 
 def lockstep_of_walker2d(settings):
-    """With our client alone."""
     plan = Plan("lockstep", "steps/s", steps_per_second, settings.folder)
     seconds = ["--seconds", settings.seconds(0.6)]
     cores = settings.one_core
@@ -84,7 +83,6 @@ def lockstep_of_walker2d(settings):
 
 
 def step_batch(settings):
-    """All environments of a server stepped in one call, beside the pool alone, on both cores."""
     plan = Plan("step_batch", "steps/s", steps_per_second, settings.folder)
     cores = settings.two_cores
     threads = {"threads": len(cores)}
@@ -109,7 +107,7 @@ def step_batch(settings):
 
 
 def free(settings):
-    """Free-running under the heuristic, which drives by topics: the server's own diagnostics."""
+    """Free-running mode with the heuristic as a topic agent, from the server's diagnostics."""
     rows = []
     for env in (WALKER, "Walker2d-v5"):
         fastest = Row("free", env, "highest real-time factor", "")
@@ -125,8 +123,8 @@ def free(settings):
 
 
 def watch(settings, env, factor, period, rows):
-    """A value for each of the rows, by their keys in the diagnostics, from two reports in sequence.
-    The first of all covers the pause in which everything starts: time, but no interval."""
+    """Appends the values of two reports to the rows, keyed by their names in the diagnostics. The
+    first report of all covers the paused start-up: it has elapsed time but no intervals."""
     period = max(settings.seconds(period), LEAST_PERIOD)
     parameters = {"env": env, "real_time_factor": factor, "diagnostic_period": period}
     try:
@@ -144,7 +142,7 @@ def watch(settings, env, factor, period, rows):
 
 
 def start(settings):
-    """From the start of roslaunch, with a master running, to the first answered step."""
+    """Time from the start of roslaunch, with a running master, to the first answered step."""
     rows = []
     for env in (WALKER, "Walker2d-v5"):
         row = Row("start", env, "roslaunch", "s")

@@ -21,19 +21,18 @@ import time
 
 import numpy
 
-VALUES = 32768  # of prepared actions, or as many as one row needs
-WARM_UP = 0.25  # of the slice
+VALUES = 32768  # number of prepared action values, at least one row
+WARM_UP = 0.25  # fraction of the slice
 
 
 def prepared(space, *shape):
-    """Endless rows of actions of this shape for the action space."""
     rows = max(VALUES // (int(numpy.prod(shape)) * space.shape[0]), 1)
     random = numpy.random.default_rng(0).uniform(-1, 1, (rows, *shape, *space.shape))
     return itertools.cycle(random.astype(numpy.float32).astype(space.dtype))
 
 
 def measure(seconds, count_a_call, call):
-    """Like slice.h: calls until the time is over, after a warm-up that does not count."""
+    """Calls for `seconds` after an uncounted warm-up, like slice.h."""
     for duration in (WARM_UP * seconds, seconds):
         steps = 0
         processor, begin = time.process_time(), time.perf_counter()
@@ -48,19 +47,16 @@ def measure(seconds, count_a_call, call):
 
 
 class Gymnasium:
-    """A single environment."""
-
     def __init__(self, env, actions=None, **options):
         import gymnasium
 
-        gymnasium.logger.min_level = gymnasium.logger.ERROR  # v4 is not the newest: we know
+        gymnasium.logger.min_level = gymnasium.logger.ERROR  # no warning that v4 is outdated
         self.env = gymnasium.make(env, **options)
         self.actions = actions or prepared(self.env.action_space)
         self.env.reset(seed=0)
         self.has_ended = False
 
     def step_or_reset(self):
-        """A reset in place of the step after an episode's end."""
         if self.has_ended:
             self.env.reset()
             self.has_ended = False
@@ -68,7 +64,6 @@ class Gymnasium:
             self.step()
 
     def step_and_reset(self):
-        """A step, and a reset where it ended the episode."""
         self.step()
         if self.has_ended:
             self.env.reset()
@@ -79,7 +74,7 @@ class Gymnasium:
 
 
 def make_envpool(env, num_envs, threads=1, **options):
-    """Threads are not bound to cores: that is no faster, and leaves this process's."""
+    """Does not bind threads to cores: that is no faster and ignores this process's CPU affinity."""
     import envpool
 
     return envpool.make(
@@ -87,7 +82,7 @@ def make_envpool(env, num_envs, threads=1, **options):
     )
 
 
-# The measurements: each of so many environments at once, and what their line says.
+# The measurements. Each takes the options and the number of environments; returns a line.
 
 
 def gymnasium(options, _):
@@ -95,7 +90,7 @@ def gymnasium(options, _):
 
 
 def gymnasium_lockstep(options, _):
-    """As a client of a server: resets take time but are not counted."""
+    """As a server's client does: resets take time but are not counted as steps."""
     return measure(options.seconds, 1, Gymnasium(options.env).step_and_reset)
 
 
@@ -119,7 +114,6 @@ def envpool(options, num_envs):
 
 
 def envpool_async(options, num_envs):
-    """Waits for half of the environments at a time."""
     batch = (num_envs + 1) // 2
     env = make_envpool(options.env, num_envs, options.threads, batch_size=batch)
     actions = prepared(env.action_space, batch)
@@ -134,20 +128,20 @@ def gymnasium_reset(options, _):
 
 
 def envpool_reset(options, _):
-    """Sixteen at a time, so that the way through Python counts little."""
+    """Resets 16 environments per call to reduce Python's overhead per reset."""
     at_a_time = 16
     return measure(options.seconds, at_a_time, make_envpool(options.env, at_a_time).reset)
 
 
 def resident_bytes():
-    """Memory of this process that is in use now, without what was given back to the allocator."""
+    """Returns this process's resident memory after freed memory was returned to the system."""
     ctypes.CDLL(None).malloc_trim(0)
     pages = int(pathlib.Path("/proc/self/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGESIZE")
 
 
 def gymnasium_memory(options, num_envs):
-    first = Gymnasium(options.env)  # loads what all share
+    first = Gymnasium(options.env)
     first.step_or_reset()
     before = resident_bytes()
     singles = [Gymnasium(options.env, first.actions) for _ in range(num_envs)]

@@ -1,8 +1,8 @@
-// What a round trip over TCP costs by itself: blocking sockets, fixed sizes, nothing done between.
+// Measures a bare TCP round trip: blocking sockets, fixed message sizes, no work in between.
 //   walker_sim_ping_pong serve --port-file F --request-bytes N --response-bytes M
 //   walker_sim_ping_pong run --port P --request-bytes N --response-bytes M --seconds S
-// `serve` writes its port to F and serves one client after the other until it is ended; `run`
-// prints a line of JSON.
+// `serve` writes its port to F and serves one client at a time until it is killed. `run` prints one
+// line of JSON.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -76,7 +76,7 @@ void serve(const Arguments& arguments) {
   checked(bind(listener, place, size), "bind");
   checked(listen(listener, 1), "listen");
   checked(getsockname(listener, place, &size), "getsockname");
-  // Renamed into place, so that who waits for the file finds the whole number in it.
+  // The rename is atomic, so a process that waits for the file never reads a partial number.
   const std::string& file = arguments.text("port-file");
   std::ofstream(file + ".part") << ntohs(address.sin_port) << '\n';
   checked(std::rename((file + ".part").c_str(), file.c_str()), file.c_str());

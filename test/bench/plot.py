@@ -1,4 +1,4 @@
-"""The benchmark as a picture for docs/benchmark.md."""
+"""Plots the benchmark for docs/benchmark.md."""
 
 from matplotlib.figure import Figure
 from targets import BIPEDAL, WALKER2D, find
@@ -12,7 +12,7 @@ def rate(row):
 
 
 def bars(axes, labels, sides):
-    """Groups of bars side by side; each side is a name, a colour and a row for each label."""
+    """Draws grouped bars. Each side is a name, a colour and one row per label."""
     width = 0.84 / len(sides)
     for number, (name, colour, rows) in enumerate(sides):
         places = [i - 0.42 + width * (number + 0.5) for i in range(len(labels))]
@@ -86,7 +86,6 @@ def draw_lockstep(axes, rows):
 
 
 def draw(rows, machine, path):
-    """Writes a PNG; what was not measured is missing in it."""
     figure = Figure(figsize=(11, 7.4), dpi=110, layout="constrained")
     axes = figure.subplots(2, 2)
     draw_core(axes[0][0], rows)

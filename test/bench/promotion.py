@@ -1,4 +1,4 @@
-"""Gymnasium's rewards are those of NumPy 2, which promotes types otherwise than NumPy 1."""
+"""NumPy 2's type promotion under NumPy 1, on which the bits of Gymnasium's rewards depend."""
 
 import contextlib
 
@@ -7,7 +7,6 @@ import numpy as np
 
 @contextlib.contextmanager
 def promotion_of_numpy_2():
-    """NumPy 1 promotes as NumPy 2 for as long as the context."""
     if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
         yield
         return

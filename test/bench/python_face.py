@@ -24,7 +24,7 @@ def make(options):
 
 
 def lockstep(options):
-    """Resets take time but are not counted."""
+    """Resets take time but are not counted as steps."""
     env = Gymnasium(name_of(options.env), transport="ros", server=options.server)
     return measure(options.seconds, 1, env.step_and_reset)
 

@@ -1,4 +1,4 @@
-"""The benchmark's outcome as text, Markdown and JSON."""
+"""Formats the benchmark's results as text, Markdown and JSON."""
 
 import dataclasses
 import math
@@ -11,13 +11,11 @@ BEGIN, END = "<!-- bench begin: written by scripts/bench -->", "<!-- bench end -
 
 @dataclasses.dataclass
 class Table:
-    """How the rows of a section become a table."""
-
     section: str
     title: str
     note: str
-    lines: tuple  # attributes of the rows that name a line
-    column: str = "side"  # attribute that names a column
+    lines: tuple  # row attributes that form a line's label
+    column: str = "side"  # row attribute that names a column
 
 
 TABLES = (
@@ -114,7 +112,7 @@ TABLES = (
 
 
 def number(value):
-    """With three significant digits."""
+    """Formats a value with three significant digits."""
     if value == 0:
         return "0"
     digits = 2 - math.floor(math.log10(abs(value)))
@@ -122,12 +120,12 @@ def number(value):
 
 
 def spread(values):
-    """Half of the way from the least to the most, as a share of the median."""
+    """Returns half the range of the values, relative to the median."""
     return (max(values) - min(values)) / 2 / statistics.median(values)
 
 
 def cell(row):
-    """E.g. "20,600 ±2 % x1.75": median, spread, times the peer's."""
+    """Returns e.g. "20,600 ±2 % x1.75": median, spread, ratio to the peer."""
     if row.error or not row.values:
         return "failed"
     text = number(row.median)
@@ -139,7 +137,7 @@ def cell(row):
 
 
 def grid(table, rows):
-    """Lines of cells, the head first; none where the section was not measured."""
+    """Returns the lines of cells, header first; [] if the section was not measured."""
     rows = [row for row in rows if row.section == table.section]
     if not rows:
         return []
@@ -168,7 +166,6 @@ def target_grid(rows):
 
 
 def aligned(lines):
-    """As text, in columns."""
     widths = [max(map(len, column)) for column in zip(*lines)]
     return "\n".join(
         "  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in lines
@@ -202,7 +199,6 @@ def as_text(machine, rows):
 
 
 def as_summary(rows):
-    """README's few rows."""
     lines = [["steps per second", "times as many"]]
     for target in targets_of(rows):
         if target.is_in_readme:
@@ -212,7 +208,6 @@ def as_summary(rows):
 
 
 def as_markdown(machine, rows):
-    """All of it, beside the picture."""
     parts = [
         "![Steps per second beside EnvPool and Gymnasium](benchmark.png)",
         f"Measured on: {machine_line(machine)}.",
@@ -249,8 +244,7 @@ def as_json(machine, rows, is_quick):
 
 
 def update(page, text):
-    """Puts the text between the two comments of a file.
-    Raises ValueError where it has not both of them, once each."""
+    """Replaces the text between two markers. Raises ValueError unless both occur exactly once."""
     old = page.read_text(encoding="utf-8")
     if old.count(BEGIN) != 1 or old.count(END) != 1:
         raise ValueError(f"{page}: must have {BEGIN} and {END}, once each")

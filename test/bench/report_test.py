@@ -1,4 +1,4 @@
-"""What the benchmark makes of its values: medians, ratios, verdicts, tables, README."""
+"""Evaluation of the benchmark's values: medians, ratios, verdicts, tables, README."""
 
 import json
 import os
@@ -18,7 +18,6 @@ def row(side, values=(), error="", section="core", environment="BipedalWalker-v3
 
 
 def pair(ours, theirs, **attributes):
-    """Two rows, the first compared with the second."""
     first, second = row("pool, 64", ours, **attributes), row("EnvPool, 64", theirs, **attributes)
     first.peer = second
     return first, second
@@ -37,7 +36,7 @@ def test_processes_apart_are_added(tmp_path):
 
 
 def test_a_ratio_is_of_the_same_round():
-    # The machine was half as fast in the second and third round: the sides' medians would say 1.6.
+    # The machine was half as fast in rounds 2 and 3: the ratio of the medians would be 1.6.
     ours, theirs = pair([30, 16, 15], [20, 10, 10])
     assert compare(ours, theirs) == 1.5
     assert ours.ratio == 1.5

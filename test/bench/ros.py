@@ -1,4 +1,4 @@
-"""A ROS master and nodes for as long as they are measured. Knows no ROS library, only processes."""
+"""Starts and stops a ROS master and nodes as processes, without a ROS library."""
 
 import contextlib
 import os
@@ -10,12 +10,12 @@ import xmlrpc.client
 
 from measure import Failure
 
-PATIENCE = 20  # until something is up, or has ended [s]
+PATIENCE = 20  # timeout for starting and stopping [s]
 POLL = 0.005  # [s]
 
 
 def start(command, log, cores=None):
-    """A process that ends with this one, its output in the file `log`."""
+    """Starts a process that ends with this one. Appends its output to the file `log`."""
     pinned = [] if cores is None else ["taskset", "--cpu-list", ",".join(map(str, cores))]
     with open(log, "ab") as output:
         return subprocess.Popen(
@@ -27,7 +27,6 @@ def start(command, log, cores=None):
 
 
 def stop(process):
-    """As Ctrl-C does; by force where that does not help."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:
@@ -38,8 +37,7 @@ def stop(process):
 
 
 def await_true(condition, what, process=None):
-    """Waits for the condition, while the process runs.
-    Raises Failure naming `what` did not happen."""
+    """Raises Failure naming `what` on a timeout, or if the process ends."""
     end = time.monotonic() + PATIENCE
     while not condition():
         if process is not None and process.poll() is not None:
@@ -56,7 +54,7 @@ def place(process, cores):
 
 
 class Master:
-    """A master on a free port; what is started within finds it by ROS_MASTER_URI."""
+    """A master on a free port. Sets ROS_MASTER_URI for processes started in its context."""
 
     def __init__(self, settings):
         self.folder, self.programs = settings.folder, settings.programs
@@ -83,7 +81,6 @@ class Master:
         self._processes.close()
 
     def _call(self, method, *arguments):
-        """The master's answer; None where it has none."""
         try:
             code, _, value = getattr(self._master, method)("/bench", *arguments)
         except OSError:
@@ -91,7 +88,6 @@ class Master:
         return value if code == 1 else None
 
     def process(self, command, cores=None):
-        """Ends with the master."""
         process = start(command, self.folder / "nodes.log", cores)
         self._processes.callback(stop, process)
         return process
@@ -103,7 +99,7 @@ class Master:
         await_true(lambda: self.has_service(name), f"service {name}", process)
 
     def server(self, program="server", namespace="/", cores=None, **parameters):
-        """A node walker_sim in this namespace that takes calls; its name, and its process."""
+        """Starts a server and waits for its services. Returns its name and process."""
         private = [f"_{name}:={value}" for name, value in parameters.items()]
         command = [self.programs / program, f"__ns:={namespace}", *private]
         process = self.process(command, cores)
@@ -112,7 +108,6 @@ class Master:
         return name, process
 
     def ping_pong(self, command):
-        """A server on a raw connection: its port, and its process."""
         file = self.folder / "ping_pong_port"
         file.unlink(missing_ok=True)
         process = self.process([*command, "--port-file", file])
@@ -121,7 +116,6 @@ class Master:
 
 
 def call_service(name):
-    """Without arguments."""
     try:
         subprocess.run(
             ["rosservice", "call", name], check=True, stdout=subprocess.DEVNULL, timeout=PATIENCE
@@ -131,8 +125,8 @@ def call_service(name):
 
 
 def diagnostics(count, period):
-    """The next reports on /diagnostics, each as keys and values of all its statuses together."""
-    import yaml  # here, for who only needs nodes may have no such module
+    """Returns the next messages on /diagnostics, each as one dict of all its values."""
+    import yaml  # imported here, because only this function needs it
 
     command = ["rostopic", "echo", "-n", str(count), "/diagnostics"]
     try:

@@ -1,4 +1,4 @@
-// How long calls took, one after the other.
+// Measures the latency of consecutive calls.
 #pragma once
 
 #include <algorithm>
@@ -13,21 +13,20 @@ namespace walker::bench {
 
 using Clock = std::chrono::steady_clock;
 
-/// Calls until the time is over, and then tells how many there were and how long they took.
 class RoundTrips {
  public:
-  /// @param seconds of the measurement
+  /// @param seconds duration of the measurement, in (0, 3600]
   explicit RoundTrips(double seconds) : seconds_(seconds) {
     if (!(seconds > 0 && seconds <= 3600)) {
       throw std::invalid_argument("--seconds = " + std::to_string(seconds) +
                                   "; must be above 0 and at most 3600");
     }
-    constexpr double kMaxPerSecond = 1e6;  // what nothing reaches: so nothing grows meanwhile
+    constexpr double kMaxPerSecond = 1e6;  // an upper bound, so the vector never reallocates
     nanoseconds_.reserve(static_cast<std::size_t>(seconds * kMaxPerSecond));
   }
 
-  /// @param call    is measured
-  /// @param between follows each call and counts for the whole, not for the call
+  /// @param call    the measured function
+  /// @param between runs after each call; its time counts in the total, not in the latency
   template <typename Call, typename Between>
   void run(const Call& call, const Between& between) {
     constexpr int kCallsToWarmUp = 200;
@@ -49,7 +48,6 @@ class RoundTrips {
     seconds_ = std::chrono::duration<double>(Clock::now() - begin).count();
   }
 
-  /// One line of JSON.
   void print() {
     std::sort(nanoseconds_.begin(), nanoseconds_.end());
     std::cout << "{\"steps\": " << nanoseconds_.size() << ", \"seconds\": " << seconds_

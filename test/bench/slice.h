@@ -1,4 +1,4 @@
-// One way of measuring for all of the benchmark's programs.
+// Measurement loop and actions shared by the benchmark programs.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +14,12 @@
 
 namespace walker::bench {
 
-/// What a slice of a measurement gave.
 struct Slice {
   std::uint64_t steps = 0;
   double seconds = 0;            ///< wall time
   double processor_seconds = 0;  ///< of all threads of this process
 };
 
-/// Processor time that this process has used, all threads [s].
 inline double processor_time() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -29,8 +27,8 @@ inline double processor_time() {
   return static_cast<double>(time.tv_sec) + kNanosecond * static_cast<double>(time.tv_nsec);
 }
 
-/// Calls `step`, which makes `steps_a_call`, for so many seconds; before that a quarter as long
-/// without counting, for caches, branch predictors and the clock frequency.
+/// Calls `step`, which makes `steps_a_call` steps, for `seconds`. A warm-up of a quarter of that
+/// time, for caches, branch predictors and the clock frequency, is not counted.
 template <typename Step>
 Slice measure(double seconds, std::size_t steps_a_call, Step&& step) {
   using Clock = std::chrono::steady_clock;
@@ -50,7 +48,6 @@ Slice measure(double seconds, std::size_t steps_a_call, Step&& step) {
   return slice;
 }
 
-/// As one line of JSON.
 inline void print(std::ostream& out, std::size_t num_envs, const Slice& slice) {
   constexpr int kDigits = 9;
   out << std::setprecision(kDigits) << "{\"num_envs\": " << num_envs
@@ -58,10 +55,10 @@ inline void print(std::ostream& out, std::size_t num_envs, const Slice& slice) {
       << ", \"processor_seconds\": " << slice.processor_seconds << "}\n";
 }
 
-/// Random float32 values in [-1, 1], drawn beforehand and taken in turn: rows for all environments.
+/// Rows of precomputed random float32 values in [-1, 1], returned cyclically.
 class Actions {
  public:
-  /// @param row values of a row: environments times size of an action
+  /// @param row values per row: number of environments times action size
   explicit Actions(std::size_t row)
       : row_(row), values_(std::max<std::size_t>(kValues / row, 1) * row) {
     Generator generator(0);

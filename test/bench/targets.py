@@ -1,12 +1,12 @@
-"""What is to be reached, and whether it was."""
+"""Performance targets and their verdicts."""
 
 import dataclasses
 from typing import Callable, Optional
 
 BIPEDAL, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 HARDCORE = "BipedalWalkerHardcore-v3"
-KERNEL_LIMITS = {"avx2": 4.0, "sse2": 3.0}  # by instruction set: 64 BipedalWalkers
-LARGE = "17-256-256-6"  # a policy of these sizes
+KERNEL_LIMITS = {"avx2": 4.0, "sse2": 3.0}  # minimum ratio to EnvPool of 64 BipedalWalkers
+LARGE = "17-256-256-6"
 WALKERS = (
     *("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5"),
     *("Hopper-v4", "Hopper-v5"),
@@ -17,14 +17,13 @@ WALKERS = (
 class Target:
     what: str
     limit: float
-    measure: Callable  # of all rows; None where they do not tell
-    is_most: bool = False  # else the limit is the least
+    measure: Callable  # of all rows; returns None if not measured
+    is_most: bool = False  # the limit is a maximum, else a minimum
     unit: str = ""
-    is_in_readme: bool = False  # among the few that a newcomer sees
-    section: str = ""  # a long one: a target only where that is measured
+    is_in_readme: bool = False  # shown in README's table
+    section: str = ""  # of a long measurement: a target only if it was run
 
     def verdict(self, rows):
-        """The measured value, and what became of it."""
         value = self.measure(rows)
         if value is None:
             return None, "not measured"
@@ -33,7 +32,6 @@ class Target:
 
 
 def find(rows, section, environment, side, **attributes) -> Optional[object]:
-    """The row with these attributes; None without one."""
     wanted = {"section": section, "environment": environment, "side": side, **attributes}
     for row in rows:
         if all(getattr(row, name) == value for name, value in wanted.items()):
@@ -42,7 +40,6 @@ def find(rows, section, environment, side, **attributes) -> Optional[object]:
 
 
 def ratio(*names, **attributes):
-    """To the row's peer."""
 
     def measure(rows):
         row = find(rows, *names, **attributes)
@@ -202,6 +199,5 @@ TARGETS = (
 
 
 def targets_of(rows):
-    """Those that what was measured is about."""
     sections = {row.section for row in rows}
     return [target for target in TARGETS if target.section in {"", *sections}]

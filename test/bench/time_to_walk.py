@@ -17,7 +17,7 @@ from walker_sim.training.run import Training
 from walker_sim.training.settings import read_settings
 
 EVALUATE_EVERY = 100_000
-HELD_OUT_SEEDS = 100  # evaluations are left out of the time, on both sides
+HELD_OUT_SEEDS = 100  # evaluations do not count in the time of either side
 
 
 def main():

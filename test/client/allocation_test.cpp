@@ -1,4 +1,4 @@
-// Once its memory has its size, a step takes nothing from the heap.
+// After the first steps, a step allocates nothing.
 #include <gtest/gtest.h>
 
 #include "allocation_counter.h"
@@ -14,7 +14,7 @@ TEST_F(AllocationTest, TheClientStepsWithoutTheHeap) {
   test::ScriptedWalker walker({[](test::Peer& peer) {
     test::open(peer, kStep);
     const std::string answer = test::answer(test::to_bytes(test::example_transition()));
-    // Requests are of one size. Nothing here takes memory, for it would be counted as well.
+    // All requests have one size. This thread must not allocate: the counter covers it too.
     std::string request(4 + 4 + sizeof(double), '\0');
     while (peer.take(request)) peer.give(answer);
   }});

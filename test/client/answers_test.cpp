@@ -1,5 +1,4 @@
-// Answers whose lengths and indices are not what the server's specification says: each field in
-// turn.
+// Answers whose lengths or indices contradict the server's specification, one field at a time.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -28,14 +27,12 @@ using test::ScriptedWalker;
 
 constexpr std::uint32_t kMax = std::numeric_limits<std::uint32_t>::max();
 
-/// A message that is wrong in one field, and what is said of it.
 template <typename Message>
 struct Wrong {
   Message message;
   std::string words;
 };
 
-/// Makes such messages of one that is right.
 template <typename Message>
 class Table {
  public:
@@ -48,7 +45,6 @@ class Table {
     entries_.push_back({message, "its answer's " + words});
   }
 
-  /// Empty, one short, one long.
   template <typename Field>
   void add_sizes(const std::string& name, Field Message::*field) {
     const std::size_t size = (right_.*field).size();
@@ -65,11 +61,8 @@ class Table {
   std::vector<Wrong<Message>> entries_;
 };
 
-/// Makes a call that is answered rightly and then wrongly over one connection, and rightly again
-/// over the next one.
-/// @param call  asks into the result
-/// @param bytes of the result, to compare by
-/// @return the ConnectionError, from the word about the service on
+/// Calls three times: a valid and an invalid answer on one connection, a valid one on the next.
+/// @return the ConnectionError's message, after the service and its address
 template <typename Result>
 std::string refusal(ServiceIndex service, const std::string& right, const std::string& wrong,
                     const std::function<void(Client&, Result&)>& call) {
@@ -184,7 +177,6 @@ TEST(Answers, OfABatchsStepAreMeasured) {
   expect_refused<BatchTransition>(kStepBatch, test::example_batch(), table, step_batch);
 }
 
-/// Rows are those of the environments that were asked for.
 TEST(Answers, OfABatchsResetAreMeasured) {
   for (const std::vector<std::uint32_t>& environments :
        {std::vector<std::uint32_t>{}, {1}, {1, 0}}) {
@@ -204,7 +196,7 @@ TEST(Answers, OfABatchsResetAreMeasured) {
   }
 }
 
-/// What a client says of a server with this specification.
+/// Returns the client's error for this answer of get_spec, after the service and its address.
 std::string specification_refusal(const std::string& answer) {
   ScriptedServer server({test::answering(kGetSpec, {answer})});
   ScriptedServer master({test::master_of(server.address())});
@@ -240,13 +232,13 @@ TEST(Answers, OfASpecificationAreMeasuredByThemselves) {
   }
 }
 
-/// Nothing is known yet that would say how much is too much.
+/// Before the specification is known, a fixed limit of 16 MiB applies.
 TEST(Answers, ALongSpecificationIsNotTaken) {
   EXPECT_EQ(specification_refusal(test::Message().number('\1').number(kMax).bytes()),
             "it announces an answer of 4294967295 bytes; at most 16777216 are taken" + kLost);
 }
 
-/// No longer answer is taken than the specification lets expect.
+/// The specification determines the maximum length of an answer.
 TEST(Answers, AreNoLongerThanTheyNeedToBe) {
   const ServerSpecification server = test::example_specification();
   constexpr std::size_t kMebibyte = 1 << 20;
@@ -264,7 +256,7 @@ TEST(Answers, AreNoLongerThanTheyNeedToBe) {
   EXPECT_EQ(max_answer_bytes(kStepBatch, large), tcpros::kMaxMessageBytes);
 }
 
-/// In memory a text has eight times the bytes of an empty one's length.
+/// An empty string takes 4 bytes in an answer and 32 in memory.
 TEST(Answers, OfTooManyTextsAreNotTaken) {
   ServerSpecification told = test::example_specification();
   told.info_names.resize(kMaxTexts + 1);
@@ -317,7 +309,7 @@ TEST(Answers, OfAMasterOrAHeaderAreEscaped) {
             std::string::npos);
 }
 
-/// A server that was started again with other parameters: who asks for its specification goes on.
+/// After a restart with other parameters, a client that fetches the specification works again.
 TEST(Answers, AreMeasuredByTheLastSpecification) {
   ServerSpecification other = test::example_specification();
   other.observation_size = 4;

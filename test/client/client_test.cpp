@@ -1,4 +1,4 @@
-// The client in front of a master and a server that do what they should, and what they should not.
+// The client against scripted masters and servers, both correct and faulty.
 #include "walker_sim/client.h"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ ScriptedServer::Script answering(const std::vector<std::string>& answers) {
 
 std::string good_answer() { return test::answer(test::to_bytes(test::example_transition())); }
 
-/// The ConnectionError of a step that such a connection gets; afterwards the client goes on.
+/// Returns the ConnectionError of a step on such a connection; expects the next step to succeed.
 std::string broken_step(const ScriptedServer::Script& script, double timeout = 30) {
   ScriptedWalker walker({script, answering({good_answer()})}, timeout);
   const std::string error = message_of<ConnectionError>([&] { walker.step(); });
@@ -61,7 +61,7 @@ std::string broken_step(const ScriptedServer::Script& script, double timeout = 3
   return error.substr(whom.size());
 }
 
-// ---------------------------------------------------------------- what goes well
+// ---------------------------------------------------------------- success
 
 TEST(Client, TellsTheSpecification) {
   ScriptedServer server({[](Peer& peer) {
@@ -223,7 +223,7 @@ TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
   std::size_t size = 0;
   ScriptedWalker walker({[&](Peer& peer) {
     test::open(peer, kStep);
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the socket fills meanwhile
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the buffer fills
     size = peer.take_frame().size();
     peer.give(good_answer());
     peer.sees_end();
@@ -232,7 +232,7 @@ TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
   EXPECT_EQ(size, 4 + actions.size() * sizeof(double));
 }
 
-/// SIGUSR1 interrupts system calls of this thread, and does nothing else.
+/// Makes SIGUSR1 interrupt this thread's system calls without any other effect.
 class Signals {
  public:
   Signals() : thread_(pthread_self()) {
@@ -246,7 +246,7 @@ class Signals {
 
   void raise() const { pthread_kill(thread_, SIGUSR1); }
 
-  /// Again and again, for the first may come before the client waits.
+  /// Raises repeatedly: the first signal may arrive before the client waits.
   void raise_until_end(Peer& peer) const {
     while (!peer.has_ended()) {
       raise();
@@ -301,7 +301,7 @@ TEST(Client, IsInterruptedByASignalThatMeansIt) {
   is_meant = true;
   EXPECT_THROW(walker.step(), Interrupted);
   is_meant = false;
-  walker.step();  // over another connection
+  walker.step();  // on a new connection
   expect_equal(walker.transition, test::example_transition());
 }
 
@@ -324,7 +324,7 @@ TEST(Client, IsInterruptedWhileItConnects) {
   EXPECT_THROW(Client{options}, Interrupted);
 }
 
-// ---------------------------------------------------------------- what is refused
+// ---------------------------------------------------------------- refusals
 
 TEST(Client, PassesOnWhyTheServerRefuses) {
   const Transition before = test::example_transition();
@@ -337,10 +337,10 @@ TEST(Client, PassesOnWhyTheServerRefuses) {
   EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "action has ...");
   EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "not this request");
   expect_equal(walker.transition, before);
-  walker.step();  // over the same connection
+  walker.step();  // on the same connection
 }
 
-// ---------------------------------------------------------------- what breaks
+// ---------------------------------------------------------------- broken connections
 
 TEST(Client, SaysThatTheServerHasGone) {
   EXPECT_EQ(broken_step(answering({""})), ": the server has closed the connection" + kLost);
@@ -356,13 +356,13 @@ TEST(Client, SaysThatTheServerHasGone) {
 }
 
 TEST(Client, GivesUpAtTheTimeout) {
-  constexpr double kTimeout = 2;  // long enough for all that does answer, on a busy machine too
+  constexpr double kTimeout = 2;  // [s] enough for every real answer on a busy machine
   const auto silent = [](Peer& peer) {
     test::open(peer, kStep);
     peer.take_frame();
     peer.sees_end();
   };
-  // Bytes that come now and then do not put it off.
+  // Bytes that trickle in do not extend the timeout.
   const auto dripping = [](Peer& peer) {
     test::open(peer, kStep);
     peer.take_frame();
@@ -376,7 +376,6 @@ TEST(Client, GivesUpAtTheTimeout) {
        {ScriptedServer::Script(silent), ScriptedServer::Script(dripping)}) {
     EXPECT_EQ(broken_step(script, kTimeout), ": timed out" + kLost);
   }
-  // Nor do they in the header that is to come before.
   const auto dripping_header = [](Peer& peer) {
     test::take_header(peer);
     peer.give(test::Message().number(std::uint32_t{60000}).bytes());
@@ -390,7 +389,7 @@ TEST(Client, GivesUpAtTheTimeout) {
             "reached under this name (its ROS_HOSTNAME or ROS_IP)?");
 }
 
-/// Neither the master nor the server alone takes longer than the timeout.
+/// Master and server each answer within the timeout, but together they exceed it.
 TEST(Client, LooksUpAndCallsWithinOneTimeout) {
   const auto linger = [] { std::this_thread::sleep_for(std::chrono::milliseconds(600)); };
   ScriptedServer server({test::tell_specification, [&](Peer& peer) {
@@ -425,14 +424,14 @@ TEST(Client, RefusesAnswersThatAreNone) {
             ": it answers neither 0 nor 1; is it a ROS node?" + kLost);
   EXPECT_EQ(outcome("\1\xff\xff\xff\xff"),
             ": it announces an answer of 4294967295 bytes; at most 1048616 are taken" + kLost);
-  // An array that claims more than there is gets no memory.
+  // An array length beyond the end of the answer causes no allocation.
   const std::string many = "\xff\xff\xff\xff";
   const std::string begin = test::Message().number(std::uint8_t{1}).text("").bytes() +
                             std::string(12, '\0') + test::framed("odom") + std::string(12, '\0');
   EXPECT_EQ(outcome(test::answer(begin + many)), ": the answer ends within a field" + kLost);
 }
 
-/// Of this process, at its largest so far [bytes].
+/// Peak resident set size of this process [bytes].
 std::int64_t largest_memory() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

@@ -1,4 +1,4 @@
-// Our client and real servers: the core's bits, two clients, refusals, a server that is killed.
+// The client against real servers: bit-identical episodes, two clients, refusals, a killed server.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::chrono::seconds kMaxWait{60};
 
-/// Calls until it does not throw ConnectionError: servers need a moment to begin.
+/// Retries on ConnectionError: servers need time to start.
 template <typename Call>
 void until_connected(const Call& call) {
   const auto give_up = std::chrono::steady_clock::now() + kMaxWait;
@@ -51,8 +51,7 @@ std::unique_ptr<Client> connect(const std::string& server) {
   return client;
 }
 
-/// Plays one episode on both.
-/// @return its length
+/// Compares every step of an episode. @return the episode's length
 std::uint32_t compare_episode(Client& client, Twin& twin, std::optional<std::uint64_t> seed,
                               unsigned draw) {
   std::mt19937 generator(draw);
@@ -87,7 +86,6 @@ void compare_episodes(const std::string& server, const std::string& id) {
             bits(twin.environment().specification().observation_high));
   std::uint32_t steps = 0;
   for (unsigned i = 0; i < 8; ++i) {
-    // Every second one continues the generator.
     const std::optional<std::uint64_t> seed =
         i % 2 == 0 ? std::optional<std::uint64_t>(i) : std::nullopt;
     steps += compare_episode(*client, twin, seed, i);
@@ -114,7 +112,7 @@ TEST(Episodes, GoOnAfterARefusal) {
   EXPECT_TRUE(twin.equals(told));
 }
 
-/// The same action again and again, to the end: one call for several steps.
+/// Compares step_many with repeated single steps, up to the episode's end.
 void compare_repeated_steps(const std::string& server, const std::string& id) {
   const std::unique_ptr<Client> client = connect(server);
   Twin twin(id);
@@ -190,7 +188,7 @@ TEST(Episodes, AreSharedWithRoscpp) {
   }
 }
 
-/// The process number of a node on this machine.
+/// Returns the PID of a node on this machine, or 0 if the master does not know it.
 int process_of(const std::string& node) {
   XmlRpc::XmlRpcValue request;
   request[0] = ros::this_node::getName();
@@ -222,7 +220,7 @@ TEST(Episodes, AreLostWithTheServerAndBeginAnewWithTheNext) {
     const std::vector<double> action{0.5, -0.5, 0.25, 0};
     const std::string error = message_of<ConnectionError>([&] {
       client->step(action.data(), action.size(), told);
-      client->step(action.data(), action.size(), told);  // the first one may have come through
+      client->step(action.data(), action.size(), told);  // the first call may have succeeded
     });
     EXPECT_EQ(error.rfind("service " + server + "/step at ", 0), 0U) << error;
     EXPECT_NE(error.find("has lost its episode: reset before the next step"), std::string::npos)

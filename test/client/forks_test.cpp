@@ -1,4 +1,4 @@
-// A client in the child of a fork.
+// A client in a forked child.
 #include "base/forks.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,6 @@
 namespace walker {
 namespace {
 
-/// @return whether it is so in a child of this process
 bool in_child(const std::function<bool()>& is_so) {
   const pid_t child = fork();
   if (child == 0) _exit(is_so() ? 0 : 1);

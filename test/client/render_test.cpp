@@ -1,4 +1,4 @@
-// Pictures that the client asks of a server, of any sort.
+// Pictures that the client requests, valid and invalid.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -18,7 +18,7 @@ using test::Peer;
 using test::ScriptedServer;
 using test::ScriptedWalker;
 
-/// A response of ~render: sensor_msgs/Image after a success.
+/// Response of ~render: the success fields, then a sensor_msgs/Image.
 struct Picture {
   std::string encoding = "rgb8";
   std::uint32_t width = 2;
@@ -36,7 +36,6 @@ struct Picture {
   }
 };
 
-/// A connection to ~render that answers one request.
 ScriptedServer::Script drawing(const std::string& answer, std::string* request = nullptr) {
   return [answer, request](Peer& peer) {
     test::open(peer, kRender);
@@ -118,12 +117,12 @@ TEST(Render, RefusesPicturesThatAreNone) {
     EXPECT_EQ(outcome(other),
               std::to_string(data.size()) + " bytes of data came instead of 6" + kLost);
   }
-  // As many pixels as were asked for, in another arrangement.
+  // The requested number of pixels with other dimensions.
   const Parameters upright{{"width", std::int64_t{1}}, {"height", std::int64_t{2}}};
   EXPECT_EQ(outcome(picture, "rgb8", upright), "the picture's width is 2 instead of 1" + kLost);
   EXPECT_EQ(outcome(picture, "rgb8", {{"height", std::int64_t{2}}}),
             "the picture's height is 1 instead of 2" + kLost);
-  // A product that no 64-bit number holds.
+  // width * height * 3 overflows a signed 64-bit integer.
   picture = Picture();
   picture.width = std::uint32_t{1} << 31;
   picture.height = std::uint32_t{1} << 31;
@@ -164,7 +163,7 @@ TEST(Render, AServerWithoutPicturesStillSteps) {
             "ROS master " + options.master_uri +
                 ": it does not know /walker_sim/render (no provider): is the server running, under "
                 "this name, and in a version that has this service?");
-  client.step(nullptr, 0, transition);  // over the same connection
+  client.step(nullptr, 0, transition);  // on the same connection
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Peers of the client that do what a test tells them: a server of any protocol, on this machine.
+// Scripted TCP peers for the client, for any protocol, on the loopback interface.
 #pragma once
 
 #include <arpa/inet.h>
@@ -19,7 +19,6 @@
 
 namespace walker::test {
 
-/// The accepted end of a connection.
 class Peer {
  public:
   explicit Peer(int descriptor) : descriptor_(descriptor) {}
@@ -27,14 +26,14 @@ class Peer {
   Peer& operator=(const Peer&) = delete;
   ~Peer() { close(descriptor_); }
 
-  /// Fills `data`. @return false when the client has closed
+  /// Fills `data`. @return false on EOF
   bool take(std::string& data) {
-    if (data.empty()) return true;  // recv would wait
+    if (data.empty()) return true;  // recv would block
     const ssize_t got = recv(descriptor_, data.data(), data.size(), MSG_WAITALL);
     return got == static_cast<ssize_t>(data.size());
   }
 
-  /// @return nothing when the client has closed
+  /// @return an empty string on EOF
   std::string take(std::size_t size) {
     std::string data(size, '\0');
     return take(data) ? data : "";
@@ -42,23 +41,21 @@ class Peer {
 
   void give(const std::string& data) { send(descriptor_, data.data(), data.size(), MSG_NOSIGNAL); }
 
-  /// Waits for the client's next byte, or for its end.
+  /// Blocks until the client's next byte or EOF. @return whether it was EOF
   bool sees_end() { return take(1).empty(); }
 
-  /// Whether the client has closed the connection.
   bool has_ended() {
     char next = 0;
     return recv(descriptor_, &next, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
   }
 
-  /// A TCPROS frame, without its length.
+  /// Reads a TCPROS frame and returns its payload.
   std::string take_frame() {
     const std::string length = take(4);
     if (length.size() < 4) return "";
     return take(tcpros::load_length(reinterpret_cast<const std::uint8_t*>(length.data())));
   }
 
-  /// An HTTP request's body.
   std::string take_post() {
     std::string head;
     while (head.find("\r\n\r\n") == std::string::npos) {
@@ -74,7 +71,7 @@ class Peer {
   int descriptor_;
 };
 
-/// Listens, and plays one script for each connection, in their order, in a thread of its own.
+/// Listens and plays one script per connection, in order, in its own thread.
 class ScriptedServer {
  public:
   using Script = std::function<void(Peer&)>;
@@ -93,7 +90,7 @@ class ScriptedServer {
     thread_ = std::thread([this, scripts = std::move(scripts)] {
       for (const Script& script : scripts) {
         const int descriptor = accept(listener_, nullptr, nullptr);
-        if (descriptor < 0) return;  // the test is over
+        if (descriptor < 0) return;  // the destructor has shut the listener down
         Peer peer(descriptor);
         script(peer);
       }
@@ -102,7 +99,7 @@ class ScriptedServer {
   ScriptedServer(const ScriptedServer&) = delete;
   ScriptedServer& operator=(const ScriptedServer&) = delete;
   ~ScriptedServer() {
-    shutdown(listener_, SHUT_RDWR);  // ends the accept of scripts that nobody came for
+    shutdown(listener_, SHUT_RDWR);  // ends accept() for scripts without a connection
     thread_.join();
     close(listener_);
   }
@@ -116,10 +113,9 @@ class ScriptedServer {
   std::thread thread_;
 };
 
-/// A port at which nobody listens.
 inline std::uint16_t dead_port() { return ScriptedServer({}).port(); }
 
-// ---------------------------------------------------------------- what a master says
+// ---------------------------------------------------------------- answers of a master
 
 inline std::string http_answer(const std::string& body) {
   return "HTTP/1.1 200 OK\r\nServer: test\r\nContent-Type: text/xml\r\nContent-length: " +
@@ -134,7 +130,7 @@ inline std::string xml_answer(int code, const std::string& text, const std::stri
          "</string></value>\n</data></array></value>\n</param>\n</params>\n</methodResponse>\n";
 }
 
-/// Sends every client that asks to one address.
+/// Script of a master that answers one look-up with this address.
 inline ScriptedServer::Script master_of(const std::string& address) {
   return [address](Peer& peer) {
     peer.take_post();
@@ -142,9 +138,8 @@ inline ScriptedServer::Script master_of(const std::string& address) {
   };
 }
 
-// ---------------------------------------------------------------- what a server says
+// ---------------------------------------------------------------- answers of a server
 
-/// Bytes of a message, field after field.
 class Message {
  public:
   template <typename Number>
@@ -183,7 +178,7 @@ inline std::string header(const tcpros::Fields& fields) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// A response's frame, or with `ok` 0 a text's.
+/// Frame of a service response: `ok` 1 with the serialized response, 0 with an error message.
 inline std::string answer(const std::string& body, char ok = 1) { return ok + framed(body); }
 
 }  // namespace walker::test

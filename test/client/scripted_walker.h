@@ -1,4 +1,4 @@
-// A scripted server that speaks walker_sim's services, and the client in front of it.
+// A scripted server with walker_sim's services, and a client of it.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,11 @@
 
 namespace walker::test {
 
-/// At the end of what the client says of a call that broke.
+/// End of the client's error message for a call whose connection broke.
 inline const std::string kLost =
     "; whether the call was made is not known, and a server that was started again has lost its "
     "episode: reset before the next step";
 
-/// What EnvironmentSpec.msg holds, as bytes and as the client should tell it.
 inline ServerSpecification example_specification() {
   ServerSpecification spec;
   spec.interface_version = 1;
@@ -77,7 +76,7 @@ inline Transition example_transition() {
   return transition;
 }
 
-/// Two environments, of which the second has ended.
+/// Two environments: the first is truncated, the second terminated with a final observation.
 inline BatchTransition example_batch() {
   BatchTransition batch;
   batch.observations = {1, 2, 3, 4, 5, 6};
@@ -96,7 +95,6 @@ inline BatchTransition example_batch() {
   return batch;
 }
 
-/// After a success, as ~step_batch answers.
 inline std::string to_bytes(const BatchTransition& batch) {
   Message message;
   message.number(std::uint8_t{1}).text("").array(batch.observations).array(batch.rewards);
@@ -106,7 +104,6 @@ inline std::string to_bytes(const BatchTransition& batch) {
   return message.array(batch.final_observations).array(batch.final_info).bytes();
 }
 
-/// After a success, as ~reset_batch answers.
 inline std::string to_bytes(const BatchReset& reset) {
   Message message;
   message.number(std::uint8_t{1}).text("");
@@ -114,7 +111,7 @@ inline std::string to_bytes(const BatchReset& reset) {
   return message.texts(reset.failures).bytes();
 }
 
-/// With the fields `success` and `status_message` before it, as ~reset and ~step answer.
+/// Response of ~reset and ~step: `success`, `status_message`, then the transition.
 inline std::string to_bytes(const Transition& transition, bool success = true,
                             const std::string& status_message = "") {
   constexpr std::uint64_t kPerSecond = 1000000000;
@@ -131,13 +128,11 @@ inline std::string to_bytes(const Transition& transition, bool success = true,
   return message.array(transition.info).text(transition.error).bytes();
 }
 
-/// After a success, as ~step_many answers.
 inline std::string to_bytes(const RepeatedStep& repeated) {
   return to_bytes(repeated.transition) +
          Message().number(repeated.steps).number(repeated.total_reward).bytes();
 }
 
-/// The server's side of a connection's beginning.
 inline tcpros::Fields take_header(Peer& peer) {
   const std::string header = peer.take_frame();
   return tcpros::parse_header(reinterpret_cast<const std::uint8_t*>(header.data()), header.size());
@@ -148,7 +143,7 @@ inline void open(Peer& peer, ServiceIndex service) {
   peer.give(header({{"md5sum", kServiceTypes[service].md5sum}, {"callerid", "/walker_sim"}}));
 }
 
-/// A connection that answers each request with the next of these texts.
+/// Script of a connection that answers each request with the next of `answers`.
 inline ScriptedServer::Script answering(ServiceIndex service,
                                         const std::vector<std::string>& answers) {
   return [service, answers](Peer& peer) {
@@ -160,15 +155,15 @@ inline ScriptedServer::Script answering(ServiceIndex service,
   };
 }
 
-/// What the client asks when it is made.
+/// Script of the get_spec connection that the client's constructor opens.
 inline ScriptedServer::Script telling(const ServerSpecification& specification) {
   return answering(kGetSpec, {answer(to_bytes(specification))});
 }
 
 inline void tell_specification(Peer& peer) { telling(example_specification())(peer); }
 
-/// A client of a server that first tells its specification and then plays `scripts`, one for each
-/// further connection. The master sends everybody there.
+/// A client, its master and its server. The server answers get_spec, then plays `scripts`, one per
+/// further connection.
 class ScriptedWalker {
  public:
   explicit ScriptedWalker(std::vector<ScriptedServer::Script> scripts, double timeout = 30,
@@ -202,7 +197,7 @@ class ScriptedWalker {
   double action_ = 0.25;
   ScriptedServer server_;
   ScriptedServer master_;
-  std::unique_ptr<Client> client_;  // goes before the servers, whose scripts may wait for its end
+  std::unique_ptr<Client> client_;  // destroyed before the servers, whose scripts may wait for EOF
 };
 
 }  // namespace walker::test

@@ -1,4 +1,4 @@
-// The services as the client knows them are those that ROS generates from the files.
+// The client's service types and MD5 sums equal those that ROS generates from the .srv files.
 #include "client/service_types.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What a server's transforms must be by a robot description and the angles of its joints.
+// Compares a server's transforms with a robot description at given joint angles.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,6 @@
 
 namespace walker {
 
-/// The transforms of a message that lead to this frame.
 inline std::vector<geometry_msgs::TransformStamped> transforms_to(
     const std::string& frame, const tf2_msgs::TFMessage& message) {
   std::vector<geometry_msgs::TransformStamped> found;
@@ -33,9 +32,9 @@ inline urdf::Pose to_urdf(const geometry_msgs::Transform& transform) {
   return pose;
 }
 
-/// Expects each link but the root to have one transform, from its parent in the description: a
-/// fixed one of the constants, any other one of the state.
-/// @param tf_prefix with a slash at its end
+/// Expects one transform per link except the root, from its parent in the description: in
+/// `constants` for a fixed joint, in `state` for any other.
+/// @param tf_prefix prefix with a trailing slash
 inline void expect_the_tree_of(const urdf::Model& model, const std::string& tf_prefix,
                                const tf2_msgs::TFMessage& state,
                                const tf2_msgs::TFMessage& constants) {
@@ -49,7 +48,6 @@ inline void expect_the_tree_of(const urdf::Model& model, const std::string& tf_p
   }
 }
 
-/// Expects, besides, that the poses are those of the description with its joints at these angles.
 inline void expect_the_kinematics_of(const urdf::Model& model, const std::string& tf_prefix,
                                      const std::map<std::string, double>& angles,
                                      const tf2_msgs::TFMessage& state,

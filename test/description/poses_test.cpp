@@ -1,4 +1,4 @@
-// Rotations against those of urdfdom, which reads the robot description.
+// Compares our rotations with those of urdfdom.
 #include "description/poses.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ urdf::Rotation to_urdf(const Quaternion& q) {
   return rotation;
 }
 
-/// Whether both turn everything alike; the sign of a quaternion does not matter.
+/// Expects both to rotate the axes alike; the quaternions' signs may differ.
 template <typename Rotation>
 void expect_same_rotation(const Rotation& expected, const urdf::Rotation& actual) {
   for (const Vector3& axis : {Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{0, 0, 1}}) {

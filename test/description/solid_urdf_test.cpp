@@ -1,6 +1,6 @@
-// Robot descriptions of engines that know three dimensions, read by urdfdom: solids, whole
-// inertias, and links whose frames are not their joints'. First for a made-up body, then for
-// Walker2d, whose committed description must be what the running world gives.
+// Robot descriptions from 3D engines, read by urdfdom: solids, full inertia tensors, and links
+// whose frames differ from their joints'. Covers a synthetic body, and Walker2d, whose committed
+// description must equal the one that the running environment gives.
 #include <gtest/gtest.h>
 #include <urdf/model.h>
 
@@ -21,7 +21,7 @@ namespace walker {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kTolerance = 1e-14;  // of an angle that went through roll, pitch and yaw [rad, m]
+constexpr double kTolerance = 1e-14;  // [rad, m], after conversion through roll, pitch and yaw
 
 void expect_equal(const Vector3& expected, const urdf::Vector3& actual, const std::string& what) {
   EXPECT_EQ(expected, (Vector3{actual.x, actual.y, actual.z})) << what;
@@ -77,7 +77,7 @@ void expect_masses(const Specification& specification, const urdf::Model& model)
   }
 }
 
-/// A trunk with every kind of solid, and two limbs: one hangs by its origin, one askew.
+/// A trunk with every kind of solid and two limbs: one attached at its origin, one rotated.
 Specification made_up() {
   Specification specification;
   specification.id = "Test-v0";
@@ -171,7 +171,7 @@ TEST_F(MadeUpUrdf, ShowsEverySolidAndCollidesWithIt) {
   EXPECT_EQ(body.radius, 0.06);
   EXPECT_EQ(body.length, 0.2);
   expect_origin(1, specification_.links[0].solids[1].pose);
-  // The capsule's axis, its z, points along -x.
+  // The capsule's z axis points along -x.
   for (const auto& [index, x] : {std::pair<std::size_t, double>{2, -0.2}, {3, 0.0}}) {
     const auto& cap = dynamic_cast<const urdf::Sphere&>(*trunk->visual_array[index]->geometry);
     EXPECT_EQ(cap.radius, 0.06);
@@ -213,7 +213,7 @@ TEST_F(MadeUpUrdf, InventsNoNameThatALinkOrAnotherHingeHas) {
   ASSERT_TRUE(model.getLink(taken) && model.getLink(taken + "_hinge"));
   EXPECT_TRUE(model.getLink(taken)->inertial);
   EXPECT_FALSE(model.getLink(taken + "_hinge")->inertial);
-  // The link with that name would call its own hinge as the first link's is called.
+  // The link with that name would otherwise give its hinge the name of the first link's hinge.
   other->child_frame = turned->child_frame;
   ASSERT_TRUE(model.initString(make_urdf(specification_, "x").urdf));
   EXPECT_EQ(model.links_.size(), specification_.links.size() + 2);
@@ -259,7 +259,7 @@ TEST_P(Walker2dUrdf, HasTheJointsOfTheModelAndTheFramesOfItsBodies) {
   EXPECT_EQ(model_.getName(), "walker2d");
 }
 
-// What Gymnasium's model says, in case the specification itself went astray.
+// Numbers from Gymnasium's model, in case the specification itself is wrong.
 TEST_P(Walker2dUrdf, HasGymnasiumsNumbers) {
   constexpr double kDegree = 3.14159265358979323846 / 180;
   for (const std::string side : {"", "_left"}) {
@@ -291,7 +291,7 @@ TEST_P(Walker2dUrdf, ShowsACapsulePerLink) {
     EXPECT_EQ(found->visual_array.size(), 3U) << link.name;
     EXPECT_EQ(found->collision_array.size(), 3U) << link.name;
   }
-  // The foot reaches from 0.2 m behind its frame to it, 0.1 m above, and the caps beyond.
+  // The foot's caps are centred at x = -0.2 m and 0 in its frame, 0.1 m above it.
   std::vector<double> ends;
   for (const urdf::VisualSharedPtr& visual : model_.getLink("foot")->visual_array) {
     if (visual->geometry->type != urdf::Geometry::SPHERE) continue;

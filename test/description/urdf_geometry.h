@@ -1,4 +1,4 @@
-// Frames and joints of a robot description, worked out with urdfdom's rotations.
+// Frames and joints of a robot description, computed with urdfdom's rotations.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ inline urdf::Rotation to_urdf(const Quaternion& q) {
 
 inline urdf::Vector3 to_urdf(const Vector3& v) { return {v[0], v[1], v[2]}; }
 
-/// `inner`, given in `outer`, in the frame that `outer` is given in.
+/// Returns outer * inner: transforms `inner` from the frame `outer` to the frame of `outer`.
 inline urdf::Pose compose(const urdf::Pose& outer, const urdf::Pose& inner) {
   urdf::Pose pose;
   const urdf::Vector3 turned = outer.rotation * inner.position;
@@ -36,7 +36,7 @@ inline urdf::Pose about(const Vector3& axis, double angle) {
   return pose;
 }
 
-/// Compares the origins, and the points 1 m along x and y.
+/// Compares the origins and the points 1 m along x and y.
 inline void expect_same_pose(const urdf::Pose& expected, const urdf::Pose& actual, double tolerance,
                              const std::string& what) {
   for (const Vector3& point : {Vector3{0, 0, 0}, Vector3{1, 0, 0}, Vector3{0, 1, 0}}) {
@@ -50,7 +50,7 @@ inline void expect_same_pose(const urdf::Pose& expected, const urdf::Pose& actua
   }
 }
 
-/// The child's frame in the parent's with the joint at an angle, along the description's chain.
+/// Returns the child's frame in the parent's, by the description, with the joint at `angle`.
 inline urdf::Pose pose_of_child(const urdf::Model& model, const Joint& joint, double angle) {
   const urdf::JointConstSharedPtr hinge = model.getJoint(joint.name);
   const urdf::Pose turned = compose(hinge->parent_to_joint_origin_transform,

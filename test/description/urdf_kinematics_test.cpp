@@ -1,6 +1,5 @@
-// The description puts every link where the engine has its body: the chain of joints, turned by the
-// angles that the joint states tell, against the bodies' own poses. The server's transforms are
-// those of the description.
+// The description puts every link where the engine has its body: compares the chain of joints at
+// the measured angles with the bodies' poses. The server's transforms equal the description's.
 #include <gtest/gtest.h>
 #include <urdf/model.h>
 
@@ -25,9 +24,9 @@
 namespace walker {
 namespace {
 
-constexpr double kTolerance = 1e-13;  // [m], also of a point 1 m away from a link's origin
+constexpr double kTolerance = 1e-13;  // [m], also at 1 m from a link's origin
 
-/// Those of one state: all links', in one message of one stamp, besides what never moves.
+/// Expects one message with one stamp for all moving links, and the description's kinematics.
 void expect_transforms_of(const urdf::Model& model, const Specification& specification,
                           const Sensors& sensors) {
   const Frames frames(specification, "robot");
@@ -47,7 +46,7 @@ void expect_transforms_of(const urdf::Model& model, const Specification& specifi
                            static_transforms(specification, frames, stamp), kTolerance);
 }
 
-/// Steps with random actions, falls and lies, and compares after each step.
+/// Takes random actions until after the fall, and compares at each step.
 void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
   parameters["terminate_when_unhealthy"] = false;
   Stepper stepper(id, parameters);
@@ -92,8 +91,7 @@ TEST(UrdfKinematics, AreTheEnginesForWalker2d) {
   expect_poses_of_the_engine("Walker2d-v5", {});
 }
 
-/// A model of one's own, whose bodies are turned and hang elsewhere, also by bodies without a
-/// joint, and whose angles do not begin at 0.
+/// A user's model: rotated and displaced bodies, bodies without a joint, nonzero reference angles.
 TEST(UrdfKinematics, AreTheEnginesForAModelOfOnesOwn) {
   std::ifstream builtin(std::string(WALKER_SIM_SOURCE_DIR) + "/assets/walker2d_v5.xml");
   std::ostringstream content;
@@ -109,7 +107,7 @@ TEST(UrdfKinematics, AreTheEnginesForAModelOfOnesOwn) {
             "<body name=\"hip\" pos=\"0.02 0.1 0\" euler=\"5 10 0\"/>\n"
             "<body name=\"pelvis\" pos=\"0 -0.1 0\" euler=\"0 7 0\"><body name=\"thigh_left\" pos"},
            {"</body>\n    </body>\n  </worldbody>", "</body></body></body></worldbody>"},
-           // The order of the actuators is that of the actions.
+           // The actuators define the order of the actions.
            {"<motor joint=\"thigh_joint\"/>", "<motor joint=\"foot_joint\"/>"},
            {"<motor joint=\"foot_joint\"/>\n    <motor joint=\"thigh_left",
             "<motor joint=\"thigh_joint\"/>\n    <motor joint=\"thigh_left"}}) {
@@ -124,7 +122,7 @@ TEST(UrdfKinematics, AreTheEnginesForAModelOfOnesOwn) {
   std::filesystem::remove(path);
 }
 
-/// Its joints give, so the poses are the bodies' (sensors_test compares them).
+/// Box2D's joints are compliant, so the poses are the bodies'; sensors_test compares them.
 TEST(UrdfKinematics, HaveTheTreeOfBipedalWalkersTransforms) {
   Stepper stepper("BipedalWalker-v3", {});
   const Specification& specification = stepper.environment->specification();

@@ -1,5 +1,5 @@
-// The committed robot description is the one that the running world gives, and it says what the
-// world says: numbers are read from the file by urdfdom and compared with the specification.
+// The committed robot description equals the one that the running environment gives. Its numbers,
+// read by urdfdom, equal the specification's.
 #include "description/urdf.h"
 
 #include <gtest/gtest.h>
@@ -25,10 +25,9 @@
 namespace walker {
 namespace {
 
-// The engine computes in single precision, and so are the file's numbers. Another version of the
-// engine rounds elsewhere.
-constexpr double kTolerance = 2e-7;  // of the number
-// Numbers derived from several singles: sizes and angles of the shapes [m, rad].
+// The engine and the file have single precision; other versions of the engine round differently.
+constexpr double kTolerance = 2e-7;  // relative
+// Sizes and angles of shapes, derived from several single-precision numbers [m, rad].
 constexpr double kShapeTolerance = 1e-6;
 
 std::string read_file(const std::string& path) {
@@ -43,10 +42,9 @@ std::string source(const std::string& path) {
   return std::string(WALKER_SIM_SOURCE_DIR) + "/" + path;
 }
 
-/// A section's corners, anywhere in y.
+/// Corners (x, z) of a cross-section.
 using Corners = std::vector<std::array<double, 2>>;
 
-/// Whether both hold the same corners, in any order.
 void expect_same_corners(const Corners& expected, const Corners& actual, const std::string& what) {
   ASSERT_EQ(expected.size(), actual.size()) << what;
   for (const auto& corner : expected) {
@@ -73,7 +71,6 @@ struct Mesh {
   std::vector<std::array<Vector3, 3>> triangles;
 };
 
-/// Reads a binary STL, with an own reader.
 Mesh read_stl(const std::string& path) {
   constexpr std::size_t kHeader = 80;
   constexpr std::size_t kFacet = 50;
@@ -95,14 +92,12 @@ Mesh read_stl(const std::string& path) {
   return mesh;
 }
 
-/// The numbers in the first element that begins so.
 std::vector<double> numbers_in(const std::string& file, const std::string& begin) {
   const std::size_t start = file.find('>', file.find(begin) + begin.size() - 1) + 1;
   std::istringstream text(file.substr(start, file.find('<', start) - start));
   return {std::istream_iterator<double>(text), {}};
 }
 
-/// Reads a COLLADA file of ours, and checks its normals.
 Mesh read_collada(const std::string& path) {
   const std::string file = read_file(path);
   EXPECT_NE(file.find("<up_axis>Z_UP</up_axis>"), std::string::npos);
@@ -224,8 +219,8 @@ TEST_F(CommittedUrdf, HasTheMassesOfTheWorld) {
   }
 }
 
-// A rigid body's moments about any two axes sum to at least that about the third; with the product
-// ixz turned away too, for the y axis is a principal one.
+// Any two principal moments of a rigid body sum to at least the third. y is a principal axis, so
+// the x-z block is diagonalised.
 TEST_F(CommittedUrdf, HasInertiasThatABodyCanHave) {
   for (const auto& [name, link] : model_.links_) {
     const urdf::Inertial& body = *link->inertial;
@@ -241,8 +236,8 @@ TEST_F(CommittedUrdf, HasInertiasThatABodyCanHave) {
   }
 }
 
-// For a uniform prism of the drawn depth the moment about y, known from the engine, must come out
-// of the other two: ixx + izz = iyy + m d^2 / 6.
+// For a uniform prism of the drawn depth d, the moment about y, known from the engine, follows from
+// the other two: ixx + izz = iyy + m d^2 / 6.
 TEST_F(CommittedUrdf, HasTheInertiasOfUniformPrisms) {
   for (const Link& link : specification().links) {
     const urdf::Inertial& body = *model_.getLink(link.name)->inertial;
@@ -281,7 +276,7 @@ TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
   }
 }
 
-/// What the viewer's light reaches fully has the link's colour, and no face is black.
+/// A fully lit face has the link's colour, and no face is black.
 TEST_F(CommittedUrdf, MeshesHaveTheLinksColours) {
   for (const Link& link : specification().links) {
     SCOPED_TRACE(link.name);
@@ -297,7 +292,7 @@ TEST_F(CommittedUrdf, MeshesHaveTheLinksColours) {
   }
 }
 
-// Both legs lie in one plane; drawn there they would hide each other.
+// The engine's legs lie in one plane, where they would hide each other.
 TEST_F(CommittedUrdf, DrawsTheLegsBesideTheHull) {
   const auto y = [this](const std::string& link) {
     return model_.getLink(link)->visual->origin.position.y;
@@ -331,7 +326,7 @@ TEST_F(CommittedUrdf, HasTheJointsOfTheWorld) {
   }
 }
 
-// What Gymnasium's source says, in case the specification itself went astray.
+// Numbers from Gymnasium's source, in case the specification itself is wrong.
 TEST_F(CommittedUrdf, HasGymnasiumsLimits) {
   for (const char* leg : {"1", "2"}) {
     const urdf::JointLimits& hip = *model_.getJoint(std::string("hip_") + leg)->limits;
@@ -343,7 +338,7 @@ TEST_F(CommittedUrdf, HasGymnasiumsLimits) {
   }
 }
 
-// ---------------------------------------------------------------- make_urdf by itself
+// ---------------------------------------------------------------- make_urdf
 
 TEST(MakeUrdf, RefusesAJointWithoutParent) {
   Specification specification = make("BipedalWalker-v3")->specification();

@@ -1,4 +1,4 @@
-// Numbers survive the way into a robot description and out of it.
+// Numbers survive the round trip through a robot description.
 #include "description/urdf_text.h"
 
 #include <gtest/gtest.h>

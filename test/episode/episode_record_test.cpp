@@ -18,7 +18,6 @@ std::string refusal(const EpisodeRecord& record, const Specification& specificat
   return message_of<std::invalid_argument>([&] { check_repeatable(record, specification); });
 }
 
-/// The words about a parameter that differs.
 std::string refusal_of(const std::string& name, const std::string& recorded,
                        const std::string& own) {
   std::ostringstream words;
@@ -43,7 +42,7 @@ class EpisodeRecordTest : public testing::Test {
 
 TEST_F(EpisodeRecordTest, OfTheSameEnvironmentIsRepeatable) {
   EXPECT_NO_THROW(check_repeatable(record_, specification_));
-  record_.seed.reset();  // a continued generator
+  record_.seed.reset();  // the generator continues
   record_.generator_state = Generator(6).state();
   record_.num_steps = 0;
   record_.actions.clear();
@@ -72,7 +71,7 @@ TEST_F(EpisodeRecordTest, AnotherLibmIsRefusedByName) {
   record_.engine_version = release + ", libm: another, stepped by hand";
   EXPECT_EQ(refusal(),
             "libm = another in the record; here it is " + libm_of(specification_.engine_version));
-  record_.engine_version = release;  // of a release that did not name it
+  record_.engine_version = release;  // written by a release that did not record libm
   EXPECT_NO_THROW(check_repeatable(record_, specification_));
 }
 

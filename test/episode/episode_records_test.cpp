@@ -55,7 +55,7 @@ void expect_same_sensors(const Sensors& one, const Sensors& other) {
   EXPECT_EQ(one.contacts, other.contacts);
 }
 
-/// Both go through the same future, which is compared to the bit, and begin the same next episode.
+/// Steps both to the end and into the next episode, and compares every bit.
 void expect_same_future(Restorable& one, Restorable& other) {
   expect_same_state(one.state(), other.state());
   Generator generator(17);
@@ -151,7 +151,7 @@ TEST_P(AnyWalker, ARefusedRecordChangesNothing) {
   bad.seed.reset();
   bad.generator_state[3] = 2;
   EXPECT_NE(refusal(bad).find("must be odd"), std::string::npos) << refusal(bad);
-  bad = good;  // goes on after its end
+  bad = good;  // has steps after the episode's end
   const std::size_t size = simulation.specification().action_size();
   bad.num_steps = 3000;
   bad.actions.assign(bad.num_steps * size, 1);
@@ -180,7 +180,7 @@ TEST_P(AnyWalker, ARestoreInPiecesLeavesThePresentEpisodeAloneAndIsTheSame) {
     const std::vector<double> action = random_action(generator, simulation);
     for (Restorable* each : {&simulation, &undisturbed}) {
       if (i == 10) {
-        each->reset(6);  // another episode, meanwhile
+        each->reset(6);  // an episode begins during the restore
       } else {
         each->step(action);
       }
@@ -239,7 +239,7 @@ TEST(EpisodeRecords, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
             std::string::npos);
 }
 
-/// A reset that the engine refuses is told like a step at which it fails.
+/// A reset at which the engine fails is reported like a failed step.
 TEST(EpisodeRecords, AResetThatFailsIsAnEpisodeThatHasEnded) {
   const CrampedWalker cramped;
   Restorable simulation(std::ref(cramped), cramped.good_seed());
@@ -277,7 +277,7 @@ TEST(EpisodeRecords, AResetThatFailsIsAnEpisodeThatHasEnded) {
   }
 }
 
-/// It would fail for ever if the generator stood still.
+/// With an unchanged generator, every further reset would fail as well.
 TEST(EpisodeRecords, TheResetAfterOneThatFailedGoesOnInTheGenerator) {
   const CrampedWalker cramped;
   Restorable simulation(std::ref(cramped), cramped.bad_seed());
@@ -305,7 +305,6 @@ TEST(EpisodeRecords, ARecordWhoseResetFailsChangesNothing) {
   simulation.step(std::vector<double>(6));
 }
 
-/// Goes on for ever and costs nothing.
 class Endless : public BareRobot {
  public:
   Endless() {

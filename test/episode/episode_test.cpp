@@ -16,7 +16,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Two joints; terminates when told to, and counts the calls that reach it.
 class Fake : public BareRobot {
  public:
   explicit Fake(std::uint32_t limit) {

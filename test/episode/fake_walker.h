@@ -1,4 +1,4 @@
-// A walker without an engine, whose episodes and failures a test decides on.
+// A walker without an engine, whose episodes and failures the test controls.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace walker {
 
-/// Two joints. Its observation is the number of the episode and the steps in it, its reward the sum
-/// of the action, its info the seed below 100 that its generator began with (-1: none).
+/// Two joints. The observation is the episode's number and its steps, the reward the action's sum.
+/// The info is the seed below 100 that the generator began with; -1 for none and after a step.
 class FakeWalker : public BareRobot {
  public:
   FakeWalker() {
@@ -46,7 +46,7 @@ class FakeWalker : public BareRobot {
     observation[1] = steps;
   }
 
-  int length = 1000;  ///< of its episodes
+  int length = 1000;  ///< steps of an episode
   bool reset_fails = false;
   bool step_fails = false;
   int episode = 0;
@@ -62,7 +62,7 @@ class FakeWalker : public BareRobot {
   }
 };
 
-/// Makes walkers for a pool, as the registry does, and keeps hold of them.
+/// Makes walkers for a pool, as the registry does, and keeps pointers to them.
 template <typename Walker = FakeWalker>
 struct Fakes {
   std::unique_ptr<Environment> operator()() {

@@ -1,5 +1,5 @@
-// Pools whose walkers a kernel steps together: no result depends on who is stepped with whom, and
-// none on the kernel.
+// Pools whose walkers a SIMD kernel steps together: results depend neither on the grouping of the
+// walkers nor on the kernel.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 using State = std::vector<double>;
 
-/// What every processor of the kind has.
+/// Instruction set of every processor of this architecture.
 const char* last_set() {
   return simd::instruction_sets().empty() ? "off" : simd::instruction_sets().back().c_str();
 }
@@ -33,7 +33,6 @@ struct Grouping {
   std::size_t num_threads;
 };
 
-/// A pool with arrays for what is compared.
 class Rollout {
  public:
   Rollout(const char* id, const PoolOptions& options)
@@ -64,7 +63,6 @@ class Rollout {
   }
 
  private:
-  /// As a caller does who resets by hand.
   void reset_ended() {
     std::vector<std::uint32_t> ended;
     for (std::size_t i = 0; i < terminated_.size(); ++i) {
@@ -83,8 +81,6 @@ class Rollout {
   std::uniform_real_distribution<double> unit_{-1, 1};
 };
 
-/// Any number of environments and threads, however they are grouped, by the kernel and by the
-/// library.
 TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
   const auto play = [](const Grouping& grouping, std::size_t num_envs, AutoresetMode mode) {
     const KernelVariable variable(grouping.kernel);
@@ -107,11 +103,10 @@ TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
   }
 }
 
-/// Sent and received in whatever order they come, each walker has the library's episodes.
 TEST_P(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
   constexpr std::size_t kEnvironments = 37;
   constexpr std::size_t kBatch = 10;
-  constexpr int kSteps = 80;  // at least, of each
+  constexpr int kSteps = 80;  // minimum per environment
   const std::size_t action_size = make(GetParam())->specification().action_size();
   const auto action_of = [action_size](std::size_t environment, std::size_t step) {
     State action(action_size);
@@ -134,7 +129,7 @@ TEST_P(KernelPoolTest, AsynchronousBatchesAreTheLibrarysEpisodes) {
   for (std::size_t i = 0; i < kEnvironments; ++i) seeds[i] = i;
   pool.reset({}, seeds, all);
 
-  std::vector<State> seen(kEnvironments);  // observations, one after the other
+  std::vector<State> seen(kEnvironments);  // concatenated observations
   std::vector<std::size_t> num_sent(kEnvironments);
   const auto send = [&](const std::vector<std::uint32_t>& environments) {
     State actions;

@@ -1,4 +1,4 @@
-// No step of a pool takes memory from the heap, in any of its threads.
+// A pool's step allocates nothing in any of its threads.
 #include <gtest/gtest.h>
 
 #include "allocation_counter.h"
@@ -12,7 +12,7 @@ constexpr std::size_t kCount = 5;
 
 class PoolAllocationTest : public AllocationTest {
  protected:
-  /// Walker2d's resets take no memory either, so that episodes may end.
+  /// Walker2d's resets do not allocate either, so episodes may end.
   void make_pool(AutoresetMode mode) {
     PoolOptions options;
     options.num_envs = kCount;
@@ -45,7 +45,7 @@ TEST_F(PoolAllocationTest, StepsAndResetsWithoutTheHeap) {
 TEST_F(PoolAllocationTest, StepsSomeWithoutTheHeap) {
   make_pool(AutoresetMode::next_step);
   const std::vector<std::uint32_t> environments{3, 1};
-  pool_->step(actions_.data(), environments.data(), 2, batch_);  // the first one takes memory
+  pool_->step(actions_.data(), environments.data(), 2, batch_);  // the first call allocates
   const Counting counting;
   for (int i = 0; i < 500; ++i) pool_->step(actions_.data(), environments.data(), 2, batch_);
   EXPECT_GT(arrays_->episodes[0], 1U);
@@ -55,7 +55,7 @@ TEST_F(PoolAllocationTest, StepsSomeWithoutTheHeap) {
 TEST_F(PoolAllocationTest, SendsAndReceivesWithoutTheHeap) {
   make_pool(AutoresetMode::next_step);
   std::vector<std::uint32_t> environments{0, 1, 2, 3, 4};
-  pool_->send(actions_.data(), environments.data(), 4);  // the first one takes memory
+  pool_->send(actions_.data(), environments.data(), 4);  // the first call allocates
   const Counting counting;
   std::uint32_t rest = 4;
   for (int i = 0; i < 500; ++i) {

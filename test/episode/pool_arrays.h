@@ -1,4 +1,4 @@
-// The arrays that a pool writes into.
+// Result arrays of a pool.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace walker {
 
 struct PoolArrays {
-  /// Full of values that no environment of ours gives.
+  /// Fills the arrays with values that no environment produces.
   PoolArrays(const Specification& specification, std::size_t count)
       : observation_size(specification.observation_size()),
         num_infos(specification.info_names.size()),
@@ -31,7 +31,6 @@ struct PoolArrays {
             final_info.data()};
   }
 
-  /// Everything in one row.
   std::vector<double> row(std::size_t i) const {
     std::vector<double> all{rewards[i], double{1} * terminated[i], double{1} * truncated[i],
                             double{1} * episodes[i], double{1} * steps[i]};
@@ -42,7 +41,7 @@ struct PoolArrays {
     return all;
   }
 
-  /// Empties a row that only the end of an episode writes.
+  /// Clears row `i` of the arrays that only an episode's end writes.
   void forget_final(std::size_t i) {
     std::fill_n(final_observations.begin() + i * observation_size, observation_size, kUntouched);
     std::fill_n(final_info.begin() + i * num_infos, num_infos, kUntouched);

@@ -1,6 +1,6 @@
-"""The pool against the SyncVectorEnv that is installed: everything that a step gives, to the bit.
+"""Compares every bit of a pool's steps with those of the installed Gymnasium's SyncVectorEnv.
 
-Gymnasium keeps the Box2D world from one episode to the next, so ours do here.
+Gymnasium keeps the Box2D world between episodes, so the pool does here (`reuse_world`).
 """
 
 import gymnasium
@@ -11,10 +11,10 @@ from gymnasium_reference import equal_bits
 from rollout_tool import PoolRollout, Refused
 
 ENVIRONMENT_ID = "BipedalWalker-v3"
-MAX_EPISODE_STEPS = 90  # some fall before, some do not
+MAX_EPISODE_STEPS = 90  # some walkers fall earlier, some do not
 NUM_ENVS = 5
 NUM_STEPS = 400
-UNTOUCHED = -12345.0  # what PoolRollout's rows say where nothing was written
+UNTOUCHED = -12345.0  # PoolRollout's value for numbers not written
 MODES = ["next_step", "same_step", "disabled"]
 
 
@@ -26,7 +26,7 @@ def pool():
 
 
 class Reference:
-    """A SyncVectorEnv that answers in PoolRollout's rows. The counters are this class's own."""
+    """A SyncVectorEnv that returns PoolRollout's rows, with counters of its own."""
 
     def __init__(self, mode):
         self._mode = AutoresetMode[mode.upper()]
@@ -78,14 +78,13 @@ class Reference:
 
 def assert_equal(ours, theirs, when):
     for i in range(NUM_ENVS):
-        if (theirs[i] == UNTOUCHED).all():  # PoolRollout's counters say 999 and its flags 9
+        if (theirs[i] == UNTOUCHED).all():  # PoolRollout's counters are 999 and its flags 9
             assert (ours[i, 5:] == UNTOUCHED).all(), (when, i)
         else:
             assert equal_bits(ours[i], theirs[i]), (when, i, ours[i], theirs[i])
 
 
 def compare(pool, mode, num_threads, step):
-    """Plays both sides and returns the reference."""
     reference = Reference(mode)
     pool.make(
         *(ENVIRONMENT_ID, mode, NUM_ENVS, num_threads),
@@ -99,7 +98,7 @@ def compare(pool, mode, num_threads, step):
         resets = {}
         if mode == "disabled":
             resets = {i: None for i in np.flatnonzero(reference.ended)}
-        if number % 100 == 50:  # two of them wherever they are, one with a seed
+        if number % 100 == 50:  # resets two amid their episodes, one of them with a seed
             resets.update({1: None, 3: number})
         if resets:
             assert_equal(pool.reset(resets), reference.reset(resets), (number, resets))

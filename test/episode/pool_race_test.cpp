@@ -1,6 +1,5 @@
-// Pools of both walkers under ThreadSanitizer, which ends the program with an error of its own when
-// two threads touch the same memory unordered. Episodes are short, so that environments are often
-// reset in one thread while others step in the others.
+// Pools under ThreadSanitizer, which fails the program on a data race. Episodes are short, so that
+// one thread often resets an environment while other threads step others.
 #include <gtest/gtest.h>
 
 #include "base/random.h"
@@ -26,7 +25,6 @@ class PoolRaceTest : public testing::TestWithParam<const char*> {
     return options;
   }
 
-  /// @return `count` rows of them
   std::vector<double> draw_actions(std::size_t count) {
     std::vector<double> actions(count * pool_.specification().action_size());
     for (double& value : actions) value = generator_.uniform(-1, 1);

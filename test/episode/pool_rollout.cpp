@@ -1,10 +1,9 @@
-// Steps a pool for the comparison with Gymnasium's vector environments. Its commands, in the form
-// that pipe.h describes:
+// Steps a pool for comparison with Gymnasium's vector environments. Commands, in pipe.h's format:
 //
 //   make ID MODE NUM_ENVS NUM_THREADS [NAME=VALUE ...]  -> nothing
 //   reset ENVIRONMENT=SEED|- ...  -> rows of all environments; - continues the generator
 //   step + num_envs x action      -> rows of all environments
-//   send + num_envs x action      -> the same, by way of send and recv
+//   send + num_envs x action      -> the same, through send and recv
 //
 // A row is reward, terminated, truncated, episodes, steps, observation, info, final observation,
 // final info; a number that this call did not write is -12345.

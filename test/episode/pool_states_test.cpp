@@ -1,4 +1,4 @@
-// Pools go on from saved states, to the bit, whoever saved them.
+// Pools continue saved states bit by bit, whether a pool or a single environment saved them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ class Rollout {
     return states;
   }
 
-  /// All but the count of episodes.
+  /// Bits of a row, without the number of episodes.
   std::vector<std::uint64_t> row(std::size_t index) const {
     std::vector<double> row = arrays.row(index);
     row[3] = 0;
@@ -68,11 +68,10 @@ class Rollout {
   std::vector<double> actions_;
 };
 
-/// Id, kernel, and autoreset mode.
 class PoolStatesTest
     : public testing::TestWithParam<std::tuple<std::string, const char*, AutoresetMode>> {
  protected:
-  static constexpr std::size_t kCount = 19;  // no whole number of lanes
+  static constexpr std::size_t kCount = 19;  // not a multiple of the number of lanes
 };
 
 TEST_P(PoolStatesTest, GoOnAlike) {
@@ -142,7 +141,7 @@ PoolOptions options_of(std::size_t num_envs) {
 TEST(PoolStates, AreThoseOfSingleEnvironments) {
   Rollout rollout("Walker2d-v5", options_of(3));
   rollout.reset(1);
-  Stepper single("Walker2d-v5", {{"max_episode_steps", std::int64_t{0}}});  // its own rule
+  Stepper single("Walker2d-v5", {{"max_episode_steps", std::int64_t{0}}});  // no limit
   single.reset(7);
   const std::vector<double> action(6, 0.5);
   single.step(action);
@@ -199,7 +198,7 @@ TEST(PoolStates, UnderWayThereIsNone) {
   EXPECT_THROW(rollout.pool.load_states({}, states, rollout.arrays.batch()), std::logic_error);
 }
 
-/// Nothing but the reset by which it came about has been told of it.
+/// The state of an environment before its first reset needs a reset after loading, too.
 TEST(PoolStates, BeforeTheFirstReset) {
   Rollout rollout("Hopper-v5", options_of(2));
   const std::vector<State> none = rollout.save();

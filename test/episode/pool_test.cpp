@@ -1,4 +1,4 @@
-// What a pool does with its environments and with what it is asked; fake ones, two threads.
+// A pool's calls and errors, with fake environments and two threads.
 #include "walker_sim/pool.h"
 
 #include <gtest/gtest.h>
@@ -91,7 +91,7 @@ TEST_F(PoolTest, OptionsAreCompletedOrRefusedByName) {
   EXPECT_EQ(refused_options(options), "num_envs = 0: must be in [1, 1048576]");
 }
 
-/// A signal ends the making of many environments after any of them.
+/// A signal interrupts the construction between any two environments.
 TEST(PoolInterruption, EndsTheMakingOfEnvironments) {
   constexpr std::size_t kMade = 3;
   static Fakes<> fakes;
@@ -355,7 +355,7 @@ TEST_F(PoolTest, AnAutoresetThatFailsInTheFollowingStepLeavesTheOthersAlone) {
   EXPECT_STREQ(pool_->reset_error(1), "no ground");
 }
 
-/// Reward and flags are those of the step; the new episode has none yet.
+/// Reward and flags are those of the old episode's last step.
 TEST_F(PoolTest, AnAutoresetThatFailsInTheSameStepLeavesTheEndAsItWas) {
   make(AutoresetMode::same_step);
   fakes_[1].length = 2;
@@ -505,7 +505,7 @@ TEST_F(PoolTest, AResetThatFailsArrivesLikeAnyOther) {
   fakes_[1].length = 1;
   reset();
   fakes_[1].reset_fails = true;
-  for (int round = 0; round < 2; ++round) {  // the end of an episode, then nothing but the reset
+  for (int round = 0; round < 2; ++round) {  // a failed reset, then another
     send({0, 1, 2});
     const std::vector<std::uint32_t> arrived = recv();
     EXPECT_STREQ(pool_->reset_error(1), "no ground");

@@ -1,5 +1,5 @@
-// The number of threads decides on nothing: every walker, to the bit, stepped together or sent and
-// received in whichever order they arrive.
+// Results are bit-identical for any number of threads, with step and with send and recv in any
+// order of arrival.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct Case {
   AutoresetMode mode = AutoresetMode::next_step;
 };
 
-/// What each environment gave, one reset or step after the other, as bits.
+/// Bits of each environment's results, one reset or step after another.
 using History = std::vector<std::vector<std::uint64_t>>;
 
 PoolOptions options_of(const Case& chosen, std::size_t num_threads) {
@@ -30,7 +30,7 @@ PoolOptions options_of(const Case& chosen, std::size_t num_threads) {
   options.num_envs = kCount;
   options.num_threads = num_threads;
   options.autoreset_mode = chosen.mode;
-  options.batch_size = 1;  // so that the last one can be waited for
+  options.batch_size = 1;  // recv can wait for the last environment
   return options;
 }
 
@@ -66,7 +66,7 @@ class Player {
     return history_;
   }
 
-  /// Each environment gets the actions that it gets above.
+  /// Each environment gets the same actions as in step_all.
   History send_and_receive() {
     std::vector<std::uint32_t> at_rest{0, 1, 2, 3, 4, 5, 6};
     std::uint32_t arrived = 0;
@@ -88,7 +88,7 @@ class Player {
   }
 
  private:
-  /// The environment's next, followed by those of the environments after it.
+  /// Next action of the environment, followed by those of the environments after it.
   const double* action(std::uint32_t environment) const {
     return &actions_[(num_steps_[environment] * kCount + environment) * action_size_];
   }

@@ -1,4 +1,4 @@
-// A pool hands its environments on in groups, to types that step several at once.
+// A pool passes groups of environments to types that step several at once.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -14,7 +14,6 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// Solves three at a time, and keeps how many each call had.
 class TogetherWalker : public FakeWalker {
  public:
   void step_group(RobotStep* const* group, std::size_t count) noexcept override {

@@ -1,11 +1,10 @@
-# episode_pool_race_test: the pool's threads under ThreadSanitizer, which sees what was compiled for it.
-# So the core and Box2D are compiled anew, from the same sources with the same options; MuJoCo's
-# library stays as it is.
+# episode_pool_race_test: the pool's threads under ThreadSanitizer. The core and Box2D are compiled
+# again with instrumentation, from the same sources with the same options; MuJoCo is not.
 function(walker_sim_add_race_copy target)
-  # Without what CMake has put among them, to compile several at once.
+  # Leaves out the unity sources and the precompiled header that CMake has added.
   add_library(${target}_race OBJECT EXCLUDE_FROM_ALL
     $<FILTER:$<TARGET_PROPERTY:${target},SOURCES>,EXCLUDE,unity_|cmake_pch>)
-  # SYSTEM silences warnings in the engines' headers; the original says what is to be said of ours.
+  # SYSTEM silences warnings in the engines' headers; the original target reports those in ours.
   target_include_directories(${target}_race
     SYSTEM PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
   target_compile_definitions(${target}_race
@@ -17,7 +16,7 @@ endfunction()
 walker_sim_add_race_copy(box2d_pinned)
 set_target_properties(box2d_pinned_race PROPERTIES UNITY_BUILD ON)
 walker_sim_add_race_copy(walker_sim_core_objects)
-# Or Make would generate a header for both at the same time.
+# Otherwise Make may generate a header for both targets at the same time.
 add_dependencies(walker_sim_core_objects_race walker_sim_core_objects)
 
 add_executable(episode_pool_race_test EXCLUDE_FROM_ALL

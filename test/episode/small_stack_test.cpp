@@ -1,5 +1,5 @@
-// Every environment works on a stack of 128 KiB, the default of threads in musl: alone, in a pool,
-// and in the pool's own threads. The tests give it 96, for the caller needs some.
+// Every environment works on a 128 KiB stack, the default of musl's threads: alone, in a pool, and
+// in the pool's own threads. The tests use 96 KiB, because the caller needs some.
 #include <gtest/gtest.h>
 #include <pthread.h>
 
@@ -20,7 +20,6 @@ namespace {
 
 constexpr std::size_t kStackSize = std::size_t{96} << 10U;
 
-/// Runs a function in a thread with a small stack.
 void run_on_small_stack(const std::function<void()>& function) {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
@@ -37,7 +36,7 @@ void run_on_small_stack(const std::function<void()>& function) {
   pthread_attr_destroy(&attributes);
 }
 
-/// Gives threads that ask for no size, as std::thread, a small stack.
+/// Sets a small default stack size, for threads such as std::thread that set none.
 class SmallStackByDefault {
  public:
   SmallStackByDefault() {
@@ -102,7 +101,7 @@ void play_in_pool(const std::string& id) {
 
 class SmallStackTest : public testing::TestWithParam<const char*> {};
 
-// Each robot's kernels are chosen in the first thread that makes one.
+// The first thread that makes a robot also chooses its kernel.
 TEST_P(SmallStackTest, OneIsMadePlayedAndSaved) {
   run_on_small_stack([] { play_alone(GetParam()); });
 }
@@ -116,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(Core, SmallStackTest,
                          testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
                                          "Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"));
 
-// MuJoCo compiles it in a child process, on the stack of the thread that forked.
+// MuJoCo compiles the model in a child process, on the stack of the thread that forked.
 TEST(SmallStackModelTest, AModelIsCompiled) {
   const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
   run_on_small_stack([&path] { play_alone("Walker2d-v5", {{"xml_file", path}}); });

@@ -1,4 +1,4 @@
-// Every item that is handed out is worked on once and collected once.
+// Every started item is processed once and collected once.
 #include "episode/thread_pool.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace walker {
 namespace {
 
-/// Items that count, each in plain memory that the threads hand to one another.
+/// Counts the work on each item in non-atomic memory, which the threads hand over.
 class Counters {
  public:
   Counters(std::size_t num_items, std::size_t num_threads, std::size_t group_size = 1)
@@ -30,7 +30,6 @@ class Counters {
     return items;
   }
   const std::vector<int>& counts() const { return counts_; }
-  /// Called for each item before it counts.
   std::function<void(std::uint32_t)> wait_for = [](std::uint32_t) {};
 
  private:
@@ -86,7 +85,6 @@ TEST(ThreadPool, ItemsComeBackInTheirOwnTime) {
   EXPECT_EQ(counters.counts(), expected);
 }
 
-/// The first to be done is the first to be collected, however long another one takes.
 TEST(ThreadPool, FirstComeFirstServed) {
   Counters counters(3, 2);
   std::atomic<bool> has_begun{false};
@@ -97,7 +95,7 @@ TEST(ThreadPool, FirstComeFirstServed) {
     while (!may_end) std::this_thread::yield();
   };
   counters.start({2});
-  while (!has_begun) std::this_thread::yield();  // in the other thread
+  while (!has_begun) std::this_thread::yield();  // item 2 runs in the other thread
   counters.start({0, 1});
   EXPECT_EQ(counters.collect(1)[0], 0U);
   EXPECT_EQ(counters.collect(1)[0], 1U) << "stolen";

@@ -1,4 +1,4 @@
-"""examples/cleanrl_ppo.py: it learns, repeatably, and the same on Gymnasium's own walkers."""
+"""examples/cleanrl_ppo.py learns, reproducibly, and equally on Gymnasium's environments."""
 
 import re
 
@@ -22,7 +22,7 @@ def equal(one, other):
 
 
 def mean_action(agent, observation):
-    """What the saved agent would do but for its noise."""
+    """Returns the mean of the saved agent's action distribution, clipped."""
     values = torch.as_tensor(observation, dtype=torch.float32)
     for index in (0, 2, 4):
         values = agent[f"mean.{index}.weight"] @ values + agent[f"mean.{index}.bias"]
@@ -55,12 +55,12 @@ def test_learns_and_acts(env_id, tmp_path):
 
 
 def test_equal_policies_for_equal_seeds_also_on_gymnasiums_walkers(tmp_path):
-    """No episode ends in so few steps: then Gymnasium's second one would be in a used world."""
+    """No episode ends in these steps; Gymnasium reuses its Box2D world in a second episode."""
     sizes = ("--num-envs", 4, "--rollout", 20, "--steps", 160)
     text, agent = learn(tmp_path, *sizes, "--seed", 3)
     assert "none ended yet" in text.splitlines()[-1]
     assert equal(agent, learn(tmp_path, *sizes, "--seed", 3)[1])
     assert not equal(agent, learn(tmp_path, *sizes, "--seed", 4)[1])
-    # Gymnasium's rewards are those of NumPy 2; NumPy 1.24 promotes types as that does by this.
+    # NPY_PROMOTION_STATE: NumPy 1.24 promotes the reward's types like NumPy 2.
     theirs = ("--env", "BipedalWalker-v3", "--seed", 3)
     assert equal(agent, learn(tmp_path, *sizes, *theirs, NPY_PROMOTION_STATE="weak")[1])

@@ -1,4 +1,4 @@
-"""Where Ray writes, for the tests of the examples that use it."""
+"""Folders for Ray's files, for the tests of the examples with Ray."""
 
 import contextlib
 import pathlib
@@ -7,11 +7,10 @@ import tempfile
 
 @contextlib.contextmanager
 def short_folder():
-    """For what Ray writes down. Its sockets are there too, and a socket's name may be 107 long."""
+    """A folder for Ray's sockets, whose paths may have at most 107 bytes."""
     with tempfile.TemporaryDirectory(prefix="ray_", dir="/tmp") as folder:
         yield pathlib.Path(folder)
 
 
 def ray_home(folder):
-    """The environment variables with which Ray writes nowhere else."""
     return {"HOME": str(folder), "RAY_TMPDIR": str(folder)}

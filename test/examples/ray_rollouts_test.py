@@ -1,4 +1,4 @@
-"""examples/ray_rollouts.py: the same numbers however many actors, and no process left behind."""
+"""examples/ray_rollouts.py: rollouts do not depend on the number of actors; no process remains."""
 
 import pathlib
 import time
@@ -34,13 +34,12 @@ def collect(home, *arguments):
 
 
 def processes_with(words):
-    """Command lines of running processes that hold these words."""
     lines = []
     for process in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
         try:
             line = process.read_bytes().replace(b"\0", b" ").decode(errors="replace")
         except OSError:
-            continue  # gone meanwhile
+            continue  # the process has exited
         if words in line:
             lines.append(line)
     return lines

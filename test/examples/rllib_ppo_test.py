@@ -1,4 +1,4 @@
-"""examples/rllib_ppo.py: RLlib's own env runners step our vector environments, and it learns."""
+"""examples/rllib_ppo.py: RLlib's env runners step WalkerVectorEnv, and PPO learns."""
 
 import re
 
@@ -19,7 +19,6 @@ POLICY = "walker_rllib/learner_group/learner/rl_module/default_policy"
 
 @pytest.fixture(scope="module")
 def learnt():
-    """The folder with the checkpoint, and what was printed."""
     with short_folder() as folder:
         steps = ("--steps", 10 * UPDATE)
         yield folder, run_example("rllib_ppo", *SIZES, *steps, folder=folder, **ray_home(folder))
@@ -51,7 +50,7 @@ def test_learns(learnt):
     _, text = learnt
     means = means_of_returns(text)
     assert len(means) == 10
-    # One runner alone would have made half of the steps.
+    # A single runner would make half of the steps.
     assert all(i * UPDATE <= steps < i * UPDATE * 1.05 for i, steps in enumerate(means, 1)), means
     first, *_, last = means.values()
     assert last > 3 * first > 0, means

@@ -1,4 +1,4 @@
-"""Runs the examples as a user does."""
+"""Runs the examples as a user does, for their tests."""
 
 import os
 import pathlib
@@ -7,11 +7,10 @@ import subprocess
 import sys
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
-PATIENCE = 600  # with two busy cores [s]
+PATIENCE = 600  # sufficient on two busy cores [s]
 
 
 def start_example(name, *arguments, folder, **environment):
-    """examples/NAME.py as a process that runs within `folder`."""
     return subprocess.Popen(
         [sys.executable, EXAMPLES / f"{name}.py", *map(str, arguments)],
         cwd=folder,
@@ -24,7 +23,6 @@ def start_example(name, *arguments, folder, **environment):
 
 
 def run_example(name, *arguments, folder, status=0, **environment):
-    """What examples/NAME.py prints; it has to end with this status."""
     with start_example(name, *arguments, folder=folder, **environment) as process:
         try:
             text, _ = process.communicate(timeout=PATIENCE)
@@ -36,7 +34,6 @@ def run_example(name, *arguments, folder, status=0, **environment):
 
 
 def assert_helps(name, folder):
-    """Its --help says how it is called, what its options are, and what to expect after how long."""
     text = run_example(name, "--help", folder=folder)
     assert f"python3 {name}.py" in text
     assert "--seed SEED" in text
@@ -44,8 +41,6 @@ def assert_helps(name, folder):
 
 
 def assert_refuses_too_few_steps(name, folder, *sizes, least, **environment):
-    """One step less than an update takes is refused, in words that name both numbers, before
-    anything is made; so are updates of no steps."""
     for size in ("--num-envs", "--rollout"):
         text = run_example(name, size, 0, folder=folder, status=2, **environment)
         assert f"{size} 0: must be at least " in text
@@ -55,6 +50,6 @@ def assert_refuses_too_few_steps(name, folder, *sizes, least, **environment):
 
 
 def means_of_returns(text):
-    """By the steps made until then, the mean returns that an example has printed."""
+    """Parses the printed mean returns, keyed by the number of steps."""
     lines = re.findall(r"^(\d+) steps, mean of the last .*returns (-?\d+\.\d),", text, re.MULTILINE)
     return {int(steps): float(mean) for steps, mean in lines}

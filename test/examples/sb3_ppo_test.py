@@ -1,4 +1,4 @@
-"""examples/sb3_ppo.py: what it learns it saves, and acts with, here and over ROS."""
+"""examples/sb3_ppo.py: the saved policy loads and acts equally in process and over ROS."""
 
 import os
 import pathlib
@@ -19,7 +19,6 @@ EVALUATED = re.compile(r"^return (\S+) \+- \S+ over 4 episodes$", re.MULTILINE)
 
 @pytest.fixture(scope="module")
 def learnt(tmp_path_factory):
-    """The folder with the policy, and what was printed."""
     folder = tmp_path_factory.mktemp("learnt")
     return folder, run_example("sb3_ppo", *SIZES, "--steps", 256, folder=folder)
 

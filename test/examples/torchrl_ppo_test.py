@@ -1,4 +1,4 @@
-"""examples/torchrl_ppo.py: TorchRL drives the vector environment's resets, and learns."""
+"""examples/torchrl_ppo.py: TorchRL resets the vector environment, and PPO learns."""
 
 import torch
 from running import assert_helps, assert_refuses_too_few_steps, means_of_returns, run_example

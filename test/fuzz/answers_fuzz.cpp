@@ -1,4 +1,4 @@
-// What a server answers, as the client reads it: the first byte chooses which answer.
+// A server's answers, as the client reads them; the first byte selects the kind of answer.
 #include <stdexcept>
 
 #include "client/messages.h"

@@ -1,4 +1,4 @@
-// A bag that anybody may have made: what its check lets through, rosbag reads.
+// Untrusted bags: rosbag can read every bag that the check accepts.
 #include <stdexcept>
 
 #include "fuzz/memory_file.h"

@@ -1,4 +1,4 @@
-// Messages out of a bag: pieces, each after a byte with its type.
+// Messages of a bag: pieces, each preceded by a byte for its type.
 #include "replay/bag_index.h"
 
 #include <stdexcept>

@@ -1,5 +1,5 @@
-// A whole client, to which the server says what it likes: pieces, one after each connection's
-// header and each request. The master is a good one.
+// A whole client with an untrusted server, which sends one piece after each connection header and
+// each request. The master's answers are valid.
 #include "walker_sim/client.h"
 
 #include <string>
@@ -22,7 +22,7 @@ std::vector<std::uint8_t> address_of_service() {
   return {answer.begin(), answer.end()};
 }
 
-/// Three pieces make the first call of a service: the master's, a header, an answer.
+/// The first call of a service reads three pieces: the master's answer, a header, an answer.
 template <typename Call>
 void try_call(Input& input, const Call& call) {
   script() = {address_of_service(), input.piece(), input.piece()};

@@ -1,4 +1,4 @@
-// An episode's record, as ~restore and the replay take it.
+// Episode records, as ~restore and the replay read them.
 #include "episode/episode_record.h"
 
 #include <stdexcept>

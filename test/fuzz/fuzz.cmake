@@ -1,5 +1,5 @@
-# Fuzz targets, NAME_fuzz.cpp. In the ordinary tests the targets of a room are one program that runs over
-# their corpora. With WALKER_SIM_INSTRUMENT=fuzzer each is a libFuzzer program, NAME_fuzz, as well.
+# Fuzz targets, NAME_fuzz.cpp. In the ordinary tests, one program per room runs its targets on their
+# corpora. With WALKER_SIM_INSTRUMENT=fuzzer, each target is also a libFuzzer program, NAME_fuzz.
 # Included by tests.cmake.
 add_custom_target(fuzz_programs)
 
@@ -38,7 +38,7 @@ endfunction()
 
 walker_sim_add_fuzz_targets(core LIBRARIES ${core_libraries}
   TARGETS answers model parameter_text policy saved_state tcpros xml_rpc)
-# The same code over another socket.
+# The same code with a scripted socket.
 walker_sim_add_fuzz_targets(client LIBRARIES walker_sim_wire walker_sim_box2d walker_sim_mujoco
   TARGETS client http
   ALSO test/fuzz/scripted_socket.cpp $<TARGET_OBJECTS:walker_sim_core_objects>)

@@ -1,4 +1,4 @@
-// What comes on the connection to a master: HTTP, XML-RPC in it, and a service's address in that.
+// A master's HTTP response, the XML-RPC in it, and the service's address in that.
 #include <string>
 
 #include "fuzz/scripted_socket.h"

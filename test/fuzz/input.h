@@ -1,4 +1,4 @@
-// Takes a fuzzer's bytes apart; where they are at their end, numbers are 0 and pieces are empty.
+// Splits a fuzzer's input into numbers and pieces; past its end, numbers are 0 and pieces empty.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class Input {
     return value;
   }
 
-  /// After a uint16 with its length.
+  /// Reads a uint16 length, then that many bytes or as many as remain.
   std::vector<std::uint8_t> piece() {
     const std::size_t told = number<std::uint16_t>();
     const std::size_t length = std::min(told, size());

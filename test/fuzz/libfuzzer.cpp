@@ -1,4 +1,4 @@
-// What libFuzzer calls: the one target of the program.
+// libFuzzer's entry point: runs the program's only target.
 #include "fuzz/target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

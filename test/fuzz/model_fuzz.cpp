@@ -1,5 +1,5 @@
-// A model of a user's own. MuJoCo's library is not instrumented: what is looked at is what we make
-// of its answers, and that nothing of them gets further than it should.
+// Users' models. MuJoCo's library is not instrumented: the target tests how we handle its results,
+// and that no unexpected error escapes.
 #include <stdexcept>
 
 #include "fuzz/memory_file.h"
@@ -22,7 +22,7 @@ void run(const std::uint8_t* data, std::size_t size) {
     result.info = info.data();
     environment->reset(1, result);
     environment->step(action.data(), action.size(), result);
-  } catch (const std::invalid_argument& refusal) {  // no model, or none that fits
+  } catch (const std::invalid_argument& refusal) {  // not a model, or an unsuitable one
     accept(refusal);
   } catch (const std::runtime_error& refusal) {  // the engine failed at the reset
     accept(refusal);

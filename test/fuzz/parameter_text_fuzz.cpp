@@ -1,4 +1,4 @@
-// Parameters as text: the first byte chooses the environment, each line is NAME=VALUE.
+// Parameters as text. The first byte selects an environment or its camera; a line is NAME=VALUE.
 #include "base/parameter_text.h"
 
 #include <sstream>
@@ -11,7 +11,6 @@
 namespace walker::fuzz {
 namespace {
 
-/// Every description of every environment and camera, once.
 const std::vector<std::vector<ParameterDescription>>& all_descriptions() {
   static const std::vector<std::vector<ParameterDescription>> kAll = [] {
     std::vector<std::vector<ParameterDescription>> all;
@@ -34,7 +33,6 @@ void run(const std::uint8_t* data, std::size_t size) {
   try {
     const Parameters complete =
         complete_parameters(descriptions, parse_assignments(descriptions, lines));
-    // What is taken reads back as it is written.
     std::vector<std::string> written;
     for (const auto& [name, value] : complete) written.push_back(name + "=" + to_string(value));
     require(complete_parameters(descriptions, parse_assignments(descriptions, written)) == complete,

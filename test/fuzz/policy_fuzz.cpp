@@ -1,4 +1,4 @@
-// A policy's file.
+// Policy files.
 #include "walker_sim/policy.h"
 
 #include <vector>

@@ -1,5 +1,5 @@
-// Requests as the server reads them, and messages as the nodes that listen to topics do: the first
-// byte chooses which.
+// Service requests, as the server reads them, and topic messages, as subscribers read them. The
+// first byte selects the type.
 #include <stdexcept>
 
 #include <nav_msgs/Odometry.h>

@@ -1,6 +1,5 @@
-// A saved state. The first byte chooses the environment, and whether the rest is taken as it is or
-// gets the size and the checksum of what follows the header, so that what stands behind these is
-// reached.
+// Saved states. The first byte selects the environment, and whether the header's size and checksum
+// are corrected, which lets the fuzzer reach the code behind them.
 #include <cstring>
 #include <stdexcept>
 
@@ -12,7 +11,6 @@
 namespace walker::fuzz {
 namespace {
 
-/// An environment, and where its results go.
 struct Walker {
   explicit Walker(const char* id) : environment(make(id)) {
     const Specification& specification = environment->specification();
@@ -30,7 +28,6 @@ struct Walker {
   Result result;
 };
 
-/// What was accepted is an environment like any other.
 void go_on(Walker& walker) {
   constexpr int kSteps = 3;
   Sensors sensors;

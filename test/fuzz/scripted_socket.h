@@ -1,5 +1,5 @@
-// In place of wire/socket.cpp: connections whose peers say what a fuzzer made up. A piece of it
-// may be read after each connection and each request; where no piece is left, the peer closes.
+// Replaces wire/socket.cpp by connections whose peers send the fuzzer's pieces. One piece becomes
+// readable after each send; when none is left, the peer closes.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,6 @@ namespace walker::fuzz {
 
 using Pieces = std::deque<std::vector<std::uint8_t>>;
 
-/// What the next connections read.
 Pieces& script();
 
 }  // namespace walker::fuzz

@@ -1,4 +1,4 @@
-// A client of the services: what it sends comes in pieces, over a socket.
+// An untrusted client of the services, which sends pieces over a socket.
 #include "server/transport/service_session.h"
 
 #include <fcntl.h>
@@ -29,7 +29,7 @@ std::shared_ptr<PendingAnswer> step(const std::uint8_t* request, std::size_t siz
   return nullptr;
 }
 
-/// Answered at once, but by way of somebody else.
+/// Answers at once, but through a PendingAnswer.
 std::shared_ptr<PendingAnswer> render(const std::uint8_t* /*request*/, std::size_t /*size*/,
                                       tcpros::Bytes& /*response*/) {
   static const auto kEvent = std::make_shared<EventDescriptor>();
@@ -60,7 +60,6 @@ SharedBySessions& shared() {
   return made_once;
 }
 
-/// The client reads all that comes.
 void drain(int descriptor) {
   std::array<std::uint8_t, 4096> bytes{};
   while (recv(descriptor, bytes.data(), bytes.size(), MSG_DONTWAIT) > 0) {

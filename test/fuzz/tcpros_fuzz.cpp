@@ -1,4 +1,4 @@
-// A connection's header, as both sides read it.
+// Connection headers, as client and server read them.
 #include "wire/tcpros.h"
 
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// A master's answer.
+// XML-RPC answers of a master.
 #include "wire/xml_rpc.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The launch files start what their arguments say. Parses them as roslaunch does; starts none."""
+"""The launch files, parsed as roslaunch parses them: nodes and parameters for the arguments."""
 
 import itertools
 import os
@@ -23,7 +23,6 @@ ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 LAUNCH_FILE = os.path.join(ROOT, "launch", "walker.launch")
 TEN_WALKERS = os.path.join(ROOT, "launch", "ten_walkers.launch")
 WALKERS = [f"/walker_{number}/" for number in range(1, 11)]
-# What the package's interface names.
 ARGUMENTS = [
     *("env", "mode", "agent", "policy", "num_envs", "seed", "real_time_factor", "xml_file"),
     "config",
@@ -47,8 +46,6 @@ import view  # noqa: E402
 
 
 class Launch:
-    """What roslaunch would start with these arguments."""
-
     def __init__(self, *arguments, file=LAUNCH_FILE, display=None, **variables):
         environment = {} if display is None else {"DISPLAY": display}
         with mock.patch.dict(os.environ, {**environment, **variables}):
@@ -60,17 +57,15 @@ class Launch:
         self.parameters = {name: p.value for name, p in self.config.params.items()}
 
     def types(self):
-        """The nodes' types by their full names."""
         return {name: node.type for name, node in self.nodes.items()}
 
 
 def words_of(node):
-    """A node's own arguments, as roslaunch makes them of its args."""
     return shlex.split(resolve_args(node.args, context={}, resolve_anon=True))
 
 
 class LaunchTest(unittest.TestCase):
-    """One test per promise of the interface's section Launch."""
+    """One test per statement of the interface's section Launch."""
 
     def test_has_all_arguments_each_with_a_doc(self):
         arguments = get_args([LAUNCH_FILE])
@@ -183,7 +178,7 @@ class LaunchTest(unittest.TestCase):
             self.assertEqual(launch.parameters[name], value, name)
         self.assertEqual(launch.nodes["/walker_sim"].output, "log")
 
-    # ------------------------------------------------------------ what is seen of which walker
+    # ------------------------------------------------------------ robot description and view
 
     def test_each_environment_has_its_robot_description_and_view(self):
         for env, robot in ROBOTS.items():
@@ -206,7 +201,7 @@ class LaunchTest(unittest.TestCase):
         for given, expected in (
             ("walker2d_v4.xml", "walker2d_v4.xml"),
             (ENGINE_S_MODEL, ENGINE_S_MODEL),
-            # From where roslaunch was called; nodes run elsewhere.
+            # Relative to roslaunch's working directory; nodes run elsewhere.
             ("assets/walker2d_v5.xml", ROOT + "/assets/walker2d_v5.xml"),
         ):
             with self.subTest(given=given):
@@ -282,7 +277,7 @@ class LaunchTest(unittest.TestCase):
         self.assertIn("xml_file = " + path, ended.stderr)
         self.assertIn("XML parse error", ended.stderr)
 
-    # ------------------------------------------------------------ beside others, and how it runs
+    # ------------------------------------------------------------ several walkers, process options
 
     def test_parameters_of_an_earlier_start_are_cleared(self):
         self.assertIn("/walker_sim/", Launch().config.clear_params)
@@ -323,7 +318,7 @@ class LaunchTest(unittest.TestCase):
         launch = Launch("env:=Walker2d-v5", "tf_prefix:=robot")
         prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
         self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
-        self.assertIn("/walker_sim/", launch.config.clear_params)  # by the next launch
+        self.assertIn("/walker_sim/", launch.config.clear_params)  # the next launch clears it
 
     def test_rviz_where_there_is_a_display_else_lines(self):
         self.assertNotIn("/rviz", Launch().types())
@@ -357,7 +352,7 @@ class LaunchTest(unittest.TestCase):
     def test_records_a_bag_on_request(self):
         for argument in ("recording:=", "recording:=false"):
             self.assertNotIn("/recorder", Launch(argument).types())
-        # From where roslaunch was called; nodes run elsewhere.
+        # Relative to roslaunch's working directory; nodes run elsewhere.
         for given, option, path in (
             ("true", "-o", "/my bags/walker"),
             ("trial", "-o", "/my bags/trial"),
@@ -381,7 +376,7 @@ class LaunchTest(unittest.TestCase):
 
 
 class TenWalkersTest(unittest.TestCase):
-    """ten_walkers.launch; test/server/ten_walkers_test.py runs it."""
+    """ten_walkers.launch, parsed; test/server/ten_walkers_test.py runs it."""
 
     def test_every_argument_has_a_doc(self):
         arguments = get_args([TEN_WALKERS])
@@ -415,7 +410,7 @@ class TenWalkersTest(unittest.TestCase):
         self.assertEqual(shown, ["/walker_1/rviz"])
 
 
-# By robot: the frame that the camera follows, and all topics.
+# The frame that the camera follows and all topics, by robot.
 VIEWS = {
     "bipedal_walker": ("hull", ["scene_markers", "state_markers", "scan", "camera/image_raw"]),
     "walker2d": ("base_link", ["scene_markers", "state_markers", "camera/image_raw"]),
@@ -424,8 +419,6 @@ VIEWS = {
 
 
 class ViewTest(unittest.TestCase):
-    """rviz's configurations, also under a prefix."""
-
     def each(self):
         for robot, (followed, topics) in VIEWS.items():
             path = os.path.join(ROOT, "config", robot + ".rviz")

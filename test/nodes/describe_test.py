@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The program that writes robot descriptions: its options, and what it says of wrong ones."""
+"""Options and error messages of `describe`, which writes robot descriptions."""
 
 import filecmp
 import os
@@ -100,7 +100,7 @@ class DescribeTest(unittest.TestCase):
         self.assert_refused("--urdf: needs a value", "--urdf")
         self.assert_refused("--meshes: needs a value", "Walker2d-v5", "--meshes")
         self.assert_refused("Nobody-v0", "Nobody-v0")
-        self.assert_refused("--engine", "--", "--engine")  # an id, as no option follows
+        self.assert_refused("--engine", "--", "--engine")  # an ID: no option follows "--"
         self.assert_refused("legs", "Walker2d-v5", "legs=3")
 
 

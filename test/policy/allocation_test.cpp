@@ -1,4 +1,4 @@
-// Acting takes nothing from the heap. Eigen takes with malloc, so that is what counts here.
+// A policy's act allocates nothing. Eigen allocates with malloc, so the test counts its calls.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -14,7 +14,7 @@ std::atomic<int> allocations{0};       // NOLINT
 }  // namespace
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-/// The sanitizer's must stay, and tells of each. GCC brings no header that declares it.
+/// The sanitizer's malloc must stay; it calls these hooks. GCC has no header that declares this.
 extern "C" int __sanitizer_install_malloc_and_free_hooks(  // NOLINT
     void (*on_malloc)(const volatile void*, std::size_t), void (*on_free)(const volatile void*));
 const int hooks = __sanitizer_install_malloc_and_free_hooks(
@@ -25,7 +25,7 @@ const int hooks = __sanitizer_install_malloc_and_free_hooks(
 #else
 extern "C" void* __libc_malloc(std::size_t size);  // NOLINT: glibc's own
 
-/// In place of the C library's, for the whole program.
+/// Replaces the C library's malloc in the whole program.
 extern "C" void* malloc(std::size_t size) noexcept {  // NOLINT
   if (is_counting) ++allocations;
   return __libc_malloc(size);

@@ -1,5 +1,5 @@
-// The order in which a network adds up is its own: its bits are those of Eigen 3.4, whatever Eigen
-// is here.
+// A network fixes its order of summation: its bits are those of Eigen 3.4, whichever version of
+// Eigen is installed.
 #include "policy/arithmetic.h"
 
 #include <array>
@@ -26,7 +26,7 @@ float of_bits(std::uint32_t word) {
   return value;
 }
 
-/// FNV-1a over words.
+/// FNV-1a hash over 32-bit words.
 class Hash {
  public:
   void add(float value) { hash_ = (hash_ ^ bits(value)) * 1099511628211U; }
@@ -49,7 +49,6 @@ void add(const Product& given, Eigen::VectorXf& result) {
 
 class ArithmeticTest : public testing::Test {
  protected:
-  /// Of numbers that are the same everywhere, between -1 and 1.
   Product product(Eigen::Index rows, Eigen::Index columns) {
     Product made{Eigen::MatrixXf(rows, columns), Eigen::VectorXf(columns), Eigen::VectorXf(rows)};
     for (Eigen::Index i = 0; i < made.weight.size(); ++i) made.weight.data()[i] = draw();
@@ -60,7 +59,7 @@ class ArithmeticTest : public testing::Test {
 
   float draw() { return static_cast<float>(static_cast<std::int32_t>(random_())) * 0x1p-31F; }
 
-  // Whole groups of rows, what is left of one, and both sides of the 128 columns.
+  // Whole and partial groups of rows, and both sides of the limit of 128 columns.
   static constexpr std::array<std::array<Eigen::Index, 2>, 9> kSizes{
       {{64, 24}, {64, 64}, {256, 256}, {4, 256}, {6, 64}, {3, 127}, {400, 300}, {31, 128}, {1, 1}}};
 
@@ -112,7 +111,7 @@ TEST_F(ArithmeticTest, TanhIsNearTheLibrarys) {
   }
 }
 
-// Written down on Debian 12, whose Eigen 3.4 the next tests compare with there.
+// Recorded on Debian 12, where the next tests compare with its Eigen 3.4.
 TEST_F(ArithmeticTest, BitsAreTheSameEverywhere) {
   Hash products;
   for (const auto& [rows, columns] : kSizes) {

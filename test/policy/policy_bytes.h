@@ -1,4 +1,4 @@
-// A policy's file, made by hand.
+// Policy files, written byte by byte.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,12 @@ inline void append_bytes(const void* value, std::size_t size, std::string& bytes
   bytes.append(static_cast<const char*>(value), size);
 }
 
-/// One tensor of a file to be.
 struct Written {
   std::string dtype;  // F32 or F64
   std::vector<std::size_t> shape;
   std::vector<double> values;
 };
 
-/// What a file says; a test changes what it is about.
 struct PolicyBytes {
   std::map<std::string, std::string> metadata;
   std::map<std::string, Written> tensors;
@@ -64,7 +62,7 @@ struct PolicyBytes {
   }
 };
 
-/// Two observations, a hidden layer of two, one action.
+/// Policy with two observations, a hidden layer of two and one action.
 inline PolicyBytes small_policy() {
   PolicyBytes policy;
   policy.metadata = {{"format", "walker_sim policy 1"},

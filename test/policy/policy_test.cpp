@@ -1,4 +1,4 @@
-// A policy's file is read, acts as its formula says, and is refused by name and reason.
+// Policy files: reading, acting by the documented formula, and errors with file name and reason.
 #include "walker_sim/policy.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,6 @@ class PolicyTest : public testing::Test {
     return action;
   }
 
-  /// The reason for which a changed policy is refused.
   std::string refusal(const std::function<void(PolicyBytes&)>& change) const {
     PolicyBytes changed = small_policy();
     change(changed);
@@ -60,7 +59,7 @@ TEST_F(PolicyTest, SaysWhatItIs) {
 }
 
 TEST_F(PolicyTest, NormalisesThenGoesThroughItsLayers) {
-  // Normalised: (2 - 1) / 2 and (-0.9 + 1) / 0.5.
+  // The normalised observations are (2 - 1) / 2 and (-0.9 + 1) / 0.5.
   const double first = std::tanh(0.5 + 2 * 0.2 + 0.1);
   const double second = std::tanh(3 * 0.5 + 4 * 0.2 - 0.2);
   EXPECT_NEAR(act(small_policy(), {2, -0.9}), 0.5 * first - 0.25 * second + 0.05, 1e-6);
@@ -181,8 +180,7 @@ TEST_F(PolicyTest, RefusesWhatItsHeaderMayNotSay) {
   EXPECT_EQ(refusal([](P& p) { p.metadata["layers"] = "3"; }), "it has no tensor layers.2.weight");
 }
 
-/// A megabyte of header could have seventeen thousand tensors of 8 MiB at one place of a small
-/// file.
+/// A 1 MB header could declare 17,000 tensors of 8 MiB that share the bytes of a small file.
 TEST_F(PolicyTest, RefusesTensorsThatShareTheirBytes) {
   std::string bytes = small_policy().bytes();
   std::uint64_t size = 0;

@@ -1,5 +1,4 @@
-"""A server and a master that say what they should not: an error each, and never the memory of this
-process."""
+"""Malformed answers of a server or master raise an error and never access invalid memory."""
 
 import contextlib
 import os
@@ -31,7 +30,7 @@ from walker_sim import _core
 from walker_sim.environment import WalkerEnv
 
 LARGEST = 2**32 - 1
-LONG = 60.0  # [s]; only what is broken waits as long
+LONG = 60.0  # timeout that only a failing test reaches [s]
 LOST = "the server or its episode was lost; reset first"
 
 
@@ -65,7 +64,6 @@ def zeros(environment):
 
 
 def assert_goes_on(environment):
-    """After an answer that was refused: the episode is lost, and a reset connects anew."""
     with pytest.raises(walker_sim.ResetNeeded, match=LOST):
         environment.step(zeros(environment))
     assert_works(environment)
@@ -80,7 +78,6 @@ def assert_works(environment):
 
 
 def resized(values):
-    """Empty, one short, one long."""
     for size in sorted({0, len(values) - 1, len(values) + 1}):
         yield (values + values[-1:])[:size]
 
@@ -249,7 +246,7 @@ def test_a_specification_that_cannot_be(server, changes, words):
 
 @pytest.mark.parametrize("width", [0, 3, 10 * WIDTH])
 def test_a_server_that_contradicts_its_id(server, width):
-    """It keeps its own word, and has rows of another size than that environment's."""
+    """The answers match the server's specification, but not the environment's observation size."""
     rows = [0.5] * width
     server.answers["get_spec"] = specification(
         observation_size=width, observation_low=rows, observation_high=rows
@@ -272,7 +269,7 @@ def test_a_server_that_contradicts_its_id(server, width):
 
 
 def test_an_environment_that_is_not_there(server):
-    """A server that takes everything does not make this client write beside its own notes."""
+    """The client checks the index itself, even if the server accepts any index."""
     server.answers["get_spec"] = specification()
     client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
     server.answers["reset_batch"] = batch_reset(observations=[0.5] * WIDTH, info=[0.0] * INFO)
@@ -305,7 +302,7 @@ def test_a_picture_that_is_none(server, changes, words):
     with pytest.raises(walker_sim.ConnectionError, match=f"/render at .*: {words};"):
         environment.render()
     server.answers["render"] = picture()
-    assert environment.render().tobytes() == bytes(range(18))  # and the episode goes on
+    assert environment.render().tobytes() == bytes(range(18))
     environment.step(zeros(environment))
 
 
@@ -337,14 +334,13 @@ def test_failures_of_a_batch_that_are_not_utf_8(server):
     assert info["error"][0] == "it broke: \\xff"
     server.answers["reset_batch"] = RIGHT["reset_batch"]
     environment.reset(seed=1)
-    failure["failed_environments"] = [1]  # the one that ends
+    failure["failed_environments"] = [1]  # the environment whose episode ended
     server.answers["step_batch"] = batch_step(failed_at_reset=[0], **failure)
     *_, info = environment.step(zeros(environment))
     assert info["error"][1] == "it broke: \\xff"
 
 
 def test_a_specification_of_many_or_long_texts(server):
-    """Neither takes memory, nor fills the screen."""
     server.answers["get_spec"] = specification(info_names=[""] * 3_000_000)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # [KiB]
     with pytest.raises(walker_sim.ConnectionError, match="has 3000000 texts; must have at most"):
@@ -363,7 +359,7 @@ def test_a_specification_of_many_or_long_texts(server):
 
 
 def in_child(call):
-    """What `call` returns in a child of this process, which must end."""
+    """Returns the repr of `call`'s result in a forked child."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -380,7 +376,7 @@ def in_child(call):
 
 @pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 def test_a_fork_amid_a_call(server):
-    """Its child has the connection of its parent, and a lock that nobody there will open."""
+    """The child inherits the connection, and a lock that none of its threads will release."""
     environment = make_single(server)
     assert_works(environment)
     server.may_answer.clear()
@@ -401,7 +397,7 @@ def test_a_fork_amid_a_call(server):
     assert words.count("this client was made before a fork") == 2, words
     server.may_answer.set()
     stepping.join()
-    assert in_child(lambda: assert_works(environment)) == "None"  # over a connection of its own
+    assert in_child(lambda: assert_works(environment)) == "None"
     assert_works(environment)
 
 
@@ -410,7 +406,7 @@ def test_a_fork_amid_a_call(server):
 
 @pytest.fixture
 def dripping_master():
-    """Says a header field without an end, a byte at a time: its URI."""
+    """A master that sends an endless header field byte by byte. Yields its URI."""
     has_ended = threading.Event()
 
     def drip(listener):
@@ -440,7 +436,6 @@ def test_a_master_that_never_ends_is_given_up(dripping_master):
 
 
 def test_ctrl_c_ends_a_call_to_a_master_that_never_ends(dripping_master):
-    """One signal is enough, whenever it comes."""
     sender = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
     sender.start()
     with pytest.raises(KeyboardInterrupt):

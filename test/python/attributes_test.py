@@ -1,5 +1,4 @@
-"""Attributes and methods of Gymnasium's own walkers: those that ours have too, and a table of the
-others."""
+"""Attributes and methods of Gymnasium's environments, and the table of those that ours lack."""
 
 import pathlib
 import re
@@ -17,7 +16,6 @@ DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs" / "python.md"
 
 
 def attributes(environment):
-    """Those that Gymnasium's base class does not have."""
     return {
         name
         for name in dir(environment)
@@ -76,7 +74,7 @@ def test_control_cost(env_id, dtype):
 
 
 def test_control_cost_is_the_rewards():
-    make_reference("Walker2d-v5")  # skips where the cost has another precision
+    make_reference("Walker2d-v5")  # skips if Gymnasium's cost has another precision
     ours = make_ours("Walker2d-v5").unwrapped
     ours.reset(seed=1)
     for action in random_actions("Walker2d-v5", 20):
@@ -86,7 +84,7 @@ def test_control_cost_is_the_rewards():
 
 @pytest.mark.parametrize("env_id", ROBOTS)
 def test_is_healthy(env_id):
-    """In states on both sides of each bound, velocities beyond the observed ones among them."""
+    """Checks states on both sides of each bound, and velocities that observations would clip."""
     theirs, ours = make_theirs(env_id).unwrapped, make_ours(env_id).unwrapped
     with pytest.raises(walker_sim.ResetNeeded, match="is_healthy: there is no episode yet"):
         _ = ours.is_healthy
@@ -108,8 +106,7 @@ def test_is_healthy(env_id):
 
 @pytest.mark.parametrize("env_id", ROBOTS)
 def test_set_state(env_id):
-    """What follows is Gymnasium's, as near as another version of MuJoCo comes in a few steps; to
-    the bit it is in test/robots/mujoco/coordinates_test.cpp."""
+    """Tolerates differences between MuJoCo versions; coordinates_test.cpp compares to the bit."""
     keywords = {"terminate_when_unhealthy": False}
     theirs = make_theirs(env_id, **keywords).unwrapped
     ours = make_ours(env_id, **keywords).unwrapped
@@ -119,7 +116,7 @@ def test_set_state(env_id):
     random = np.random.default_rng(3)
     for _ in range(10):
         qpos, qvel = random.uniform(-0.1, 0.1, (2, size))
-        qpos[1] += 2.5  # above the ground, on which versions differ
+        qpos[1] += 2.5  # above the ground, because contacts differ between versions
         seen = []
         for environment in (theirs, ours):
             environment.set_state(qpos, qvel)

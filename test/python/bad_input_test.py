@@ -1,4 +1,4 @@
-"""What the package's calls do not take: named, with its value, shortened, and what is allowed."""
+"""Errors for invalid arguments name the argument, its shortened value and the allowed values."""
 
 import itertools
 import os
@@ -12,9 +12,9 @@ from walker_sim import _core
 from walker_sim.files import package_file
 
 WALKER = "walker_sim/Walker2d-v5"
-HUGE = 10**400  # more than a float holds
-LONGER = 10**5000  # more digits than Python shows
-SURROGATE = "\udcff.xml"  # how Python has a file name's byte that is no UTF-8
+HUGE = 10**400  # overflows a float
+LONGER = 10**5000  # more digits than Python converts to text
+SURROGATE = "\udcff.xml"  # Python's escape of a file name that is not UTF-8
 
 REFUSED = [
     ({"healthy_reward": HUGE}, ValueError, "healthy_reward = 1000000", "between -1.8e+308 and"),
@@ -86,7 +86,7 @@ def make_vector(**keywords):
 
 
 def numbered(cases):
-    """Names that are made of no values: Python cannot write all of these."""
+    """Returns test ids by number, because Python cannot print all of the values."""
     return range(len(cases))
 
 
@@ -258,7 +258,7 @@ SEEDS = [-1, -HUGE, 1.0, "1", b"1", None, [], {}, LONGER, HUGE, 1 << 64, float("
 
 @pytest.mark.parametrize("seed", SEEDS, ids=numbered(SEEDS))
 def test_seeds_are_as_gymnasiums(seed):
-    """Whatever Gymnasium does with a seed: the same, in the same words."""
+    """Accepted seeds and error messages equal Gymnasium's."""
 
     def outcome_of(environment):
         try:
@@ -329,7 +329,7 @@ def test_numbers_of_walkers_that_are_none_are_refused(vector, indices):
         lambda: vector.get_state(indices),
     ):
         if indices == [0, 0]:
-            continue  # another rule, which vector_arguments_test.py has
+            continue  # vector_arguments_test.py tests duplicates
         with pytest.raises((ValueError, TypeError)) as refused:
             call()
         assert_says(refused, "must be")

@@ -1,5 +1,4 @@
-"""BipedalWalker through Gymnasium's own interface against Gymnasium's own: every observation,
-reward and flag to the bit."""
+"""BipedalWalker through Gymnasium's interface equals Gymnasium's BipedalWalker to the bit."""
 
 import gymnasium
 import numpy as np
@@ -15,7 +14,6 @@ def _needs_reference():
 
 
 def play_ours(session):
-    """Plays a session in one environment of ours. Returns a list of Episode."""
     environment = make_ours(session.environment_id, **session.parameters)
     return [
         play_episode(environment, plan, Actions(plan.kind, plan.action_seed))
@@ -24,8 +22,7 @@ def play_ours(session):
 
 
 def compare(ours, theirs):
-    """Of two sessions with the same plans. Under float64 actions Gymnasium's rewards round
-    elsewhere."""
+    """Ignores rewards for float64 actions, which Gymnasium rounds differently."""
     for plan, our, their in zip(theirs.plans, play_ours(ours), play(theirs)):
         rows = our.rows, their.rows
         if plan.kind == "double":
@@ -43,7 +40,7 @@ def test_new_worlds(environment_id, kind):
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_new_worlds_with_one_generator(environment_id):
-    """The default: as new environments of Gymnasium that hand on their generator."""
+    """By default, episodes equal those of new Gymnasium environments that share one generator."""
     plans = [Plan("noisy", 41, 0), Plan("saturated", None, 1), Plan("double", None, 2)]
     session = Session(environment_id, {}, [*plans, Plan("noisy", None, 3)])
     compare(session, session)
@@ -51,7 +48,7 @@ def test_new_worlds_with_one_generator(environment_id):
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_reused_world(environment_id):
-    """As one environment of Gymnasium that is reset several times."""
+    """Episodes equal those of one Gymnasium environment, which keeps its world."""
     plans = [Plan("heuristic", 7100, 0), *(Plan(kind, None, i) for i, kind in enumerate(KINDS))]
     session = Session(environment_id, {"reuse_world": True}, [*plans, Plan("noisy", 7100, 9)])
     compare(session, session)
@@ -65,7 +62,6 @@ def test_hardcore():
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_a_generator_that_was_drawn_from_and_set(environment_id):
-    """What a user does to np_random changes the next episode as it does in Gymnasium."""
     pair = make_ours(environment_id, reuse_world=True), make_reference(environment_id)
     actions = random_actions(environment_id, 60)
     rows = []
@@ -91,7 +87,6 @@ def make_vector(environment_id, mode, **parameters):
 @pytest.mark.parametrize("mode", ["sync", "async"])
 @pytest.mark.parametrize("environment_id", IDS)
 def test_gymnasiums_vector_environments(environment_id, mode):
-    """Of several walkers of ours as of several of Gymnasium's own, over ends of episodes."""
     if not hasattr(gymnasium.vector, "AutoresetMode"):
         pytest.skip("this Gymnasium's make_vec is another one")
     vectors = (
@@ -109,4 +104,4 @@ def test_gymnasiums_vector_environments(environment_id, mode):
         vector.close()
         rows.append(np.concatenate([result.ravel() for result in results]))
     assert equal_bits(*rows)
-    assert sum(result[:, -2].any() for result in results[1:]) >= 2  # episodes ended
+    assert sum(result[:, -2].any() for result in results[1:]) >= 2

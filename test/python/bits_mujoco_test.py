@@ -1,13 +1,15 @@
-"""Robots on MuJoCo through Gymnasium's own interface: whole episodes against the recordings of
-Gymnasium on MuJoCo 2.2.2, to the bit, and against the Gymnasium and MuJoCo that are installed:
-resets to the bit, then the first steps, as near as another version of MuJoCo comes (see
-test/robots/mujoco/episodes_gymnasium_test.py)."""
+"""MuJoCo robots through Gymnasium's interface.
+
+Whole episodes equal the recordings of Gymnasium on MuJoCo 2.2.2 to the bit. With the installed
+Gymnasium and MuJoCo, resets are equal to the bit, and the first steps within the difference between
+MuJoCo versions (see test/robots/mujoco/episodes_gymnasium_test.py).
+"""
 
 import gymnasium
 import numpy as np
 import pytest
 
-pytest.importorskip("mujoco")  # without which Gymnasium's own module, and so the reference, fails
+pytest.importorskip("mujoco")  # the reference imports Gymnasium's module, which needs it
 
 from gymnasium_reference import (
     Plan,
@@ -37,7 +39,6 @@ NEAR = 1e-9
 
 
 def play_ours(session):
-    """Plays a session in one environment of ours. Returns a list of Episode."""
     environment = make_ours(session.environment_id, **session.parameters)
     info_names = INFO_NAMES[session.environment_id]
     size = action_size(session.environment_id)
@@ -49,7 +50,6 @@ def play_ours(session):
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_every_recorded_step(environment_id):
-    """All kinds of actions, all parameters, several resets in one environment."""
     kinds = []
     for session, recorded in read_sessions(f"{robot_of(environment_id).lower()}_episodes.txt"):
         if session.environment_id != environment_id:
@@ -64,8 +64,7 @@ def test_every_recorded_step(environment_id):
 
 
 def largest_differences(session):
-    """One number an episode: the largest difference of any observation, reward and info of its
-    first steps. Resets must be equal, and the episodes' lengths."""
+    """Returns each episode's largest difference. Asserts equal resets and lengths."""
     make_reference(session.environment_id)
     session = session._replace(parameters={"max_episode_steps": STEPS, **session.parameters})
     differences = []
@@ -88,7 +87,6 @@ def test_first_steps(environment_id, kind):
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize("parameters", OTHER_PARAMETERS, ids=str)
 def test_parameters(environment_id, parameters):
-    """Several resets in one environment."""
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
     session = Session(environment_id, parameters, plans)
     assert (largest_differences(session) <= NEAR).mean() >= 0.96
@@ -97,7 +95,6 @@ def test_parameters(environment_id, parameters):
 @pytest.mark.parametrize("mode", ["sync", "async"])
 @pytest.mark.parametrize("environment_id", IDS)
 def test_gymnasiums_vector_environments(environment_id, mode):
-    """Each walker in them goes its way as it does alone, to the bit, over ends of episodes."""
     if not hasattr(gymnasium.vector, "AutoresetMode"):
         pytest.skip("this Gymnasium's make_vec is another one")
     seeds = [5, 6, 7]

@@ -1,4 +1,4 @@
-"""The same bits over ROS as in process and, live, as Gymnasium's own BipedalWalker."""
+"""Episodes over ROS equal those in process and Gymnasium's BipedalWalker to the bit."""
 
 import pathlib
 
@@ -16,11 +16,10 @@ LIMITS = {
     "BipedalWalker-v3": 60,
     "Walker2d-v5": 20,
     "Hopper-v5": 20,
-}  # some fall before, some do not
+}  # some episodes terminate before, some do not
 
 
 def first_episode(environment, seed, actions):
-    """Until its end, or that of the actions; to be compared by ``==``."""
     observation, info = environment.reset(seed=seed)
     outcomes = [(observation.dtype, observation.tobytes(), info)]
     for action in actions:
@@ -54,7 +53,7 @@ def test_single_is_gymnasiums(serve, environment_id):
     server, _ = serve(environment_id)
     remote = make_ours(environment_id, transport="ros", server=server)
     for seed in (0, 7, LARGEST_SEED):
-        theirs = make_reference(environment_id)  # its world is new in its first episode only
+        theirs = make_reference(environment_id)  # only its first episode has a new world
         actions = random_actions(environment_id, 400, seed % 5)
         assert first_episode(remote, seed, actions) == first_episode(theirs, seed, actions)
 
@@ -102,7 +101,6 @@ def test_vectorised(serve, environment_id, mode):
             options = {"reset_mask": ended}
             assert_same(remote.reset(options=options), local.reset(options=options))
     assert ends > NUM_ENVS
-    # Some with seeds, amid the others' episodes.
     options = {"reset_mask": np.array([True, False, True])}
     again = remote.reset(seed=seeds, options=options), local.reset(seed=seeds, options=options)
     assert_same(*again)
@@ -133,7 +131,7 @@ def test_parameters_of_the_environment(serve):
 
 @pytest.mark.parametrize("mode", MODES)
 def test_what_the_engine_says_is_told_alike(serve, tmp_path, mode):
-    """The stack is too small for some resets, by their seeds, and for some steps."""
+    """MuJoCo's stack overflows at some resets, depending on the seed, and at some steps."""
     model = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
     cramped = tmp_path / "cramped.xml"
     cramped.write_text(model.read_text().replace('nstack="8000"', 'nstack="520"'))

@@ -1,4 +1,4 @@
-"""Gymnasium's checker of environments over ROS, which copies them by their own specification."""
+"""Gymnasium's check_env over ROS, which makes copies from the environment's spec."""
 
 import numpy as np
 import pytest

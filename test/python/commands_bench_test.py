@@ -1,4 +1,4 @@
-"""bench: what is counted and how ratios are made. How fast anything is decides no test."""
+"""bench: what is counted and how ratios are computed. No test depends on speed."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,6 @@ def test_ratios_are_of_the_same_round():
 
 
 class Clock:
-    """Time that passes by one second with every look."""
-
     def __init__(self):
         self.now = 0
 
@@ -40,7 +38,7 @@ class Clock:
 
 
 class EndsEverySecondStep:
-    """Two environments in next_step mode; the second one's episodes have two steps."""
+    """Two environments in next_step mode. The second one's episodes have two steps."""
 
     single_action_space = type("Space", (), {"low": -np.ones(1), "high": np.ones(1), "shape": (1,)})
     calls = 0
@@ -63,7 +61,7 @@ def test_resets_are_no_steps(monkeypatch):
     monkeypatch.setattr(bench.gymnasium, "make_vec", lambda name, num_envs: EndsEverySecondStep())
     monkeypatch.setattr(bench.time, "perf_counter", Clock())
     play = bench._vector("some walker", 2, {})
-    # Looks at 1, then at 2, 3, ... before each call: 9 calls in 10 s; every third resets one.
+    # Reads the clock at 1 s, then at 2, 3, ... before each call: 9 calls; every third resets one.
     assert play(10.0) == pytest.approx((9 * 2 - 3) / 11)
 
 

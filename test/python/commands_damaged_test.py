@@ -1,7 +1,6 @@
-"""Damaged files of the commands: one line that says what is wrong, status 2, never a traceback.
+"""Damaged input files of the commands: a one-line error, status 2, never a traceback.
 
-What is damaged is drawn from a fixed seed: bits flipped, bytes overwritten, parts cut out, the end
-cut off.
+The damage is drawn from a fixed seed: flipped bits, overwritten bytes, deleted parts, truncation.
 """
 
 import os
@@ -19,7 +18,6 @@ TRIALS = 150
 
 
 def damaged(whole, random):
-    """The bytes, with something wrong."""
     content = bytearray(whole)
     kind = random.integers(5)
     place = int(random.integers(len(content)))
@@ -38,7 +36,7 @@ def damaged(whole, random):
 
 
 def run(capsys, *arguments):
-    """The status; where that is 2, standard error is one line."""
+    """Returns status and output. Asserts that stderr is one line if the status is 2."""
     status = main([str(argument) for argument in arguments])
     captured = capsys.readouterr()
     assert status in (0, 1, 2)
@@ -50,7 +48,7 @@ def run(capsys, *arguments):
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory):
-    """Small ones, as the command writes them and without compression, where damage goes deeper."""
+    """Small recordings, as written and uncompressed, where damage reaches the arrays."""
     folder = tmp_path_factory.mktemp("recordings")
     files = []
     for name, policy in (("BipedalWalker-v3", "heuristic"), ("Walker2d-v5", "random")):
@@ -80,7 +78,6 @@ def test_damaged_recordings(recordings, index, tmp_path, capsys):
 
 
 def changed(arrays, random):
-    """The arrays with one of them replaced by another of a type or shape that does not fit."""
     name = sorted(arrays)[random.integers(len(arrays))]
     array = arrays[name]
     choices = [
@@ -159,7 +156,7 @@ def test_damaged_policies(tmp_path, capsys):
     file = tmp_path / "policy.safetensors"
     statuses = []
     for trial in range(TRIALS):
-        # Its header is small: half of the trials go there.
+        # Half of the trials damage the header, which is small.
         size = 8 + header_size if trial % 2 else len(whole)
         file.write_bytes(damaged(whole[:size], random) + whole[size:])
         status, captured = run(
@@ -221,7 +218,7 @@ def test_damaged_normalizations_are_named(tmp_path, capsys):
     random = np.random.default_rng(7)
     file = tmp_path / "statistics.pkl"
     model = tmp_path / "model.zip"
-    model.write_bytes(b"PK\x05\x06" + bytes(18))  # an archive of nothing
+    model.write_bytes(b"PK\x05\x06" + bytes(18))  # an empty archive
     file.write_bytes(random.bytes(100))
     status, captured = run(
         *(capsys, "evaluate", "Hopper-v5", "--policy", model, "--normalization", file),
@@ -250,7 +247,7 @@ NUMBERS = [
 def test_numbers_are_read_to_their_last_byte(capsys, name, text):
     value = f"[{text},2]" if name == "healthy_z_range" else text
     if value == "[7 ,2]" or value == "[ 7,2]":
-        return  # blanks between a list's numbers are YAML's
+        return  # YAML allows blanks between a list's numbers
     status, captured = run(capsys, "evaluate", "Walker2d-v5", f"{name}={value}", "--episodes", "1")
     assert status == 2
     assert f"parameter {name} = " in captured.err

@@ -1,4 +1,4 @@
-"""Every command works where standard input, output or error is closed, as of a daemon."""
+"""Every command works with closed standard file descriptors, as in a daemon."""
 
 import itertools
 import os
@@ -8,9 +8,9 @@ import sys
 import pytest
 
 ID = "Walker2d-v5"
-PATIENCE = 120.0  # wall seconds; only a failing test waits as long
+PATIENCE = 120.0  # timeout that only a failing test reaches [s]
 CLOSED = [*itertools.combinations(range(3), 1), *itertools.combinations(range(3), 2), (0, 1, 2)]
-# Commands that need no learner, and a file that each writes in the folder where it runs.
+# Commands that need no learner, and the file that each writes to its working directory.
 COMMANDS = {
     "evaluate": (f"{ID} --episodes 2 --csv made --plot plot.png", "made"),
     "record": (f"{ID} --episodes 1 --output made.npz", "made.npz"),

@@ -1,4 +1,4 @@
-"""How episodes are shared among environments, on walkers that say what they were asked."""
+"""Distribution of episodes over environments, tested with fake environments."""
 
 import numpy as np
 import pytest
@@ -7,14 +7,14 @@ from walker_sim.transport import Batch
 
 
 class CountingWalkers:
-    """An episode of seed s ends on step s; its observations count its steps."""
+    """Fake environments. An episode with seed s ends at step s; observations are step counts."""
 
     def __init__(self, num_envs, last_reward=1.0, error="", env_id="BipedalWalker-v3", refused=()):
         self.specification = {"id": env_id, "info_names": ["x"], "action_low": [-1.0]}
         self.num_envs, self.last_reward, self.text = num_envs, last_reward, error
         self.lengths, self.steps = np.zeros(num_envs), np.zeros(num_envs)
         self.actions = []
-        self.refused = refused  # seeds
+        self.refused = refused  # seeds whose resets fail
 
     def rows(self):
         return self.steps[:, np.newaxis].copy(), np.full((self.num_envs, 1), np.nan)

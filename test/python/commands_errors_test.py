@@ -1,4 +1,4 @@
-"""Bad input: one line that names it, status 2, and nothing has been played."""
+"""Bad input: a one-line error that names it, status 2, and no episode is played."""
 
 import pytest
 from walker_sim.commands import main
@@ -64,7 +64,7 @@ SHOULD_BE = [
 def test_one_line_says_what_is_wrong(capsys, line, message):
     try:
         status = main(line.split())
-    except SystemExit as end:  # argparse's way
+    except SystemExit as end:
         status = end.code
     captured = capsys.readouterr()
     assert status == 2

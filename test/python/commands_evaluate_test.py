@@ -1,4 +1,4 @@
-"""evaluate: against Gymnasium's own episodes, and what must not change a result."""
+"""evaluate: equality with Gymnasium's episodes, and options that must not change a result."""
 
 import csv
 import json
@@ -14,7 +14,6 @@ FLAGS = {"True": True, "False": False}
 
 
 def evaluate(capsys, *arguments):
-    """Standard output of a run that succeeds."""
     assert main(["evaluate", *map(str, arguments)]) == 0
     return capsys.readouterr().out
 
@@ -25,7 +24,6 @@ def read_csv(path):
 
 
 def play(environment, seed, policy):
-    """An episode: return, length, terminated, truncated, and the last step's info."""
     observation, info = environment.reset(seed=seed)
     episode_return, length, ended = 0.0, 0, False
     while not ended:
@@ -45,7 +43,7 @@ def outcome_of(row):
 
 
 def test_heuristic_is_gymnasiums(capsys, tmp_path):
-    """All digits of 40 episodes, each in a new environment of Gymnasium's own."""
+    """40 episodes equal those of new Gymnasium environments in all digits."""
     file = tmp_path / "returns.csv"
     out = evaluate(capsys, "BipedalWalker-v3", "--seeds", "0:40", "--threshold", 200, "--csv", file)
     rows = read_csv(file)
@@ -88,7 +86,7 @@ def test_numbers_of_environments_and_threads_change_nothing(
         results.add((out, file.read_text()))
     assert len(results) == 1
     returns = [row["return"] for row in read_csv(file)]
-    assert len(set(returns)) == count  # each seed has an episode of its own
+    assert len(set(returns)) == count
 
 
 def test_ends(capsys, tmp_path):
@@ -109,7 +107,7 @@ def test_limit_of_the_users_own(capsys):
 
 
 def test_reused_world_is_gymnasiums(capsys, tmp_path):
-    """Several resets in one environment of Gymnasium's own, whose world goes on."""
+    """One Gymnasium environment keeps its world between episodes."""
     file = tmp_path / "returns.csv"
     evaluate(capsys, "BipedalWalker-v3", "reuse_world=true", "--seeds", "1:5", "--csv", file)
     environment = gymnasium.make("BipedalWalker-v3")
@@ -132,7 +130,6 @@ def test_json_has_what_the_terminal_rounds(capsys, tmp_path):
 
 
 def test_plot_shows_every_episode(capsys, tmp_path, monkeypatch):
-    """A mark for each episode, where its seed and return are."""
     figures = []
     make = plot._figure
     monkeypatch.setattr(plot, "_figure", lambda **k: figures.append(make(**k)) or figures[-1])

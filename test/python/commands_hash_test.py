@@ -1,4 +1,4 @@
-"""hash: the numbers that docs/reliability.md has, whatever steps the walkers and who looks on."""
+"""hash prints the values of docs/reliability.md with any kernel, pool, batch or wrapper."""
 
 import functools
 import os
@@ -21,11 +21,10 @@ from walker_sim.commands.reference_run import (
 from walker_sim.in_process import InProcessWalkers
 from walkers import IDS
 
-SHORT = 150  # of each walker, where what is compared is two runs
+SHORT = 150  # steps per environment in tests that compare two runs
 
 
 def printed(capsys, *arguments):
-    """The hashes by id."""
     assert main(["hash", *map(str, arguments)]) == 0
     lines = capsys.readouterr().out.splitlines()[1:]
     return {line.split()[1].rstrip(","): line.split()[0] for line in lines}
@@ -55,7 +54,7 @@ def test_neither_threads_nor_how_many_at_once_change_it(environment_id, num_envs
 
 @pytest.mark.parametrize("kernel", ["off", "sse2", "avx2", "avx512"])
 def test_no_vector_width_changes_it(kernel):
-    """The page's, in a process of its own, for a kernel is chosen once."""
+    """Runs in a new process, because a process selects its kernel once."""
     done = subprocess.run(
         [sys.executable, "-m", "walker_sim", "hash", "--steps", str(STEPS)],
         env={**os.environ, "WALKER_SIM_KERNEL": kernel},
@@ -94,7 +93,7 @@ def test_the_order_of_arrival_does_not_change_it(environment_id, batch_size):
     run = new_run(environment_id)
     envs = WalkerVectorEnv(environment_id, NUM_WALKERS, num_threads=3, batch_size=batch_size)
     envs.async_reset(seed=[walker.number for walker in run])
-    left = [SHORT + 1] * NUM_WALKERS  # the reset, and the steps
+    left = [SHORT + 1] * NUM_WALKERS  # reset and steps
     while any(left):
         observations, rewards, terminated, truncated, infos = envs.recv()
         chosen = infos["env_id"].tolist()
@@ -113,7 +112,7 @@ def test_the_order_of_arrival_does_not_change_it(environment_id, batch_size):
 
 
 def info_row(envs, infos, row):
-    """As the core gives it, out of Gymnasium's form."""
+    """Converts one row of Gymnasium's infos to the core's array."""
     names = envs._info_names
     return np.array(
         [infos[name][row] if name in infos and infos["_" + name][row] else np.nan for name in names]

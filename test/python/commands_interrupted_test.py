@@ -1,4 +1,4 @@
-"""What evaluate has written when it is interrupted: whole lines, of episodes that have ended."""
+"""An interrupted evaluate leaves only complete lines of completed episodes."""
 
 import csv
 import os
@@ -12,7 +12,7 @@ import pytest
 from walker_sim.commands import main
 
 ID = "Walker2d-v5"
-PATIENCE = 60.0  # wall seconds; only a failing test waits as long
+PATIENCE = 60.0  # timeout that only a failing test reaches [s]
 
 
 def rows_of(path):
@@ -22,7 +22,6 @@ def rows_of(path):
 
 
 def walk_slowly(observation):
-    """A policy that leaves time to be interrupted."""
     time.sleep(0.001)
     return [0.0] * 6
 
@@ -58,7 +57,7 @@ def test_the_episodes_that_have_ended_are_kept(tmp_path, number):
         assert out == ""
     seeds = [int(row["seed"]) for row in kept]
     assert len({*seeds}) == len(seeds)
-    # What was kept is what a run that is left alone says of the same seeds, and in their order.
+    # The kept rows equal those of an uninterrupted run with the same seeds.
     whole = tmp_path / "whole.csv"
     words = [",".join(map(str, sorted(seeds[:20]))), "--policy", "zero", "--csv", str(whole)]
     assert main(["evaluate", ID, "--seeds", *words]) == 0

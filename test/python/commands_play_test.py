@@ -1,4 +1,4 @@
-"""``play`` without a screen: its keys, its episodes, and what stops it."""
+"""``play`` on a dummy display: keys, episodes, and ways to stop."""
 
 import os
 import signal
@@ -73,7 +73,7 @@ def test_pause_and_single_steps(pygame, viewer, clock):
     press(pygame, viewer, "SPACE")
     pass_time(viewer, clock, 5 * DT)
     assert viewer.session.step_count == 7
-    press(pygame, viewer, "PERIOD")  # pauses too
+    press(pygame, viewer, "PERIOD")  # also pauses
     pass_time(viewer, clock, 1)
     assert viewer.session.step_count == 8
 
@@ -144,7 +144,7 @@ def test_a_fall(pygame, clock, capsys):
         press(pygame, viewer, "PERIOD")
     assert viewer.session.end == "fell"
     length = viewer.session.step_count
-    press(pygame, viewer, "PERIOD")  # there is nothing to step
+    press(pygame, viewer, "PERIOD")
     assert viewer.session.step_count == length
     assert viewer.status().endswith("fell, paused")
     pass_time(viewer, clock, 2 * play.END_SHOWN)

@@ -1,4 +1,7 @@
-"""Who walks: a user's functions, and files of Stable-Baselines3 (made up here: see examples)."""
+"""Policies of the commands: user functions, and Stable-Baselines3 files with a fake library.
+
+normalization_test.py and train_test.py use the real library.
+"""
 
 import json
 import re
@@ -19,8 +22,6 @@ OBSERVATION = np.linspace(-1, 1, 24, dtype=np.float32)
 
 
 class Counting:
-    """Acts by the number of its calls."""
-
     def __init__(self):
         self.calls = 0
 
@@ -98,7 +99,7 @@ def test_an_action_that_is_none_is_told_in_one_line(capsys, function, words):
 
 
 def model_file(path, module, **data):
-    """What can be read of a saved model without its library."""
+    """Writes the parts of a saved model that are read without the library."""
     with zipfile.ZipFile(path, "w") as file:
         data = {"policy_class": {"__module__": module}, **data}
         file.writestr("data", json.dumps(data))
@@ -106,7 +107,6 @@ def model_file(path, module, **data):
 
 
 def library(loaded, observations=24):
-    """Stands for an algorithm of Stable-Baselines3."""
 
     class Algorithm:
         observation_space = SimpleNamespace(shape=(observations,))

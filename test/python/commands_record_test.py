@@ -1,4 +1,4 @@
-"""record: the file against Gymnasium's own episodes, and a check that notices every bit."""
+"""record: the file equals Gymnasium's episodes, and --check detects any changed bit."""
 
 import gymnasium
 import numpy as np
@@ -12,7 +12,6 @@ NUMBERS = ("observations", "actions", "rewards", "terminated", "truncated", "inf
 
 @pytest.fixture()
 def record(tmp_path, capsys):
-    """Records and loads: the arrays, and the file."""
 
     def run(*arguments, name="walk.npz"):
         file = tmp_path / name
@@ -104,7 +103,7 @@ def test_check_notices_a_single_bit(record, capsys, name):
     lines = out.splitlines()
     assert [line.endswith("  equal") for line in lines[1:4]] == [True, False, True]
     assert "differs at step " in lines[2]
-    if name != "actions":  # what follows from an action differs
+    if name != "actions":  # a changed action changes the outcome
         step = 5 + (name not in ("observations", "infos"))
         assert f"differs at step {step}: {name}[0]" in out
     assert lines[-1].startswith("2 of 3 episodes equal (")
@@ -117,7 +116,7 @@ def test_check_says_that_the_c_library_was_another_one(record, capsys):
     assert own
     for version, said in (
         (f"{release}, libm: another, stepped by hand", True),
-        (release, False),  # of a release that did not name it
+        (release, False),  # written by a release without libm in its version
     ):
         np.savez(file, **{**recorded, "engine_version": version})
         status, out = check(capsys, file)

@@ -1,4 +1,4 @@
-"""The commands over ROS: the digits they print and write in process."""
+"""The commands print and write the same over ROS as in process."""
 
 import pytest
 from walker_sim.commands import main
@@ -10,7 +10,6 @@ WALKERS = [
 
 
 def outputs(capsys, *arguments):
-    """Standard output of a command that succeeds."""
     assert main(list(map(str, arguments))) == 0
     return capsys.readouterr().out
 

@@ -1,4 +1,4 @@
-"""Statistics over seeds, on returns whose truth is known."""
+"""Statistics over seeds, on samples of known distributions."""
 
 import numpy as np
 import pytest
@@ -19,14 +19,14 @@ def test_interval_of_a_normal_sample_is_the_textbooks():
     values = np.random.default_rng(1).normal(100, 20, 2000)
     low, high = bootstrap_interval(values)
     error = values.std(ddof=1) / np.sqrt(len(values))
-    # 4 standard deviations of the 2.5 % quantile of 10,000 draws: 4 sqrt(0.025 0.975 / 1e4) / 0.058
+    # 4 standard errors of the 2.5 % quantile of 10,000 draws: 4 sqrt(0.025 0.975 / 1e4) / 0.058
     bound = 0.107 * error
     assert low == pytest.approx(values.mean() - 1.96 * error, abs=bound)
     assert high == pytest.approx(values.mean() + 1.96 * error, abs=bound)
 
 
 def test_interval_holds_the_mean_as_often_as_it_says():
-    """Of returns with two humps, as a walker that falls or arrives has them."""
+    """The returns are bimodal, as of a walker that either falls or arrives."""
     random = np.random.default_rng(2)
     hits = 0
     for _ in range(200):
@@ -38,7 +38,7 @@ def test_interval_holds_the_mean_as_often_as_it_says():
 
 
 def test_interval_is_the_same_every_time():
-    values = np.random.default_rng(3).normal(0, 1, 150_000)  # in several blocks of resamples
+    values = np.random.default_rng(3).normal(0, 1, 150_000)  # resampled in several blocks
     assert bootstrap_interval(values[:50]) == bootstrap_interval(values[:50])
     low, high = bootstrap_interval(np.array([7.0, 7.0]))
     assert (low, high) == (7.0, 7.0)

@@ -1,4 +1,4 @@
-"""The commands as programs: interrupted, on a terminal, into a pipe that closes."""
+"""The commands as programs: interrupted, on a terminal, writing to a closed pipe."""
 
 import fcntl
 import os
@@ -35,7 +35,6 @@ def test_version_and_help():
 
 
 def test_interrupt_ends_with_130(tmp_path):
-    """In the midst of an episode."""
     (tmp_path / "slow.py").write_text(POLICY)
     process = subprocess.Popen(
         [*COMMAND, "evaluate", "BipedalWalker-v3", "--policy", "slow:act"],
@@ -43,7 +42,7 @@ def test_interrupt_ends_with_130(tmp_path):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        # Whoever starts the tests in the background has them ignore it.
+        # A shell that starts the tests in the background makes them ignore SIGINT.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     while not (tmp_path / "began").exists():
@@ -73,7 +72,7 @@ def test_progress_bar_is_for_a_terminal(on_terminal):
     while True:
         try:
             part = os.read(ours, 4096)
-        except OSError:  # a terminal whose other end has gone
+        except OSError:  # the terminal's other end is closed
             break
         if not part:
             break

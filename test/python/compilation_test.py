@@ -1,4 +1,4 @@
-"""While MuJoCo compiles a model: signals, other threads, and what the host's descriptors are."""
+"""Signals, other threads and file descriptors while MuJoCo compiles a model."""
 
 import fcntl
 import itertools
@@ -20,8 +20,7 @@ MAKERS = {
 
 
 class Compilation(threading.Thread):
-    """Waits in another thread for a compilation of a model that never comes to its end, and sends
-    this process signals."""
+    """Has a model whose compilation blocks on a FIFO. Sends this process signals meanwhile."""
 
     def __init__(self, folder, signals):
         super().__init__()
@@ -32,12 +31,12 @@ class Compilation(threading.Thread):
         self._signals = signals
 
     def run(self):
-        self.writer = os.open(self._pipe, os.O_WRONLY)  # returns once MuJoCo's process reads
+        self.writer = os.open(self._pipe, os.O_WRONLY)  # blocks until MuJoCo's process reads
         for number in self._signals:
             os.kill(os.getpid(), number)
 
     def __exit__(self, *_):
-        if self.is_alive():  # what failed has started no process
+        if self.is_alive():  # the compilation has not started
             os.close(os.open(self._pipe, os.O_RDONLY | os.O_NONBLOCK))
         self.join()
         os.close(self.writer)
@@ -81,7 +80,7 @@ def test_handlers_of_other_signals_run_meanwhile(tmp_path):
 
 
 def test_other_threads_make_walkers_meanwhile(tmp_path):
-    """One that compiles has no lock that another one waits for."""
+    """A compiling thread holds no lock that others need."""
     made = []
 
     def compile_it(compilation):
@@ -96,7 +95,7 @@ def test_other_threads_make_walkers_meanwhile(tmp_path):
         for parameters in ({}, {"xml_file": str(MODELS["Walker2d-v5"])}):
             walker_sim.WalkerEnv("Walker2d-v5", **parameters).close()
             made.append("made")
-        (tmp_path / "pipe.xml").unlink()  # MuJoCo does not find it again
+        (tmp_path / "pipe.xml").unlink()  # MuJoCo opens it again and must fail
     thread.join()
     assert made == ["made", "made", "compiled"]
 

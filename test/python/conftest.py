@@ -1,5 +1,4 @@
-"""Lends the suites beside it what the walkers' own suites and the recordings know of Gymnasium, and
-what the benchmark knows of masters and servers."""
+"""Fixtures of the Python suites. Puts the folders of the shared helper modules on sys.path."""
 
 import itertools
 import os
@@ -20,7 +19,6 @@ sys.path += [
 
 @pytest.fixture(scope="module")
 def master(tmp_path_factory):
-    """A ROS master, which ROS_MASTER_URI names."""
     from ros import Master
 
     programs = pathlib.Path(os.environ["WALKER_SIM_PROGRAMS"])
@@ -31,7 +29,6 @@ def master(tmp_path_factory):
 
 @pytest.fixture
 def promotion():
-    """Of NumPy 2, with either NumPy."""
     from promotion import promotion_of_numpy_2
 
     with promotion_of_numpy_2():
@@ -39,8 +36,6 @@ def promotion():
 
 
 class Clock:
-    """Goes when it is told to."""
-
     time = 100.0
 
     def __call__(self):
@@ -54,7 +49,7 @@ def clock():
 
 @pytest.fixture
 def pygame(monkeypatch):
-    """The module, with windows that nobody sees."""
+    """The module pygame with SDL's dummy display."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     import pygame as module
 
@@ -67,7 +62,6 @@ NUMBERS = itertools.count()
 
 @pytest.fixture
 def serve(master):
-    """Starts a server in lock-step, in a namespace of its own: its name, and its process."""
     from ros import await_true, stop
 
     processes = []
@@ -82,11 +76,11 @@ def serve(master):
         before = uri_of(f"{namespace}/walker_sim")
         name, process = master.server(namespace=namespace, env=env, **parameters)
         processes.append(process)
-        # A server that was killed is known to the master until the next one of its name.
+        # The master keeps a killed server's registration until a server of that name registers.
         await_true(lambda: uri_of(name) not in (before, ""), f"another {name}", process)
         return name, process
 
     yield start
     for process in processes:
-        process.send_signal(signal.SIGCONT)  # a test may have halted it
+        process.send_signal(signal.SIGCONT)  # a test may have stopped it
         stop(process)

@@ -1,4 +1,4 @@
-"""Copies and pickles of one walker carry its whole state: both go on alike, to the bit."""
+"""Copies and pickles of an environment hold its complete state and continue equally to the bit."""
 
 import copy
 import pathlib
@@ -46,7 +46,7 @@ def bring_into_later_episode(environment, actions):
 
 def bring_to_drawn_generator(environment, actions):
     bring_into_episode(environment, actions)
-    environment.unwrapped.np_random.integers(7)  # leaves half a number behind
+    environment.unwrapped.np_random.integers(7)  # leaves a buffered uint32
 
 
 def bring_to_set_generator(environment, actions):
@@ -59,8 +59,7 @@ def bring_to_generator_before_first_reset(environment, actions):
 
 
 def go_on(environment, actions):
-    """Outcomes until far into later episodes, and the generator's state then."""
-    if environment.unwrapped.is_fresh:  # set by the test, and carried by the copy
+    if environment.unwrapped.is_fresh:  # set by the test, copied with the environment
         environment.reset()
     outcomes = follow(environment, actions)
     return outcomes, environment.unwrapped.np_random.bit_generator.state

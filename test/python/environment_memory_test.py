@@ -1,4 +1,4 @@
-"""What is made goes again: no object of Python's and no memory of the engines' stays behind."""
+"""Environments and episodes leak neither Python objects nor engine memory."""
 
 import copy
 import gc
@@ -14,13 +14,12 @@ PAGE = os.sysconf("SC_PAGE_SIZE")
 
 
 def resident_memory():
-    """[bytes]"""
     return int(pathlib.Path("/proc/self/statm").read_text().split()[1]) * PAGE
 
 
 def growth(repeated, count):
-    """Of blocks that Python holds, and of resident memory [bytes], over `count` calls."""
-    for _ in range(200):  # until the heap has its size
+    """Returns the growth of Python's allocated blocks and of resident memory [bytes]."""
+    for _ in range(200):  # until the heap size is stable
         repeated()
     gc.collect()
     before = sys.getallocatedblocks(), resident_memory()
@@ -58,13 +57,13 @@ def new_environment(environment_id):
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize("repeated", [episode, new_environment])
 def test_nothing_stays_behind(environment_id, repeated):
-    # So many that the bound on memory is well above what the heap goes up and down by as it gives a
-    # model's textures back when it likes, some 2 MB.
+    # Enough calls that the memory bound is well above the heap's fluctuation of about 2 MB: the
+    # allocator decides when it returns a model's textures.
     count = 800
     call = repeated(environment_id)
-    for _ in range(3):  # what stays behind does so each time; the heap goes up and comes down
+    for _ in range(3):  # a leak repeats; heap fluctuation does not
         blocks, memory = growth(call, count)
-        assert blocks < count  # less than one for each call
-        if memory < 4096 * count:  # a walker in its world takes far more
+        assert blocks < count
+        if memory < 4096 * count:  # an environment takes far more than 4096 bytes
             return
     pytest.fail(f"{memory} bytes more for {count} calls, and much in the two rounds before")

@@ -1,4 +1,4 @@
-"""``render`` of one walker, beside Gymnasium's own."""
+"""``render`` of a single environment, compared with Gymnasium's."""
 
 import copy
 import pickle
@@ -28,7 +28,7 @@ PAIRS = pytest.mark.parametrize("env_id", IDS)
 @pytest.fixture(autouse=True)
 def dummy_display(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    # Gymnasium's Walker2d draws where there is no display.
+    # Lets Gymnasium's Walker2d render without a display.
     monkeypatch.setenv("MUJOCO_GL", "egl")
     monkeypatch.setenv("EGL_PLATFORM", "surfaceless")
 
@@ -46,7 +46,6 @@ def after_some_steps(env_id, render_mode="rgb_array", make=make_ours, **keywords
 
 
 def parts(picture):
-    """Of rgbd_tuple both, else the one."""
     return picture if isinstance(picture, tuple) else (picture,)
 
 
@@ -60,7 +59,7 @@ def test_shapes_and_types_are_gymnasiums(env_id, mode):
     for our, their in zip(parts(ours), parts(theirs)):
         assert our.shape == their.shape
         assert our.dtype == their.dtype
-    assert parts(ours)[-1].flags.owndata  # the caller's to keep
+    assert parts(ours)[-1].flags.owndata
 
 
 @PAIRS
@@ -81,7 +80,7 @@ def test_depth_buffers_are_alike(env_id):
     ours, theirs = (
         after_some_steps(env_id, "depth_array", make).render() for make in (make_ours, make_theirs)
     )
-    # Edges may lie a pixel apart.
+    # Edges may differ by one pixel.
     assert np.mean(np.abs(ours - theirs) < 1e-6) > 0.999
     assert ours.min() >= 0
     assert ours.max() <= 1
@@ -99,7 +98,6 @@ def test_depth_buffer():
     depth = np.array([near, 1.0, 5.0, far], np.float32)
     buffer = to_depth_buffer(depth, near, far)
     assert buffer.dtype == np.float32
-    # The inverse of what the perspective projection does.
     metres = near * far / (far - buffer.astype(float) * (far - near))
     assert metres == pytest.approx(depth, rel=1e-6)
     assert buffer[[0, -1]].tolist() == [0, 1]
@@ -283,7 +281,7 @@ def test_cameras_are_gymnasiums(keywords):
 
 
 def test_the_camera_stays_where_a_window_follows():
-    """As Gymnasium's free camera and, in its windows, what people want."""
+    """By default, pictures have Gymnasium's free camera, and windows track the robot."""
     known = {one["name"] for one in _core.camera_parameters_of("Walker2d-v5")}
     assert "camera_name" in known
     names = [
@@ -334,4 +332,4 @@ def test_record_video(tmp_path):
     frames = [np.asarray(frame) for frame in imageio.get_reader(path)]
     assert len(frames) == 9
     assert frames[-1].shape == last.shape
-    assert np.abs(frames[-1].astype(int) - last).mean() < 3  # what the compression leaves
+    assert np.abs(frames[-1].astype(int) - last).mean() < 3  # tolerance for the lossy compression

@@ -1,4 +1,4 @@
-"""One walker in this process is what a user of Gymnasium expects, in all but its bits."""
+"""Gymnasium's API of a single in-process environment. Other suites compare the bits."""
 
 import copy
 import pathlib
@@ -27,7 +27,7 @@ def wrapper_types(environment):
 def warnings_of_check(environment):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        check_env(environment, skip_render_check=True)  # environment_render_test checks it
+        check_env(environment, skip_render_check=True)  # environment_render_test.py does that
     return [str(warning.message).replace("walker_sim/", "") for warning in caught]
 
 
@@ -101,7 +101,6 @@ def test_infos_have_gymnasiums_names(environment_id):
 
 
 def state_after_seed(environment, seed):
-    """Of the generator, or the error."""
     try:
         environment.reset(seed=seed)
     except Exception as error:
@@ -128,8 +127,7 @@ def test_options_are_ignored_as_gymnasium_ignores_them(environment_id):
 
 @PAIRS
 def test_np_random_is_the_generator_of_the_walker(environment_id):
-    """Its state is Gymnasium's after every reset, also after draws of the user's and after another
-    generator has been set."""
+    """Its state equals Gymnasium's even after the user draws from it or replaces it."""
     pair = [make(environment_id).unwrapped for make in (make_ours, make_theirs)]
 
     def states():
@@ -143,7 +141,7 @@ def test_np_random_is_the_generator_of_the_walker(environment_id):
         lambda environment: environment.reset(),
         lambda environment: environment.np_random.uniform(),
         lambda environment: environment.reset(),
-        lambda environment: environment.np_random.integers(5),  # leaves half a number behind
+        lambda environment: environment.np_random.integers(5),  # leaves a buffered uint32
         lambda environment: environment.reset(),
         lambda environment: setattr(environment, "np_random", np.random.default_rng(99)),
         lambda environment: environment.reset(),
@@ -186,7 +184,7 @@ def test_a_generator_of_another_kind_is_refused():
 
 @PAIRS
 def test_after_close(environment_id):
-    """As Gymnasium's walkers, which a reset after close finds in order, but no step without one."""
+    """As in Gymnasium, reset works after close, but step needs a reset first."""
     environment = make_ours(environment_id)
     action = environment.action_space.sample()
     expected, _ = environment.reset(seed=1)
@@ -351,7 +349,7 @@ def lengths_until(limit, environment):
 
 
 def test_time_limit():
-    """Gymnasium's wrapper has it; the environment itself has none but on demand."""
+    """Gymnasium's wrapper applies it; the environment itself has none by default."""
     endless = {"terminate_when_unhealthy": False}
     assert lengths_until(1100, make_ours("Walker2d-v5", **endless)) == 1000
     assert lengths_until(1100, make_ours("Walker2d-v5", max_episode_steps=7, **endless)) == 7
@@ -370,7 +368,7 @@ def test_time_limit():
 
 
 def test_a_failure_of_the_engine_ends_the_episode(tmp_path):
-    """Motors tear the walker apart: there are no infos of that step but the engine's words."""
+    """Too strong motors make the simulation diverge: the info holds only the engine's error."""
     text = (pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml").read_text()
     model = tmp_path / "strong.xml"
     model.write_text(text.replace('gear="100"', 'gear="1e14"'))

@@ -1,8 +1,7 @@
-"""Walkers and threads: the interpreter runs on while a walker moves, and an environment that some
-threads share makes their calls one after the other.
+"""Threads: the core releases the GIL during calls, and serializes calls on a shared environment.
 
-Nothing here is timed. Python is told to take the interpreter's lock from no thread; another one
-runs then only where the core lets go of the lock.
+No test measures time. With a long switch interval, Python does not preempt a thread, so another
+thread runs only if the core releases the GIL.
 """
 
 import pickle
@@ -31,7 +30,7 @@ def no_preemption():
 
 
 def another_thread_runs_during(call):
-    """Whether another thread comes to run while this one makes the same call again and again."""
+    """Returns whether another thread runs while this one repeats the call."""
     has_run = []
     gate = threading.Lock()
 
@@ -42,7 +41,7 @@ def another_thread_runs_during(call):
     with gate:
         thread = threading.Thread(target=run)
         thread.start()
-        # From here on it waits for the gate, and then for the interpreter's lock.
+        # The thread waits for the gate, then for the GIL.
     for _ in range(MOST_CALLS):
         if has_run:
             break
@@ -67,7 +66,7 @@ def test_step_lets_other_threads_run(no_preemption):
 @pytest.mark.parametrize("environment_id", IDS)
 def test_reset_lets_other_threads_run(no_preemption, environment_id):
     environment = WalkerEnv(environment_id)
-    environment.reset(seed=1)  # without a seed the first reset asks the system for one
+    environment.reset(seed=1)  # a first reset without a seed reads the system's entropy
     assert another_thread_runs_during(environment.reset)
 
 
@@ -102,7 +101,7 @@ def test_threads_with_an_environment_each():
 
 
 def test_threads_that_share_an_environment():
-    """All take the same action: whoever comes first, together they see the one episode."""
+    """All threads take the same action, so in any order their results together are one episode."""
     steps = 600
     shared, alone = (WalkerEnv("Walker2d-v5", **ENDLESS) for _ in range(2))
     for environment in (shared, alone):
@@ -117,7 +116,7 @@ def test_threads_that_share_an_environment():
 
 
 def test_threads_that_reset_a_shared_environment():
-    """No draw of the generator is given to two."""
+    """No two resets get the same draws of the generator."""
     resets = 200
     shared, alone = (WalkerEnv("Walker2d-v4") for _ in range(2))
     for environment in (shared, alone):
@@ -131,7 +130,7 @@ def test_threads_that_reset_a_shared_environment():
 
 
 def test_threads_that_store_what_another_moves():
-    """Each copy is of a whole step: it goes on along the one episode."""
+    """Each copy holds the state between two steps, so it continues the same episode."""
     environment = WalkerEnv("Walker2d-v5", **ENDLESS)
     environment.reset(seed=3)
     action = np.full(6, 0.3)
@@ -154,7 +153,7 @@ def test_threads_that_store_what_another_moves():
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_a_thread_with_a_stack_of_128_kib_suffices(environment_id):
-    """In a process of its own, which an overflow would end."""
+    """Runs in a new process, which a stack overflow would kill."""
     code = """
 import sys, threading
 import gymnasium, numpy, walker_sim

@@ -1,4 +1,4 @@
-"""Servers that are silent, die, come again or are others; signals; copies; closed connections."""
+"""Servers that hang, die, restart or change; signals; copies; closed connections."""
 
 import copy
 import os
@@ -16,7 +16,7 @@ import pytest
 import walker_sim  # registers the ids
 from walkers import make_ours, random_actions
 
-LONG = 60.0  # [s]; only what is broken waits as long
+LONG = 60.0  # timeout that only a failing test reaches [s]
 ACTIONS = random_actions("BipedalWalker-v3", 50)
 LOST = "the server or its episode was lost; reset first"
 
@@ -36,7 +36,6 @@ def action_of(environment):
 
 
 def assert_works(environment):
-    """From a reset on it does what a new one in process does."""
     num_envs = getattr(environment, "num_envs", None)
     if num_envs is None:
         local = make_ours("BipedalWalker-v3")
@@ -63,7 +62,6 @@ def kill(process):
 
 
 def soon(call):
-    """Makes the call in a thread, some time after this one has gone on."""
 
     def wait_and_call():
         time.sleep(0.2)
@@ -76,7 +74,6 @@ def soon(call):
 
 @pytest.fixture(params=[make_single, make_batch], ids=["single", "batch"])
 def kind(request):
-    """How to make the environment, and what its server needs."""
     return request.param, {} if request.param is make_single else {"num_envs": 2}
 
 
@@ -86,7 +83,7 @@ def kind(request):
 def test_a_server_that_is_silent(serve, kind):
     make, parameters = kind
     server, process = serve(**parameters)
-    environment = make(server, timeout=2)  # long enough for all that does answer
+    environment = make(server, timeout=2)  # long enough for a responsive server [s]
     environment.reset(seed=1)
     environment.step(action_of(environment))
     halt(process)
@@ -139,7 +136,7 @@ def test_a_server_that_was_started_again_between_two_steps(serve, kind):
 
 
 def test_a_server_that_was_started_again_before_the_first_step(serve, kind):
-    """When the connection for steps is not there yet, so that it is one to the other server."""
+    """The connection for steps is opened at the first step, so it goes to the new server."""
     make, parameters = kind
     server, process = serve(**parameters)
     environment = make(server)
@@ -176,8 +173,8 @@ def test_another_server_that_takes_the_name(serve, kind):
 
 
 def test_somebody_else_who_moves_the_walker(serve, kind):
-    """Also a call of one's own that had failed and comes late. Either is told, for what they get is
-    right for neither."""
+    """Both clients get an error, because both results are wrong. A failed call that arrives late
+    has the same effect."""
     make, parameters = kind
     server, _ = serve(**parameters)
     environment, other = make(server), make(server)
@@ -201,7 +198,7 @@ def test_somebody_else_who_moves_the_walker(serve, kind):
 
 
 def test_a_master_that_is_gone(serve):
-    """Who is connected needs none; who wants to connect does."""
+    """An existing connection needs no master; a new one does."""
     server, _ = serve()
     real = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
     relay = xmlrpc.server.SimpleXMLRPCServer(("localhost", 0), logRequests=False)
@@ -226,7 +223,6 @@ def test_a_master_that_is_gone(serve):
 
 
 def test_other_threads_go_on_while_a_call_waits(serve):
-    """One of them is what ends the wait."""
     server, process = serve()
     halt(process)
     helper = soon(lambda: go_on(process))
@@ -240,8 +236,8 @@ def test_other_threads_go_on_while_a_call_waits(serve):
 
 
 class Signals:
-    """SIGINT again and again, for the first may come before the call waits; `handle` gets the first
-    one that Python sees, and no other."""
+    """Sends SIGINT repeatedly, because the first may arrive before the call waits. Calls `handle`
+    once, at the first signal that Python handles."""
 
     def __init__(self, handle):
         self._handle = handle
@@ -342,7 +338,7 @@ def test_close_closes_the_sockets(serve, kind):
     environment = make(server)
     environment.reset(seed=1)
     environment.step(action_of(environment))
-    assert sockets() == before + 3  # ~get_spec, and the resets and the steps
+    assert sockets() == before + 3  # for ~get_spec, resets and steps
     environment.close()
     assert sockets() == before
     environment.close()

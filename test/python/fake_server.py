@@ -1,4 +1,4 @@
-"""A server with its master, both of this process, that answers what a test gives it."""
+"""An in-process server and master with answers that a test defines."""
 
 import contextlib
 import socket
@@ -8,11 +8,11 @@ import xmlrpc.server
 
 from walker_sim import _core
 
-ENV = "Walker2d-v5"  # whose info has names
+ENV = "Walker2d-v5"  # has info names
 NUM_ENVS = 2
 
 
-# ---------------------------------------------------------------- what goes over the wire
+# ---------------------------------------------------------------- wire format
 
 
 def text(value):
@@ -35,7 +35,6 @@ def outcome(success=True, words=""):
 
 
 def specification(**changes):
-    """EnvironmentSpec.msg, by the names of its fields."""
     local = _core.Environment(ENV, {}).specification
     fields = {
         **local,
@@ -72,7 +71,7 @@ INFO = len(_core.Environment(ENV, {}).specification["info_names"])
 
 
 def transition(step=1, **changes):
-    """Of ~reset and ~step."""
+    """Response of ~reset or ~step."""
     fields = {"observation": [0.5] * WIDTH, "info": [0.0] * INFO, "error": "", **changes}
     return b"".join(
         [
@@ -102,7 +101,7 @@ def batch_reset(**changes):
     return outcome() + rows + failures
 
 
-BATCH = {  # the second environment has ended
+BATCH = {  # the second environment's episode has ended
     "observations": ("d", [0.5] * (NUM_ENVS * WIDTH)),
     "rewards": ("d", [1.0, 2.0]),
     "terminated": ("B", [0, 1]),
@@ -126,7 +125,7 @@ def batch_step(**changes):
 
 
 def picture(width=3, height=2, encoding="rgb8", data=bytes(range(18))):
-    """Of ~render."""
+    """Response of ~render."""
     parts = [
         outcome(),
         struct.pack("<III", 1, 2, 3),
@@ -149,7 +148,7 @@ RIGHT = {
 }
 
 
-# ---------------------------------------------------------------- who sends it
+# ---------------------------------------------------------------- server
 
 
 def take(connection, size):
@@ -167,11 +166,11 @@ def take_frame(connection):
 
 
 class FakeServer:
-    """A server with a master of its own; `answers`, by service, may be changed between calls."""
+    """A server and its master. Tests may change `answers`, keyed by service, between calls."""
 
     def __init__(self):
         self.answers = dict(RIGHT)
-        self.asked = threading.Event()  # for what it holds back
+        self.asked = threading.Event()  # set when a request waits for may_answer
         self.may_answer = threading.Event()
         self.may_answer.set()
         self._socket = socket.create_server(("127.0.0.1", 0))
@@ -209,7 +208,7 @@ class FakeServer:
 
 
 def header_fields(header):
-    """Each ends with a zero byte."""
+    """Returns the fields of a TCPROS header, each with a terminating zero byte."""
     fields = b""
     while header:
         (size,) = struct.unpack("<I", header[:4])

@@ -1,4 +1,4 @@
-"""Pictures in the child of a fork: OpenGL's threads stay with the parent that has drawn."""
+"""Rendering after a fork. OpenGL's threads do not exist in the child if the parent has rendered."""
 
 import subprocess
 import sys
@@ -34,7 +34,6 @@ REFUSAL = "the parent process had drawn a picture before it forked this one"
 
 def lines(calls, env_id="Walker2d-v5"):
     program = FORKED.format(env_id=env_id) + calls
-    # The timeout is for what hangs.
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", program],
         stdout=subprocess.PIPE,
@@ -50,7 +49,7 @@ def test_a_child_draws_where_its_parent_has_not():
 
 
 def test_after_a_picture_of_the_parents_a_child_is_refused():
-    """With the parent's renderer and with one of its own; the parent goes on drawing."""
+    """Both the inherited and a new renderer refuse; the parent can still render."""
     seen = lines(
         "told(env)\nin_child(lambda: told(env))\nin_child(lambda: told(make()))\nprint(told(env))"
     )

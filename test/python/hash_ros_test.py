@@ -1,4 +1,4 @@
-"""The hash of the reference run over ROS: the page's, with and without listeners."""
+"""The hash of the reference run over ROS is the documented one, with and without subscribers."""
 
 import os
 import pathlib
@@ -15,7 +15,6 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "server"))
 
 
 def listen(name, namespace):
-    """Subscribers to what the server tells, which read all of it until the server ends."""
     from bare_ros import CALLER, BareSubscriber
     from nav_msgs.msg import Odometry
     from sensor_msgs.msg import JointState

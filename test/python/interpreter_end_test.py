@@ -1,4 +1,4 @@
-"""When Python ends while a daemon thread is inside a walker, the process ends with 0."""
+"""If Python exits while a daemon thread is inside a call of the core, the exit status is 0."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 REPEATS = 3
 
-# The threads make the same call for ever; the main thread leaves meanwhile.
+# The threads repeat the same call forever while the main thread exits.
 PROGRAM = """
 import threading
 import numpy as np
@@ -59,7 +59,7 @@ actions = np.zeros(env.action_space.shape)
 
 
 def check(call, setup, threads=1, until="for _ in range(3): seen.acquire()", **fields):
-    """Some processes at a time: on a busy machine the threads are caught at other places."""
+    """Runs several processes concurrently, so that the exit hits threads at different points."""
     setup = setup.format(**{"keywords": "", "folder": os.path.dirname(__file__), **fields})
     program = PROGRAM.format(setup=setup, call=call, threads=threads, until=until)
     running = [
@@ -101,5 +101,4 @@ def test_a_step_over_ros():
 
 
 def test_a_call_over_ros_that_is_never_answered():
-    """It waits when Python ends, and looks for signals meanwhile."""
     check("server.may_answer.clear(); env.step(actions)", ROS, until="server.asked.wait()")

@@ -1,4 +1,4 @@
-"""With which keywords an environment is made, and under which names."""
+"""Keyword arguments of environments."""
 
 import re
 
@@ -57,7 +57,6 @@ def test_all_keywords_are_told(make, own):
 
 
 def test_each_known_keyword_is_taken():
-    """None of those that are told is refused as unknown."""
     words = words_of(make_vector, "Walker2d-v5", quux=0)
     for name in known_in(words):
         try:
@@ -69,7 +68,7 @@ def test_each_known_keyword_is_taken():
 @pytest.mark.parametrize("make", [make_ours, make_vector])
 @pytest.mark.parametrize("transport", ["inprocess", "ros"])
 def test_an_unknown_keyword_is_a_type_error_as_pythons_own(make, transport):
-    """TorchRL's GymEnv tries frameskip=1, and goes on without it after these words."""
+    """TorchRL's GymEnv tries frameskip=1 and relies on this message to retry without it."""
     words = "unexpected keyword argument 'frameskip'"
     for kind in (TypeError, ValueError):
         with pytest.raises(kind, match=words):

@@ -1,4 +1,4 @@
-"""A program that sets a locale, as those with Qt and GTK do, gets the same bits over ROS."""
+"""A program that sets a locale, as Qt and GTK do, gets the same bits over ROS."""
 
 import locale
 import pathlib
@@ -15,7 +15,7 @@ MODEL = pathlib.Path(__file__).parents[2] / "assets" / "walker2d_v5.xml"
 
 @pytest.fixture
 def german(tmp_path, monkeypatch):
-    """Sets a locale that writes 0,5. No system has to have it: it is made here."""
+    """Compiles a locale with a decimal comma. Returns a function that sets it."""
     subprocess.run(
         ["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / "de_DE.UTF-8")], check=True
     )

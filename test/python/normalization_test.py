@@ -1,5 +1,5 @@
-"""A model of Stable-Baselines3 with the statistics of its VecNormalize: what `evaluate` plays is
-what Stable-Baselines3 plays with both."""
+"""`evaluate` with a Stable-Baselines3 model and its VecNormalize statistics plays the same episodes
+as Stable-Baselines3."""
 
 import json
 import pickle
@@ -20,7 +20,6 @@ LIMIT = 120
 
 @pytest.fixture(scope="module", params=[PPO, SAC], ids=["PPO", "SAC"])
 def learnt(request, tmp_path_factory):
-    """Model and statistics, saved as Stable-Baselines3's users save them."""
     folder = tmp_path_factory.mktemp("learnt")
     walkers = VecNormalize(VecEnv(ID, 2), clip_obs=2.0)
     sizes = {"n_steps": 128} if request.param is PPO else {"learning_starts": 50}
@@ -63,7 +62,7 @@ def test_what_is_played_is_what_stable_baselines3_plays(learnt):
     kind, folder = learnt
     statistics = folder / "vec_normalize.pkl"
     returns, policy = returns_of(folder, "--normalization", statistics)
-    # Its rewards are float32.
+    # Stable-Baselines3's rewards are float32.
     assert np.allclose(returns, returns_by_stable_baselines3(kind, folder), rtol=0, atol=1e-3)
     assert policy == f"{folder / 'model.zip'} with {statistics}"
     assert returns != returns_of(folder)[0], "without the statistics it is another policy"

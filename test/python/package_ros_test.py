@@ -1,5 +1,4 @@
-"""The package of a workspace's devel or install space: messages, Python files and extension module
-are one."""
+"""Devel and install space: messages, Python files and extension module form one package."""
 
 import ast
 import os

@@ -1,5 +1,5 @@
-"""The package as such: what an import needs, what it registers, and what happens where its parts
-are of two installations."""
+"""The package: import requirements, registered ids, and errors if its parts come from two
+installations."""
 
 import functools
 import os
@@ -24,7 +24,6 @@ MAKE = "gymnasium.make('walker_sim/BipedalWalker-v3').reset(seed=1)"
 
 
 def last_line(program, *folders):
-    """What the program says last in a Python with these folders on its path."""
     done = subprocess.run(
         [sys.executable, "-c", program],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, folders))},
@@ -38,7 +37,6 @@ def last_line(program, *folders):
 
 @pytest.fixture()
 def files(tmp_path):
-    """A folder with a copy of the Python files, and without an extension module."""
     ignored = shutil.ignore_patterns("*.so", "__pycache__")
     shutil.copytree(SOURCE / "src/python/walker_sim", tmp_path / "walker_sim", ignore=ignored)
     return tmp_path
@@ -62,13 +60,13 @@ def test_what_is_registered_is_what_core_and_gymnasium_have(env_id):
         assert getattr(ours, name) == getattr(theirs, name), name
     core = _core.Environment(env_id, {}).specification
     assert ours.max_episode_steps == core["max_episode_steps"]
-    # None is NaN there.
+    # The core represents None as NaN.
     assert repr(float(ours.reward_threshold or "nan")) == repr(core["reward_threshold"])
 
 
 @pytest.mark.parametrize("method", ["spawn", "forkserver"])
 def test_the_prefix_registers_the_ids_in_a_new_process(method):
-    """Such a process has imported nothing of ours before Gymnasium reads the id."""
+    """A new process has not imported walker_sim when Gymnasium reads the id."""
     make = functools.partial(gymnasium.make, "walker_sim:walker_sim/BipedalWalker-v3")
     envs = gymnasium.vector.AsyncVectorEnv([make], context=method)
     observations, _ = envs.reset(seed=3)

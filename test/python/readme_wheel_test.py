@@ -1,6 +1,7 @@
-"""README's first example and its walker without ROS, typed as they stand there after the command
-that stands beside the first, in a virtual environment that pip has just filled by that. stage.sh
-starts this."""
+"""README's first example and its walker without ROS, run unchanged.
+
+stage.sh runs this in a new virtual environment, which README's pip command has filled.
+"""
 
 import os
 import pathlib
@@ -18,14 +19,12 @@ SENTENCE = f"(`./scripts/env python compare.py`, or `python compare.py` after `{
 
 
 def block(language, words):
-    """The one in README that has these words."""
     blocks = re.findall(r"^```(\w*)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
     (found,) = [text for its, text in blocks if its == language and words in text]
     return found
 
 
 def run(command, folder):
-    """As it is typed where this environment is active."""
     path = os.pathsep.join([os.path.join(sys.prefix, "bin"), os.environ["PATH"]])
     return subprocess.run(
         command,
@@ -48,7 +47,7 @@ def test_the_first_example(tmp_path):
     if np.lib.NumpyVersion(np.__version__) >= "2.0.0":
         assert done.stdout == expected
         return
-    # Before NumPy 2 Gymnasium computes the action's cost in double precision (docs/fidelity.md).
+    # Under NumPy 1, Gymnasium computes the action's cost in double precision (docs/fidelity.md).
     theirs, ours = done.stdout.splitlines()
     assert ours == expected.splitlines()[1]
     returns = [float(re.search(r"return (\S+),", line)[1]) for line in (theirs, ours)]

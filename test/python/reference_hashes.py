@@ -1,4 +1,4 @@
-"""What docs/reliability.md says that `python3 -m walker_sim hash` prints on this machine."""
+"""Hashes that docs/reliability.md documents for `python3 -m walker_sim hash` on this machine."""
 
 import pathlib
 import re
@@ -10,7 +10,7 @@ PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "reliability.md"
 
 
 def documented():
-    """By steps of each walker and by id: on a machine with FMA, and what differs without."""
+    """Returns the hashes by steps and id: with FMA, and those that differ without FMA."""
     hashes, without_fma = {}, {}
     for line in PAGE.read_text(encoding="utf-8").splitlines():
         head = re.fullmatch(r"walker_sim \S+, run 1: 16 x ([0-9,]+) steps", line)

@@ -1,4 +1,4 @@
-"""What is refused over ROS: other servers than the one asked for, options, actions, calls."""
+"""Errors over ROS: mismatched servers, invalid options, actions and calls."""
 
 import os
 import re
@@ -17,7 +17,7 @@ BATCH = "walker_sim/BipedalWalker-v3"
 
 
 def mismatch(server, *lines):
-    """The whole message; each line is (name, there, here)."""
+    """Pattern of the whole message. Each line is (name, server's value, client's value)."""
     texts = [f"{name} is {there} there; must be {here}" for name, there, here in lines]
     return f"^{re.escape(f'the server {server}: ' + '; '.join(texts))}$"
 
@@ -174,7 +174,7 @@ def test_a_node_without_the_services(master):
 
 
 def test_another_version(master):
-    """Of the service's definition, which the server tells with its MD5."""
+    """The server sends another MD5 sum of the service definition."""
     with socket.create_server(("localhost", 0)) as server:
 
         def introduce():
@@ -295,7 +295,7 @@ def test_the_servers_generator_is_out_of_reach(serve):
 
 
 def test_what_only_the_server_refuses(serve):
-    """An episode that is ended behind this client's back; the words are the server's."""
+    """Another client ends the episode; the error message is the server's."""
     server, _ = serve(max_episode_steps=1)
     options = {"transport": "ros", "server": server, "max_episode_steps": 1}
     one, other = (WalkerEnv("BipedalWalker-v3", **options) for _ in range(2))

@@ -1,4 +1,4 @@
-"""Pictures over ROS are those drawn in process, to the byte."""
+"""Pictures over ROS equal those rendered in process to the byte."""
 
 import re
 
@@ -17,7 +17,6 @@ MODES = [
 
 
 def parts(picture):
-    """Of rgbd_tuple both, else the one."""
     return picture if isinstance(picture, tuple) else (picture,)
 
 
@@ -44,7 +43,6 @@ def test_one_walker(serve, env_id, mode):
 
 
 def test_the_camera_is_the_clients(serve):
-    """Whatever the server's own looks like."""
     server, _ = serve("BipedalWalker-v3", camera_width=50, camera_height=30)
     for size in ({}, {"width": 90, "height": 60}):
         environments = [
@@ -84,7 +82,7 @@ def test_a_window(serve, monkeypatch):
         environment = WalkerEnv("BipedalWalker-v3", render_mode="human", **where)
         environment.reset(seed=4)
         environment.step(np.zeros(4))
-        environment.render()  # also where the step's picture came too late
+        environment.render()  # shows the frame if step() was not due to
         shown.append(pygame.surfarray.array3d(pygame.display.get_surface()))
         environment.close()
     assert np.array_equal(*shown)
@@ -106,7 +104,7 @@ def test_bad_use(serve):
         client.render(0, camera, None, np.empty((400, 600), np.float32))
     with pytest.raises(walker_sim.ConnectionError, match="values of rgb"):
         client.render(0, camera, np.empty((2, 2, 3), np.uint8), None)
-    # None of this is the episode's fault.
+    # No error ends the episode.
     there.step(np.zeros(4))
     assert there.render().shape == (400, 600, 3)
     there.close()

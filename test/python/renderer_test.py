@@ -1,4 +1,4 @@
-"""The binding of renderers: what it refuses, and that drawing holds up nobody."""
+"""Python binding of renderers: rejected arguments, and concurrency while rendering."""
 
 import pathlib
 import pickle
@@ -14,14 +14,12 @@ SEEDED = (1, 2, 3, 5, 0, 0)  # a generator's state
 
 
 def begun(env_id, **parameters):
-    """An environment after its reset."""
     environment = _core.Environment(env_id, parameters)
     environment.reset(SEEDED, *arrays(environment))
     return environment
 
 
 def arrays(environment):
-    """What takes its observation and info."""
     specification = environment.specification
     size, num_infos = len(specification["observation_low"]), len(specification["info_names"])
     return np.empty(size), np.empty(num_infos)
@@ -77,7 +75,7 @@ def test_a_pool_is_looked_at_as_a_single_environment(env_id):
         environment.step(action, *arrays(environment))
         pool.step_batch(np.stack([action, action]), (*batch, np.empty((2, num_infos))))
     renderer = _core.Renderer(env_id, {}, {})
-    picture = drawn(renderer, environment.capture())  # the lidar's ray tells the step
+    picture = drawn(renderer, environment.capture())  # the lidar's ray depends on the step
     assert np.array_equal(drawn(renderer, pool.capture(1)), picture)
     assert not np.array_equal(drawn(renderer, pool.capture(0)), picture)
 
@@ -133,7 +131,6 @@ def test_after_a_failure_of_the_engine_there_is_nothing_to_be_seen(tmp_path):
 
 
 def walk(environment, actions):
-    """Observations until the episode ends, or the actions do."""
     observations = []
     for action in actions:
         observation, info = arrays(environment)
@@ -175,8 +172,7 @@ def test_pictures_in_other_threads_leave_a_walk_as_it_is(env_id):
 
 
 def test_others_run_while_a_picture_is_drawn():
-    """Were the interpreter's lock held meanwhile, no step would be made before the picture is
-    there."""
+    """If rendering held the GIL, no step would complete before the picture."""
     environment = begun("BipedalWalker-v3")
     renderer = _core.Renderer("BipedalWalker-v3", {}, {"width": 4096, "height": 4096})
     picture = np.empty((4096, 4096, 3), np.uint8)
@@ -202,5 +198,5 @@ def test_others_run_while_a_picture_is_drawn():
         thread.join()
         return count
 
-    # On a busy machine this thread may sleep through one picture or the other.
+    # On a busy machine, this thread may not be scheduled during some pictures.
     assert any(steps_meanwhile() == 20 for _ in range(20))

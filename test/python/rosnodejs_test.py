@@ -15,7 +15,6 @@ SEED = 7
 
 
 def rows_of_gymnasium(actions):
-    """What lockstep.js writes, by Gymnasium's own environment."""
     environment = make_reference("BipedalWalker-v3")
     rows = [[*environment.reset(seed=SEED)[0], 0, 0, 0]]
     for action in actions:
@@ -27,7 +26,7 @@ def rows_of_gymnasium(actions):
 
 
 def test_a_thousand_steps_are_gymnasiums_to_the_bit(serve, tmp_path):
-    """rosnodejs looks for message definitions in ROS_PACKAGE_PATH, each package in a folder of its
+    """rosnodejs searches ROS_PACKAGE_PATH for message definitions, in folders with the package's
     name. Debian's are in /usr/share. `reuse_world` keeps the Box2D world, as Gymnasium does."""
     package = tmp_path / "packages" / "walker_sim"
     package.mkdir(parents=True)

@@ -1,4 +1,4 @@
-"""get_state and set_state over ROS: the server's records, repeated by this server or another."""
+"""get_state and set_state over ROS: server records, replayed by the same or another server."""
 
 import gymnasium
 import numpy as np
@@ -26,7 +26,7 @@ def test_one_goes_on_alike(serve, environment_id):
         assert follow(environment, actions[8:]) == expected
         environment.reset(seed=1)
     original.unwrapped.close()
-    original.unwrapped.set_state(state)  # connects anew
+    original.unwrapped.set_state(state)
 
 
 def test_the_end_is_a_part_of_it(serve):
@@ -56,7 +56,7 @@ def test_what_is_refused(serve):
     stranger.reset(seed=1)
     with pytest.raises(walker_sim.RequestRefused, match="healthy_reward"):
         stranger.set_state(state)
-    stranger.step(np.zeros(3))  # its episode goes on
+    stranger.step(np.zeros(3))
     with pytest.raises(TypeError, match="must be bytes"):
         environment.set_state(("a",))
 

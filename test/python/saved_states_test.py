@@ -1,5 +1,5 @@
-"""get_state and set_state of one walker and of many, and copies of many: what follows is the same,
-to the bit."""
+"""get_state and set_state of single and vector environments, and copies of vector environments,
+continue equally to the bit."""
 
 import copy
 import pickle
@@ -27,7 +27,6 @@ def make_many(environment_id, mode="next_step", **parameters):
 
 
 def rollout(envs, actions):
-    """What each step gives; ended ones are reset where nobody else does."""
     outcomes = []
     for action in actions:
         outcome = envs.step(np.repeat(action[np.newaxis], envs.num_envs, 0))
@@ -55,7 +54,7 @@ def test_one_goes_on_alike(environment_id):
         generator = environment.np_random.bit_generator.state
         expected = expected or (outcomes, generator)
         assert (outcomes, generator) == expected
-    original.set_state(state)  # back
+    original.set_state(state)
     assert follow(original, actions[30:]) == expected[0]
 
 
@@ -70,7 +69,7 @@ def test_its_size_does_not_grow_with_the_episode(environment_id):
         state = environment.get_state()
         assert isinstance(state, bytes)
         sizes.append(len(state))
-    assert abs(sizes[1] - sizes[0]) < 1000  # contacts come and go
+    assert abs(sizes[1] - sizes[0]) < 1000  # the number of contacts varies
     assert max(sizes) < 20000
 
 
@@ -78,7 +77,7 @@ def test_its_size_does_not_grow_with_the_episode(environment_id):
 def test_a_drawn_generator_is_a_part_of_it(environment_id):
     original, fresh = (make_ours(environment_id).unwrapped for _ in range(2))
     original.reset(seed=5)
-    original.np_random.integers(7)  # leaves half a number behind
+    original.np_random.integers(7)  # leaves a buffered uint32
     fresh.set_state(original.get_state())
     assert fresh.np_random.integers(7) == original.np_random.integers(7)
     assert fresh.reset()[0].tobytes() == original.reset()[0].tobytes()

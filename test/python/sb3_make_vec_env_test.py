@@ -1,5 +1,4 @@
-"""Stable-Baselines3's own way to make environments, make_vec_env, with walker_sim.sb3.VecEnv in the
-place of its DummyVecEnv: the same, to the bit."""
+"""Stable-Baselines3's make_vec_env with walker_sim.sb3.VecEnv equals DummyVecEnv to the bit."""
 
 import re
 
@@ -104,7 +103,7 @@ def test_parameters_and_threads_reach_the_walkers():
 
 
 def test_a_limit_is_that_of_make():
-    """Also where there is none, and where a class is given in place of an id."""
+    """Also without a limit, and with a class instead of an id."""
     for env_kwargs, limit in ({}, 1600), ({"max_episode_steps": -1}, 0):
         environments = make(VecEnv, env_kwargs=env_kwargs)
         assert environments._walkers.specification["max_episode_steps"] == limit

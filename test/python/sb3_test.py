@@ -1,6 +1,6 @@
-"""walker_sim.sb3.VecEnv beside Stable-Baselines3's DummyVecEnv, to the bit.
+"""walker_sim.sb3.VecEnv equals Stable-Baselines3's DummyVecEnv to the bit.
 
-Gymnasium keeps the Box2D world from one episode to the next, so ours do here.
+The environments use reuse_world, because Gymnasium keeps the Box2D world between episodes.
 """
 
 import copy
@@ -33,7 +33,7 @@ NUM_ENVS = 5
 SEED = 11
 WALKERS = ["BipedalWalker-v3", "BipedalWalkerHardcore-v3"]
 ROBOTS = ["Walker2d-v4", "Walker2d-v5", "Hopper-v5"]
-# Some episodes end before, some do not.
+# Some episodes terminate before, some do not.
 LIMITS = {**dict.fromkeys(WALKERS, 90), **dict.fromkeys(ROBOTS, 12)}
 
 
@@ -46,21 +46,21 @@ def make_ours(env_id, num_envs=NUM_ENVS, **keywords):
 
 
 def make_reference(env_id, num_envs=NUM_ENVS):
-    """Around Gymnasium's own walkers; around this package's where those want another MuJoCo."""
+    """Wraps Gymnasium's BipedalWalkers, but this package's MuJoCo robots: Gymnasium's need another
+    MuJoCo."""
     name = env_id if env_id in WALKERS else f"walker_sim/{env_id}"
     make = lambda: gymnasium.make(name, max_episode_steps=LIMITS[env_id])  # noqa: E731
     return DummyVecEnv([make] * num_envs)
 
 
 def actions_for(environments, num_steps):
-    """Some beyond the bounds, which is the environments' matter. Shape (steps, n, action size)."""
+    """Shape (steps, n, action size); some are beyond the bounds."""
     random = np.random.default_rng(SEED)
     shape = (num_steps, environments.num_envs, *environments.action_space.shape)
     return random.uniform(-1.2, 1.2, shape).astype(np.float32)
 
 
 def assert_equal(ours, theirs):
-    """Equal structure, types and bits."""
     if isinstance(theirs, dict):
         assert ours.keys() == theirs.keys()
         for key in theirs:
@@ -78,7 +78,7 @@ def assert_equal(ours, theirs):
 
 
 def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(tmp_path):
-    """By the seeds, of which the stack is too small for some."""
+    """MuJoCo's stack overflows at the resets with some seeds."""
     model = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
     cramped = tmp_path / "cramped.xml"
     cramped.write_text(model.read_text().replace('nstack="8000"', 'nstack="520"'))
@@ -107,7 +107,7 @@ def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(tmp_path):
 
 
 def assert_same_course(ours, reference, num_steps):
-    """Reset and steps of both; returns how many episodes were terminated, and truncated."""
+    """Returns the numbers of terminated and of truncated episodes."""
     counts = [0, 0]
     assert_equal(ours.reset(), reference.reset())
     for actions in actions_for(ours, num_steps):
@@ -131,7 +131,7 @@ def test_course_of_dummy_vec_env(env_id):
     assert ours.seed(SEED) == reference.seed(SEED)
     counts = assert_same_course(ours, reference, 300)
     assert min(counts) > 0, "both ends of an episode must have been seen"
-    # A seed serves one reset; the next continues the generators.
+    # A seed applies to one reset; the next reset continues the generators.
     assert_same_course(ours, reference, 10)
     ours.close()
     reference.close()
@@ -157,7 +157,7 @@ def test_wrappers(env_id):
 
 
 def test_a_learner_takes_the_string():
-    """Where it asks for pictures first, as Stable-Baselines3 does, that must not be its end."""
+    """Stable-Baselines3 first makes the environment with a render mode; that must not fail."""
     model = PPO("MlpPolicy", "walker_sim/BipedalWalker-v3", n_steps=64, batch_size=32, device="cpu")
     model.learn(64)
     assert model.num_timesteps == 64
@@ -229,7 +229,7 @@ def test_pictures_of_dummy_vec_env(tmp_path):
 
 
 def test_a_video(tmp_path, monkeypatch):
-    """Without moviepy, which writes files of pictures that are checked here."""
+    """Replaces moviepy, which only encodes the frames that are checked here."""
     monkeypatch.setitem(sys.modules, "moviepy", types.ModuleType("moviepy"))
     environments = make_ours("BipedalWalker-v3", 2, render_mode="rgb_array")
     recorder = VecVideoRecorder(environments, str(tmp_path), lambda step: step == 0, 100)

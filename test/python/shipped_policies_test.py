@@ -1,4 +1,4 @@
-"""The policies that come along: their cards, and the same walk in Gymnasium's own walkers."""
+"""Shipped policies: their cards, and equal episodes in Gymnasium's environments."""
 
 import concurrent.futures
 import json
@@ -29,12 +29,12 @@ LEAST = {
     "Hopper-v5": 3000,
 }
 LARGEST = 1_000_000  # bytes
-STEPS = 20  # in which MuJoCo's versions have not parted yet, see episodes_gymnasium_test.py
+STEPS = 20  # before MuJoCo versions diverge, see episodes_gymnasium_test.py
 NEAR = 1e-9
 
 
 def play(environment, env_id, seed, most=10**6):
-    """Rows of observation, reward, terminated and truncated, with the shipped policy."""
+    """Plays with the shipped policy. Returns rows of observation, reward, terminated, truncated."""
     policy = _core.Policy(str(shipped_policy(env_id)))
     action = np.empty(environment.action_space.shape)
     observation, _ = environment.reset(seed=seed)
@@ -57,7 +57,7 @@ def test_is_small_and_says_what_made_it(env_id):
     path = shipped_policy(env_id)
     assert path.stat().st_size < LARGEST
     policy = _core.Policy(str(path))
-    # Version 4 of a robot may have version 5's.
+    # A v4 environment may ship the policy of v5.
     assert policy.id in (env_id, env_id.replace("-v4", "-v5"))
     settings = read_settings(ROOT / "config/training" / f"{policy.id}.yaml")
     assert policy.notes["settings"] == settings.hash()
@@ -67,7 +67,7 @@ def test_is_small_and_says_what_made_it(env_id):
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_acts_on_rows_as_on_each_alone(env_id):
-    """To the bit, from two threads at once."""
+    """Also from two concurrent threads."""
     policy = _core.Policy(str(shipped_policy(env_id)))
     size = policy.observation_size, policy.action_size
     observations = np.random.default_rng(0).normal(0, 2, (101, size[0]))
@@ -87,7 +87,6 @@ def test_acts_on_rows_as_on_each_alone(env_id):
 
 @pytest.mark.parametrize("env_id", BIPEDAL_WALKERS)
 def test_walks_in_gymnasium_to_the_bit(env_id):
-    """Whole episodes."""
     for seed in (1_000_000, 7):
         rows = play(gymnasium.make(f"walker_sim/{env_id}"), env_id, seed)
         assert equal_bits(rows, play(gymnasium.make(env_id), env_id, seed))
@@ -95,7 +94,7 @@ def test_walks_in_gymnasium_to_the_bit(env_id):
 
 @pytest.mark.parametrize("env_id", ["Walker2d-v4", "Walker2d-v5"])
 def test_walks_in_gymnasium_as_near_as_another_mujoco_comes(env_id):
-    """Hopper's contact margins mean another thing there, see docs/fidelity.md."""
+    """Without Hopper: newer MuJoCo combines its contact margins differently (docs/fidelity.md)."""
     near = []
     for seed in range(100):
         rows = play(gymnasium.make(f"walker_sim/{env_id}"), env_id, seed, STEPS)
@@ -107,7 +106,7 @@ def test_walks_in_gymnasium_as_near_as_another_mujoco_comes(env_id):
 
 @pytest.mark.parametrize("env_id", ["Walker2d-v4", "Walker2d-v5"])
 def test_walks_as_far_in_gymnasium_with_another_mujoco(env_id):
-    """The mean return of whole episodes, in which the two part."""
+    """Compares the mean return, because whole episodes diverge."""
     means = []
     for name in (f"walker_sim/{env_id}", env_id):
         rows = [play(gymnasium.make(name), env_id, seed) for seed in range(1_000_000, 1_000_010)]
@@ -117,7 +116,6 @@ def test_walks_as_far_in_gymnasium_with_another_mujoco(env_id):
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_a_training_s_evaluation_and_evaluate_have_the_same_outcomes(env_id, tmp_path):
-    """To the bit."""
     path = shipped_policy(env_id)
     evaluation = Evaluation(env_id, {"max_episode_steps": 300}, 5, 1)
     returns = evaluation.returns(_core.Policy(str(path)))

@@ -1,5 +1,4 @@
-"""EnvPool's step(actions, env_id): some walkers of a vector environment beside single ones, to the
-bit."""
+"""EnvPool's step(actions, env_id) equals single environments to the bit."""
 
 import re
 import time
@@ -12,7 +11,7 @@ from gymnasium.vector import AutoresetMode
 from vector_comparison import assert_same
 
 NUM_ENVS = 5
-PATIENCE = 60.0  # wall seconds; only a failing test waits as long
+PATIENCE = 60.0  # timeout that only a failing test reaches [s]
 LIMITS = {"BipedalWalker-v3": 70, "Walker2d-v5": 20, "Hopper-v5": 20}
 MODES = ["next_step", "same_step", "disabled"]
 
@@ -23,7 +22,6 @@ def make(environment_id="BipedalWalker-v3", num_envs=NUM_ENVS, **options):
 
 
 def singles(environment_id, mode):
-    """As many vector environments of Gymnasium's, of one single walker each."""
 
     def make_one():
         return gymnasium.make(
@@ -35,7 +33,6 @@ def singles(environment_id, mode):
 
 
 def row_of(outcome, row):
-    """One walker's part of what a step gave."""
     *arrays, infos = outcome
     return [array[row : row + 1] for array in arrays], {
         name: row_of_infos(value, row) for name, value in infos.items() if name != "env_id"
@@ -49,7 +46,7 @@ def row_of_infos(value, row):
 
 
 def without_absent(infos):
-    """The infos of a walker alone do not name what it has not."""
+    """Removes absent infos and masks, which a single environment does not have."""
     kept = {}
     for name, value in infos.items():
         if name.startswith("_") or not infos[f"_{name}"][0]:
@@ -110,13 +107,13 @@ def test_the_others_stay_as_they_are():
 
 
 def test_with_a_batch_size_it_is_a_send_and_a_recv():
-    """As EnvPool has it: others may be under way."""
+    """As in EnvPool, other environments may still be stepping."""
     envs = make(batch_size=2, num_threads=2)
     envs.async_reset(seed=1)
     steps = np.zeros(NUM_ENVS, int)
     *_, infos = envs.recv()
     rounds, deadline = 0, time.monotonic() + PATIENCE
-    # A thread that the system keeps waiting keeps its walkers waiting.
+    # A thread that is not scheduled delays its environments, so 60 rounds may not reach all.
     while rounds < 60 or (not steps.all() and time.monotonic() < deadline):
         rounds += 1
         env_id = infos["env_id"]
@@ -127,7 +124,7 @@ def test_with_a_batch_size_it_is_a_send_and_a_recv():
 
 
 def test_pictures_after_a_step_of_some():
-    """The picture shows another ray of the lidar at each step of its own walker."""
+    """The picture identifies the step, because the lidar's ray changes at each step."""
     kind = {"render_mode": "rgb_array", "width": 120, "height": 80}
     ours, twin = make(**kind), make(**kind)
     ours.reset(seed=3)

@@ -19,11 +19,11 @@ import walker_sim.environment
 
 @dataclasses.dataclass
 class Suite:
-    replaced: dict  # their ids: ours
+    replaced: dict  # {Gymnasium's id: this package's id}
     files: list  # below tests/
     chosen: str  # regular expression for the names of the tests that make these ids
-    failing: dict  # names of functions: why they fail
-    count: int  # of the chosen tests
+    failing: dict  # {test function: why it fails}
+    count: int
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, config, items):
@@ -65,8 +65,8 @@ SUITES = {
     "sb3": Suite(
         replaced={"Pendulum-v1": "walker_sim/BipedalWalker-v3"},
         files=["test_run.py", "test_predict.py", "test_vec_normalize.py"],
-        # DQN takes no walker's actions; CUDA is not here; test_ppo_warnings wants a loss above 0,
-        # which Pendulum's large negative rewards give, but a walker's do not always.
+        # DQN does not support continuous actions; CUDA is not available; test_ppo_warnings needs a
+        # positive loss, which Pendulum's large negative rewards cause, but a walker's not always.
         chosen=r"^(?!.*(cuda|DQN)).*Pendulum|^test_(deterministic_pg|n_critics|offpolicy_normalization|"
         r"sac|train_freq|offpolicy_multi_env\[(DDPG|SAC|TD3)|(sync_vec_normalize|vec_env)\[make_env)",
         failing={},
@@ -94,7 +94,7 @@ def main():
     )
     parser.add_argument("suite", choices=SUITES)
     parser.add_argument("folder", metavar="FOLDER")
-    parsed, options = parser.parse_known_args()  # the others are pytest's
+    parsed, options = parser.parse_known_args()  # the other options are pytest's
     suite = SUITES[parsed.suite]
     os.chdir(parsed.folder)
     sys.path.insert(0, os.getcwd())  # Gymnasium's tests import each other from tests

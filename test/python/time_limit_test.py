@@ -1,4 +1,4 @@
-"""What gymnasium.make keeps to itself, in the Gymnasium that is installed."""
+"""limit_of_make finds the time limit that gymnasium.make does not pass to the environment."""
 
 import gymnasium
 import pytest
@@ -6,7 +6,7 @@ from walker_sim.time_limit import ANY, limit_of_make
 
 
 class Probe(gymnasium.Env):
-    """Notes which limit it is told of."""
+    """An environment that records the limit found for it."""
 
     observation_space = action_space = gymnasium.spaces.Discrete(1)
 
@@ -20,7 +20,7 @@ class Descendant(Probe):
 
 
 class Container(Probe):
-    """Somebody's environment that holds another one."""
+    """An environment that asks for the limit of another class, as if it contained one."""
 
     def __init__(self):
         self.limit = limit_of_make(Descendant)
@@ -28,7 +28,6 @@ class Container(Probe):
 
 @pytest.fixture(autouse=True, params=[70, None])
 def registered(request):
-    """The limits under which the ids are registered."""
     names = {}
     for environment in (Probe, Descendant, Container):
         names[environment] = f"{environment.__name__}-v0"
@@ -55,7 +54,7 @@ def test_make_tells_its_limit(name, registered):
 
 @pytest.mark.parametrize("limit", [None, 5, -1])
 def test_an_environments_own_specification_says_nothing(limit):
-    """It knows no wrapper, so no limit; Gymnasium's checker copies environments by it."""
+    """An unwrapped spec has no limit; Gymnasium's check_env makes copies from it."""
     made = gymnasium.make("Probe-v0", max_episode_steps=limit)
     assert made.unwrapped.spec.max_episode_steps is None
     assert limit_of(made.unwrapped.spec) == ANY

@@ -1,5 +1,7 @@
-"""Torch's tensors in and out, without a copy, and with the bits of NumPy's arrays. Run where the
-distribution's PyTorch is; the package itself never imports it."""
+"""Zero-copy exchange of PyTorch tensors, with the same bits as NumPy arrays.
+
+Runs with the distribution's PyTorch. The package itself never imports it.
+"""
 
 import re
 import subprocess
@@ -24,8 +26,6 @@ def make_vector(environment_id, **options):
 
 
 class OnlyDlpack:
-    """What has no other way to its memory than DLPack's."""
-
     def __init__(self, tensor):
         self._tensor = tensor
 
@@ -39,7 +39,6 @@ class OnlyDlpack:
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
 @pytest.mark.parametrize("form", [lambda tensor: tensor, OnlyDlpack, lambda t: t.numpy()])
 def test_actions_are_read_where_they_are(dtype, form):
-    """The memory that the core reads is the tensor's own."""
     one, many = torch.rand(4, dtype=dtype), torch.rand(NUM_ENVS, 4, dtype=dtype)
     assert to_action(form(one), (4,)).ctypes.data == one.data_ptr()
     assert to_actions(form(many), NUM_ENVS, 4).ctypes.data == many.data_ptr()
@@ -63,7 +62,7 @@ def test_results_are_taken_without_a_copy():
     for result in results:
         assert result.flags.writeable and result.flags.c_contiguous
         assert torch.from_numpy(result).data_ptr() == result.ctypes.data
-        if result.dtype != bool:  # of which this PyTorch has no DLPack
+        if result.dtype != bool:  # this PyTorch does not support bool in DLPack
             tensor = torch.from_dlpack(result)
             assert tensor.data_ptr() == result.ctypes.data
             kept = tensor.clone()
@@ -116,8 +115,7 @@ def test_some_and_sent_take_tensors():
 
 
 def test_gymnasiums_wrapper_of_vector_environments():
-    """Not in same_step, of whose final observations, an array of objects, it makes no tensor,
-    whatever the environment."""
+    """Not in same_step: the wrapper cannot convert final observations, an array of objects."""
     plain = make_vector("Walker2d-v5")
     wrapped = vector_wrappers.NumpyToTorch(make_vector("Walker2d-v5"))
     observations, _ = wrapped.reset(seed=2)

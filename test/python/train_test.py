@@ -1,4 +1,4 @@
-"""train and convert, with Stable-Baselines3: short trainings, and files that act alike."""
+"""train and convert with Stable-Baselines3: short trainings, and files with equal actions."""
 
 import csv
 import json
@@ -163,7 +163,7 @@ def test_settings_change_where_they_say():
 
 
 def test_our_walkers_are_gymnasiums_to_the_learner(promotion):
-    """To the bit, where ours keep Box2D's world from one episode to the next as Gymnasium does."""
+    """Gymnasium keeps the Box2D world between episodes, as does reuse_world."""
     settings = small(num_envs=3, parameters={}, least_reward=-5)
     ours = NormalizedVecEnv(
         PoolSource(ID, small(num_envs=3, parameters={"reuse_world": True}), 1), settings
@@ -222,7 +222,7 @@ def test_a_delayed_action_is_the_one_before():
 
 
 def test_a_training_leaves_a_policy_that_evaluate_takes(tmp_path, capsys, monkeypatch):
-    """With the outcomes that the training has seen, to the bit."""
+    """evaluate's returns equal the training's to the bit."""
     seen = []
 
     def returns(self, policy, play=evaluation.Evaluation.returns):
@@ -306,7 +306,6 @@ def test_exploration_moves_on_its_line_and_changes_take_place(tmp_path):
 
 
 def tensor_of(path, name):
-    """Of a policy's file, float32."""
     content = path.read_bytes()
     (size,) = struct.unpack_from("<Q", content)
     entry = json.loads(content[8 : 8 + size])[name]
@@ -318,7 +317,7 @@ def test_the_mean_of_the_last_networks_is_kept(tmp_path):
     networks = []
 
     def look(training, point):
-        if point is None:  # a rollout's end: the network after the update before
+        if point is None:  # at a rollout's end: the network after the previous update
             networks.append(actor_arrays(training.model))
 
     training = train(tmp_path / "run", small(average_updates=3, evaluate_every=2048), report=look)
@@ -383,7 +382,6 @@ def actions_of(path, observations, env_id=ID):
 
 
 def test_actions_are_the_networks_within_a_millionth(tmp_path):
-    """100,000 observations."""
     training = train(tmp_path / "run", small(layers=[256, 256], evaluate_every=2048))
     observations = np.random.default_rng(0).normal(0, 1, (100_000, 24))
     normal = training.walkers.normal(observations)
@@ -478,7 +476,7 @@ def test_an_evaluation_plays_every_seed_whatever_runs_at_once(monkeypatch):
     random = np.random.default_rng(0)
     content = bytearray((ROOT / "assets/policies" / f"{ID}.safetensors").read_bytes())
     last_bias = np.frombuffer(content, "<f4", offset=len(content) - 4 * 4)  # the file's last tensor
-    last_bias += random.normal(0, 0.3, 4).astype(np.float32)  # falls now and then
+    last_bias += random.normal(0, 0.3, 4).astype(np.float32)  # makes the walker fall sometimes
     policy = _core.Policy.from_bytes("with noise", bytes(content))
     returns = []
     for at_once in (7, 3):

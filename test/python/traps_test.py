@@ -1,5 +1,5 @@
-"""With floating-point traps on, no comparison with NaN, which absent values are, ends the process.
-Users turn the traps on to find a NaN of their own."""
+"""With floating-point traps enabled, no comparison with NaN, the value of absent infos, raises
+SIGFPE. Users enable the traps to find NaNs in their own code."""
 
 import os
 import signal

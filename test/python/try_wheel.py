@@ -37,13 +37,13 @@ IDS = (
     "Hopper-v5",
 )
 LICENCES = ("LICENSE", "NOTICE", "mujoco/LICENSE", "mujoco/LICENSES_THIRD_PARTY.md")
-# By what draws: the environments' robots share it.
+# The rendering library of an environment of each engine.
 MISSING = {"BipedalWalker-v3": "libcairo2", "Walker2d-v5": "libosmesa6"}
 STARTS = 10
 
 
 class Failure(Exception):
-    """What is wrong with the wheel."""
+    """A defect of the wheel."""
 
 
 def check(is_well, text):
@@ -74,9 +74,9 @@ def check_files():
 
 
 def played(episode):
-    """All numbers of the episode as this wheel has them, and as they are recorded, in bytes."""
+    """Replays an episode. Returns the bytes of all numbers, computed and recorded."""
     environment = gymnasium.make(f"walker_sim/{episode.id}", **episode.parameters)
-    # The recording of BipedalWalker has its numbers in single precision.
+    # The recording of BipedalWalker is in single precision.
     form = "f" if episode.id.startswith("Bipedal") else "d"
     ours, theirs = b"", b""
     for number, step in enumerate(episode.steps):
@@ -109,7 +109,7 @@ def check_pictures(wish):
         environment.reset(seed=1)
         try:
             picture = environment.render()
-        except Exception as error:  # of whatever kind: it is what the user reads
+        except Exception as error:  # any exception, because its message is checked
             check(wish != "drawn", f"{env_id} is not drawn: {error}")
             check(package in str(error), f"{env_id}: {error}; must name {package}")
             print(f"= {env_id} is not drawn, and says: {error}")
@@ -122,8 +122,8 @@ def check_pictures(wish):
 
 
 def start(program):
-    """The time from start to end of Python with this program, and the processor's share [s]: the
-    least of some starts, for others may be at work."""
+    """Returns wall and CPU time of Python with this program [s]: the minimum of several runs, as
+    other processes may be busy."""
     taken, worked = [], []
     for _ in range(STARTS):
         begin, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)

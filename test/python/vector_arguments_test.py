@@ -1,4 +1,4 @@
-"""What WalkerVectorEnv takes and refuses, and what it says about itself."""
+"""WalkerVectorEnv: accepted and rejected arguments, attributes."""
 
 import re
 import subprocess
@@ -208,7 +208,7 @@ def test_generators_can_be_looked_at_and_put_in_place(envs):
 def test_masks_are_refused_as_sync_vector_env_refuses_them(envs, mask, error, words):
     theirs = SyncVectorEnv([make_single] * NUM_ENVS)
     theirs.reset(seed=1)
-    with pytest.raises((error, AssertionError)):  # it asserted before Gymnasium 1.2
+    with pytest.raises((error, AssertionError)):  # AssertionError before Gymnasium 1.2
         theirs.reset(options={"reset_mask": mask})
     with raises(error, words):
         envs.reset(options={"reset_mask": mask})
@@ -289,7 +289,7 @@ def test_steps_need_an_episode():
 def test_what_cannot_be_sent(envs, ids, error, words):
     with raises(error, words):
         envs.send(zeros(envs, np.size(ids)), ids)
-    envs.step(zeros(envs))  # nothing is under way
+    envs.step(zeros(envs))
 
 
 def test_what_is_under_way_is_received_first():
@@ -314,7 +314,6 @@ def test_what_is_under_way_is_received_first():
 
 
 def test_what_only_walkers_of_this_process_have(monkeypatch):
-    """Those of a server, which need none here."""
     specification = make()._walkers.specification
     remote = SimpleNamespace(
         specification=specification,
@@ -338,7 +337,7 @@ def test_what_only_walkers_of_this_process_have(monkeypatch):
 
 
 def test_threads_take_turns():
-    """Two that step the same walkers get the steps of both, each whole."""
+    """Two threads that step the same environments each get complete, consistent steps."""
     envs, twin = make(num_threads=2), make()
     envs.reset(seed=1)
     twin.reset(seed=1)
@@ -376,7 +375,7 @@ def test_after_close_it_says_so(envs):
 
 
 def test_it_needs_gymnasium_1_1(tmp_path):
-    """The package itself does not: here it meets a Gymnasium as 1.0 was, without AutoresetMode."""
+    """The rest of the package works with Gymnasium 1.0, which has no AutoresetMode."""
     script = """
 import gymnasium, gymnasium.vector
 del gymnasium.vector.AutoresetMode

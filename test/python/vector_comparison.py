@@ -1,13 +1,13 @@
-"""Whether two vector environments gave the same."""
+"""Compares the outcomes of two vector environments."""
 
 import numpy as np
 
 
 def assert_same(ours, theirs, where="", near=None):
-    """Types, keys, shapes and bits of what a reset or a step gave.
+    """Asserts equal types, keys, shapes and bits of a reset's or a step's outcome.
 
-    With `near`, numbers may differ by so much, and be of another width: Gymnasium's Walker2d hands
-    on whatever type NumPy gave the terms of the reward.
+    With `near`, numbers may differ by that much and have another precision: the type of Gymnasium's
+    Walker2d reward terms depends on NumPy's type promotion.
     """
     assert type(ours) is type(theirs), (where, ours, theirs)
     if isinstance(ours, (tuple, list)):

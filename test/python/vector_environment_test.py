@@ -1,7 +1,7 @@
-"""WalkerVectorEnv against the SyncVectorEnv that is installed: all that both give, to the bit.
+"""WalkerVectorEnv equals the installed SyncVectorEnv to the bit.
 
-Of Gymnasium's own BipedalWalker, which keeps its world from one episode to the next, so ours do
-here; and of our single environments.
+The reference steps Gymnasium's BipedalWalker, compared with reuse_world because it keeps its world
+between episodes, and this package's single environments.
 """
 
 import pathlib
@@ -24,7 +24,7 @@ LIMITS = {
     "Walker2d-v4": 25,
     "Walker2d-v5": 25,
     "Hopper-v5": 25,
-}  # some fall, some do not
+}  # some episodes terminate before, some do not
 OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
 GYMNASIUMS = [("BipedalWalker-v3", LIMITS["BipedalWalker-v3"], {"reuse_world": True})]
 CASES = [
@@ -60,8 +60,8 @@ def draw_actions(random, ours):
 
 
 def play(step, reset, mode, case, **options):
-    """Plays both sides with the same seeds and actions, and compares; `step` and `reset` are called
-    on ours. Returns how many episodes were terminated and truncated."""
+    """Compares WalkerVectorEnv, on which `step` and `reset` are called, with the reference. Returns
+    the numbers of terminated and truncated episodes."""
     ours, theirs = make_pair(case, mode, **options)
     random = np.random.default_rng(5)
     assert_same(reset(ours, seed=7), theirs.reset(seed=7))
@@ -71,7 +71,7 @@ def play(step, reset, mode, case, **options):
         mask, seeds = np.zeros(NUM_ENVS, bool), [None] * NUM_ENVS
         if mode == "disabled":
             mask |= ended
-        if number % 100 == 50:  # two of them wherever they are, one with a seed
+        if number % 100 == 50:  # resets two during their episodes, one with a seed
             mask[[1, 3]] = True
             seeds[3] = number
         if mask.any():
@@ -103,9 +103,8 @@ def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
-    """Another MuJoCo stops its solver elsewhere, unless that runs to the end: see
-    test/robots/mujoco/episodes_gymnasium_test.py. The episodes are too short for the rest to grow.
-    """
+    """Another MuJoCo version's solver stops at another iterate unless its tolerance is 0 (see
+    episodes_gymnasium_test.py). The episodes are too short for the remaining difference to grow."""
     converging = tmp_path / "converging.xml"
     model = MODELS["Walker2d-v5"].read_text()
     converging.write_text(model.replace("<option ", '<option tolerance="0" ', 1))
@@ -120,7 +119,7 @@ def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
 
 
 def torn_apart(folder):
-    """A model whose motors are too strong for the engine."""
+    """Returns parameters of a model whose motors make the simulation diverge."""
     model = MODELS["Walker2d-v5"].read_text()
     strong = folder / "strong.xml"
     strong.write_text(model.replace('gear="100"', 'gear="1e14"'))
@@ -146,7 +145,7 @@ def test_what_the_engine_says_stands_where_the_episode_ended(mode, tmp_path):
 
 
 def cramped(folder):
-    """A model whose engine refuses some resets, by their seeds."""
+    """Returns parameters of a model whose MuJoCo stack overflows at the resets with some seeds."""
     model = MODEL.read_text()
     file = folder / "cramped.xml"
     file.write_text(model.replace('nstack="8000"', 'nstack="520"'))
@@ -158,7 +157,7 @@ def cramped(folder):
 
 
 def sorted_seeds(parameters):
-    """Below 40: those whose resets succeed, and those whose fail, which a walker alone tells."""
+    """Returns the seeds below 40 with which a single environment's reset succeeds, and fails."""
     walker = walker_sim.WalkerEnv("Walker2d-v5", **parameters)
     good, bad = [], []
     for seed in range(40):
@@ -208,7 +207,7 @@ def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path)
         assert np.array_equal(rewards[others], expected[1][others]), number
         failed = infos.get("_error", np.zeros(5, bool)) & (infos.get("error") == WORDS)
         for walker in failed.nonzero()[0]:
-            if mode == "same_step":  # else it may be a step's
+            if mode == "same_step":  # in other modes a step may have failed
                 assert not observations[walker].any()
             assert terminated[walker] or truncated[walker]
             failures += 1
@@ -236,7 +235,7 @@ def test_the_number_of_threads_changes_nothing(num_threads):
 
 
 def in_order_of_env_id(received):
-    """The rows of a `recv` of all walkers, without env_id, as a step gives them."""
+    """Converts the outcome of a `recv` of all environments to that of a step."""
     *arrays, infos = received
     infos = dict(infos)
     order = np.argsort(infos.pop("env_id"))
@@ -263,7 +262,7 @@ def test_what_is_sent_and_received_is_the_same(case, mode):
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 @pytest.mark.parametrize("case", [OURS[0], OURS[2]], ids=["BipedalWalker", "Walker2d"])
 def test_each_goes_its_way_however_they_arrive(case, mode):
-    """Three at a time of five, in the loop that asynchronous learners run."""
+    """Batches of three of five environments, in the send/recv loop of asynchronous learners."""
     ours, theirs = make_pair(case, mode, batch_size=3)
     random = np.random.default_rng(6)
     actions = random.uniform(-1, 1, (NUM_STEPS, *ours.action_space.shape)).astype(np.float32)
@@ -297,7 +296,7 @@ def test_arrays_are_the_callers():
         kept.append(ours.step(actions))
         expected.append(twin.step(actions))
         for values in kept[-1][:-1]:
-            values[...] = 1  # neither the next ones nor the environment may see this
+            values[...] = 1  # must not affect later outcomes or the environment
         kept[-1][-1]["x_position"][...] = 1
         assert_same(twin.step(actions), ours.step(actions))
     assert_same(kept[0], expected[0])

@@ -1,4 +1,4 @@
-"""``render`` of many walkers, beside Gymnasium's vector environment of single ones."""
+"""``render`` of WalkerVectorEnv, compared with Gymnasium's vector environment."""
 
 import re
 import sys
@@ -46,7 +46,6 @@ def batches(environments, count):
 
 
 def flat(pictures):
-    """Those of rgbd_tuple one by one."""
     return [part for one in pictures for part in (one if isinstance(one, tuple) else (one,))]
 
 
@@ -71,7 +70,7 @@ def test_pictures_are_those_of_single_walkers(env_id, mode):
 
 
 def test_after_an_autoreset_the_new_episode_is_shown():
-    """The lidar's ray tells the step."""
+    """The lidar's ray identifies the step."""
     ours, theirs = (make_any(WALKER) for make_any in (make, make_sync))
     num_ends = 0
     for environments in (ours, theirs):
@@ -137,7 +136,7 @@ def test_a_window_while_some_are_under_way():
 
 
 def test_recorded_videos_frames(tmp_path, monkeypatch):
-    """moviepy only writes the file."""
+    """Replaces moviepy, which only writes the file."""
     monkeypatch.setitem(sys.modules, "moviepy", types.ModuleType("moviepy"))
     environments = vector.RecordVideo(
         make(WALKER), str(tmp_path), episode_trigger=lambda episode: True

@@ -30,7 +30,6 @@ NEXT_STEP_ONLY = ("NormalizeObservation", "FlattenObservation", "several")
 
 
 def without_times(result):
-    """RecordEpisodeStatistics looks at the clock."""
     if isinstance(result[-1], dict) and "episode" in result[-1]:
         result[-1]["episode"].pop("t", None)
     return result
@@ -66,8 +65,8 @@ def test_gymnasiums_wrappers_see_no_difference(name, mode):
 
 
 def test_statistics_of_episodes_that_are_reset_by_mask():
-    """Gymnasium's own environments take the mask out of the options, and with it from the wrapper,
-    which then forgets all episodes; so there is nothing to compare with."""
+    """Has no reference: Gymnasium's environments remove the mask from the options, so its wrapper
+    resets the statistics of all episodes."""
     envs = wrappers.RecordEpisodeStatistics(
         gymnasium.make_vec(WALKER2D, NUM_ENVS, autoreset_mode="disabled", max_episode_steps=20)
     )

@@ -1,4 +1,4 @@
-"""Our environments and Gymnasium's own, side by side."""
+"""Makes this package's environments and Gymnasium's, and plays them."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ IDS = (
 
 
 def make_ours(environment_id, **parameters):
-    """Ours with all of Gymnasium's wrappers."""
     import walker_sim  # noqa: F401  # registers the ids
 
     return gymnasium.make(f"walker_sim/{environment_id}", **parameters)
 
 
 def make_theirs(environment_id, **parameters):
-    """Gymnasium's own; the test is skipped where this Gymnasium has no such id, or no engine."""
+    """Makes Gymnasium's environment. Skips the test if Gymnasium lacks the id or the engine."""
     try:
         return gymnasium.make(environment_id, **parameters)
     except (gymnasium.error.UnregisteredEnv, gymnasium.error.DependencyNotInstalled) as error:
@@ -28,21 +27,20 @@ def make_theirs(environment_id, **parameters):
 
 
 def make_reference(environment_id):
-    """As `make_theirs`, where its bits are those that ours are made to have."""
+    """Like `make_theirs`, but skips the test if Gymnasium's bits differ from the reference."""
     if int(np.__version__.split(".")[0]) < 2:
         pytest.skip("under NumPy 1 Gymnasium computes the cost of an action in double precision")
     return make_theirs(environment_id)
 
 
 def random_actions(environment_id, count, seed=0):
-    """Shape (count, action size), float32."""
     size = {"Walker2d": 6, "Hopper": 3}.get(environment_id.partition("-")[0], 4)
     return np.random.default_rng(seed).uniform(-1, 1, (count, size)).astype(np.float32)
 
 
 def follow(environment, actions):
-    """Takes the actions, resetting without a seed where an episode ends. Returns what each call
-    gave, observations as bytes, to be compared by ``==``."""
+    """Takes the actions and resets without a seed when an episode ends. Returns the outcome of each
+    call, with observations as bytes, comparable by ``==``."""
     outcomes = []
     for action in actions:
         observation, *outcome, info = environment.step(action)

@@ -1,5 +1,5 @@
-"""The wheel in a clean virtual environment: what is in it, and that it walks, here, over ROS and
-beside a workspace. ./scripts/test starts this, with WALKER_SIM_DEVEL naming the devel space."""
+"""The wheel in a clean virtual environment: contents, and episodes in process, over ROS and beside
+a workspace. stage.sh runs this; WALKER_SIM_DEVEL is the devel space."""
 
 import contextlib
 import importlib.metadata
@@ -32,7 +32,7 @@ DEVEL = pathlib.Path(os.environ["WALKER_SIM_DEVEL"])
 WORKSPACE = DEVEL / "lib/python3/dist-packages"
 DISTRIBUTION = "/usr/lib/python3/dist-packages"
 GYMNASIUM = tuple(map(int, gymnasium.__version__.split(".")[:2]))
-PATIENCE = 60.0  # wall seconds; only a failing test waits as long
+PATIENCE = 60.0  # timeout that only a failing test reaches [s]
 EPISODES = [
     recorded_episodes.read_bipedal_walker()[0],
     recorded_episodes.read_walker2d()[0],
@@ -46,7 +46,6 @@ def test_nothing_loads_libraries_from_the_current_directory():
 
 
 def play(environment, episode):
-    """Observations and rewards of a recorded episode's actions, as the recording has them."""
     played = [[*environment.reset(seed=episode.seed)[0].tolist(), 0.0]]
     for step in episode.steps[1:]:
         observation, reward, *flags, _ = environment.step(np.array(step.action, np.float32))
@@ -62,7 +61,7 @@ def recorded(episode):
 def assert_same_bits(played, episode):
     expected = recorded(episode)
     if episode.id.startswith("Bipedal"):
-        # The recording holds its rewards in single precision.
+        # The recording's rewards are in single precision.
         played[:, -1] = played[:, -1].astype(np.float32)
     assert played.shape == expected.shape
     assert played.tobytes() == expected.tobytes()
@@ -115,7 +114,7 @@ def test_there_is_one_version():
 
 
 def test_the_engine_is_the_wheels_own():
-    """Whatever else of that name is in sight."""
+    """Even if other libraries of that name are on LD_LIBRARY_PATH."""
     program = """
 import gymnasium, walker_sim
 gymnasium.make("walker_sim/Walker2d-v5").reset(seed=1)
@@ -170,7 +169,7 @@ def test_vectorised():
 
 @contextlib.contextmanager
 def walker_server(*arguments):
-    """The address of a master with a server, both out of the devel space, in its environment."""
+    """Starts the devel space's master and server in its environment. Yields the master's URI."""
     with socket.socket() as free:
         free.bind(("localhost", 0))
         port = str(free.getsockname()[1])
@@ -194,7 +193,6 @@ def walker_server(*arguments):
 
 
 def connected(name, **options):
-    """The environment over ROS, as soon as its server is up."""
     end = time.monotonic() + PATIENCE
     while True:
         try:
@@ -214,7 +212,6 @@ def test_an_episode_over_ros():
 
 
 def run(program, *folders, **variables):
-    """What the program prints in a Python with these folders first on its path."""
     variables["PYTHONPATH"] = os.pathsep.join(map(str, folders))
     done = subprocess.run(
         [sys.executable, "-c", program],
@@ -231,7 +228,7 @@ def run(program, *folders, **variables):
     "folders", [(WORKSPACE, SITE), (SITE, WORKSPACE)], ids=["workspace first", "wheel first"]
 )
 def test_beside_a_workspace(folders):
-    """The messages come from the workspace, and an extension module for this Python is found."""
+    """Messages come from the workspace; the extension module matches this Python."""
     program = f"""
 import gymnasium, walker_sim
 environment = gymnasium.make("walker_sim/BipedalWalker-v3")
@@ -248,6 +245,5 @@ print(walker_sim.msg.Transition._type, walker_sim.srv.Step._type)
 
 
 def distributions_version():
-    """Of the Python that rospy is there for."""
     command = ["/usr/bin/python3", "-c", "import sys; print(*sys.version_info[:2])"]
     return tuple(map(int, subprocess.check_output(command, text=True).split()))

@@ -1,4 +1,4 @@
-"""The window and its pace, on SDL's dummy display."""
+"""The window and its frame rate, on SDL's dummy display."""
 
 import copy
 import os
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("pygame")
 
 
 def play(pace, clock, num_steps, step_time=0.0, picture_time=0.0):
-    """Steps that take their time; returns how many pictures were shown."""
+    """Simulates steps of the given duration. Returns the number of pictures shown."""
     num_pictures = 0
     for _ in range(num_steps):
         clock.time += step_time
@@ -64,7 +64,7 @@ def test_slow_steps_are_shown_all_the_same(clock):
 def test_what_was_late_is_not_made_up_for(clock):
     pace = Pace(DT, clock)
     play(pace, clock, 1)
-    clock.time += 60  # the user has looked at something else
+    clock.time += 60  # no step for a minute
     begun = clock.time
     play(pace, clock, 100)
     assert clock.time == pytest.approx(begun + 100 * DT - MAX_LAG, abs=DT)
@@ -75,7 +75,6 @@ def picture(value):
 
 
 def shown(pygame):
-    """Shape (height, width, 3)."""
     return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
 
 
@@ -117,7 +116,7 @@ def test_an_environment_shows_what_it_would_draw(pygame):
     action = random_actions("BipedalWalker-v3", 1)[0]
     for one in (environment, drawn):
         one.step(action)
-    assert environment.render() is None  # also where the step's picture came too late
+    assert environment.render() is None  # shows the frame if step() was not due to
     assert np.array_equal(shown(pygame), drawn.render())
     environment.close()
     assert pygame.display.get_surface() is None
@@ -163,7 +162,6 @@ def test_a_copy_has_a_window_of_its_own(pygame, copied):
 
 
 def outcome_of(program, status=1, **variables):
-    """Standard error of a program that has to end with this status."""
     clean = {name: os.environ[name] for name in os.environ if name != "SDL_VIDEODRIVER"}
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         clean.pop(name, None)
@@ -186,7 +184,7 @@ gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="human").reset()
 
 @pytest.mark.parametrize("environment_id", ["BipedalWalker-v3", "Walker2d-v5"])
 def test_without_a_display_nobody_sees_it(environment_id):
-    """As Gymnasium has it; its checker makes a window, and then other pictures."""
+    """As in Gymnasium, whose check_env opens a window and then renders in other modes."""
     error = outcome_of(
         f"""
 import gymnasium, pygame, walker_sim

@@ -1,9 +1,9 @@
-"""Makes the recordings beside it: what NumPy and Gymnasium do, for tests that need neither.
+"""Writes the recordings of NumPy and Gymnasium in this folder, for tests that need neither.
 
     PYTHONPATH=test:test/robots/bipedal_walker python test/recordings/record_bipedal_walker.py
 
-needs gymnasium[box2d] 1.4.0 with box2d 2.3.10 and NumPy 2. `bits` are the IEEE 754 bits in
-hexadecimal. record_mujoco.py makes those of the others.
+Needs gymnasium[box2d] 1.4.0 with box2d 2.3.10 and NumPy 2. `bits` are the IEEE 754 bits in
+hexadecimal. record_mujoco.py writes the recordings of the other robots.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ write = functools.partial(
     packages=("gymnasium", "box2d", "numpy"),
 )
 
-# Ranges of `integers`: those of the terrain, then ones where a draw is often rejected and drawn
-# again (Lemire rejects 25 % and nearly 50 % of them), then extreme ones.
+# Ranges of `integers`: the terrain's, ranges with frequent rejections (Lemire's method rejects 25 %
+# and nearly 50 % of the draws), and extreme ranges.
 RANGES = (
     *((3, 5), (1, 3), (4, 5), (5, 10), (1, 4)),
     *((0, 3 * 2**30), (-7, 2**31), (0, 2**31 + 1)),
@@ -39,7 +39,7 @@ RANGES = (
 
 
 def state_words(generator):
-    """NumPy PCG64: state high, low, increment high, low, has_uint32, uinteger."""
+    """Returns PCG64's state high, low, increment high, low, has_uint32, uinteger."""
     state = generator.bit_generator.state
     words = [divmod(state["state"][name], 2**64) for name in ("state", "inc")]
     return [*words[0], *words[1], state["has_uint32"], state["uinteger"]]
@@ -50,7 +50,7 @@ def random_lines():
         yield f"seed {seed}"
         generator = np.random.default_rng(seed)
         yield " ".join(["state", *map(str, state_words(generator))])
-        choice = np.random.default_rng(1000)  # the order of draws; the same for each seed
+        choice = np.random.default_rng(1000)  # draws the same sequence of kinds for each seed
         for _ in range(120):
             kind = choice.integers(4)
             if kind == 0:
@@ -71,7 +71,7 @@ def terrain_lines():
 
 
 def sessions():
-    """All kinds in new environments, then several resets with the world kept."""
+    """Yields all kinds of actions in new environments, then several resets with a reused world."""
     for environment_id in IDS:
         for kind in KINDS:
             for seed in range(15):
@@ -80,7 +80,7 @@ def sessions():
             seed = 100 + first
             plans = [Plan("heuristic", seed, 0)]
             plans += [Plan(kind, None, seed + i) for i, kind in enumerate(KINDS)]
-            plans += [Plan("heuristic", seed, 0)]  # the first one again, in a world that was used
+            plans += [Plan("heuristic", seed, 0)]  # repeats the first plan in a used world
             yield Session(environment_id, {"reuse_world": True}, plans)
         plans = [Plan("noisy", 7, 7), Plan("heuristic", None, 0), Plan("random", None, 8)]
         yield Session(environment_id, {}, plans)

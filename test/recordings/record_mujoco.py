@@ -1,11 +1,11 @@
-"""Makes the recordings of Walker2d and Hopper beside it: what Gymnasium does with MuJoCo 2.2.2.
+"""Writes the recordings of Walker2d and Hopper in this folder: Gymnasium with MuJoCo 2.2.2.
 
     python3.10 -m venv recorder
     recorder/bin/pip install gymnasium==1.4.0 mujoco==2.2.2 numpy==2.2.6 imageio packaging
     PYTHONPATH=test:test/robots/mujoco recorder/bin/python test/recordings/record_mujoco.py
 
-MuJoCo 2.2.2 comes for CPython 3.10 at the latest, and NumPy 2.2 is the last one for that. `bits`
-are the IEEE 754 bits in hexadecimal.
+CPython 3.10 is the latest that MuJoCo 2.2.2 supports, and NumPy 2.2 the latest for CPython 3.10.
+`bits` are the IEEE 754 bits in hexadecimal.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ write = functools.partial(
     packages=("gymnasium", "mujoco", "numpy"),
 )
 
-# Every parameter away from its default, first alone, then together.
+# Every parameter changed from its default, first alone, then together.
 VARIANTS = (
     {"forward_reward_weight": 2.3},
     {"ctrl_cost_weight": 0.37},
@@ -57,7 +57,6 @@ V5_VARIANTS = (
     *({"frame_skip": 1}, {"frame_skip": 2}, {"frame_skip": 5}, {"frame_skip": 10}),
     {"frame_skip": 5, "reset_noise_scale": 0.1, "ctrl_cost_weight": 0.02},
 )
-# What one robot alone has.
 OWN_VARIANTS = {
     "Walker2d": (),
     "Hopper": (
@@ -65,7 +64,7 @@ OWN_VARIANTS = {
         {"healthy_state_range": (-6.5, 5.5), "healthy_angle_range": (-1.0, 1.0)},
     ),
 }
-# Nothing ends these before their time: the walker falls and is thrown about on the floor.
+# These episodes reach the time limit: the walker falls and is thrown about on the floor.
 LASTING = {"terminate_when_unhealthy": False}
 LASTING_VARIANTS = (
     {**LASTING},
@@ -75,7 +74,7 @@ LASTING_VARIANTS = (
 
 
 def sessions(environment_id):
-    """All kinds with new environments, then several resets, other parameters, and edges."""
+    """Yields all kinds of actions in new environments, repeated resets, parameters, and edges."""
     seeds = itertools.count()
     for kind in KINDS:
         for seed in itertools.islice(seeds, 10):
@@ -97,7 +96,7 @@ def sessions(environment_id):
 
 
 def edge_sessions(environment_id):
-    """Healthy ranges that end exactly at what an episode comes to: there it is unhealthy."""
+    """Yields healthy ranges that end exactly at an episode's extreme, where it is unhealthy."""
     plan = Plan("zero", 3000, 0)
     (episode,) = play(Session(environment_id, {}, [plan]))
     heights, angles = episode.rows[1:-1, 0], episode.rows[1:-1, 1]
@@ -146,7 +145,7 @@ def full_episode_lines(ids):
 
 
 def model_lines(ids):
-    """All sizes, options, statistics and arrays of the compiled models, but large pictures."""
+    """Yields the models' sizes, options, statistics and arrays, without textures and texts."""
     for environment_id in ids:
         model = mujoco.MjModel.from_xml_path(str(MODELS[environment_id]))
         yield f"model {environment_id}"
@@ -166,7 +165,6 @@ def model_lines(ids):
 
 
 def macro_names(macro):
-    """The fields that one of the lists in MuJoCo's mjxmacro.h names."""
     header = pathlib.Path(mujoco.__file__).parent / "include" / "mujoco" / "mjxmacro.h"
     text = header.read_text(encoding="utf-8")
     body = re.search(rf"#define {macro}\b((?:.*\\\n)*.*\n)", text)[1]
@@ -174,7 +172,7 @@ def macro_names(macro):
 
 
 def field_line(name, value):
-    """Name, count, then the numbers: integers in decimal, others as bits of doubles."""
+    """Returns name, count and numbers: integers in decimal, others as bits of doubles."""
     values = np.atleast_1d(value).ravel()
     is_whole = values.dtype.kind in "iub"
     words = [str(int(v)) if is_whole else double_bits(v) for v in values]

@@ -1,11 +1,11 @@
-"""Makes the pictures in the folder beside it: what Gymnasium draws, for tests that need none of it.
+"""Writes Gymnasium's renderings to pictures/, for tests that do not need Gymnasium.
 
     export PYTHONPATH=test:test/robots/bipedal_walker:test/robots/mujoco
     python test/recordings/record_pictures.py
 
-needs gymnasium[box2d,mujoco] 1.4.0 with box2d 2.3.10, pygame 2.6.1, mujoco 4.0.0, OpenGL, NumPy 2
-and pillow. test/pictures.h reads them. A picture's name is ID_KIND_SEED_STEP. Walker2d's are seen
-by the model's camera `track`, at a quarter of their size.
+Needs gymnasium[box2d,mujoco] 1.4.0 with box2d 2.3.10, pygame 2.6.1, mujoco 4.0.0, OpenGL, NumPy 2
+and pillow. test/pictures.h reads the pictures. A picture's name is ID_KIND_SEED_STEP. Walker2d is
+rendered with the model's camera `track` and reduced to a quarter of its width and height.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from PIL import Image
 
 FOLDER = pathlib.Path(__file__).parent / "pictures"
 
-# ID, kind of the actions, seed, steps: walks, falls to either side, pits, stumps, stairs, the flag,
-# the far end, rays that hit and that do not.
+# ID, kind of actions, seed, steps. They show walking, falls to either side, pits, stumps, stairs,
+# the flag, the far end, and lidar rays that hit and that miss.
 BIPEDAL_WALKER = (
     (bipedal_walker_reference.IDS[0], "heuristic", 6, (0, 9, 150, 1544)),
     (bipedal_walker_reference.IDS[0], "noisy", 14, (83,)),
@@ -35,7 +35,7 @@ SHRINKING = 4
 
 
 def write(name, picture):
-    """Without loss. Where it has few colors the file stores their numbers, and is small."""
+    """Writes a lossless PNG, with a palette if the picture has at most 256 colors."""
     image = Image.fromarray(picture)
     if image.getcolors() is not None:
         image = image.quantize(256)

@@ -1,4 +1,4 @@
-"""How recordings are written: words separated by white space, comment lines begin with #."""
+"""Format of the recordings: words separated by white space; comment lines begin with #."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ LARGE_SEEDS = (
 
 
 def write(name, description, lines, script, packages):
-    """Writes a recording with a comment that tells its maker: script and versions of packages."""
     versions = ", ".join(f"{package} {version(package)}" for package in packages)
     with open(FOLDER / name, "w", encoding="ascii") as file:
         file.write(f"# {description}\n# Made by {script} with {versions}.\n")
@@ -39,15 +38,15 @@ def headline(plan, episode):
 
 
 def hash_lines(rows, per_line=11):
-    """The low 32 bits of the hash of each row."""
+    """Yields lines with the low 32 bits of each row's hash."""
     words = [f"{value & 0xFFFFFFFF:08x}" for value in map(int, hashes(rows))]
     for i in range(0, len(words), per_line):
         yield " ".join(words[i : i + per_line])
 
 
 def read_sessions(name):
-    """The sessions of a recording of hashes. Returns a list of Session with, for each of its plans,
-    the low 32 bits of the rows' hashes, shape (steps + 1,)."""
+    """Reads a recording of hashes. Returns each Session with, per plan, the low 32 bits of its
+    rows' hashes, shape (steps + 1,)."""
     sessions = []
     lines = (FOLDER / name).read_text(encoding="ascii").splitlines()
     words = (word for line in lines if not line.startswith("#") for word in line.split())

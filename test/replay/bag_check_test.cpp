@@ -1,4 +1,4 @@
-// Bags with something wrong: each ends with its name and what is wrong, and none with a crash.
+// Damaged bags: the error names the bag and the damage, and nothing crashes.
 #include "replay/bag_check.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ class BagCheckTest : public BagTest, public testing::WithParamInterface<Compress
     session.write(bag, "/walker_sim");
   }
 
-  /// What is said of a copy with a change: its replay, or why it cannot be read.
+  /// Returns the replay's text for a changed copy, or the error that prevents reading it.
   std::string said_of(const std::function<void(std::string&)>& change) const {
     const std::string copy = path("copy.bag");
     std::filesystem::copy(path(), copy, std::filesystem::copy_options::overwrite_existing);
@@ -65,7 +65,6 @@ TEST_P(BagCheckTest, AWholeBagIsRead) {
   EXPECT_TRUE(outcome.is_equal) << outcome;
 }
 
-/// From a fixed seed.
 TEST_P(BagCheckTest, DrawnDamagesAreSurvived) {
   std::mt19937 random(17);
   const auto draw = [&](std::size_t end) { return static_cast<std::size_t>(random() % end); };
@@ -96,7 +95,7 @@ TEST_P(BagCheckTest, DrawnDamagesAreSurvived) {
   EXPECT_GT(refused, kTrials / 3);
 }
 
-/// The lengths of fields, to which a parser of headers may not listen.
+/// A header parser must not trust the lengths of fields.
 TEST_P(BagCheckTest, EveryLengthOfAFieldIsChecked) {
   const auto fields = {
       "op=",  "conn=", "time=",        "topic=", "index_pos=", "chunk_pos=", "count=",
@@ -135,7 +134,7 @@ TEST_P(BagCheckTest, WhatTheIndexNamesMustBeThere) {
     EXPECT_TRUE(is_refused(with("index_pos=", place))) << place;
     EXPECT_TRUE(is_refused(with("chunk_pos=", place + 1))) << place;
   }
-  // The first index after a chunk: 4 bytes of length, then seconds, nanoseconds and place.
+  // First index record after a chunk: 4 bytes of length, then seconds, nanoseconds and offset.
   for (const std::uint32_t place : {1U, 5U, 0x7fffffffU, 0xffffffffU}) {
     const std::string said = said_of([&](std::string& bytes) {
       const std::string op = std::string("op=") + '\4';
@@ -150,13 +149,13 @@ TEST_P(BagCheckTest, WhatTheIndexNamesMustBeThere) {
 }
 
 struct Damage {
-  std::string place;  ///< the first of these bytes
-  std::size_t from;   ///< so many bytes after its begin
+  std::string place;  ///< its first occurrence
+  std::size_t from;   ///< offset from the start of `place`
   std::string put;
   std::string said;
 };
 
-/// In the file's own records and, where no compression hides them, in a chunk's.
+/// Damages the file's own records and, without compression, those of a chunk.
 TEST_P(BagCheckTest, WhatIsWrongIsNamed) {
   std::vector<Damage> damages{
       {"index_pos=", 0, "index_pas=", "a record without index_pos"},
@@ -196,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(Compressions, BagCheckTest,
                                          Compression{rosbag::compression::LZ4, "lz4"}),
                          [](const auto& one) { return std::string(one.param.name); });
 
-/// An array that says it has more elements than there is memory.
+/// The array's length field exceeds the memory.
 TEST_F(BagTest, AnArrayIsNoLargerThanItsMessage) {
   Session session = three_episodes("BipedalWalker-v3");
   const std::string bag = write(session);

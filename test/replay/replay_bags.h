@@ -1,4 +1,4 @@
-// Bags for one test each, and what the replay says of them.
+// Bags for a single test, and the replay's output for them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,7 +27,6 @@ struct Outcome {
 
   bool says(const std::string& words) const { return text.find(words) != std::string::npos; }
 
-  /// The line of the episode with this number (the first one).
   std::string line(int episode) const {
     std::smatch match;
     const std::regex pattern("(^|\n) *" + std::to_string(episode) + "  ([^\n]*)");
@@ -43,10 +42,8 @@ inline bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-/// Flips the lowest bit.
 inline void falsify(double& value) { value = from_bits(to_bits(value) ^ 1U); }
 
-/// A folder of bags for each test, and sessions in it.
 class BagTest : public testing::Test {
  protected:
   std::string path(const std::string& name = "walk.bag") const { return folder_.path(name); }
@@ -67,7 +64,7 @@ class BagTest : public testing::Test {
 
   Outcome replay_of(const Session& session) const { return replay_bags({write(session)}); }
 
-  /// Why the bags cannot be read.
+  /// Returns the error for bags that cannot be read, else "(read) " and the replay's text.
   static std::string refusal_of(const std::vector<std::string>& paths) {
     try {
       const Outcome outcome = replay_bags(paths);
@@ -89,14 +86,13 @@ class BagTest : public testing::Test {
 
 constexpr int kLimit = 20;  // steps
 
-/// Episodes that end at this limit.
 inline Parameters short_episodes(const std::string& id) {
   Parameters parameters{{"max_episode_steps", std::int64_t{kLimit}}};
   if (id.rfind("Walker2d", 0) == 0) parameters["terminate_when_unhealthy"] = false;
   return parameters;
 }
 
-/// Three episodes: one of a seed and one that continues, both to the time limit; a short one.
+/// Three episodes: seeded and continued, both to the time limit, then a short one.
 inline Session three_episodes(const std::string& id) {
   Session session(id, short_episodes(id));
   session.reset(42);

@@ -1,4 +1,4 @@
-// Bags that lack something, tell of other environments, or cannot be read.
+// Incomplete bags, bags of other environments, and unreadable bags.
 #include <std_msgs/Float64.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ class ReplayBagsTest : public BagTest {
   }
 };
 
-// ---------------------------------------------------------------- what a bag lacks
+// ---------------------------------------------------------------- incomplete bags
 
 TEST_F(ReplayBagsTest, ABeginningBeforeTheRecordingIsNoFailure) {
   Session session = three_episodes(kId);
@@ -52,7 +52,7 @@ TEST_F(ReplayBagsTest, LostStepsAreAFailure) {
   const std::vector<Case> cases = {
       {10, 12, "  equal up to step 9; steps 10 to 12 are not in the bag"},
       {1, 1, "  equal up to step 0; step 1 is not in the bag"},
-      {20, 20, "  equal up to step 19; step 20 is not in the bag"},  // the episode's end tells
+      {20, 20, "  equal up to step 19; step 20 is not in the bag"},  // known from the episode's end
       {15, 20, "  equal up to step 14; steps 15 to 20 are not in the bag"},
       {0, 0, "  not compared: step 0 is not in the bag"},
       {0, 19, "  not compared: steps 0 to 19 are not in the bag"}};
@@ -68,7 +68,7 @@ TEST_F(ReplayBagsTest, LostStepsAreAFailure) {
   }
 }
 
-/// A recorder that is stopped has heard more on one topic than on the other.
+/// A stopped recorder may have received more on one topic than on another.
 TEST_F(ReplayBagsTest, AnEndAfterTheRecordingIsNoFailure) {
   Session session = three_episodes(kId);
   session.walk();
@@ -275,11 +275,11 @@ TEST_F(ReplayBagsTest, AnotherLibmIsSaidAndComparedAllTheSame) {
                            ": its sin, cos and pow differ in the last bit"))
       << outcome;
   EXPECT_TRUE(outcome.says("3 episodes equal to the bit")) << outcome;
-  version = release;  // of a release that did not name it
+  version = release;  // written by a release that did not record libm
   EXPECT_FALSE(replay_of(session).says("libm"));
 }
 
-// ---------------------------------------------------------------- what cannot be read
+// ---------------------------------------------------------------- unreadable bags
 
 TEST_F(ReplayBagsTest, WhatCannotBeReadIsNamedWithWhatHelps) {
   const std::string missing = path("missing.bag");
@@ -300,7 +300,7 @@ TEST_F(ReplayBagsTest, WhatCannotBeReadIsNamedWithWhatHelps) {
 
 TEST_F(ReplayBagsTest, ABagThatWasNotClosedIsToBeReindexed) {
   const std::string bag = write(three_episodes(kId));
-  spoil(bag, [](std::string& bytes) {  // the place of the index, which a recorder writes at the end
+  spoil(bag, [](std::string& bytes) {  // index offset, written when the bag is closed
     const std::string field = "index_pos=";
     bytes.replace(bytes.find(field) + field.size(), 8, std::string(8, '\0'));
   });
@@ -313,7 +313,6 @@ TEST_F(ReplayBagsTest, ABagThatWasNotClosedIsToBeReindexed) {
 TEST_F(ReplayBagsTest, ADamagedBagIsNamed) {
   const std::string bag = write(three_episodes(kId));
   spoil(bag, [](std::string& bytes) {
-    // In the middle of the messages.
     std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 4), 2000, '\xff');
   });
   EXPECT_EQ(refusal_of({bag}).rfind(bag + ": is damaged: ", 0), 0U) << refusal_of({bag});

@@ -1,4 +1,4 @@
-// Bags of several servers, and several bags.
+// Bags of several servers, and recordings of several bags.
 #include <algorithm>
 #include <map>
 #include <string>
@@ -18,7 +18,7 @@ constexpr const char* kId = "BipedalWalker-v3";
 
 using ReplayServersTest = BagTest;
 
-/// Two servers one after the other: other parameters, the same episode numbers.
+/// Two consecutive servers with different parameters and the same episode numbers.
 Session restarted(int first_episodes = 2) {
   Session session("Walker2d-v5");
   for (int i = 0; i < first_episodes; ++i) {
@@ -52,7 +52,7 @@ TEST_F(ReplayServersTest, AServerThatIsFoundLateIsNoFailure) {
     session.start("Walker2d-v5", {});
     for (int i = 0; i < num_episodes; ++i) session.reset(6);
     session.walk(10);
-    // Of the second server the specification and one step, which follows as if others were lost.
+    // Keeps the second server's specification and last step, as if the others were lost.
     session.entries().erase(session.entries().begin() + first + 1, session.entries().end() - 1);
     const Outcome outcome = replay_of(session);
     EXPECT_TRUE(outcome.is_equal) << outcome;
@@ -61,7 +61,7 @@ TEST_F(ReplayServersTest, AServerThatIsFoundLateIsNoFailure) {
 }
 
 TEST_F(ReplayServersTest, TopicsTravelApart) {
-  // The second server's specification reaches the recorder late, or before the first one's last.
+  // The second server's specification reaches the recorder late, or before the first server's end.
   for (const int displacement : {+2, -2}) {
     Session session = restarted();
     auto& entries = session.entries();
@@ -78,7 +78,6 @@ TEST_F(ReplayServersTest, TopicsTravelApart) {
     EXPECT_TRUE(outcome.is_equal) << outcome;
     EXPECT_TRUE(outcome.says("3 episodes equal to the bit (30 steps)\n")) << outcome;
   }
-  // Announcements after what they announce.
   Session session = three_episodes(kId);
   for (Session::Entry& entry : session.entries()) {
     if (std::holds_alternative<Episode>(entry.message)) entry.time += ros::Duration(0.07);
@@ -87,8 +86,8 @@ TEST_F(ReplayServersTest, TopicsTravelApart) {
 }
 
 constexpr int kEpisodes = 4;
-constexpr int kSteps = 12;                              // of each episode
-constexpr int kTransitions = kEpisodes * (kSteps + 1);  // of a server
+constexpr int kSteps = 12;                              // per episode
+constexpr int kTransitions = kEpisodes * (kSteps + 1);  // per server
 
 void play(Session& session) {
   for (int i = 0; i < kEpisodes; ++i) {
@@ -97,7 +96,6 @@ void play(Session& session) {
   }
 }
 
-/// Servers one after the other, under the same name, whose healthy_reward is this.
 Session servers(const std::vector<double>& healthy_rewards) {
   const auto parameters = [&](std::size_t i) {
     return Parameters{{"healthy_reward", healthy_rewards[i]}, {"terminate_when_unhealthy", false}};
@@ -111,7 +109,7 @@ Session servers(const std::vector<double>& healthy_rewards) {
   return session;
 }
 
-/// Moves the specification of a server behind as many transitions; negative: before as many.
+/// Moves a server's specification later by `num_transitions`, or earlier if it is negative.
 void delay_spec(Session& session, std::size_t server, int num_transitions) {
   auto& entries = session.entries();
   auto place = entries.begin();
@@ -136,7 +134,8 @@ void delay_spec(Session& session, std::size_t server, int num_transitions) {
   entries.insert(place, spec);
 }
 
-/// As a recorder that splits its bag repeats what is latched: after as many transitions.
+/// Repeats the specification after `num_transitions`, as a recorder that splits its bag repeats
+/// latched messages.
 void repeat_spec(Session& session, int num_transitions) {
   session.entries().insert(session.entries().begin(), session.entries().front());
   delay_spec(session, 1, num_transitions);
@@ -151,7 +150,7 @@ TEST_F(ReplayServersTest, ASpecificationMayComeLate) {
   for (const int delay : {-14, -2, 0, 1, 8, 13, 14, 30, kTransitions - 1, kTransitions}) {
     for (const auto& rewards : {std::vector<double>{1, 2}, std::vector<double>{1, 2, 3},
                                 std::vector<double>{1, 1}, std::vector<double>{1, 1, 2}}) {
-      if (delay < -kSteps && rewards[0] != rewards[1]) continue;  // an episode's beginning between
+      if (delay < -kSteps && rewards[0] != rewards[1]) continue;  // an episode begins in between
       Session session = servers(rewards);
       delay_spec(session, 1, delay);
       const Outcome outcome = replay_of(session);
@@ -201,7 +200,7 @@ TEST_F(ReplayServersTest, ARepeatedSpecificationBeginsNothing) {
     Outcome outcome = replay_of(session);
     EXPECT_TRUE(outcome.says(all_equal(1))) << "after " << place << " transitions\n" << outcome;
     EXPECT_FALSE(outcome.says("its server ended")) << outcome;
-    // Steps that are lost elsewhere are lost.
+    // Steps lost elsewhere are still reported.
     session.lose<Transition>([](const Transition& m) { return m.episode == 4 && m.step == 6; });
     outcome = replay_of(session);
     EXPECT_FALSE(outcome.is_equal) << outcome;
@@ -229,7 +228,7 @@ TEST_F(ReplayServersTest, ARepeatedSpecificationIsNotTheNextServers) {
 
 TEST_F(ReplayServersTest, PartsOfARecordingAreOneRecording) {
   Session session = three_episodes(kId);
-  // A recorder can be told to repeat in each part what is latched.
+  // rosbag can repeat latched messages in each part.
   const Session::Entry spec = session.entries()[0];
   const std::size_t half = session.entries().size() / 2;
   Session::Entry repeated = spec;
@@ -275,7 +274,7 @@ TEST_F(ReplayServersTest, WalkersAreToldApartByTheirTopics) {
 }
 
 TEST_F(ReplayServersTest, WalkersAreToldApartByTheirNodes) {
-  // As walker.launch records: each in its namespace, topics named as seen from there.
+  // As walker.launch records: each walker in its namespace, with relative topic names.
   const std::map<std::string, std::string> ids = {{"one", kId}, {"two", "Walker2d-v4"}};
   for (const auto& [space, id] : ids) {
     Session session(id, {}, "");

@@ -1,4 +1,4 @@
-// What a server publishes for a bag, made in this process, to be falsified and written.
+// Messages that a server publishes, made in this process, to be falsified and written to a bag.
 #pragma once
 
 #include <rosbag/bag.h>
@@ -29,13 +29,12 @@ class Session {
     Message message;
   };
 
-  /// @param space under which the topics are recorded, with a slash at its end
+  /// @param space namespace of the recorded topics, with a trailing slash
   explicit Session(std::string id, Parameters parameters = {}, std::string space = "/")
       : space_(std::move(space)) {
     start(std::move(id), std::move(parameters));
   }
 
-  /// Starts a server, after the end of the one before.
   void start(std::string id, Parameters parameters) {
     id_ = std::move(id);
     options_.environment = std::move(parameters);
@@ -66,7 +65,7 @@ class Session {
     if (simulation_->state().has_ended()) add("episode", told<walker_sim::Episode>());
   }
 
-  /// Random steps of float32 values: this many, or up to the episode's end.
+  /// Takes random float32 actions for this many steps, or up to the episode's end.
   void walk(int steps = 1000000) {
     std::uniform_real_distribution<float> draw(-1, 1);
     std::vector<double> action(simulation_->specification().action_size());
@@ -95,7 +94,6 @@ class Session {
   const Restorable& simulation() const { return *simulation_; }
   std::vector<Entry>& entries() { return entries_; }
 
-  /// The messages of this type, in order, to be changed.
   template <typename Type>
   std::vector<Type*> all() {
     std::vector<Type*> found;
@@ -105,7 +103,6 @@ class Session {
     return found;
   }
 
-  /// The first with these numbers.
   walker_sim::Transition& transition(std::uint32_t episode, std::uint32_t step) {
     for (walker_sim::Transition* one : all<walker_sim::Transition>()) {
       if (one->episode == episode && one->step == step) return *one;
@@ -113,7 +110,6 @@ class Session {
     throw std::logic_error("no such transition");
   }
 
-  /// Leaves out what `is_lost(message)` names, of messages of this type.
   template <typename Type, typename Condition>
   void lose(const Condition& is_lost) {
     const auto goes = [&](const Entry& entry) {
@@ -123,8 +119,8 @@ class Session {
     entries_.erase(std::remove_if(entries_.begin(), entries_.end(), goes), entries_.end());
   }
 
-  /// Adds the entries from the first up to before the last to the bag.
-  /// @param node that published them; empty: the bag does not say
+  /// Writes the entries [first, last) to the bag.
+  /// @param node publisher of the entries; if empty, the bag names none
   void write(rosbag::Bag& bag, std::size_t first, std::size_t last,
              const std::string& node = "") const {
     for (std::size_t i = first; i < last; ++i) {

@@ -1,4 +1,4 @@
-// What differs by one bit is found, for each environment.
+// The replay finds differences of one bit, for each environment.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -81,7 +81,7 @@ TEST_P(ReplayOfEach, WhatDiffersIsFoundAtItsStep) {
        "differs at step 4: size of info is "},
       {[](Session& s) { s.transition(2, 3).error = "b2Assert"; },
        "differs at step 3: error is \"b2Assert\", repeated \"\""},
-      // What an action changes shows in the step that it makes. Its sign is one bit.
+      // A changed action shows in the step that it causes. The sign is one bit.
       {[](Session& s) { s.transition(2, 11).action[0] *= -1; }, "differs at step 11: observation["},
       {[](Session& s) { s.transition(2, 11).action.pop_back(); },
        "differs at step 11, which is refused: action has "},
@@ -95,7 +95,7 @@ TEST_P(ReplayOfEach, WhatDiffersIsFoundAtItsStep) {
        "differs at the end: length is 19, repeated 20"},
       {[](Session& s) { s.all<Episode>()[2]->generator_state[0] ^= 1U; }, "differs at step 0: obs"},
       {[](Session& s) { s.all<Episode>()[2]->generator_state[3] ^= 1U; },
-       "differs at the beginning: "},  // an increment is odd
+       "differs at the beginning: "},  // the increment must be odd
       {[](Session& s) { s.all<Episode>()[2]->has_seed = 1; },
        "differs at the beginning: generator_state is not that of seed 0"},
   };

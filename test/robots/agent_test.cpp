@@ -1,4 +1,4 @@
-// Agents by their names.
+// make_agent: the random agent, and the error for an unknown name.
 #include "walker_sim/agent.h"
 
 #include <gtest/gtest.h>

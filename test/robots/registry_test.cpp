@@ -21,7 +21,6 @@ std::string refusal(const std::string& id, const Parameters& parameters = {}) {
   return message_of<std::invalid_argument>([&] { make(id, parameters); });
 }
 
-/// A parameter of the specification.
 ParameterValue parameter(const Environment& environment, const std::string& name) {
   for (const auto& [known, value] : environment.specification().parameters) {
     if (known == name) return value;

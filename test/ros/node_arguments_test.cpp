@@ -1,4 +1,4 @@
-// What a node's command line may be, and what --help prints.
+// Valid and invalid command lines of a node, and the output of --help.
 #include "ros/node_arguments.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Numbers that stand for texts of digits, and seeds.
+// Numeric parameters that are converted to text, and seeds.
 #include "ros/private_parameters.h"
 
 #include <gtest/gtest.h>
@@ -31,10 +31,10 @@ TEST(PrivateParameters, DigitsAreText) {
   EXPECT_EQ(as_text(List{0, 7, -3}), ParameterValue(std::string("0 7 -3")));
   EXPECT_EQ(as_text(List{}), ParameterValue(std::string()));
   EXPECT_EQ(as_text(std::string("5 6")), ParameterValue(std::string("5 6")));
-  EXPECT_EQ(as_text(true), ParameterValue(true));  // no number, so its type is refused
+  EXPECT_EQ(as_text(true), ParameterValue(true));  // not a number, so its type is refused later
 }
 
-/// The bounds of what an integer holds among them.
+/// The values include the bounds of a 64-bit integer.
 TEST(PrivateParameters, NumbersThatAreNoIntegersStayWhatTheyAre) {
   EXPECT_EQ(as_text(List{1e300, -1e300, kNan, kInfinity, -kInfinity, 2.5}),
             ParameterValue(std::string("1.0e+300 -1.0e+300 .nan .inf -.inf 2.5")));

@@ -1,4 +1,4 @@
-"""Makes the animations of README.md: each walker in rviz, a picture every few steps."""
+"""Makes the animations of README.md: each walker in rviz, one picture every few steps."""
 
 import os
 import sys
@@ -8,24 +8,24 @@ from PIL import Image
 from stage import Stage
 from view_geometry import ROOT
 
-WIDTH = 640  # of the animation [pixel]
+WIDTH = 640  # animation width [pixel]
 MOST_BYTES = 2_000_000
 COLORS = 128
 
 
 class Scene(NamedTuple):
-    """Which steps of which episode are shown.
+    """Range of an episode's steps that is shown.
 
     Attributes
     ----------
     seed : int
-        Of the episode.
+        Seed of the episode.
     first, last : int
-        Steps of the first and of the last picture.
+        Step numbers of the first and last pictures.
     stride : int
         Steps from one picture to the next.
     duration : int
-        Of each picture [ms]; GIF counts in tens.
+        Display time of each picture [ms], a multiple of GIF's unit of 10 ms.
     """
 
     seed: int
@@ -44,7 +44,6 @@ SCENES = {
 
 
 def take_pictures(stage, env, scene):
-    """The scene's pictures, each when rviz has drawn it."""
     with stage.show(env) as show:
         transition = show.reset(scene.seed)
         pictures = [show.settled_picture(times=20)]
@@ -60,9 +59,9 @@ def take_pictures(stage, env, scene):
 
 
 def write_animation(pictures, duration, path):
-    """As a GIF with one palette for all, so that nothing flickers.
+    """Writes a GIF with one palette for all pictures, which prevents flicker.
 
-    An octree keeps the colours of what is small, of walker and contacts, beside the ground's.
+    The octree keeps the colours of small areas (walker and contacts) beside the ground's.
     """
     height = round(WIDTH * pictures[0].height / pictures[0].width)
     small = [picture.resize((WIDTH, height), Image.Resampling.LANCZOS) for picture in pictures]

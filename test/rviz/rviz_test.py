@@ -1,4 +1,4 @@
-"""rviz shows each walker where its transforms say that it is, and complains of nothing."""
+"""rviz draws each walker at the poses of its transforms and logs neither warnings nor errors."""
 
 import os
 import re
@@ -15,43 +15,41 @@ WALKERS = {
     "Walker2d-v5": "walker2d",
     "Hopper-v5": "hopper",
 }
-# What is said by others than this package's configuration, and cannot be had otherwise.
+# Unavoidable log lines that this package's configuration does not cause.
 ALLOWED = [
-    # rviz looks for plugins of a package that distributions do not bring.
+    # rviz looks for plugins of a package that distributions do not ship.
     r"\[rospack\] Error: no such package media_export",
     r"\[librospack\]: error while executing command",
 ]
-# The colours of a display's name by its status, as rviz's list draws them.
+# Colours of a display's name in rviz's list, by status.
 STATUS_OK, STATUS_WARN, STATUS_ERROR = (40, 120, 197), (192, 128, 0), (192, 32, 32)
-PATCH = 3  # pixels around a point that are looked at
+PATCH = 3  # half the size of the patch around a point [pixel]
 
 
 def share_of_color(picture, pixel, color):
-    """How much of the patch around the pixel has the colour, light or a little shaded.
+    """Returns the share of the patch around the pixel that has the colour, lit or slightly shaded.
 
-    The range finder's red rays may cross it: they count for nothing.
+    Pixels of the range finder's red rays, which may cross the patch, are ignored.
     """
     column, row = np.round(pixel).astype(int)
     patch = picture[row - PATCH : row + PATCH + 1, column - PATCH : column + PATCH + 1]
     if patch.shape[:2] != (2 * PATCH + 1, 2 * PATCH + 1):
-        return 0.0  # beyond the picture
+        return 0.0  # outside the picture
     values = patch.reshape(-1, 3).astype(float)
     values = values[values[:, 0] - values[:, 1:].max(axis=1) < 60]
     if len(values) < PATCH * PATCH:
-        return 0.0  # nothing but rays
+        return 0.0  # mostly rays
     brightness = values @ color / (color @ color)
     distances = abs(values - brightness[:, None] * color).max(axis=1)
     return float(((distances < 12) & (brightness > 0.6) & (brightness < 1.1)).mean())
 
 
 class Observer:
-    """What must be seen of a walker."""
-
     def __init__(self, show, robot):
         self._show = show
         self._view = View(robot)
         self._shapes = shapes_of(robot)
-        # Around a centre [m]; the hopper's leg ends near the middle of its foot.
+        # Free radius around a link's centre [m]; the hopper's leg ends near the middle of its foot.
         self._margin = 0.02 if robot == "hopper" else 0.05
 
     def poses(self, transition):
@@ -59,7 +57,7 @@ class Observer:
         return world_poses(self._show.transforms_at(transition.header.stamp, frames), frames)
 
     def is_free(self, poses, point, margin, but=None):
-        """Whether no link, or none but this, is near the line of sight to the point."""
+        """Whether no link except `but` is within `margin` of the line of sight to the point."""
         return not any(
             shape.covers(poses[name], point, margin)
             for name, shape in self._shapes.items()
@@ -73,16 +71,15 @@ class Observer:
         )
 
     def points_beside(self, poses, name):
-        """Points close to both flanks of the link, as far as no link is there."""
+        """Returns the points close to both flanks of the link that no link covers."""
         shape = self._shapes[name]
-        distance = shape.half[0] + shape.half[1] / 2 + 0.05  # one sees the top as well
+        distance = shape.half[0] + shape.half[1] / 2 + 0.05  # the top is visible as well
         across = [shape.at(poses[name], (side * distance, 0, 0)) for side in (-1, 1)]
         if name == "hull":
             across = [shape.at(poses[name], (0, 0, shape.half[2] + 0.2))]
         return [point for point in across if self.is_free(poses, point, 0.03)]
 
     def complaints(self, poses):
-        """What is not as it must be in the present picture."""
         image = self._show.picture()
         picture = np.asarray(image)
         target = poses[self._view.target][0]
@@ -119,7 +116,7 @@ class Observer:
             raise AssertionError(f"{error}: {last}; the picture is {picture_file}") from None
 
     def walk(self, transition, distance):
-        """Steps until the trunk is as much further and no link hides another's centre."""
+        """Steps until the trunk has moved by `distance` and no link hides another's centre."""
         goal = self.poses(transition)[self._view.target][0][0] + distance
         for _ in range(400):
             transition = self._show.walk(transition)
@@ -131,7 +128,6 @@ class Observer:
 
 
 def complaints_in(log):
-    """Lines of the log that tell of an error or a warning."""
     lines = re.sub(r"\x1b\[[0-9;]*m", "", log).splitlines()
     bad = [line for line in lines if re.search(r"error|warn|fatal|fail|died", line, re.IGNORECASE)]
     return [line for line in bad if not any(re.search(allowed, line) for allowed in ALLOWED)]
@@ -149,7 +145,7 @@ def pixels_of(picture, color):
 
 
 def check_statuses(show, robot, folder):
-    """No display's name has the colour of a warning or of an error: rviz with its list in sight."""
+    """Starts rviz with its list visible: no name has the colour of a warning or an error."""
     path = ROOT / "config" / f"{robot}.rviz"
     configuration = yaml.safe_load(path.read_text(encoding="utf-8"))
     configuration["Window Geometry"]["Hide Left Dock"] = False
@@ -159,7 +155,7 @@ def check_statuses(show, robot, folder):
     show.start(["rviz", "-d", os.fspath(copy), "__name:=second_rviz"])
 
     def all_are_fine():
-        show.reset(seed=0)  # who comes late gets no transforms before the next state
+        show.reset(seed=0)  # a late subscriber has no transforms before the next state
         screen = show.screen.grab()
         if pixels_of(screen, STATUS_ERROR) or pixels_of(screen, STATUS_WARN):
             return False
@@ -175,11 +171,11 @@ def check_statuses(show, robot, folder):
 @pytest.mark.parametrize("env", WALKERS)
 def test_rviz_shows_the_walker_where_it_is(stage, env, tmp_path):
     robot = WALKERS[env]
-    with stage.show(env, "heuristic") as show:  # whose links are seldom behind each other
+    with stage.show(env, "heuristic") as show:  # its links rarely hide each other
         observer = Observer(show, robot)
         transition = observer.walk(show.reset(seed=0), 0)
         observer.check(transition, tmp_path / "first.png")
-        # Much more than a link is wide: a view that does not follow shows none where it is.
+        # Much further than a link's width: a view that does not follow fails the check.
         transition = observer.walk(transition, 1)
         observer.check(transition, tmp_path / "second.png")
         check_statuses(show, robot, tmp_path)

@@ -1,7 +1,7 @@
-"""A walker in rviz on a screen that nobody sees: what the test and the animations share.
+"""A walker in rviz on a virtual screen, for the test and the animations.
 
-Everything runs in processes that end with the stage. Nothing of this machine's display, master or
-settings of rviz is used.
+All processes end with the stage. The stage does not use the machine's display, its ROS master or
+its settings of rviz.
 """
 
 import contextlib
@@ -24,11 +24,11 @@ from walker_sim._core import Agent, Policy
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.srv import GetSpec, Reset, Step
 
-PATIENCE = 60.0  # wall seconds; only what fails waits as long
-# In some of a hundred starts on a busy machine Mesa's software renderer ends rviz while it compiles
-# its first shaders: a segmentation fault in libLLVM, called by swrast, called by a swap of buffers,
-# with none of our code on the stack; or the C library finds the heap broken, in a process that has
-# none of our code at all. rviz is then started again, before anything is looked at.
+PATIENCE = 60.0  # [s] wall time; only a failure waits this long
+# In some of 100 starts on a busy machine, Mesa's software renderer crashes rviz while it compiles
+# its first shaders. Either libLLVM segfaults, called by swrast in a buffer swap, with none of our
+# code on the stack, or the C library detects heap corruption in a process with none of our code.
+# rviz is then restarted before any check.
 MOST_STARTS = 3
 CRASH_OF_RVIZ = re.compile(
     r"\[rviz-\d+\] process has died \[pid \d+, exit code -11,"
@@ -39,7 +39,6 @@ RVIZ_TOPICS = ("/tf", "/tf_static", "/scene_markers", "/state_markers")
 
 
 def wait_for(condition, what):
-    """Wait for the condition's first true value, and give it back."""
     deadline = time.monotonic() + PATIENCE
     while True:
         value = condition()
@@ -57,11 +56,9 @@ def free_port():
 
 
 class Screen:
-    """An X server without a monitor."""
-
     def __init__(self, processes, width, height):
         read, write = os.pipe()
-        # -displayfd: the server chooses a display that is free, and says which.
+        # -displayfd: the server chooses a free display and writes its number.
         command = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24"]
         processes.start([*command, "-nolisten", "tcp"], pass_fds=[write])
         os.close(write)
@@ -73,14 +70,14 @@ class Screen:
         self._environment = {**os.environ, "DISPLAY": self.display}
 
     def grab(self, box=None):
-        """Everything on the screen, or the box (left, upper, right, lower) of it."""
+        """Returns a picture of the screen, or of its box (left, upper, right, lower)."""
         return ImageGrab.grab(box, xdisplay=self.display)
 
     def render_window(self):
-        """Where rviz draws, as left, upper, right and lower; None while there is no such window.
+        """Returns the box (left, upper, right, lower) where rviz draws; None without such a window.
 
-        OpenGL draws in windows without a name below those of rviz's toolkit; those of panels that
-        are closed cannot be seen.
+        OpenGL draws in unnamed windows below those of rviz's toolkit; the windows of closed panels
+        are not viewable.
         """
         _, begin, tree = self._ask_windows("-root", "-tree").partition(' - RViz": (')
         window = r"^ +(0x[0-9a-f]+) \(has no name\): \(\)  (\d+)x(\d+)\S+  \+(-?\d+)\+(-?\d+)$"
@@ -96,7 +93,7 @@ class Screen:
             ["xwininfo", *arguments],
             env=self._environment,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,  # a window may have gone meanwhile
+            stderr=subprocess.DEVNULL,  # a window may have closed meanwhile
             encoding="utf-8",
             errors="replace",
             check=False,
@@ -105,7 +102,7 @@ class Screen:
 
 
 class Processes:
-    """Processes that end when the context does, the last first, as by Ctrl-C."""
+    """Processes that `close` ends by SIGINT, the last first."""
 
     def __init__(self):
         self._running = contextlib.ExitStack()
@@ -134,9 +131,9 @@ class Processes:
 
 
 class Stage:
-    """A screen and a ROS master on which one walker after the other is shown.
+    """A screen and a ROS master that show one walker after another.
 
-    One per process, for rospy knows one master only.
+    Only one per process, because rospy supports a single master.
     """
 
     def __init__(self, width=1360, height=860):
@@ -155,7 +152,7 @@ class Stage:
             ROS_MASTER_URI=f"http://localhost:{port}",
             ROS_HOSTNAME="localhost",
             ROS_HOME=self._folder.name,
-            HOME=self._folder.name,  # rviz keeps settings there
+            HOME=self._folder.name,  # rviz stores its settings there
             XDG_RUNTIME_DIR=self._folder.name,
             DISPLAY=self.screen.display,
             QT_QPA_PLATFORM="xcb",
@@ -179,14 +176,13 @@ class Stage:
             return False
 
     def close(self):
-        """End everything that runs."""
         self._processes.close()
         self._folder.cleanup()
 
     @contextlib.contextmanager
     def show(self, env, agent="policy"):
-        """walker.launch with rviz, in lock-step, for as long as the context; `walk` takes the steps
-        of policy, the network that comes along, or heuristic, the gait that does."""
+        """Runs walker.launch with rviz, in lock-step, within the context. `walk` takes actions of
+        `agent`: policy is the shipped network, heuristic the shipped gait."""
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
@@ -204,18 +200,15 @@ class Stage:
             self._changed.notify_all()
 
     def transforms(self):
-        """The newest transforms by frame: those that move, and those that do not."""
         with self._changed:
             return [dict(of_topic) for of_topic in self._transforms.values()]
 
 
 class NodeHasEnded(AssertionError):
-    """One of the launch's nodes runs no more."""
+    """A node of the launch has ended."""
 
 
 class Show:
-    """A walker in rviz, and the calls that move it."""
-
     def __init__(self, stage, processes, env, agent, log):
         self.screen, self._stage, self._processes, self._log = stage.screen, stage, processes, log
         arguments = [f"env:={env}", "mode:=lockstep", "rviz:=true", "status:=false"]
@@ -238,7 +231,7 @@ class Show:
         self._step = rospy.ServiceProxy("/walker_sim/step", Step, persistent=True)
 
     def _all_are_connected(self):
-        """Whether what is published from now on reaches rviz, and this process."""
+        """Whether rviz and this process receive everything that is published from now on."""
         publishers, subscribers, _ = rospy.get_master().getSystemState()[2]
         hearers = {topic: nodes for topic, nodes in subscribers if topic in RVIZ_TOPICS}
         if any("/rviz" not in hearers.get(topic, ()) for topic in RVIZ_TOPICS):
@@ -248,7 +241,7 @@ class Show:
                 uri = rospy.get_master().lookupNode(node)[2]
                 try:
                     links = xmlrpc.client.ServerProxy(uri).getBusInfo("/stage")[2]
-                except OSError:  # of a node that has ended without a word to the master
+                except OSError:  # the node has ended without unregistering
                     return False
                 reached = {link[1] for link in links if link[2] == "o" and link[4] == topic}
                 if not reached.issuperset(hearers.get(topic, ())):
@@ -256,15 +249,13 @@ class Show:
         return True
 
     def reset(self, seed):
-        """Begin an episode; the transition."""
         if self._agent == "policy":
             self._policy = Policy(str(shipped_policy(self._env)))
         else:
-            self._policy = Agent(self._agent, self._env, {}, 0)  # it may remember its episode
+            self._policy = Agent(self._agent, self._env, {}, 0)  # without earlier state
         return self._checked(self._reset(has_seed=True, seed=seed))
 
     def walk(self, transition):
-        """Make a step as the policy does; the next transition."""
         self._policy.act(np.array(transition.observation), self._action)
         return self._checked(self._step(action=self._action.tolist()))
 
@@ -274,7 +265,7 @@ class Show:
         return answer.transition
 
     def transforms_at(self, stamp, frames):
-        """By frame the transforms that lead from odom to these frames at this time."""
+        """Returns the transforms from odom to these frames at this time, by frame."""
 
         def chains():
             moving, fixed = self._stage.transforms()
@@ -292,15 +283,13 @@ class Show:
         return wait_for(chains, f"the transforms at {stamp.to_sec()} s")
 
     def picture_box(self):
-        """Where rviz draws, once it does."""
         return wait_for(self._alive_and(self.screen.render_window), "rviz's window")
 
     def picture(self):
-        """What rviz shows at present."""
         return self.screen.grab(self.picture_box())
 
     def settled_picture(self, before=None, interval=0.03, times=3):
-        """The picture once it differs from `before` and then stays the same a few times."""
+        """Returns the picture once it differs from `before` and then stays the same."""
 
         def next_settled():
             picture = self.picture()
@@ -323,10 +312,9 @@ class Show:
         return checked
 
     def log(self):
-        """What the nodes have said."""
         return self._log.read_text(errors="replace")
 
     def start(self, command):
-        """A further process, whose output joins the log."""
+        """Starts another process, whose output is appended to the log."""
         with open(self._log, "ab") as log:
             return self._processes.start(command, stdout=log)

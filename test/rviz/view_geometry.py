@@ -1,4 +1,4 @@
-"""Where rviz's orbit view shows a point, and where a robot's links are by their transforms."""
+"""Projection of points by rviz's orbit view, and poses of a robot's links from transforms."""
 
 import pathlib
 import xml.etree.ElementTree
@@ -10,7 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 def rotation_of(quaternion):
-    """The matrix of a unit quaternion x, y, z, w."""
+    """Returns the rotation matrix of a unit quaternion x, y, z, w."""
     x, y, z, w = quaternion
     return np.array(
         [
@@ -22,7 +22,7 @@ def rotation_of(quaternion):
 
 
 def rotation_of_angles(roll, pitch, yaw):
-    """The matrix of URDF's angles: about the fixed x, then y, then z."""
+    """Returns the rotation matrix of URDF's angles: about the fixed x, then y, then z."""
     (sr, sp, sy), (cr, cp, cy) = np.sin([roll, pitch, yaw]), np.cos([roll, pitch, yaw])
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
@@ -31,8 +31,6 @@ def rotation_of_angles(roll, pitch, yaw):
 
 
 class View:
-    """The orbit view of one of our configurations."""
-
     def __init__(self, robot):
         text = (ROOT / "config" / f"{robot}.rviz").read_text(encoding="utf-8")
         self._view = yaml.safe_load(text)["Visualization Manager"]["Views"]["Current"]
@@ -40,10 +38,10 @@ class View:
         self.target = self._view["Target Frame"]
 
     def project(self, points, target, size):
-        """The pixels of world points (n, 3) in a picture of size (width, height).
+        """Returns the pixels (n, 2) of world points (n, 3) in a picture of size (width, height).
 
-        rviz turns the camera about the focal point, which is given from the target frame's origin
-        along the fixed frame's axes; pitch is the camera's height above the focal point [rad].
+        The camera orbits the focal point, which is relative to the target frame's origin, along the
+        fixed frame's axes. Pitch is the camera's elevation above the focal point [rad].
         """
         view, (width, height) = self._view, size
         yaw, pitch = view["Yaw"], view["Pitch"]
@@ -66,16 +64,16 @@ class View:
 
 
 class Shape:
-    """What is seen of a link: a colour, and the box around its first shape.
+    """Visible shape of a link: a colour, and the box around its first shape.
 
     Attributes
     ----------
     center : ndarray
-        Of the box, in the link's frame [m].
+        Centre of the box, in the link's frame [m].
     axes : ndarray
-        The directions of the box's edges, as columns.
+        Directions of the box's edges, as columns.
     half : ndarray
-        Half the lengths of its edges [m].
+        Half the lengths of the box's edges [m].
     """
 
     def __init__(self, link):
@@ -92,34 +90,33 @@ class Shape:
             self.half = np.array([float(x) for x in geometry.get("size").split()]) / 2
         elif geometry.tag == "cylinder":
             radius, length = float(geometry.get("radius")), float(geometry.get("length"))
-            self.half = np.array([radius, radius, length / 2 + radius])  # with its caps
-        else:  # the hull, whose mesh lies about its centre of mass
+            self.half = np.array([radius, radius, length / 2 + radius])  # with the caps
+        else:  # the hull: its mesh surrounds its centre of mass
             self.center = self.center + [
                 float(x) for x in link.find("inertial/origin").get("xyz").split()
             ]
             self.half = np.array([0.9, 0.2, 0.25])
 
     def at(self, pose, local=(0, 0, 0)):
-        """The world position of a point of the box, given along its edges from its centre [m]."""
+        """Returns the world position of a point, given from the box's centre along the edges."""
         position, rotation = pose
         return position + rotation @ (self.center + self.axes @ np.asarray(local))
 
     def covers(self, pose, point, margin):
-        """Whether the world point, seen along y, is within the box or nearer to it than this."""
+        """Whether the world point, seen along y, is in the box or less than `margin` outside."""
         position, rotation = pose
         local = self.axes.T @ (rotation.T @ (point - position) - self.center)
         return bool((abs(local) < self.half + margin)[[0, 2]].all())
 
 
 def shapes_of(robot):
-    """The shapes of our description of the robot, by link."""
     tree = xml.etree.ElementTree.parse(ROOT / "urdf" / f"{robot}.urdf")
     links = [link for link in tree.getroot().findall("link") if link.find("visual") is not None]
     return {link.get("name"): Shape(link) for link in links}
 
 
 def world_poses(transforms, frames):
-    """Position and rotation matrix in odom of each frame, from each one's newest transform."""
+    """Returns each frame's position and rotation matrix in odom, from the transforms by frame."""
 
     def pose(frame):
         if frame == "odom":

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Where scripts/run launches: beside a walker that runs already, never in its place."""
+"""scripts/run launches beside a walker that already runs, and never replaces it."""
 
 import http.server
 import os
@@ -18,7 +18,7 @@ from server_harness import ServerProcess  # noqa: E402
 
 
 def choose(*arguments, uri=None):
-    """Exit status, what is printed in words, and what the user is told."""
+    """Returns the exit status, the words on stdout, and stderr."""
     environment = {key: value for key, value in os.environ.items() if key != "ROS_MASTER_URI"}
     if uri:
         environment["ROS_MASTER_URI"] = uri
@@ -35,8 +35,6 @@ def choose(*arguments, uri=None):
 
 
 class NoMaster(http.server.BaseHTTPRequestHandler):
-    """A program that has the port of a master and is none."""
-
     def do_POST(self):
         self.send_error(404)
 
@@ -45,8 +43,6 @@ class NoMaster(http.server.BaseHTTPRequestHandler):
 
 
 class ChooseMasterTest(unittest.TestCase):
-    """Which master."""
-
     def test_one_is_started_where_none_answers(self):
         uri = f"http://localhost:{free_port()}"
         self.assertEqual(choose(uri=uri), (0, [uri], ""))
@@ -70,14 +66,11 @@ class ChooseMasterTest(unittest.TestCase):
 
 
 class ChooseNamespaceTest(unittest.TestCase):
-    """Which namespace, on a master that runs."""
-
     def setUp(self):
         self.master = OwnMaster()
         self.addCleanup(self.master.kill)
 
     def choose(self, *arguments):
-        """The namespace, and what the user is told; in the form in which scripts/run reads them."""
         status, printed, told = choose(*arguments, uri=self.master.uri)
         self.assertEqual(status, 0, told)
         self.assertEqual(printed[0], self.master.uri)
@@ -85,7 +78,6 @@ class ChooseNamespaceTest(unittest.TestCase):
         return "".join(printed[1:]), told
 
     def launch(self, *arguments):
-        """As scripts/run does, with the namespace that it chooses."""
         namespace, _ = self.choose(*arguments)
         given = ["ns:=" + namespace] if namespace else []
         launched = Launched(
@@ -99,7 +91,7 @@ class ChooseNamespaceTest(unittest.TestCase):
         return launched
 
     def pids(self, namespace=""):
-        """Of a walker's nodes, as they themselves say; None where one does not answer."""
+        """Returns the PIDs that a walker's nodes report; None if the master does not know one."""
         master = xmlrpc.client.ServerProxy(self.master.uri)
         found = []
         for name in ("walker_sim", "agent", "status_line"):
@@ -119,7 +111,7 @@ class ChooseNamespaceTest(unittest.TestCase):
         self.assertIn("/walker_2/walker_sim (ns:=walker_2)", told)
         second = self.launch()
         wait_for(lambda: self.pids("/walker_2"), "the second walker")
-        for launched in (first, second):  # a line a second of each
+        for launched in (first, second):  # each prints one line per second
             wait_for(
                 lambda walker=launched: walker.output().count("BipedalWalker-v3  time") > 1,
                 "both to walk",
@@ -138,7 +130,7 @@ class ChooseNamespaceTest(unittest.TestCase):
             status, printed, told = choose(argument, uri=self.master.uri)
             self.assertEqual((status, printed), (1, []))
             self.assertIn(f"run: {argument}: {node} runs on the ROS master at", told)
-        self.assertEqual(self.choose("ns:=second")[0], "")  # the user's, and free
+        self.assertEqual(self.choose("ns:=second")[0], "")  # the user's choice, which is free
 
     def test_one_that_was_killed_is_in_nobody_s_way(self):
         server = ServerProcess("/walker_sim", {"mode": "lockstep"}, self.master.uri)

@@ -1,4 +1,4 @@
-"""What scripts/coverage_report makes of what gcovr has read."""
+"""Reports that scripts/coverage_report makes from gcovr's data."""
 
 import json
 import pathlib

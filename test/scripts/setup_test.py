@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The set-up that the commands share: it speaks where there is something to do, and only there."""
+"""The set-up that the commands share prints only when there is something to do."""
 
 import os
 import subprocess
@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-# Everything that stands outside: packages, networks and compilers.
+# Stubs for everything external: packages, networks and compilers.
 STUBS = """
 set -euo pipefail
 source "$ROOT/scripts/setup.sh"
@@ -34,7 +34,6 @@ class SetupTest(unittest.TestCase):
         self.folder = folder.name
 
     def set_up(self, **variables):
-        """Its exit status, and what it says."""
         variables = {
             "NINJA": "[1/1] cd x && /usr/bin/python3 /usr/lib/genmsg/genmsg_check_deps.py\n",
             **variables,

@@ -1,5 +1,5 @@
-"""./scripts/wheels, with the compiler and the Python of this system: what it refuses, what is in
-the wheel and in the source package, and that its trial of a wheel can fail."""
+"""./scripts/wheels with this system's compiler and Python: refused arguments, the contents of the
+wheel and the source package, and that the trial of a wheel can fail."""
 
 import email
 import hashlib
@@ -27,7 +27,7 @@ VERSION = re.search("<version>(.*)</version>", (ROOT / "package.xml").read_text(
 
 
 def run(*command, **variables):
-    # With warnings as errors, as other tests compile: a cache of compilations serves both.
+    # Warnings are errors, as in other tests, so that both share a compiler cache.
     variables = {"CMAKE_ARGS": "-DWALKER_SIM_WERROR=ON", **variables}
     return subprocess.run(
         list(map(str, command)),
@@ -73,7 +73,7 @@ def pythons_version():
         (["--wheel-dir"], "--wheel-dir without a folder"),
         (["3.4"], "PYTHON = 3.4: must be a CPython 3.8 or later"),
         (["/bin/true"], "PYTHON = /bin/true: must be a CPython 3.8 or later"),
-        # of a virtual environment
+        # Python of a virtual environment
         ([sys.executable], f"PYTHON = {sys.executable}: must be"),
     ],
 )
@@ -114,7 +114,6 @@ def test_the_name_promises_no_older_glibc_than_is_there(built):
 
 
 def needed_glibc(library):
-    """The versions of glibc's symbols that an ELF file asks for."""
     told = subprocess.check_output(["readelf", "--version-info", "--wide", library], text=True)
     return {tuple(map(int, v.split("."))) for v in re.findall(r"Name: GLIBC_([\d.]+)", told)}
 
@@ -125,7 +124,7 @@ def test_libraries_and_licences(built, tmp_path):
         archive.extractall(tmp_path)
     libraries = sorted(name for name in names if ".so" in name)
     assert len(libraries) == 2 and libraries[0].startswith("walker_sim/_core.")
-    # nothing grafted, and MuJoCo as its authors built it
+    # no grafted libraries, and MuJoCo's original binary
     assert libraries[1] == "walker_sim/libmujoco.so.2.2.2"
     mujoco = (
         os.environ.get("MUJOCO_DIR")
@@ -173,7 +172,7 @@ def test_the_source_package_is_the_same_of_another_folder(built, tmp_path):
 
 @pytest.fixture
 def trial(built, tmp_path):
-    """try_wheel.py with recordings of its own, in the environment that the wheel was tried in."""
+    """Runs a copy of try_wheel.py, with copied recordings, in the trial environment."""
     for folder in ("python/try_wheel.py", "server/recorded_episodes.py"):
         (tmp_path / folder).parent.mkdir()
         shutil.copy(TEST / folder, tmp_path / folder)
@@ -184,7 +183,7 @@ def trial(built, tmp_path):
     return lambda *arguments: run(python, "-I", tmp_path / "python/try_wheel.py", *arguments)
 
 
-# By the column of the reward, or of the last number that is observed.
+# The column is that of the reward, or of the last number of the observation.
 @pytest.mark.parametrize(("robot", "column"), [("", 28), ("walker2d_", 22), ("hopper_", 13)])
 def test_a_trial_fails_by_one_bit(trial, tmp_path, robot, column):
     path = tmp_path / "recordings" / f"{robot}full_episodes.txt"

@@ -1,6 +1,7 @@
-"""ROS with the standard library's sockets: what a test needs of nodes that no client library gives.
+"""ROS over plain sockets, for what no client library offers.
 
-Half requests, subscribers that do not read, calls without a master, a master to be killed.
+That is: incomplete requests, subscribers that do not read, calls without a master, and masters that
+a test kills.
 """
 
 import io
@@ -14,12 +15,12 @@ import xmlrpc.client
 
 import rosgraph
 
-PATIENCE = 30.0  # wall seconds; only a failing test waits as long
+PATIENCE = 30.0  # wall seconds; only a failing test waits that long
 CALLER = "/server_test"
 
 
 def wait_for(condition, what, timeout=PATIENCE):
-    """The condition's first true value; AssertionError that names `what` after the timeout."""
+    """Returns the first true value; raises AssertionError with `what` after the timeout."""
     deadline = time.monotonic() + timeout
     while True:
         value = condition()
@@ -59,11 +60,11 @@ def read_header(connection):
 
 
 class BareClient:
-    """A persistent service client on its own socket: needs no master and no node."""
+    """A persistent service client on a socket, without a master or a node."""
 
     def __init__(self, connection, service, service_class, caller=CALLER):
         self.connection = connection
-        # Else a second request waits until the server's system has acknowledged the first.
+        # With Nagle's algorithm a second request would wait for the ACK of the first.
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._class = service_class
         connection.sendall(
@@ -91,11 +92,11 @@ class BareClient:
         return self.receive()
 
     def send(self, **fields):
-        """A request, whose response `receive` awaits. More than one may be under way."""
+        """Sends a request, whose response `receive` returns. Several may be in flight."""
         self.connection.sendall(self.request_bytes(**fields))
 
     def receive(self):
-        """The response to a request that has been sent."""
+        """Waits for the response to the oldest request in flight."""
         fine = receive_exactly(self.connection, 1)
         size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]
         data = receive_exactly(self.connection, size)
@@ -108,7 +109,7 @@ class BareClient:
 
 
 class BareSubscriber:
-    """A subscriber on its own socket: reads one publisher's messages in order, with no master."""
+    """A subscriber on a socket, without a master: reads one publisher's messages in order."""
 
     def __init__(self, publisher_uri, topic, message_class):
         publisher = xmlrpc.client.ServerProxy(publisher_uri)
@@ -145,7 +146,7 @@ def free_port():
 
 
 class OwnMaster:
-    """A ROS master of the test's own, which it may kill, or have hang."""
+    """A ROS master that a test can kill or halt."""
 
     def __init__(self):
         self.port = free_port()
@@ -167,7 +168,7 @@ class OwnMaster:
         return True
 
     def hang(self):
-        """Connections are still accepted, by the system, and nothing is answered."""
+        """Halts the master: the kernel still accepts connections, but nothing answers."""
         self._process.send_signal(signal.SIGSTOP)
 
     def go_on(self):

@@ -1,5 +1,4 @@
-// Many environments stepped together over ROS equal as many environments in this process, to the
-// bit, in every autoreset mode.
+// A batch stepped over ROS is bitwise equal to in-process environments, in every autoreset mode.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -22,9 +21,9 @@ namespace walker::test {
 namespace {
 
 constexpr std::size_t kSize = 8;
-constexpr std::uint64_t kSeed = 40;  // the servers' parameter
+constexpr std::uint64_t kSeed = 40;  // as in batch_bits_test.test
 
-/// One server's environments, and their twins here.
+/// Client of one server, with an in-process twin of each of its environments.
 class Herd {
  public:
   Herd(const std::string& server, const std::string& id, std::string autoreset_mode)
@@ -131,7 +130,8 @@ class Herd {
     EXPECT_EQ(told.steps[i], lengths_[i]);
   }
 
-  /// A row as the message that the twin compares with; return and error come in no row.
+  /// Converts a row to the message that the twin compares. Rows contain neither return nor error:
+  /// the return is the twin's, the error is empty.
   walker_sim::Transition transition(std::size_t i, const std::vector<double>& observations,
                                     const std::vector<double>& info, std::size_t row) const {
     const Specification& specification = twins_[i]->environment().specification();
@@ -170,7 +170,7 @@ class BatchBits : public testing::TestWithParam<Case> {};
 
 TEST_P(BatchBits, AreThoseOfEnvironmentsInProcess) {
   Herd herd(GetParam().server, GetParam().id, GetParam().autoreset_mode);
-  herd.reset({}, {});  // seed + index
+  herd.reset({}, {});  // environment i takes the seed kSeed + i
   for (int i = 0; i < 1000 && !HasFailure(); ++i) {
     if (GetParam().autoreset_mode == std::string("disabled") && !herd.ended().empty()) {
       herd.reset(herd.ended(), {});

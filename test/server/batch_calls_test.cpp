@@ -1,5 +1,5 @@
-// Batches without a master: the account of the shown environment against an environment driven
-// alone, and replies whose memory is used again.
+// Batch calls without a master: the shown environment must equal an environment that is driven
+// alone, and reused responses must not allocate.
 #include "server/batch_calls.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ namespace {
 constexpr std::uint32_t kShown = 2;
 constexpr std::uint64_t kSeed = 11;
 
-/// The episode of the shown environment, driven alone.
+/// An environment with the shown environment's seed, outside a pool.
 std::unique_ptr<Episode> make_alone(const MakeEnvironment& make) {
   std::unique_ptr<Episode> alone(&episode_of(*make().release()));
   EpisodeOptions options;
@@ -38,7 +38,7 @@ std::unique_ptr<Episode> make_alone(const MakeEnvironment& make) {
   return alone;
 }
 
-/// What a server has for its batches.
+/// The parts of a server that serve batch calls.
 struct Herd {
   Herd(const std::string& id, AutoresetMode mode, std::uint32_t num_envs = 4)
       : options(options_of(id, mode, num_envs)),
@@ -182,7 +182,7 @@ TEST(BatchCalls, AStatisticIsOfTheWholeEpisode) {
   }
 }
 
-/// Each episode has two steps of reward 1. Resets fail where the test says so.
+/// A robot whose episodes last two steps of reward 1. Resets fail while `resets_fail` is true.
 class Brittle : public BareRobot {
  public:
   explicit Brittle(const bool& resets_fail) : resets_fail_(resets_fail) {
@@ -213,7 +213,7 @@ class Brittle : public BareRobot {
   int steps_ = 0;
 };
 
-/// Three environments, of which the one in the middle fails; or that one alone.
+/// Resets fail in the middle one of three environments, or in a single environment.
 class Failing : public testing::TestWithParam<AutoresetMode> {
  protected:
   using Flags = std::vector<std::uint8_t>;
@@ -283,7 +283,7 @@ TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
               "environment 1: the simulation failed at its reset; reset first");
     return;
   }
-  step();  // is its next reset
+  step();  // repeats the failed reset
   EXPECT_EQ(reply_.status_message, kOfTheMiddle);
   EXPECT_EQ(reply_.rewards, (Values{1, 0, 1}));
   EXPECT_EQ(reply_.observations, (Values{11, 0, 11}));
@@ -355,7 +355,6 @@ TEST_P(Failing, AnotherThanTheShownOneDoesNotConcernIt) {
   EXPECT_EQ(shown().episode_return, 1);
 }
 
-/// A server of one environment is a pool of one.
 TEST_P(Failing, AloneIsTheSame) {
   serve(1, 0);
   fails_ = true;
@@ -385,7 +384,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, Failing,
                                          AutoresetMode::disabled),
                          [](const auto& instance) { return to_text(instance.param); });
 
-/// To the bit, with the engine's own failures.
+/// Bitwise, with failures that MuJoCo raises.
 TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
   const AutoresetMode mode = GetParam().mode;
   if (std::string(GetParam().id) != "Walker2d-v5") return;
@@ -425,7 +424,6 @@ TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
   EXPECT_GT(failed, 1U);
 }
 
-/// A transport that keeps its reply pays for no memory.
 TEST_F(AllocationTest, AReplyThatIsKeptTakesNoMoreMemory) {
   for (const std::uint32_t num_envs : {1U, 4U}) {
     Herd herd("Walker2d-v5", AutoresetMode::next_step, num_envs);

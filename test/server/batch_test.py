@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Many environments in one server: ~reset_batch, ~step_batch, and the one that is shown."""
+"""Many environments in one server: ~reset_batch, ~step_batch and the shown environment."""
 
 import math
 import sys
@@ -54,7 +54,7 @@ class BatchTest(ServerTest):
         return server
 
     def try_reset(self, environments=(), seeds=None):
-        """@param seeds: None, or one per environment, of which each may be None"""
+        """@param seeds: None, or for each environment a seed or None"""
         given = [] if seeds is None else seeds
         return self.clients["reset_batch"](
             environments=list(environments),
@@ -69,7 +69,7 @@ class BatchTest(ServerTest):
         return reply
 
     def try_step(self, *actions):
-        """One action for all, or one for each."""
+        """@param actions: one for all environments, or one per environment"""
         many = actions * self.num_envs if len(actions) == 1 else actions
         return self.clients["step_batch"](actions=[value for action in many for value in action])
 
@@ -195,7 +195,7 @@ class BatchTest(ServerTest):
     # ------------------------------------------------------------ refusals
 
     def refusals(self):
-        """Calls that are wrong, and what the message says of each."""
+        """Yields the replies to invalid calls, each with words of the message."""
         size = self.num_envs * 4
         bad = [0.0] * size
         bad[5] = math.nan
@@ -231,7 +231,7 @@ class BatchTest(ServerTest):
         self.assertEqual([state.step for state in told], list(range(13)))
         self.assert_consecutive(told)
         clock.at(nanoseconds(told[-1]))
-        self.assertLessEqual(len(clock.messages()), 14)  # one may be told at the connection
+        self.assertLessEqual(len(clock.messages()), 14)  # a new subscription repeats the time
 
     def differ_in_episode_only(self, one, other):
         one.episodes = other.episodes
@@ -280,7 +280,7 @@ class BatchTest(ServerTest):
         self.assertEqual(self.step(STAND).steps[0], first.steps[0] + 1)
         self.assertEqual(self.reset(seeds=[5]).observations, self.reset([0], [5]).observations)
 
-    # ------------------------------------------------------------ time, and what is shown
+    # ------------------------------------------------------------ time and topics
 
     def test_every_call_advances_the_clock_by_dt(self):
         self.serve(num_envs=3, shown_environment=1)
@@ -290,7 +290,7 @@ class BatchTest(ServerTest):
         begin = nanoseconds(transitions.wait())
         self.step(STAND)
         clock.at(begin + self.dt)
-        self.reset([0, 2])  # not the one that is shown
+        self.reset([0, 2])  # not the shown environment
         clock.at(begin + 2 * self.dt)
         self.step(STAND)
         clock.at(begin + 3 * self.dt)
@@ -327,7 +327,7 @@ class BatchTest(ServerTest):
                 self.assertEqual((told[-1].terminated, told[-1].truncated), (ended, False))
                 self.assertEqual(list(told[-1].action), FALL if step else [])
                 self.assertEqual(told[-1].error, "")
-            # Sensors, reward and observation: the newest state only, where a call makes two.
+            # If a call makes two states, sensors, reward and observation show only the newer one.
             for recorder in recorders.values():
                 recorder.at(nanoseconds(told[-1]))
             joints = recorders["/joint_states"].at(nanoseconds(told[-1]))
@@ -341,7 +341,7 @@ class BatchTest(ServerTest):
         for state in told:
             recorders["/clock"].at(nanoseconds(state))
             recorders["/tf"].at(nanoseconds(state))
-        recorders.pop("/clock")  # told again to who joins
+        recorders.pop("/clock")  # a new subscription repeats the time
         for topic, recorder in recorders.items():
             stamps = [first_stamp(message) for message in recorder.messages()]
             self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), topic)
@@ -349,9 +349,9 @@ class BatchTest(ServerTest):
         scenes.wait_count(sum(state.step == 0 for state in told))
 
     def play_shown(self, mode):
-        """Steps until the shown one fell twice.
+        """Steps until the shown environment has fallen twice.
 
-        Yields its states after each call: step, observation, reward, whether it ended.
+        Yields its new states after each call: (step, observation, reward, whether it ended).
         """
         begun = self.reset(seeds=[1, 2, 3])
         yield [(0, row(begun.observations, 1), 0.0, False)]
@@ -390,7 +390,7 @@ class BatchTest(ServerTest):
         self.assertEqual(len({message.generator_state for message in kept}), len(begins))
 
     def test_a_recorded_episode_of_the_shown_environment_repeats(self):
-        """Its generator's state, as told, begins the same episode elsewhere."""
+        """The published generator state begins the same episode on another server."""
         self.serve(num_envs=3, shown_environment=2)
         transitions = self.record("/transition", Transition)
         episodes = self.record("/episode", Episode)
@@ -409,8 +409,6 @@ class BatchTest(ServerTest):
         restored = self.call("restore", record=record)
         self.assertTrue(restored.success, restored.status_message)
         self.assertTrue(same_experience(restored.transition, told))
-
-    # ------------------------------------------------------------ one environment
 
     def test_one_environment_is_the_same_by_either_service(self):
         for mode in MODES:
@@ -445,7 +443,7 @@ class BatchTest(ServerTest):
         self.assert_consecutive(transitions.wait_count(2 * count + 1))
 
     def assert_end_of_alternating(self, mode):
-        """The second episode has just come to its end by ~step_batch."""
+        """The last ~step_batch has ended the second episode."""
         if mode == "same_step":
             self.assertEqual(self.step(FALL).steps[0], 1)
             return
@@ -462,7 +460,7 @@ class BatchTest(ServerTest):
         following = self.step(FALL)
         self.assertEqual((following.steps[0], following.rewards[0]), (0, 0))
 
-    # ------------------------------------------------------------ account
+    # ------------------------------------------------------------ errors and large batches
 
     def test_diagnostics_count_all_environments(self):
         self.serve(num_envs=4, autoreset_mode="same_step")
@@ -532,7 +530,7 @@ class BatchTest(ServerTest):
             transitions.at(stamps[-1])
             told = [stamp for stamp in map(first_stamp, transitions.messages()) if stamp >= begin]
             self.assertEqual(told[: len(stamps)], stamps)
-            # Some give way to newer ones.
+            # In the queue newer messages may replace older ones.
             clock.wait(lambda m, last=stamps[-1]: first_stamp(m) >= last)
             if mode == "disabled":
                 self.assertEqual(len(disturbed), 1)
@@ -543,7 +541,7 @@ class BatchTest(ServerTest):
             self.server.stop()
 
     def play_cramped(self, seeds):
-        """The replies to a reset and twelve steps, or as many as are not refused."""
+        """Returns the replies to a reset and twelve steps, up to the first refusal."""
         replies = [self.try_reset(seeds=seeds)]
         while replies[-1].success and len(replies) < 13:
             replies.append(self.try_step([0.5] * 6))

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Topics of the camera: when a picture is drawn and when not."""
+"""Camera topics: when the server draws a picture, and the contents of the messages."""
 
 import sys
 
@@ -29,12 +29,12 @@ class CameraTest(ServerTest):
         self.last = self.reset(has_seed=True, seed=1).transition
 
     def advance(self):
-        """The stamp of the next state."""
+        """Steps. Returns the new stamp [ns]."""
         self.last = self.step(action=STAND).transition
         return nanoseconds(self.last)
 
     def watch(self):
-        """The pictures; the next state that is due has one."""
+        """Records pictures, and steps until the first one arrives."""
         images = self.record(IMAGE, Image)
         wait_for(lambda: self.advance() and images.messages(), "the first picture")
         return images
@@ -42,8 +42,6 @@ class CameraTest(ServerTest):
     def maps(self):
         with open(f"/proc/{self.server.pid}/maps", encoding="utf-8") as maps:
             return maps.read()
-
-    # ------------------------------------------------------------ when
 
     def test_nothing_is_drawn_and_nothing_loaded_unless_somebody_subscribes(self):
         self.lockstep(camera_rate=0.0)
@@ -55,7 +53,7 @@ class CameraTest(ServerTest):
             recorder = self.record(topic, kind)
             wait_for(lambda recorder=recorder: self.advance() and recorder.messages(), topic)
             recorder.close()
-            # The server hears of it a moment later: then nothing is drawn any more.
+            # The server learns of the unsubscription later.
             wait_for(self.draws_nothing, "the end of the pictures")
             self.assertTrue(self.draws_nothing())
         self.assertIn("libcairo", self.maps())
@@ -67,7 +65,7 @@ class CameraTest(ServerTest):
         return self.counter("pictures") == before
 
     def test_pictures_come_at_the_rate(self):
-        # Of 20 ms each: every state, every second by default, every 5th; 2 of 3.
+        # Periods are in states of 20 ms; None is the default rate.
         for rate, periods in ((0.0, 1), (None, 2), (10.0, 5), (1 / 0.03, 1.5)):
             self.lockstep(**({} if rate is None else {"camera_rate": rate}))
             images = self.watch()
@@ -77,7 +75,7 @@ class CameraTest(ServerTest):
                 stamp = self.advance()
                 if stamp // (periods * DT) != before // (periods * DT):
                     due.append(stamp)
-                    images.at(stamp)  # before the next one, which might take its place
+                    images.at(stamp)  # the next picture could replace it in the queue
                 before = stamp
             told = [nanoseconds(image) for image in images.messages()]
             self.assertEqual([stamp for stamp in told if stamp > begin], due, f"rate {rate}")
@@ -88,7 +86,7 @@ class CameraTest(ServerTest):
         self.serve(real_time_factor=4.0, camera_rate=0.0, camera_width=90, camera_height=60)
         infos, transforms = self.record(INFO, CameraInfo), self.record("/tf", TFMessage)
         transitions = self.record("/transition", Transition)
-        infos.wait()  # a publisher counts its subscribers a moment after they count it
+        infos.wait()  # the server may register a subscription later than the subscriber
         transforms.wait(tells_of_camera)
         transitions.wait()
         images = self.record(IMAGE, Image)
@@ -103,7 +101,7 @@ class CameraTest(ServerTest):
 
         told = stamps(images.messages())
         self.assertEqual(told, sorted(set(told)))
-        # Each of them is sent with every picture; of pictures the newest wins once more on the way.
+        # Every picture has an info and a transform, but a newer picture may replace a queued one.
         for others in (infos.messages(), poses):
             others = stamps(others)
             self.assertEqual(others, sorted(set(others)))
@@ -111,8 +109,6 @@ class CameraTest(ServerTest):
         transitions.at(last)
         self.assertLessEqual(set(told), set(stamps(transitions.messages())))
         self.assert_consecutive(transitions.messages())
-
-    # ------------------------------------------------------------ what
 
     def test_the_picture_is_that_of_the_state(self):
         self.lockstep(camera_rate=0.0, camera_width=90, camera_height=60)
@@ -128,8 +124,8 @@ class CameraTest(ServerTest):
             self.assertGreater(len(set(image.data)), 3)
         info = infos.at(nanoseconds(image))
         self.assertEqual((info.width, info.height), (90, 60))
-        # A parallel projection: uncalibrated, as the message has it. Yet image_saver, which keeps
-        # what camera_calibration_parsers can write, asks for a model and its five coefficients.
+        # A parallel projection is uncalibrated: K, R and P are 0. But image_saver, by
+        # camera_calibration_parsers, requires a distortion model with five coefficients.
         self.assertEqual({*info.K, *info.R, *info.P}, {0.0})
         self.assertEqual((info.distortion_model, list(info.D)), ("plumb_bob", [0.0] * 5))
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Who owns /clock, what a restart continues, and whom a server without /clock follows."""
+"""Ownership of /clock, time after a restart, and servers that follow another's /clock."""
 
 import signal
 import sys
@@ -127,7 +127,7 @@ class ClockTest(ServerTest):
         self.assertGreater(nanoseconds(transition), last)
 
     def test_a_restart_after_many_quick_steps_continues_too(self):
-        # Faster than any reservation of time made at the start would foresee.
+        # Faster than any reservation made at the start assumes.
         last = 0
         for _ in range(3):
             server = self.serve(mode="lockstep")
@@ -140,8 +140,6 @@ class ClockTest(ServerTest):
                     reply = reset(has_seed=True, seed=1)
                 last = nanoseconds(reply.transition)
             server.kill()
-
-    # ------------------------------------------------------------ use_sim_time both ways
 
     def test_it_serves_with_use_sim_time_both_ways(self):
         for use_sim_time in (True, False):
@@ -182,8 +180,8 @@ class ClockTest(ServerTest):
         for count in range(2, 102):
             now += DT
             self.tell(publisher, now)
-            transitions.wait_count(count)  # one step for each dt of the clock
-        time.sleep(0.6)  # the clock stands still, and so does the server
+            transitions.wait_count(count)  # one step per dt of the clock
+        time.sleep(0.6)
         stamps = [nanoseconds(message) for message in transitions.messages()]
         self.assert_grows(stamps)
         self.assertLessEqual(stamps[-1], now)
@@ -212,7 +210,7 @@ class ClockTest(ServerTest):
         self.assertLessEqual(server.output().count("Nothing moves"), limit)
 
     def pace(self, condition, what):
-        """The first status of the pace since the last `set_clock`, or to come, that meets it."""
+        """Returns the first pace status since the last `set_clock` that meets the condition."""
 
         def find(message):
             told = (status for status in message.status if status.name.endswith(": pace"))
@@ -221,13 +219,13 @@ class ClockTest(ServerTest):
         return find(self.diagnostics.wait(find, what))
 
     def set_clock(self, publisher, now):
-        """Returns when the server knows the time: it stamps its diagnostics with it."""
+        """Publishes the time, and waits for diagnostics with this stamp."""
         self.diagnostics.clear()
         self.tell(publisher, now)
         self.diagnostics.wait(lambda m: nanoseconds(m) == now, f"the time {now}")
 
     def assert_follows(self, publisher, transitions, now):
-        """Step after step from the time that /clock has."""
+        """Publishes the 19 times after `now`, and waits for a step at each. Returns the last."""
         for time_ahead in range(now + DT, now + 20 * DT, DT):
             self.tell(publisher, time_ahead)
             transitions.wait(lambda m, t=time_ahead: t - DT < nanoseconds(m) <= t, "a step")
@@ -328,7 +326,7 @@ class ClockTest(ServerTest):
         self.wait_for_log(server, "start this server again")
         self.assertEqual(len(transitions.messages()), steps)
         self.assert_follows(publisher, transitions, now)
-        # Started again it follows from where the clock is.
+        # A restarted server follows from the present /clock.
         self.set_clock(publisher, 5 * SECOND)
         server.stop()
         publisher.unregister()
@@ -355,7 +353,7 @@ class ClockTest(ServerTest):
     # ------------------------------------------------------------ the end of time
 
     def begin_at_the_end(self):
-        """Time for a few steps, after an owner that has reserved all before."""
+        """Reserves all ROS time except the last 5 dt."""
         key = "/walker_sim_clock/reserved_until"
         rospy.set_param(key, [2.0**32 - 1, SECOND - 5 * DT])
         self.addCleanup(lambda: rospy.has_param(key) and rospy.delete_param(key))
@@ -412,7 +410,7 @@ class ClockTest(ServerTest):
             )
             rospy.delete_param(key)
         self.assertEqual(clock.messages(), [])
-        # As xmlrpc has it, and nobody here needs it.
+        # An XML-RPC type that the server does not read.
         master = rosgraph.Master("/clock_test").handle
         master.setParam("/clock_test", key, xmlrpc.client.DateTime(0))
         server = ServerProcess("/walker_sim", {"mode": "lockstep"})
@@ -437,7 +435,7 @@ class ClockTest(ServerTest):
             server.stop()
             warned = "the parameter " + key + " says so" in server.output()
             self.assertIs(warned, seconds == 2**31)
-            # Given back, in a form that is read again.
+            # On exit the server reduces the reservation to its last stamp, in a readable form.
             self.assertEqual(rospy.get_param(key), [seconds, now])
 
     def test_in_lockstep_without_clock_it_stamps_with_its_own_time(self):

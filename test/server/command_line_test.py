@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How nodes are started: arguments, closed standard descriptors, a master that is not there."""
+"""Starting nodes: arguments, closed standard descriptors, an unreachable master."""
 
 import itertools
 import os
@@ -17,7 +17,7 @@ from server_harness import Process, node_path, registered_uri
 
 NODES = ["server", "service_agent", "topic_agent", "status_line"]
 PROGRAMS = ["describe", "replay"]
-# Arguments that are refused, and what the message says of them.
+# Refused arguments, and words of the message.
 REFUSED = {
     "__name:=walker-1": "argument __name:=walker-1: is not a valid name",
     "__name:=a/b": "a/b",
@@ -39,7 +39,7 @@ CLOSED = [*itertools.combinations(range(3), 1), *itertools.combinations(range(3)
 
 
 def run(node, *arguments, **environment):
-    """Exit status, standard output and standard error of a program of this package."""
+    """Runs a program of this package. Returns exit status, stdout and stderr."""
     ended = subprocess.run(
         [node_path(node), *arguments],
         env={**os.environ, **environment},
@@ -53,7 +53,7 @@ def run(node, *arguments, **environment):
 
 
 def start_closed(descriptors, command, **options):
-    """A process that is started without some of its standard descriptors."""
+    """Starts a process with these standard descriptors closed."""
     closing = " ".join(f"{number}{'<' if number == 0 else '>'}&-" for number in descriptors)
     return subprocess.Popen(
         ["bash", "-c", f'exec "$@" {closing}', "bash", *command],
@@ -118,7 +118,7 @@ class CommandLineTest(unittest.TestCase):
                     target = os.readlink(f"/proc/{process.pid}/fd/{number}")
                     self.assertEqual(target, os.devnull, f"{name}: descriptor {number}")
                 if node == "server":
-                    service = f"{name}/set_physics_properties"  # the last one
+                    service = f"{name}/set_physics_properties"  # registered last
                     wait_for(
                         lambda service=service: master.lookupService(CALLER, service)[0] == 1,
                         service,
@@ -133,7 +133,7 @@ class CommandLineTest(unittest.TestCase):
                 self.assertEqual(process.wait(PATIENCE), 0, f"{program} without {closed}")
 
     def test_rviz_for_a_prefix_has_standard_descriptors(self):
-        # "rviz", which it becomes, looks at what it was given.
+        # A stand-in for rviz, which view.py executes, checks the descriptors that it inherits.
         code = (
             "#!/usr/bin/python3\nimport os, sys\n"
             "sys.exit(any(os.readlink(f'/proc/self/fd/{n}') != os.devnull for n in range(3)))\n"
@@ -160,7 +160,7 @@ class CommandLineTest(unittest.TestCase):
     def test_a_node_that_never_found_a_master_ends_in_order(self):
         for node in NODES:
             for number in (signal.SIGINT, signal.SIGTERM):
-                # A parameter is set before the node is registered: ROS waits in another place.
+                # A parameter is set before the node registers: ROS waits for the master elsewhere.
                 for arguments in ([], ["_env:=Walker2d-v5"]):
                     uri = f"http://localhost:{free_port()}"
                     process = Process(node, f"/{node}_lost", arguments, uri)

@@ -1,4 +1,4 @@
-// The templates in config document exactly the parameters that the nodes take.
+// The templates in config/ document exactly the parameters that the nodes read.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,20 +16,18 @@
 namespace walker {
 namespace {
 
-/// One parameter of the template, and the comment above it in one line.
+/// One parameter of a template, with the comment above it joined to one line.
 struct Entry {
   std::string name;
   std::string value;
   std::string comment;
 };
 
-/// A template, and what it must document.
 struct Template {
   std::string name;
   std::vector<ParameterDescription> parameters;
 };
 
-/// Those of an environment, and of its camera.
 std::vector<ParameterDescription> own_parameters(const std::string& id) {
   std::vector<ParameterDescription> own = parameter_descriptions(id);
   const auto camera = server_camera_parameters(id);
@@ -37,7 +35,6 @@ std::vector<ParameterDescription> own_parameters(const std::string& id) {
   return own;
 }
 
-/// Those of the server and of BipedalWalker.
 Template whole_template() {
   Template whole{"server", server_parameters()};
   const auto own = own_parameters("BipedalWalker-v3");
@@ -45,7 +42,6 @@ Template whole_template() {
   return whole;
 }
 
-/// Walker2d's own, and the id.
 Template walker2d_template() {
   Template own{"walker2d", own_parameters("Walker2d-v5")};
   ParameterDescription id = server_parameters().front();
@@ -74,7 +70,7 @@ std::vector<Entry> read_template(const std::string& name) {
   return entries;
 }
 
-/// As one writes it: neither an exponent nor an idle point.
+/// 15 significant digits: the stream's default of 6 would print 1000000 as 1e+06.
 std::string plain(double number) {
   constexpr int kDigits = 15;
   std::ostringstream text;
@@ -83,7 +79,7 @@ std::string plain(double number) {
   return text.str();
 }
 
-/// " [unit] minimum .. maximum", as far as the parameter has them.
+/// " [unit] minimum .. maximum", without the parts that the parameter lacks.
 std::string limits(const ParameterDescription& parameter) {
   std::string text = parameter.unit.empty() ? "" : " [" + parameter.unit + "]";
   const bool is_number = std::holds_alternative<std::int64_t>(parameter.default_value) ||

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What /diagnostics tells: keys, levels and their sentences, statistics of episodes."""
+"""/diagnostics: keys, levels, messages and episode statistics."""
 
 import math
 import statistics
@@ -32,8 +32,6 @@ STEP_TIME = ("step_time_mean_us", "step_time_max_us")
 
 
 class Report:
-    """One status of the server."""
-
     def __init__(self, status):
         self.level, self.message = status.level, status.message
         self.values = {pair.key: pair.value for pair in status.values}
@@ -48,7 +46,7 @@ class DiagnosticsTest(ServerTest):
         self.diagnostics = self.record("/diagnostics", DiagnosticArray)
 
     def report_so_far(self, task, condition=lambda _: True, what="a report"):
-        """The first report of the task, kept or to come, that meets the condition."""
+        """Returns the task's first report, past or future, that meets the condition."""
 
         def reports(message):
             told = (s for s in message.status if s.name == f"walker_sim: {task}")
@@ -60,9 +58,9 @@ class DiagnosticsTest(ServerTest):
         return next(filter(condition, reports(message)))
 
     def report(self, task, condition=lambda _: True, what="a report"):
-        """The first report that was made after this call and meets the condition."""
+        """Returns the first report made after this call that meets the condition."""
         self.diagnostics.clear()
-        self.report_so_far("simulation")  # one may have been under way
+        self.report_so_far("simulation")  # one may be in flight
         self.diagnostics.clear()
         return self.report_so_far(task, condition, what)
 
@@ -78,7 +76,7 @@ class DiagnosticsTest(ServerTest):
             self.addCleanup(client.close)
         return clients
 
-    # ------------------------------------------------------------ what is told
+    # ------------------------------------------------------------ keys and states
 
     def test_every_key_is_told_in_either_mode(self):
         for mode in ("free", "lockstep"):
@@ -178,7 +176,7 @@ class DiagnosticsTest(ServerTest):
         self.assertGreater(float(late.values["missed_deadlines"]), 0)
         self.assertLess(float(late.values["real_time_factor"]), 1000)
         self.assertTrue(self.call("set_real_time_factor", factor=0.5).success)
-        # The report after the change still tells of what was missed before it.
+        # The first report after the change still includes earlier misses.
         fine = self.report("pace", lambda r: r.level == OK, "that it keeps up")
         self.assertEqual(fine.values["real_time_factor_wanted"], "0.5")
 
@@ -219,7 +217,7 @@ class DiagnosticsTest(ServerTest):
             self.server.stop()
 
     def other_agent(self):
-        """Sends effort commands, as a node of its own."""
+        """Publishes effort commands from another node."""
         words = "{data: [0.5, 0.5, 0.5, 0.5]}"
         other = subprocess.Popen(
             ["rostopic", "pub", "-r", "20", "/effort_command", "std_msgs/Float64MultiArray", words],
@@ -243,7 +241,7 @@ class DiagnosticsTest(ServerTest):
         self.assertIn("diagnostics_test", self.server.output())
 
     def test_the_name_of_an_agent_writes_no_lines_of_its_own(self):
-        """It is what the publisher says of itself when the server connects."""
+        """The name is the callerid in the publisher's connection header."""
         self.serve(command_timeout=30.0)
         evil = "/x\n[ERROR] all is lost\x1b[2J" + "y" * 10_000
         command = rospy.Publisher(
@@ -288,7 +286,7 @@ class DiagnosticsTest(ServerTest):
             self.server.output(),
             r"Two agents step the walker: /\S+ goes on after a step of /another \(1 such",
         )
-        # Whoever resets begins anew.
+        # A reset forgets earlier callers.
         self.call("reset", has_seed=True, seed=1)
         other(**actions)
         self.call("reset", has_seed=True, seed=1)
@@ -326,7 +324,7 @@ class DiagnosticsTest(ServerTest):
         )
 
     def play(self, count):
-        """Last transitions of episodes: with an odd seed the walker soon falls."""
+        """Returns the last transitions of episodes; with an odd seed the walker soon falls."""
         reset, step = self.lockstep()
         ended = []
         for seed in range(count):

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Effort commands to a free-running server: units, the timeout, what clears and what is refused."""
+"""Effort commands to a free-running server: units, timeout, clearing and refusals."""
 
 import math
 import re
@@ -15,13 +15,12 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 
 ZERO = [0.0] * 4
-STAND = [80.0, 80.0, -80.0, 80.0]  # [N m] the walker stands astride as long as it is held
+STAND = [80.0, 80.0, -80.0, 80.0]  # [N m]; while it is held, the walker stands astride
 MEGABYTE = 1 << 20
 
 
 class EffortCommandTest(ServerTest):
     def serve(self, **parameters):
-        """A server of this test's own, and its transitions from now on."""
         super().serve(**parameters)
         self.transitions = self.record("/transition", Transition)
 
@@ -32,22 +31,22 @@ class EffortCommandTest(ServerTest):
         return publisher
 
     def drive(self, efforts):
-        """An episode that has this command from its first step on; the publisher of commands."""
+        """Begins an episode under this command from its first step. Returns the publisher."""
         command = self.commander()
         self.drive_by(command, Float64MultiArray(data=efforts))
         return command
 
     def drive_by(self, command, message):
-        """Between two episodes a command would be lost, since every reset clears what is held."""
+        """Publishes between the reset, which clears the held command, and the first step."""
         self.call("pause")
         self.call("reset", has_seed=True, seed=1)
         command.publish(message)
-        time.sleep(0.3)  # should it arrive later still, only the walker stoops a little
+        time.sleep(0.3)  # if it arrives later, the walker only sags a little first
         self.call("unpause")
         self.transitions.wait(lambda m: any(m.action), "the command")
 
     def driven(self):
-        """Steps so far that had torque."""
+        """Transitions so far whose action is not zero."""
         return [m for m in self.transitions.messages() if any(m.action)]
 
     def test_a_command_is_held_in_newton_metres_until_the_next(self):
@@ -62,7 +61,7 @@ class EffortCommandTest(ServerTest):
         self.assertEqual(self.counter("timeouts"), 0)
 
     def test_the_timeout_is_in_simulation_time(self):
-        # Twenty steps of simulation time, at whatever pace.
+        # 0.4 s are 20 steps at any pace.
         for factor in (1.0, 8.0):
             self.serve(command_timeout=0.4, real_time_factor=factor)
             self.drive(STAND)
@@ -117,18 +116,18 @@ class EffortCommandTest(ServerTest):
         self.drive(STAND)
         first = self.driven()[0]
         self.assertTrue(self.call("set_real_time_factor", factor=0.0).success)
-        # Many times the timeout, but for its being in wall time.
+        # Three times the timeout in simulation time; at factor 0 the timeout is in wall time.
         wait_for(lambda: self.simulated_since(first) > 60, "a minute of simulation time")
         self.assertEqual(self.counter("timeouts"), 0)
         self.call("pause")
-        # Slow enough that no transition is dropped on its way.
+        # Slow enough that no queue drops a transition.
         self.assertTrue(self.call("set_real_time_factor", factor=10.0).success)
         changed = self.call("step", action=STAND).transition
         self.call("unpause")
         late = self.transitions.wait(
             lambda m: nanoseconds(m) > nanoseconds(changed) and not any(m.action), "the timeout"
         )
-        # The command keeps the age that it had in wall time.
+        # The command keeps its age from wall time.
         simulated = (nanoseconds(late) - nanoseconds(changed)) / 1e9
         self.assertLess(simulated, 20.1, "that was the timeout in wall time")
         self.assertEqual(self.counter("timeouts"), 1)
@@ -191,17 +190,17 @@ class EffortCommandTest(ServerTest):
         self.assertRegex(output, r"(?i)error.*(refused|command)")
 
     def test_a_command_that_is_none_takes_no_memory(self):
-        """Whatever number of elements it claims: roscpp's own code makes room for them first."""
+        """roscpp's own deserializers would allocate the claimed number of elements first."""
         self.serve(command_timeout=0.0)
         command = self.commander(Bytes)
         before = memory(self.server.pid)
         good = struct.pack("<III4d", 0, 0, 4, *STAND)
         short, long, large = "ends within a field", "longer than its type", "at most 1048576"
         bad = (
-            (struct.pack("<III", 0, 0, 2**31 - 1), short),  # numbers
+            (struct.pack("<III", 0, 0, 2**31 - 1), short),  # element count
             (struct.pack("<III", 0, 0, 2**32 - 1), short),
-            (struct.pack("<I", 2**31 - 1) + bytes(64), short),  # dimensions
-            (struct.pack("<II", 1, 2**31 - 1) + bytes(64), short),  # of a label
+            (struct.pack("<I", 2**31 - 1) + bytes(64), short),  # dimension count
+            (struct.pack("<II", 1, 2**31 - 1) + bytes(64), short),  # label length
             (good[:-1], short),
             (b"", short),
             (good + b"\0", long),

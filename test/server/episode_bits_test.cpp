@@ -1,4 +1,4 @@
-// The same episode in process and over ROS gives equal bits.
+// Episodes over ROS are bitwise equal to the same episodes in process.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -16,7 +16,6 @@
 namespace walker::test {
 namespace {
 
-/// Chooses actions: the kinds of behaviour that an agent may show.
 class Policy {
  public:
   enum Kind { heuristic, random, saturated, beyond_bounds, not_float32, zero };
@@ -24,7 +23,7 @@ class Policy {
 
   Policy(Kind kind, unsigned seed) : kind_(kind), draws_(seed) {}
 
-  /// @param size of the action; the heuristic is BipedalWalker's
+  /// @param size of the action; `heuristic` is for BipedalWalker only
   std::vector<double> act(const std::vector<double>& observation, std::size_t size) {
     std::vector<double> action(size);
     if (kind_ == heuristic) {
@@ -57,7 +56,7 @@ class Policy {
   bipedal_walker::Heuristic heuristic_;
 };
 
-/// Plays one episode on both. @returns its length
+/// @return length of the episode
 std::uint32_t compare_episode(Remote& remote, Twin& twin, std::optional<std::uint64_t> seed,
                               Policy policy, std::uint32_t most_steps = 2000) {
   const std::size_t action_size = twin.environment().specification().action_size();
@@ -94,7 +93,8 @@ TEST(EpisodeBits, AreEqualHardcore) {
   }
 }
 
-/// @returns the steps of all policies but the heuristic, which is BipedalWalker's
+/// Plays episodes of all policies except the heuristic.
+/// @return total number of steps
 std::uint32_t compare_walker2d(const std::string& space, const std::string& id, unsigned seeds,
                                const Parameters& parameters = {}) {
   Remote remote(space + "/walker_sim");
@@ -114,7 +114,7 @@ TEST(EpisodeBits, AreEqualOfWalker2d) {
   EXPECT_GT(compare_walker2d("/v5", "Walker2d-v5", 8), 500U);
 }
 
-/// As its server's parameters in episode_bits_test.test.
+/// The parameters are those of /other in episode_bits_test.test.
 TEST(EpisodeBits, AreEqualOfWalker2dWithOtherParameters) {
   const Parameters parameters{{"frame_skip", std::int64_t{2}},
                               {"terminate_when_unhealthy", false},
@@ -155,7 +155,7 @@ TEST(EpisodeBits, AreEqualInAWorldUsedAgain) {
   }
 }
 
-/// Its server runs with seed = 18446744073709551615 and knows no reset before.
+/// The server has ~seed = 18446744073709551615, and no other test resets it.
 TEST(EpisodeBits, TheSeedParameterServesTheFirstResetOnly) {
   Remote remote("/seeded/walker_sim");
   Twin twin("BipedalWalker-v3");
@@ -176,7 +176,7 @@ TEST(EpisodeBits, ASeedTwiceGivesEqualTransitionsOver300Steps) {
     first.push_back(remote.step(action));
     ASSERT_FALSE(first.back().terminated) << "this seed was to last";
   }
-  remote.reset(123);  // something else in between
+  remote.reset(123);  // an unrelated episode in between
   for (int i = 0; i < 20; ++i) remote.step({1, -1, 1, -1});
   walker_sim::Transition again = remote.reset(6);
   for (std::size_t i = 0; i < first.size(); ++i) {
@@ -190,7 +190,6 @@ TEST(EpisodeBits, ASeedTwiceGivesEqualTransitionsOver300Steps) {
   }
 }
 
-/// The generator's state before the reset is all it takes to begin the episode again.
 TEST(EpisodeBits, GeneratorStateIsThatBeforeTheReset) {
   ros::NodeHandle node;
   Remote remote("/walker_sim");

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A free-running server: its resets, pausing."""
+"""A free-running server: resets and pausing."""
 
 import math
 import sys
@@ -17,24 +17,21 @@ QUIET = 0.6  # wall seconds in which 30 steps would pass
 
 class FreeTest(ServerTest):
     def serve(self, **parameters):
-        """A server of this test's own, and its transitions from now on."""
         super().serve(**parameters)
         self.transitions = self.record("/transition", Transition)
 
     def torques(self):
-        """All actions so far, but for those of resets."""
+        """Distinct actions so far, except those of resets."""
         return {tuple(m.action) for m in self.transitions.messages() if m.step > 0}
 
     def assert_nothing_moves(self):
         clock = self.record("/clock", rosgraph_msgs.msg.Clock)
-        time.sleep(0.2)  # for what is under way
+        time.sleep(0.2)  # for messages in flight
         self.transitions.clear()
         clock.clear()
         time.sleep(QUIET)
         self.assertEqual(self.transitions.messages(), [])
         self.assertEqual(clock.messages(), [])
-
-    # ------------------------------------------------------------ resets
 
     def test_it_resets_itself_at_the_start_and_after_each_end(self):
         self.serve(seed="18446744073709551615", max_episode_steps=25, real_time_factor=2.0)
@@ -99,8 +96,6 @@ class FreeTest(ServerTest):
         self.assertIn("reset", reply.status_message)
         following = self.call("reset", has_seed=True, seed=3).transition
         self.assertEqual(nanoseconds(following), nanoseconds(last) + DT)
-
-    # ------------------------------------------------------------ pausing
 
     def test_a_step_is_refused_while_it_runs(self):
         self.serve()

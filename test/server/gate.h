@@ -1,4 +1,4 @@
-// How a test holds another thread up, and hears from it.
+// Synchronization of a test with other threads.
 #pragma once
 
 #include <chrono>
@@ -12,10 +12,9 @@
 
 namespace walker::test {
 
-/// Others wait here until the test lets them pass.
+/// Blocks other threads until the test opens it.
 class Gate {
  public:
-  /// Waits in front of the gate.
   void pass() {
     std::unique_lock<std::mutex> lock(mutex_);
     ++arrivals_;
@@ -39,7 +38,7 @@ class Gate {
     return arrivals_;
   }
 
-  /// Until so many have come, whether they have passed or not.
+  /// Blocks until `pass` has been called `count` times, whether or not the calls have returned.
   void wait_for_arrivals(std::uint64_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
     if (!changed_.wait_for(lock, kTimeout, [&] { return arrivals_ >= count; })) {
@@ -48,7 +47,7 @@ class Gate {
   }
 
  private:
-  static constexpr std::chrono::seconds kTimeout{30};  // only a failing test waits as long
+  static constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
 
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -56,7 +55,7 @@ class Gate {
   bool is_open_ = false;
 };
 
-/// Texts from other threads.
+/// Collects strings from other threads.
 class Mailbox {
  public:
   void add(const std::string& text) {
@@ -70,10 +69,10 @@ class Mailbox {
     return texts_;
   }
 
-  /// All so far, once this one has come.
+  /// Blocks until `last` is the newest text, then removes and returns all texts.
   std::vector<std::string> take_until(const std::string& last) {
     std::unique_lock<std::mutex> lock(mutex_);
-    constexpr std::chrono::seconds kTimeout{30};  // only a failing test waits as long
+    constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
     if (!changed_.wait_for(lock, kTimeout,
                            [&] { return !texts_.empty() && texts_.back() == last; })) {
       throw std::runtime_error("nobody said " + last);

@@ -1,6 +1,7 @@
-"""gazebo_msgs' services of physics properties, for who has no such package.
+"""The physics property services of gazebo_msgs, for systems without that package.
 
-Made of the fields' types and names, by which ROS forms the MD5 that client and server compare.
+They have its field types and names, from which ROS computes the MD5 sum that client and server
+compare.
 """
 
 import genmsg

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Gazebo's physics properties: what a client is told, what it may set, openai_ros' own calls."""
+"""Gazebo's physics properties: reading them, setting them, and the calls of openai_ros."""
 
 import math
 import sys
@@ -16,7 +16,7 @@ from std_srvs.srv import Empty
 from walker_sim.msg import Transition
 
 QUIET = 0.6  # wall seconds in which 30 steps would pass
-# What openai_ros' GazeboConnection asks of every simulation at its start.
+# The properties that openai_ros' GazeboConnection sets at the start of every simulation.
 OPENAI_ROS = {
     "time_step": 0.001,
     "max_update_rate": 1000.0,
@@ -139,7 +139,7 @@ class GazeboPhysicsTest(ServerTest):
         self.assertTrue(self.set(0.02, 0.0, (0.0, 0.0, -10.0)).success)
 
     def test_openai_ros_connects_resets_and_steps(self):
-        """Calls, types and order are those of its GazeboConnection and RobotGazeboEnv."""
+        """Calls, types and order are those of openai_ros' GazeboConnection and RobotGazeboEnv."""
         self.serve()
         transitions = self.record("/transition", Transition)
         effort = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=1)
@@ -148,22 +148,22 @@ class GazeboPhysicsTest(ServerTest):
             rospy.wait_for_service("/gazebo/set_physics_properties", timeout=30)
             self.empty(reset)
             self.empty("pause_physics")
-            self.assert_refused(self.set(**OPENAI_ROS), "time_step.*gravity")  # and goes on
+            self.assert_refused(self.set(**OPENAI_ROS), "time_step.*gravity")  # openai_ros goes on
             self.empty("unpause_physics")
             transitions.wait(lambda m, n=before: m.episode > n and m.step > 5, "a new episode")
             self.empty("pause_physics")
             self.assertTrue(self.get().pause)
-            for torque in (20.0, -20.0, 40.0):  # its step
+            for torque in (20.0, -20.0, 40.0):  # RobotGazeboEnv's step
                 self.empty("unpause_physics")
 
                 def is_held(torque=torque):
-                    effort.publish(data=[torque] * 4)  # again, for a walker that falls is reset
+                    effort.publish(data=[torque] * 4)  # again: the reset after a fall clears it
                     return list(transitions.messages()[-1].action) == [torque / 80] * 4
 
                 wait_for(is_held, "the effort to be held")
                 rospy.wait_for_message("/joint_states", JointState, timeout=30)
                 self.empty("pause_physics")
-            time.sleep(0.2)  # for what is under way
+            time.sleep(0.2)  # for messages in flight
             count = len(transitions.messages())
             time.sleep(QUIET)
             self.assertEqual(len(transitions.messages()), count, "it is paused")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A client written for Gazebo's services, served by the remaps in its launch file."""
+"""A client of Gazebo's services, which gazebo_test.test remaps to the server's."""
 
 import sys
 import time
@@ -16,7 +16,6 @@ QUIET = 0.6  # wall seconds in which 30 steps would pass
 
 class GazeboTest(ServerTest):
     def serve(self, **parameters):
-        """A server of this test's own, and its transitions from now on."""
         super().serve(**parameters)
         self.transitions = self.record("/transition", Transition)
 
@@ -25,8 +24,8 @@ class GazeboTest(ServerTest):
         rospy.ServiceProxy(f"/gazebo/{service}", Empty)()
 
     def state_at_rest(self):
-        """The newest transition, after a time in which nothing moves."""
-        time.sleep(0.2)  # for what is under way
+        """Checks that nothing moves. Returns the newest transition."""
+        time.sleep(0.2)  # for messages in flight
         count = len(self.transitions.messages())
         time.sleep(QUIET)
         self.assertEqual(len(self.transitions.messages()), count)

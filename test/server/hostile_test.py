@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Every service and every topic that the server listens to, given each kind of wrong thing.
+"""Invalid input to every service and subscribed topic of the server.
 
-It is refused with a message that names it, or taken as documented, and the next good call gives the
-bits that it gives on a server which nobody has troubled.
+The server refuses it with a message that names it, or accepts it as documented. The next valid call
+gives bitwise the result of an undisturbed server.
 """
 
 import copy
@@ -35,7 +35,7 @@ EMPTY = ("get_spec", "snapshot", "pause", "unpause", "pause_physics", "unpause_p
 EMPTY += ("reset_simulation", "reset_world", "get_physics_properties")
 ACTION = [0.5, -0.25, 1.0, 0.125]
 NAN, INF = math.nan, math.inf
-MOST = 2**32 - 1  # of a uint32
+MOST = 2**32 - 1  # largest uint32
 ROWS = ("observations", "rewards", "terminated", "truncated", "steps", "info")
 MILLION = 1_000_000
 SHORT, LONG = "ends within a field", "longer than its type"
@@ -48,7 +48,7 @@ def request_of(name, fields):
 
 
 def physics(**changes):
-    """A request that changes nothing of a BipedalWalker in lock-step."""
+    """Fields of a request that changes nothing of a BipedalWalker, with these changes."""
     request = SetPhysicsProperties._request_class(time_step=0.02)
     request.gravity.z = -10.0
     for name, value in changes.items():
@@ -57,7 +57,7 @@ def physics(**changes):
 
 
 class Caller:
-    """Makes calls of any bytes over one connection for each service."""
+    """Sends arbitrary bytes over one connection per service."""
 
     def __init__(self, server):
         self._server = server
@@ -69,7 +69,7 @@ class Caller:
         return self._clients[name]
 
     def send(self, name, body):
-        """What the server says: a refusal's words or none, and the response where there is one."""
+        """Returns the message of a refusal or "", and the response or None."""
         connection = self.client(name).connection
         connection.sendall(struct.pack("<I", len(body)) + body)
         fine, size = struct.unpack("<BI", receive_exactly(connection, 5))
@@ -96,11 +96,11 @@ class Caller:
 
 class HostileTest(ServerTest):
     def serve_two(self, num_envs=1, **parameters):
-        """One to be troubled and one that is not, in the same state."""
+        """Starts a server to disturb and an undisturbed reference with the same seed."""
         self.num_envs = num_envs
         same = {"num_envs": num_envs, "diagnostic_period": 0.05, "seed": "7"}
         self.serve(**{"mode": "lockstep", **same, **parameters})
-        same["diagnostic_period"] = 1000.0  # one server's word in this test's time
+        same["diagnostic_period"] = 1000.0  # only the disturbed server reports in time
         quiet = ServerProcess(
             "/quiet/walker_sim", {"mode": "lockstep", "publish_clock": False, **same}
         )
@@ -115,7 +115,7 @@ class HostileTest(ServerTest):
         return [caller.ask(name, **fields) for caller in (self.troubled, self.quiet)]
 
     def begin_again(self):
-        """Whatever has been done to it, episodes of the same seed are the same."""
+        """Resets both servers with the next seed, and compares the observations."""
         self.seed += 1
         if self.num_envs == 1:
             one, other = self.both("reset", has_seed=True, seed=self.seed)
@@ -126,7 +126,7 @@ class HostileTest(ServerTest):
             self.assertEqual(bits(one.observations), bits(other.observations))
 
     def assert_untouched(self, what=""):
-        """The next good call gives what it would have given."""
+        """Steps both servers, and compares the replies."""
         if self.num_envs == 1:
             one, other = self.both("step", action=ACTION)
             self.assertTrue(same_experience(one.transition, other.transition), what)
@@ -139,18 +139,18 @@ class HostileTest(ServerTest):
                 self.assertEqual(*told, f"{what}: {name}")
 
     def assert_refused(self, table):
-        """Of (service, fields or bytes, pattern), each; then nothing has changed."""
+        """Sends each (service, fields or bytes, pattern); a refusal changes nothing."""
         for name, request, pattern in table:
             body = request if isinstance(request, bytes) else request_of(name, request)
             words, _ = self.troubled.send(name, body)
             what = f"{name} {str(request)[:200]}"
             self.assertRegex(words, pattern, what)
-            self.assertLess(len(words), 4500, what)  # a thousand bytes, escaped
+            self.assertLess(len(words), 4500, what)  # 1000 bytes, up to 4 characters each
             self.assertTrue(words.isprintable(), what)
             self.assert_untouched(what)
 
     def good_requests(self):
-        """One of each service that takes any bytes."""
+        """A valid request for each service with a non-empty request, except ~restore."""
         count = self.num_envs
         return {
             "reset": {"has_seed": True, "seed": 5},
@@ -166,8 +166,6 @@ class HostileTest(ServerTest):
             "set_physics_properties": physics(),
             "render": {"parameter_names": ["width"], "parameter_values": ["8"]},
         }
-
-    # ------------------------------------------------------------ bytes
 
     def check_bytes(self):
         requests = {name: request_of(name, {}) for name in EMPTY}
@@ -203,7 +201,7 @@ class HostileTest(ServerTest):
         self.check_bytes()
 
     def flip_bits(self, name, body, check=lambda words, response: None):
-        """One bit in each byte, and in the first bytes, where lengths are, each."""
+        """Flips a random bit of each byte, and each bit of the first 16, which contain lengths."""
         chance = random.Random(name)
         flips = [(byte, chance.randrange(8)) for byte in range(len(body))]
         flips += [(byte, bit) for byte in range(min(len(body), 16)) for bit in range(8)]
@@ -215,7 +213,7 @@ class HostileTest(ServerTest):
             if response is None or not getattr(response, "success", True):
                 self.assertNotEqual(words, "", what)
                 self.assert_untouched(what)
-            else:  # another request, and a good one
+            else:  # still a valid request
                 check(what, response)
                 self.begin_again()
                 self.assert_untouched(what)
@@ -233,9 +231,9 @@ class HostileTest(ServerTest):
             self.flip_bits(name, request_of(name, self.good_requests()[name]))
 
     def test_a_record_with_flipped_bits(self):
-        """What is taken has given what a record is checked by: its length and return, to the bit.
+        """An accepted record has bitwise the length and the return of the original.
 
-        Another action that comes to the same is another record, and a good one.
+        A record with another action that gives the same return is valid.
         """
         self.serve_two()
         self.begin_again()
@@ -249,8 +247,6 @@ class HostileTest(ServerTest):
             self.assertEqual(bits([told.episode_return]), bits([last.episode_return]), what)
 
         self.flip_bits("restore", request_of("restore", {"record": record}), check)
-
-    # ------------------------------------------------------------ values
 
     def test_values_that_one_walker_refuses(self):
         self.serve_two()
@@ -317,7 +313,7 @@ class HostileTest(ServerTest):
             *((count + 1, count + 1), (count - 1, count - 1)),
         ):
             if flags == seeds == 0:
-                continue  # which is asked for where there is one walker: both are empty
+                continue  # with one walker both are empty, which is valid
             fields = {"has_seed": [1] * flags, "seeds": [1] * seeds}
             told = rf"has_seed has {flags} values and seeds {seeds}; both must be empty or"
             table.append(("reset_batch", fields, told))
@@ -362,7 +358,6 @@ class HostileTest(ServerTest):
         return table
 
     def test_a_camera_that_is_not_there(self):
-        """Of what a picture is refused for once it is to be drawn."""
         self.serve(mode="lockstep", env="Walker2d-v5")
         caller = Caller(self.server)
         self.addCleanup(caller.close)
@@ -398,7 +393,7 @@ class HostileTest(ServerTest):
         )
 
     def test_values_that_are_taken(self):
-        """As Gymnasium's clip takes them, and seeds up to the ends of their range."""
+        """Actions are clipped as in Gymnasium; seeds span the range of uint64."""
         self.serve_two()
         self.begin_again()
         largest = sys.float_info.max
@@ -417,7 +412,7 @@ class HostileTest(ServerTest):
             one, other = self.both("reset", has_seed=True, seed=seed)
             self.assertTrue(same_experience(one.transition, other.transition))
             self.assert_untouched(f"seed {seed}")
-        words, reply = self.troubled.send("reset", b"\xff" + struct.pack("<Q", 5))  # any but 0
+        words, reply = self.troubled.send("reset", b"\xff" + struct.pack("<Q", 5))  # non-zero: true
         self.assertEqual(words, "")
         other = self.quiet.ask("reset", has_seed=True, seed=5)
         self.assertTrue(same_experience(reply.transition, other.transition))
@@ -447,8 +442,6 @@ class HostileTest(ServerTest):
         self.assertEqual(bits(one.observations), bits(other.observations))
         self.assert_untouched()
 
-    # ------------------------------------------------------------ order
-
     def test_calls_before_and_after_an_episode(self):
         self.serve_two(max_episode_steps=0)
         before = [
@@ -461,7 +454,7 @@ class HostileTest(ServerTest):
         for name, fields, pattern in before:
             self.assertRegex(self.troubled.call(name, **fields)[0], pattern, name)
         for caller in (self.troubled, self.quiet):
-            caller.ask("reset")  # with the seed of the parameters
+            caller.ask("reset")  # uses the seed parameter
         self.assert_untouched()
         record = self.troubled.ask("snapshot").record
         for change, pattern in (
@@ -487,7 +480,7 @@ class HostileTest(ServerTest):
             change(wrong)
             if pattern is not None:
                 self.assert_refused([("restore", {"record": wrong}, pattern)])
-        while True:  # until it has fallen
+        while True:  # until the walker falls
             one, other = self.both("step", action=[1.0, 1.0, 1.0, -1.0])
             self.assertTrue(same_experience(one.transition, other.transition))
             if one.transition.terminated:
@@ -522,8 +515,6 @@ class HostileTest(ServerTest):
             self.troubled.ask("set_real_time_factor", factor=factor)
             self.assert_untouched(f"factor {factor}")
 
-    # ------------------------------------------------------------ the topic that it listens to
-
     def test_effort_commands(self):
         self.serve_two(mode="free", paused=True)
         self.begin_again()
@@ -540,7 +531,7 @@ class HostileTest(ServerTest):
             publisher.publish(Bytes(data))
             wait_for(lambda n=count: self.counter("refused") == n, f"the refusal of {data[:50]!r}")
             self.assert_untouched(str(data[:50]))
-        for efforts in ([5e-324] * 4, [sys.float_info.max] * 4):  # held until somebody steps
+        for efforts in ([5e-324] * 4, [sys.float_info.max] * 4):  # held until the next step
             publisher.publish(Bytes(command(efforts)))
             self.assert_untouched(str(efforts))
         self.assertEqual(self.counter("refused"), len(bad))

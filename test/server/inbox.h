@@ -1,4 +1,4 @@
-// Messages of a topic, kept for a test that waits for one of them.
+// Keeps the messages of a topic so that a test can wait for one of them.
 #pragma once
 
 #include <chrono>
@@ -18,7 +18,7 @@
 
 namespace walker::test {
 
-constexpr std::chrono::seconds kPatience{30};  // only a failing test waits as long
+constexpr std::chrono::seconds kPatience{30};  // reached only by a failing test
 
 template <typename Message>
 ros::Time stamp_of(const Message& message) {
@@ -29,7 +29,8 @@ inline ros::Time stamp_of(const tf2_msgs::TFMessage& message) {
   return message.transforms.empty() ? ros::Time() : message.transforms.front().header.stamp;
 }
 
-/// Subscribes and keeps what comes. Needs a spinner in another thread. Waits in wall time only.
+/// Subscribes to a topic and keeps all messages. Another thread must spin. All timeouts are wall
+/// time.
 template <typename Message>
 class Inbox {
  public:
@@ -44,7 +45,7 @@ class Inbox {
     }
   }
 
-  /// The first message that meets the condition, old or new; none when it does not come.
+  /// The first message, old or new, that meets the condition; nullopt after a timeout.
   std::optional<Message> find(const std::function<bool(const Message&)>& condition) {
     const auto give_up = std::chrono::steady_clock::now() + kPatience;
     std::unique_lock<std::mutex> lock(mutex_);
@@ -57,7 +58,6 @@ class Inbox {
     }
   }
 
-  /// The message with this stamp; none when it does not come.
   std::optional<Message> at(ros::Time stamp) {
     return find([stamp](const Message& message) { return stamp_of(message) == stamp; });
   }

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Where the ports of the nodes can be reached: here alone, if their name for ROS says so."""
+"""Listening addresses of the nodes: loopback only if ROS_HOSTNAME or ROS_IP is loopback."""
 
 import contextlib
 import os
@@ -14,14 +14,14 @@ from bare_ros import CALLER, wait_for
 from server_harness import Process, ServerTest
 
 LISTEN = "0A"  # the state in /proc/net/tcp
-LAST = "set_physics_properties"  # of the services, in the order of their registration
+LAST = "set_physics_properties"  # the service that is registered last
 
 
 def ports(pid):
-    """The addresses on which a process listens, as (host, port)."""
+    """Returns (host, port) of each listening TCP socket of a process."""
     links = []
     for name in os.listdir(f"/proc/{pid}/fd"):
-        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+        with contextlib.suppress(FileNotFoundError):  # it has been closed
             links.append(os.readlink(f"/proc/{pid}/fd/{name}"))
     sockets = {link[len("socket:[") : -1] for link in links if link.startswith("socket:[")}
     found = []
@@ -47,7 +47,7 @@ class ListeningTest(ServerTest):
         return {host for host, _ in ports(node.pid)}
 
     def start(self, node_type, **environment):
-        """A node in an environment of its own."""
+        """Starts a node without the test's own ROS_HOSTNAME and ROS_IP."""
         before = dict(os.environ)
         for name in ("ROS_HOSTNAME", "ROS_IP"):
             os.environ.pop(name, None)
@@ -81,12 +81,12 @@ class ListeningTest(ServerTest):
         self.assertIn("this machine alone (ROS_HOSTNAME = localhost)", server.output())
 
     def test_with_ipv6_too(self):
-        nobody = "http://localhost:1"  # the master has IPv4 alone; the ports are there before
+        nobody = "http://localhost:1"  # the test's master is IPv4 only; the ports open before
         server = self.start("server", ROS_HOSTNAME="::1", ROS_IPV6="on", ROS_MASTER_URI=nobody)
         self.assertEqual(self.hosts_of(server, 2), {"::1"})
 
     def test_it_says_that_others_can_reach_it(self):
-        other = {"ROS_IP": "192.0.2.1"}  # nobody's, by RFC 5737
+        other = {"ROS_IP": "192.0.2.1"}  # reserved for documentation by RFC 5737
         server = self.start("server", **other)
         self.serves(server)
         self.assertEqual(self.hosts_of(server, 3), {"0.0.0.0"})

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A server in lock-step: what it refuses, what moves when, what it publishes, which stamps."""
+"""A server in lock-step: refusals, steps, published messages and their stamps."""
 
 import math
 import os
@@ -50,7 +50,7 @@ LATCHED = {
     "/episode": Episode,
     "/tf_static": tf2_msgs.msg.TFMessage,
 }
-# Made for each who subscribes, and not latched.
+# Not latched, but published to each new subscriber.
 MARKERS = {
     "/scene_markers": visualization_msgs.msg.MarkerArray,
     "/state_markers": visualization_msgs.msg.MarkerArray,
@@ -68,7 +68,7 @@ QUIET = 0.6  # wall seconds in which 30 steps of a free-running server would pas
 
 
 def float32_actions(seed, count):
-    """Random actions whose values float32 holds exactly."""
+    """Random actions that float32 represents exactly."""
     draws = random.Random(seed)
     return [[draws.randint(-128, 128) / 128 for _ in range(4)] for _ in range(count)]
 
@@ -95,7 +95,7 @@ class LockstepTest(unittest.TestCase):
         return reply.transition
 
     def play(self, seed, actions):
-        """The transitions of an episode, its first state included, until it ends."""
+        """Returns the transitions of an episode up to its end, the reset's first."""
         transitions = [self.begin(seed)]
         for action in actions:
             if transitions[-1].terminated or transitions[-1].truncated:
@@ -104,7 +104,6 @@ class LockstepTest(unittest.TestCase):
         return transitions
 
     def play_to_the_end(self, seed=7):
-        """The transitions of an episode that ends with a fall."""
         transitions = self.play(seed, [FALL] * 1600)
         self.assertTrue(transitions[-1].terminated, "this gait was to fall")
         return transitions
@@ -398,7 +397,7 @@ class LockstepTest(unittest.TestCase):
     # ------------------------------------------------------------ commands and diagnostics
 
     def counter(self, diagnostics, word):
-        """Waits for fresh diagnostics; the value whose key holds `word`."""
+        """Value in new diagnostics of the first key that contains `word`."""
         diagnostics.clear()
         message = diagnostics.wait(lambda m: any(self._values(m, word)), f"a key with {word}")
         return int(float(self._values(message, word)[0]))

@@ -1,4 +1,4 @@
-// Markers cost nothing while nobody looks, and who comes late sees what there is.
+// Marker topics without subscribers cost nothing, and a new subscriber gets the present markers.
 #include "server/markers/marker_topics.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-/// A walker of one link on ground and floor, that counts who looks.
+/// A walker of one link on ground and floor that counts calls of `sense` and `scene`.
 class CountingWalker : public BareRobot {
  public:
   CountingWalker() {
@@ -77,14 +77,14 @@ class MarkerTopicsTest : public testing::Test {
     topics_ = std::make_unique<MarkerTopics>(node_, episode_, "odom");
   }
 
-  /// A new viewer, with what it is shown as it comes.
+  /// Subscribes and waits for the first message.
   Viewer look(const std::string& topic) {
     auto viewer = std::make_unique<Inbox<MarkerArray>>(viewers_, topic);
     wait_until([&] { return viewer->has_any(); });
     return viewer;
   }
 
-  /// Answers who connects, as a server between its steps.
+  /// Serves new subscribers until the condition holds, like a server between steps.
   template <typename Condition>
   void wait_until(const Condition& condition) {
     const auto give_up = std::chrono::steady_clock::now() + kPatience;
@@ -158,7 +158,7 @@ TEST_F(MarkerTopicsTest, TheFloorIsSentWhenTheWalkerHasLeftItsPart) {
     walker_.x() += 0.05;
     step();
   }
-  // 4.5 m in parts of 2 m, of which the first ends at 1 m.
+  // The floor moves in steps of four tiles, 2 m. A walk of 4.5 m moves it at x = 1 m and 3 m.
   const std::vector<MarkerArray> sent = wait_count(*viewer, 3);
   ASSERT_EQ(sent.size(), 3U);
   for (std::size_t i = 1; i < sent.size(); ++i) {
@@ -196,13 +196,13 @@ TEST_F(MarkerTopicsTest, ThePathComesWhenItGrowsAndStartsAnewWithAnEpisode) {
   for (std::size_t i = 1; i <= 10; ++i) {
     walker_.x() += 0.6 * Path::kSpacing;
     step();
-    wait_count(*viewer, before + i);  // the publisher keeps only the newest few
+    wait_count(*viewer, before + i);  // the publisher's queue is short
   }
   walker_.x() = 0;
   begin_episode();
   const std::vector<MarkerArray> sent = wait_count(*viewer, before + 11);
   ASSERT_EQ(sent.size(), before + 11);
-  std::vector<std::size_t> lengths;  // of the lines that were sent
+  std::vector<std::size_t> lengths;
   for (std::size_t i = before; i < sent.size(); ++i) {
     const Marker* path = find(sent[i], "path");
     if (path != nullptr && path->action == Marker::ADD) lengths.push_back(path->points.size());
@@ -220,7 +220,7 @@ TEST_F(MarkerTopicsTest, ThePathIsForgottenWhenNobodyLooks) {
   }
   viewer.reset();
   int sensed = -1;
-  wait_until([&] {  // the publisher notices a moment later
+  wait_until([&] {  // the publisher detects the disconnection asynchronously
     sensed = walker_.sensed;
     step();
     return walker_.sensed == sensed;

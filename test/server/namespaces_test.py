@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Servers of both engines on one master: a <group ns> and a tf_prefix keep them apart."""
+"""Servers of both engines on one master, separated by <group ns> and tf_prefix."""
 
 import sys
 import time
@@ -19,11 +19,11 @@ from walker_sim.srv import Reset, Step
 BIPEDAL_WALKER = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
 WALKER2D = ["torso", "thigh", "leg_hinge", "foot_hinge"]
 WALKER2D += ["thigh_left", "leg_left_hinge", "foot_left_hinge"]
-# The frames that each server publishes of a state, the trunk first, and those that never move.
+# Frames in each server's /tf, the trunk first. FIXED: frames in /tf_static.
 FRAMES = {"/one": BIPEDAL_WALKER, "/two": BIPEDAL_WALKER, "/three": WALKER2D}
 FIXED = {"/one": ["base_link"], "/two": ["base_link"]}
 FIXED["/three"] = ["base_link", "leg", "foot", "leg_left", "foot_left"]
-PREFIXES = {"/one": "left/", "/two": "right/", "/three": "middle/"}  # /two's parameter is /right/
+PREFIXES = {"/one": "left/", "/two": "right/", "/three": "middle/"}  # /two's tf_prefix is /right/
 
 
 class NamespacesTest(unittest.TestCase):
@@ -89,7 +89,7 @@ class NamespacesTest(unittest.TestCase):
         self.assertEqual(passed, 10 * 8_000_000)
 
     def frames_of(self, space, prefix):
-        """Checks the frames of all that a server publishes of one state."""
+        """Checks the frames in all messages of one state."""
         frames = FRAMES[space]
         kinds = {
             "odom": (nav_msgs.msg.Odometry, "odom"),

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The pace of a free-running server: the real-time factor, what is late, what must not disturb."""
+"""The pace of a free-running server: real-time factor, missed deadlines, floods of calls."""
 
 import math
 import sys
@@ -18,23 +18,22 @@ ZERO = [0.0] * 4
 
 class PaceTest(ServerTest):
     def serve(self, **parameters):
-        """A server of this test's own, and its transitions from now on."""
         super().serve(**parameters)
         self.transitions = self.record("/transition", Transition)
 
     def simulation_time(self):
-        """Present simulation time [ns]."""
+        """Current simulation time [ns]."""
         return nanoseconds(self.call("snapshot").record.episode)
 
     def pace(self, wall_seconds):
-        """Simulation time over wall time, at the least."""
+        """Lower bound of simulation time per wall time."""
         begin, first = time.monotonic(), self.simulation_time()
         time.sleep(wall_seconds)
         simulated = (self.simulation_time() - first) / 1e9
         return simulated / (time.monotonic() - begin)
 
     def test_free_at_50_hz_of_real_time_is_the_default(self):
-        self.serve(diagnostic_period=1.0)  # over which the pace is averaged
+        self.serve(diagnostic_period=1.0)  # the server averages the pace over it
         self.transitions.wait_count(100)
         self.assert_consecutive(self.transitions.messages())
         self.assertFalse(any(any(m.action) for m in self.transitions.messages()), "zero torque")
@@ -63,7 +62,7 @@ class PaceTest(ServerTest):
             paces.append(self.pace(1.5))
             if factor:
                 self.assertLess(paces[-1], 1.15 * factor)
-        # All in one run on one machine, which may be busy.
+        # Compared within one run, because the machine may be busy.
         for slower, faster in ((0.25, 1.0), (1.0, 4.0), (4.0, 0.0)):
             self.assertGreater(min(measured[faster]), 1.3 * max(measured[slower]), measured)
 
@@ -94,7 +93,7 @@ class PaceTest(ServerTest):
             for word in ("real_time_factor", words, "[0.0, 1000.0]"):
                 self.assertIn(word, reply.status_message)
             self.assertEqual(self.counter("real_time_factor_wanted"), 2)
-        for factor in (1000.0, 1e-300, 2.0):  # the edges
+        for factor in (1000.0, 1e-300, 2.0):  # the bounds, then the initial value
             self.assertTrue(self.call("set_real_time_factor", factor=factor).success)
         self.transitions.clear()
         self.transitions.wait_count(20)
@@ -113,14 +112,14 @@ class PaceTest(ServerTest):
         self.assertFalse(reply.success)
         self.assertIn("/clock", reply.status_message)
 
-    # ------------------------------------------------------------ a machine that is too slow
-
     def assert_no_burst(self, first, begin):
-        """Since simulation time `first`, which was the present one at `begin` or later, there were
-        not more steps than the schedule allows. Their number."""
+        """Checks that there were no more steps than the schedule allows. Returns their number.
+
+        @param first: simulation time [ns] at `begin` or later
+        """
         steps = (self.simulation_time() - first) // DT
         elapsed = time.monotonic() - begin
-        # One may have been due at the beginning, and one may come a period early.
+        # One step may be due at the beginning, and one may come a period early.
         self.assertLessEqual(steps, elapsed * 1e9 / DT + 2)
         return steps
 
@@ -145,20 +144,20 @@ class PaceTest(ServerTest):
         self.serve(real_time_factor=1000.0)
         wait_for(lambda: self.counter("missed_deadlines") > 0, "missed deadlines")
         self.transitions.wait_count(1000)
-        # The subscriber may miss some, but simulation time goes by dt a step.
+        # The subscriber may miss some, but simulation time advances by dt per step.
         for one, other in zip(self.transitions.messages(), self.transitions.messages()[1:]):
             elapsed = nanoseconds(other) - nanoseconds(one)
             self.assertGreater(elapsed, 0)
             self.assertEqual(elapsed % DT, 0)
             if one.episode == other.episode:
                 self.assertEqual(elapsed, (other.step - one.step) * DT)
-        # It goes as fast as it can: a slip costs no more than a period.
+        # An overloaded server runs as fast as it can: a slip costs at most a period.
         overloaded = self.pace(1)
         self.call("set_real_time_factor", factor=0.0)
         self.assertGreater(overloaded, 0.2 * self.pace(1))
 
     def assert_steps_go_on(self, disturb):
-        """Steps come neither fewer nor more while `disturb` is called over and over."""
+        """Checks that calling `disturb` in a loop neither delays nor adds steps."""
         begin, first = time.monotonic(), self.simulation_time()
         calls = 0
         while time.monotonic() < begin + 1.5:
@@ -196,7 +195,7 @@ class PaceTest(ServerTest):
         self.serve(real_time_factor=0.0)
         measured = self.pace(1)
         self.assertGreater(measured, 10)
-        reply = self.call("step", action=ZERO)  # services are served meanwhile
+        reply = self.call("step", action=ZERO)  # services still answer
         self.assertFalse(reply.success)
 
 

@@ -1,5 +1,5 @@
-// A server goes on stepping and serving while pictures are drawn: its renderer waits until the test
-// lets it, so nothing here depends on time.
+// A server steps and serves while pictures are rendered. Its renderer blocks until the test opens a
+// gate, so the test does not depend on timing.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -38,13 +38,13 @@ constexpr std::uint32_t kWidth = 4;
 constexpr std::uint32_t kHeight = 2;
 constexpr std::size_t kPixels = 8;
 constexpr double kFocalLength = 10;
-const std::vector<double> kAction{1, 1, -1, 1};  // the walker stands astride
+const std::vector<double> kAction{1, 1, -1, 1};  // the walker stands with its legs apart
 
-Gate the_gate;                       // before each picture
-std::atomic<bool> is_broken{false};  // whether each picture fails
+Gate the_gate;                       // passed by each `render`
+std::atomic<bool> is_broken{false};  // whether each `render` throws
 Mailbox drawn;                       // steps of the pictures, in order
 
-/// Draws the step since the reset.
+/// The value of all pixels is the step since the reset.
 class FakeRenderer : public Renderer {
  public:
   const Camera& camera() const override { return camera_; }
@@ -66,13 +66,12 @@ class FakeRenderer : public Renderer {
   Camera camera_{kWidth, kHeight, kFocalLength, 1, 2};
 };
 
-/// Of this process.
 std::ptrdiff_t open_descriptors() {
   const std::filesystem::directory_iterator all("/proc/self/fd");
   return std::distance(begin(all), end(all));
 }
 
-/// A server in this process, for all tests: there can be only one, for a node ends once.
+/// All tests share one in-process server: ROS cannot restart after a shutdown.
 class Pictures : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -83,7 +82,7 @@ class Pictures : public testing::Test {
     loop_ = new std::thread([] { server_->run(); });
   }
 
-  /// Ends the server while a picture is drawn and another one waits.
+  /// Shuts the server down while one picture is being rendered and another is queued.
   static void TearDownTestSuite() {
     auto first = stopped_at_the_gate();
     auto second = asked_for();
@@ -109,7 +108,7 @@ class Pictures : public testing::Test {
     return options;
   }
 
-  /// A picture that another client has asked for, or will.
+  /// Requests a picture from another client in a new thread.
   static std::future<Image> asked_for(double timeout = 30) {
     return std::async(std::launch::async, [timeout] {
       Client client(options(timeout));
@@ -119,7 +118,7 @@ class Pictures : public testing::Test {
     });
   }
 
-  /// The same, being drawn until the gate opens.
+  /// The same; returns when the renderer is blocked at the closed gate.
   static std::future<Image> stopped_at_the_gate() {
     the_gate.close();
     const std::uint64_t arrivals = the_gate.arrivals();
@@ -136,13 +135,13 @@ class Pictures : public testing::Test {
     }
   }
 
-  /// Steps until a picture of each state is asked for, which the gate holds up.
+  /// Steps until the server renders for the topic; the picture is blocked at the gate.
   void step_until_it_is_watched() {
     the_gate.close();
     const std::uint64_t arrivals = the_gate.arrivals();
     for (int i = 0; i < 1000 && the_gate.arrivals() == arrivals; ++i) {
       step(1);
-      ros::WallDuration(0.005).sleep();  // a publisher counts its subscribers a moment later
+      ros::WallDuration(0.005).sleep();  // a publisher registers its subscribers asynchronously
     }
     the_gate.wait_for_arrivals(arrivals + 1);
   }
@@ -165,7 +164,7 @@ TEST_F(Pictures, StepsAreNeitherLostNorHeldUpByTheTopics) {
   Inbox<walker_sim::Transition> transitions(node_, "transition");
   step_until_it_is_watched();
   const std::uint32_t first = transition_.step;
-  step(100);  // while the renderer stands still
+  step(100);  // while the renderer is blocked
   EXPECT_FALSE(client_.specification().id.empty());
   EXPECT_FALSE(images.has_any());
   the_gate.open();
@@ -255,9 +254,9 @@ TEST_F(Pictures, WhoHasGoneGetsNone) {
   auto patient = stopped_at_the_gate();
   step(1);
   const auto descriptors = open_descriptors();
-  auto impatient = asked_for(0.2);  // behind the other
+  auto impatient = asked_for(0.2);  // queued behind the first
   EXPECT_THROW(impatient.get(), ConnectionError);
-  // Until the server, in this process, has closed its ends too.
+  // Wait until the in-process server has closed its descriptors too.
   const auto give_up = std::chrono::steady_clock::now() + kPatience;
   while (open_descriptors() > descriptors && std::chrono::steady_clock::now() < give_up) step(1);
   const std::uint32_t last = transition_.step;

@@ -1,5 +1,4 @@
-// Drives a server and collects what its topics tell, each state beside the truth of a twin in this
-// process.
+// Drives a server and records its topics together with the true states of an in-process twin.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,21 +27,21 @@
 
 namespace walker::test {
 
-/// All that a server publishes of one state, and the truth.
+/// Messages that a server publishes about one state, and the true state.
 struct State {
   walker_sim::Transition transition;
   sensor_msgs::JointState joints;
-  sensor_msgs::LaserScan scan;  // empty where the walker has no range finder
+  sensor_msgs::LaserScan scan;  // empty if the walker has no range finder
   sensor_msgs::Imu imu;
   nav_msgs::Odometry odometry;
   walker_sim::Contacts contacts;
   tf2_msgs::TFMessage transforms;
-  Sensors truth;  // of the twin in this process
+  Sensors truth;
 };
 
 struct Server {
-  const char* space;      // of the node and its topics
-  const char* tf_prefix;  // with a slash at its end
+  const char* space;      // namespace of the node and its topics
+  const char* tf_prefix;  // empty, or with a trailing slash
   const char* id;
   Parameters parameters;
 };
@@ -51,7 +50,6 @@ inline std::string frame(const Server& server, const std::string& name) {
   return server.tf_prefix + name;
 }
 
-/// Drives a server and a twin by the same actions and collects what the topics tell.
 class Player {
  public:
   explicit Player(const Server& server)
@@ -66,7 +64,7 @@ class Player {
         rewards_(node_, topic("reward")),
         transforms_(node_, "/tf") {
     if (specification().range_finder.num_rays != 0) scans_.emplace(node_, topic("scan"));
-    // A publisher counts its subscribers a moment after they count it.
+    // A publisher registers a subscriber later than the subscriber registers the publisher.
     const auto give_up = std::chrono::steady_clock::now() + kPatience;
     do {
       remote_.reset(0);
@@ -103,7 +101,7 @@ class Player {
            observations_.has_any() && rewards_.has_any();
   }
 
-  /// Waits for the messages with the transition's stamp.
+  /// Waits for the messages about the transition's state.
   void collect(const walker_sim::Transition& transition) {
     ASSERT_TRUE(twin_.equals(transition));
     State state;
@@ -115,12 +113,12 @@ class Player {
     take(imus_.at(stamp), state.imu);
     take(odometries_.at(stamp), state.odometry);
     take(contacts_.at(stamp), state.contacts);
-    // All servers publish /tf, with stamps of their own.
+    // All servers publish /tf; the frame identifies this one.
     take(transforms_.find([&](const tf2_msgs::TFMessage& message) {
       return stamp_of(message) == stamp && tells_of_trunk(message);
     }),
          state.transforms);
-    // These two have no stamp.
+    // These two messages have no stamp.
     std_msgs::Float64MultiArray observation;
     take(observations_.find([&](const std_msgs::Float64MultiArray& message) {
       return bits(message.data) == bits(transition.observation);
@@ -152,7 +150,7 @@ class Player {
   Inbox<std_msgs::Float64MultiArray> observations_;
   Inbox<std_msgs::Float64> rewards_;
   Inbox<tf2_msgs::TFMessage> transforms_;
-  std::optional<Inbox<sensor_msgs::LaserScan>> scans_;  // none: the walker has no range finder
+  std::optional<Inbox<sensor_msgs::LaserScan>> scans_;
   std::vector<State> states_;
 };
 

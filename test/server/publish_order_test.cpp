@@ -1,6 +1,5 @@
-// /clock goes out before the data stamped with it. Seen from outside, messages of two connections
-// have no order; so the server runs in this process, and roscpp's way out of it is replaced by a
-// recorder.
+// /clock is published before the data with its stamp. Messages on two connections arrive in any
+// order, so the server runs in this process, and a recorder replaces roscpp's Publisher::publish.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,7 +49,7 @@ Record& record() {
 
 namespace ros {
 
-// Takes the place of roscpp's own: whatever a publisher is given comes through here.
+// Overrides roscpp's definition, which every publish(message) calls.
 void Publisher::publish(const boost::function<SerializedMessage()>& /*serialize*/,
                         SerializedMessage& /*message*/) const {
   record().add(getTopic());
@@ -72,7 +71,7 @@ class PublishOrder : public testing::Test {
         odometries_(node_, "odom"),
         transitions_(node_, "transition"),
         remote_(ros::this_node::getName()) {
-    // A publisher counts its subscribers a moment after they count it.
+    // A publisher registers a subscriber later than the subscriber registers the publisher.
     const auto give_up = std::chrono::steady_clock::now() + kPatience;
     do {
       record().take();
@@ -91,7 +90,7 @@ class PublishOrder : public testing::Test {
     });
   }
 
-  /// What has been published since the last call: /clock once and first, then data.
+  /// Expects /clock first, then each data topic, all exactly once since the last call.
   static void expect_clock_first() {
     const std::vector<std::string> topics = record().take();
     ASSERT_FALSE(topics.empty());

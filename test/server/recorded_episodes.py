@@ -1,4 +1,4 @@
-"""Episodes that Gymnasium played, out of test/recordings, to be played again over ROS."""
+"""Reads Gymnasium's episodes from test/recordings, to repeat them over ROS."""
 
 import json
 import os
@@ -9,7 +9,7 @@ FOLDER = os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "record
 
 
 class RecordedStep(NamedTuple):
-    """A reset, then the steps that follow it."""
+    """A reset or a step."""
 
     action: list
     observation: list
@@ -27,7 +27,7 @@ class RecordedEpisode(NamedTuple):
 
 
 def read_bipedal_walker():
-    """BipedalWalker's and BipedalWalkerHardcore's. All numbers are single precision."""
+    """BipedalWalker and BipedalWalkerHardcore. All numbers are float32."""
     return list(read("full_episodes.txt", bipedal_walker_step))
 
 
@@ -60,7 +60,7 @@ def bipedal_walker_step(words):
 
 
 def mujoco_step(action_size, observation_size):
-    """Actions in single precision, the other numbers in double."""
+    """Actions are float32, the other numbers float64."""
     reward = action_size + observation_size
 
     def step(words):

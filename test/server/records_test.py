@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""~snapshot and ~restore: an episode goes on elsewhere, or again, to the bit."""
+"""~snapshot and ~restore: an episode continues bitwise equal, also on another server."""
 
 import copy
 import random
@@ -29,7 +29,7 @@ class RecordsTest(ServerTest):
         return reply
 
     def refused(self, name, **fields):
-        """The words with which the call is refused, and nothing moved."""
+        """Returns the message of a refused call, and checks that the episode is unchanged."""
         before = self.ask("snapshot").record
         reply = self.call(name, **fields)
         self.assertFalse(reply.success)
@@ -39,7 +39,7 @@ class RecordsTest(ServerTest):
         return reply.status_message
 
     def play(self, all_actions):
-        """The transitions of these steps, until the episode ends."""
+        """Returns the transitions of these steps, up to the end of the episode."""
         transitions = []
         for action in all_actions:
             transitions.append(self.ask("step", action=action).transition)
@@ -55,7 +55,7 @@ class RecordsTest(ServerTest):
     def serve_lockstep(self, **parameters):
         return self.serve(mode="lockstep", **parameters)
 
-    # ------------------------------------------------------------ to the bit
+    # ------------------------------------------------------------ exact continuation
 
     def test_a_restarted_server_goes_on_as_the_first_would_have(self):
         for identifier, size in IDS.items():
@@ -110,7 +110,7 @@ class RecordsTest(ServerTest):
         self.assertEqual((episode.has_seed, episode.seed), (True, 5))
         self.assertEqual(nanoseconds(episode), nanoseconds(reply))
         published = restored.wait()
-        published.episode.header.seq = episode.header.seq  # roscpp's own count
+        published.episode.header.seq = episode.header.seq  # assigned by roscpp
         self.assertEqual(published.episode, episode)
         self.assertEqual(bits(published.actions), bits(record.actions))
 
@@ -180,16 +180,19 @@ class RecordsTest(ServerTest):
             return message.step > 0 and list(message.action) == [0.1] * 4
 
         transitions.wait(held)
-        time.sleep(0.2)  # for commands under way
+        time.sleep(0.2)  # for commands in flight
         reply = self.ask("restore", record=record).transition
         first = transitions.wait(lambda m: (m.episode, m.step) == (reply.episode, reply.step + 1))
         self.assertEqual(list(first.action), [0.0] * 4)
 
-    # ------------------------------------------------------------ while one is under way
+    # ------------------------------------------------------------ concurrent calls
 
     def serve_long_record(self, **parameters):
-        """A server, and a record of an episode that it takes long to repeat, with its end. How long
-        depends on the machine, so what is to come meanwhile is sent while the server is halted."""
+        """Returns a record that takes long to restore, and its last transition.
+
+        The duration depends on the machine, so tests send concurrent calls while the server is
+        halted.
+        """
         lasting = {"terminate_when_unhealthy": False, "max_episode_steps": 0}
         self.serve(env="Walker2d-v5", **lasting, **parameters)
         if parameters.get("mode") != "lockstep":
@@ -207,21 +210,21 @@ class RecordsTest(ServerTest):
         return client
 
     def send_all_but_the_end(self, restoring, get_spec, record):
-        """Of a request, which the server has read. The rest, which lets it begin."""
+        """Waits until the server has read the part. Returns the rest, which starts the restore."""
         request = restoring.request_bytes(record=record)
         restoring.connection.sendall(request[:-1])
         self.pass_turns(get_spec)
         return request[-1:]
 
     def pass_turns(self, get_spec):
-        """Of the server's: fifty or more, for it answers up to eight calls in one."""
+        """Waits for at least 50 turns of the server, which makes at most 8 calls per turn."""
         for _ in range(400):
             self.assertEqual(get_spec().spec.id, "Walker2d-v5")
 
     def test_others_are_answered_while_a_restore_is_under_way(self):
         record, present = self.serve_long_record(mode="lockstep")
         begun = self.ask("reset", has_seed=True, seed=2).transition
-        restoring = self.connect("restore", Restore)  # whoever connects first is read first
+        restoring = self.connect("restore", Restore)  # the server reads the first connection first
         get_spec, step = self.connect("get_spec", GetSpec), self.connect("step", Step)
         rest = self.send_all_but_the_end(restoring, get_spec, record)
         with self.server.halted():
@@ -290,7 +293,7 @@ class RecordsTest(ServerTest):
             for client in gone:
                 client.send(record=record)
                 client.close()
-        self.pass_turns(get_spec)  # in which their requests are read
+        self.pass_turns(get_spec)  # the server reads their requests
         restored = self.ask("restore", record=short).transition
         self.assertTrue(same_experience(restored, begun))
         self.assertEqual(restored.episode, begun.episode + 1, "the only one that was restored")
@@ -298,7 +301,7 @@ class RecordsTest(ServerTest):
     def test_a_server_that_is_told_to_end_restores_no_more(self):
         record, _ = self.serve_long_record(mode="lockstep")
         get_spec = self.connect("get_spec", GetSpec)
-        restoring = [self.connect("restore", Restore) for _ in range(20)]  # seconds of them
+        restoring = [self.connect("restore", Restore) for _ in range(20)]  # seconds of work
         for client in restoring:
             client.send(record=record)
         self.pass_turns(get_spec)
@@ -322,7 +325,7 @@ class RecordsTest(ServerTest):
         self.assert_consecutive([m for m in states if m.episode == begun.episode])
         self.assert_consecutive([m for m in states if m.episode == reply.episode])
 
-    # ------------------------------------------------------------ refused
+    # ------------------------------------------------------------ refusals
 
     def test_another_environment_is_refused_by_name(self):
         self.serve_lockstep(env="Walker2d-v5")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Effort commands under the name that a JointGroupEffortController listens to."""
+"""Effort commands on the topic of a JointGroupEffortController, by remapping."""
 
 import sys
 import threading
@@ -16,7 +16,7 @@ from walker_sim.msg import Transition
 
 AGENTS = "/some_robot/leg_effort_controller/command"
 BY_HAND = "/by_hand/leg_effort_controller/command"
-BIPEDAL_WALKER_EFFORT = 80.0  # N m of the action 1
+BIPEDAL_WALKER_EFFORT = 80.0  # [N m] at action 1
 WALKER2D_EFFORT = 100.0
 
 

@@ -1,4 +1,4 @@
-// A lock-step server as its clients see it.
+// Client of a lock-step server's ~reset and ~step services.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@
 
 namespace walker::test {
 
-/// Resets and steps over persistent connections; every call must succeed.
+/// Resets and steps over persistent connections; a failed call fails the test.
 class Remote {
  public:
   /// @param name of the server's node

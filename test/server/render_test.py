@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Pictures on request: of which environment, of what size, and with whom else they interfere."""
+"""~render: environments, sizes, refusals, and other clients meanwhile."""
 
 import signal
 import socket
@@ -16,7 +16,7 @@ from walker_sim.srv import Render, Reset, ResetBatch, Step, StepBatch
 
 STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
 BIG = {"parameter_names": ["width", "height"], "parameter_values": ["4096", "4096"]}
-PROMPT = 20  # wall seconds; what hangs needs longer than this
+PROMPT = 20  # wall seconds; more than a clean exit takes
 
 
 class RenderTest(ServerTest):
@@ -54,14 +54,12 @@ class RenderTest(ServerTest):
         self.assertEqual((reply.image.width, reply.image.data), (0, b""))
         return reply.status_message
 
-    # ------------------------------------------------------------ what comes
-
     def test_the_picture_of_now(self):
         self.serve()
         self.begin()
         images = []
         for _ in range(3):
-            self.assert_serves(5)  # until it stands still
+            self.assert_serves(5)
             image = self.picture()
             self.assertEqual((image.width, image.height, image.step), (600, 400, 1800))
             self.assertEqual((image.encoding, image.is_bigendian), ("rgb8", 0))
@@ -102,8 +100,6 @@ class RenderTest(ServerTest):
         before = self.picture()
         self.assertEqual(self.picture().data, before.data)
 
-    # ------------------------------------------------------------ several environments
-
     def test_any_of_many_environments(self):
         self.serve(num_envs=3)
         reset, step = self.client("reset_batch", ResetBatch), self.client("step_batch", StepBatch)
@@ -124,8 +120,6 @@ class RenderTest(ServerTest):
             self.begin(seed)
             self.assert_serves(30)
             self.assertEqual(self.picture().data, data)
-
-    # ------------------------------------------------------------ what is refused
 
     def test_refusals_name_what_is_wrong(self):
         self.serve()
@@ -154,8 +148,6 @@ class RenderTest(ServerTest):
     @staticmethod
     def given(name, value):
         return {"parameter_names": [name], "parameter_values": [value]}
-
-    # ------------------------------------------------------------ others
 
     def test_many_clients_at_once_and_steps_meanwhile(self):
         self.serve()
@@ -210,7 +202,7 @@ class RenderTest(ServerTest):
         for reset in (False, True):
             for _ in range(50):
                 client = self.server.client("render", Render)
-                if reset:  # a packet that says so, as from a process that was killed
+                if reset:  # close() sends an RST
                     linger = struct.pack("ii", 1, 0)
                     client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
                 client.send()
@@ -237,7 +229,7 @@ class RenderTest(ServerTest):
             clients = [self.server.client("render", Render) for _ in range(4)]
             for client in clients:
                 client.send(**BIG)
-            self.assert_serves()  # so the requests have been read
+            self.assert_serves()  # by then it has read the requests
             if end == signal.SIGKILL:
                 self.server.kill()
             else:

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Bags as `rosbag record` writes them of real servers, and replay as a process."""
+"""The program replay on bags that `rosbag record` has written of real servers."""
 
 import os
 import random
@@ -30,7 +30,7 @@ TOPICS = ["transition", "episode", "spec", "restored"]
 
 
 def replay(*arguments):
-    """Exit status, standard output and error. There is no master where it looks for one."""
+    """Runs replay without a master. Returns exit status, stdout and stderr."""
     ended = subprocess.run(
         [node_path("replay"), *arguments],
         env=dict(os.environ, ROS_MASTER_URI="http://localhost:1"),
@@ -50,10 +50,8 @@ class ReplayTopicsTest(ServerTest):
         self.bag = os.path.join(folder.name, "walk.bag")
         self.draws = random.Random(1)
 
-    # ------------------------------------------------------------ recording
-
     def start_recording(self, *servers):
-        """Returns when the servers know of it."""
+        """Returns once every server has the recorder's subscriptions."""
         recorder = self.start_recorder(
             *(s.name.rpartition("/")[0] + "/" + topic for s in servers for topic in TOPICS)
         )
@@ -62,7 +60,7 @@ class ReplayTopicsTest(ServerTest):
         return recorder
 
     def start_recorder(self, *topics):
-        """As `rosbag record` does."""
+        """Runs `rosbag record` as node /recorder."""
         recorder = subprocess.Popen(
             [
                 roslib.packages.find_node("rosbag", "record")[0],
@@ -88,8 +86,6 @@ class ReplayTopicsTest(ServerTest):
         recorder.send_signal(signal.SIGINT)
         self.assertEqual(recorder.wait(PATIENCE), 0)
 
-    # ------------------------------------------------------------ walking
-
     def ask(self, name, **fields):
         reply = self.call(name, **fields)
         self.assertTrue(reply.success, getattr(reply, "status_message", ""))
@@ -101,10 +97,8 @@ class ReplayTopicsTest(ServerTest):
         return last.transition
 
     def episodes(self, text):
-        """Number, seed, steps and what follows of each episode's line."""
+        """Returns (number, seed, steps, rest) of each episode's line."""
         return re.findall(r"^ *(\d+) +(\w+) +(\d+) +(.*)$", text, re.MULTILINE)
-
-    # ------------------------------------------------------------ sound bags
 
     def test_lockstep_with_a_restored_episode(self):
         for identifier, size in IDS.items():
@@ -195,12 +189,10 @@ class ReplayTopicsTest(ServerTest):
         self.assertIn("its server ended", text)
         self.assertIn("2 episodes equal to the bit (", text)
 
-    # ------------------------------------------------------------ recorded from the first state
-
     def test_a_launch_with_recording_has_every_episode_from_its_first_state(self):
         self.addCleanup(rospy.delete_param, "/use_sim_time")
         for mode in ("free", "lockstep"):
-            for seeds in ("", "5 6"):  # then the agent begins each episode, also when free
+            for seeds in ("", "5 6"):  # with seeds the agent resets, also in free mode
                 with self.subTest(mode=mode, seeds=seeds):
                     self.launch_with_recording(mode, seeds)
 
@@ -215,7 +207,7 @@ class ReplayTopicsTest(ServerTest):
 
         def has_walked():
             self.assertTrue(launched.is_running(), launched.output())
-            # More than is asked for below: the recorder may hear of them later than this test.
+            # More episodes than checked below: the recorder may lag behind this test.
             return any(message.episode >= 8 for message in heard.messages())
 
         wait_for(has_walked, "more episodes")
@@ -227,7 +219,7 @@ class ReplayTopicsTest(ServerTest):
         self.assertEqual([line[0] for line in lines[:4]], ["1", "2", "3", "4"], text)
         for line in lines[:-1]:
             self.assertRegex(line[3], " equal$", text)
-        # The end of the launch cuts the last one off, on each topic somewhere else.
+        # Shutdown cuts the last episode off, at a different point on each topic.
         self.assertRegex(lines[-1][3], f" ({'|'.join(CUT_OFF)})$", text)
         self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\)(, 1 not compared)?\n$")
 
@@ -272,7 +264,7 @@ class ReplayTopicsTest(ServerTest):
         self.assertIn(f"INFO] Waiting for the recorder: {words}", server.output())
 
     def assert_it_waits(self, topics):
-        """It says for what, and has no service that could move anything."""
+        """/diagnostics names the missing topics, and ~reset is not registered."""
         self.assert_diagnosed("nothing moves yet: ", topics)
         self.assertNotEqual(self.server.master.lookupService(CALLER, "/walker_sim/reset")[0], 1)
 
@@ -287,8 +279,6 @@ class ReplayTopicsTest(ServerTest):
             words,
         )
         diagnostics.close()
-
-    # ------------------------------------------------------------ falsified and unreadable bags
 
     def test_the_first_difference_ends_with_status_1(self):
         self.serve(mode="lockstep")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Clients that vanish, that are killed or send rubbish, a master lost or silent, a prompt end."""
+"""Clients that vanish or send garbage, a lost or hanging master, and prompt shutdown."""
 
 import os
 import signal
@@ -20,9 +20,8 @@ from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step
 
 STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
-PROMPT = 15  # wall seconds; what hangs needs longer than this, what ends needs less than one
+PROMPT = 15  # wall seconds; a clean exit takes less than 1
 
-# Steps in a tight loop until it is killed.
 TIGHT_LOOP = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -48,7 +47,7 @@ class RobustnessTest(ServerTest):
         return server
 
     def assert_serves(self, steps=5):
-        """The client connected all along steps on, and nobody else has moved the walker."""
+        """Steps with the first client; no other client has moved the walker."""
         for _ in range(steps):
             reply = self.step(action=STAND)
             self.assertTrue(reply.success, reply.status_message)
@@ -64,8 +63,6 @@ class RobustnessTest(ServerTest):
             "persistent": "1",
         }
         return header_bytes({**fields, **changes})
-
-    # ------------------------------------------------------------ half requests
 
     def test_half_a_request_harms_nobody(self):
         server = self.serve_lockstep()
@@ -92,11 +89,11 @@ class RobustnessTest(ServerTest):
                 connection = server.service_address("step")
                 try:
                     connection.sendall(data)
-                    if way == "reset":  # the peer sees a connection reset
+                    if way == "reset":  # close() sends an RST
                         linger = struct.pack("ii", 1, 0)
                         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
                 except OSError:
-                    pass  # the server has closed it already: its right
+                    pass  # the server may have closed it already
                 if way == "linger":
                     lingering.append(connection)
                 else:
@@ -122,7 +119,7 @@ class RobustnessTest(ServerTest):
             client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
             client.close()
 
-        def only_ours():  # requests of those that are gone may still be under way
+        def only_ours():  # requests of closed connections may still be queued
             one = self.step(action=STAND)
             time.sleep(0.2)
             self.last = self.step(action=STAND).transition
@@ -180,15 +177,13 @@ class RobustnessTest(ServerTest):
         reading = BareSubscriber(uri, "/transition", Transition)
         for _ in range(3000):
             self.assert_serves(1)
-            if self.last.step % 50 == 0:  # less often than its queue is long
+            if self.last.step % 50 == 0:  # before the publisher's queue overflows
                 while nanoseconds(reading.next()) < nanoseconds(self.last):
                     pass
         for subscriber in (*frozen, reading):
             subscriber.close()
         self.assert_serves()
         self.assertEqual(server.stop(timeout=PROMPT), 0)
-
-    # ------------------------------------------------------------ the end
 
     def test_it_ends_promptly(self):
         for parameters in (
@@ -224,8 +219,6 @@ class RobustnessTest(ServerTest):
             client.join(PROMPT)
             self.assertFalse(client.is_alive(), "the client's call hangs")
 
-    # ------------------------------------------------------------ a lost master
-
     def test_in_lockstep_it_outlives_the_master(self):
         for end in (signal.SIGINT, signal.SIGTERM):
             master = OwnMaster()
@@ -245,7 +238,7 @@ class RobustnessTest(ServerTest):
             self.assertLess(time.monotonic() - begin, PROMPT)
             socket.create_connection(address, timeout=PROMPT).close()
             subscriber = BareSubscriber(uri, "/transition", Transition)
-            self.assert_serves(50)  # the server may count it some steps later
+            self.assert_serves(50)  # the server may register it some steps later
             while nanoseconds(subscriber.next()) < nanoseconds(self.last):
                 pass
             subscriber.close()
@@ -269,8 +262,6 @@ class RobustnessTest(ServerTest):
             self.assertTrue(server.is_running(), server.output())
             self.assertEqual(server.stop(end, PROMPT), 0, server.output())
 
-    # ------------------------------------------------------------ a master that hangs
-
     def own_master(self):
         master = OwnMaster()
         self.addCleanup(master.kill)
@@ -283,7 +274,7 @@ class RobustnessTest(ServerTest):
         return subscriber
 
     def wait_for_pace(self, diagnostics, level, words=""):
-        """Reads reports until the status of the pace is this one."""
+        """Reads /diagnostics until the pace has this level and message."""
 
         def is_told():
             told = [s for s in diagnostics.next().status if s.name.endswith(": pace")]
@@ -300,7 +291,7 @@ class RobustnessTest(ServerTest):
             diagnostics = self.subscribe(master, "/diagnostics", DiagnosticArray)
             self.wait_for_pace(diagnostics, DiagnosticStatus.OK)
             master.hang()
-            self.assert_serves(3000)  # a minute; no reservation of these times is confirmed
+            self.assert_serves(3000)  # 60 s of simulation time, with no confirmed reservation
             self.wait_for_pace(diagnostics, DiagnosticStatus.WARN, "the ROS master does not answer")
             self.last = self.reset(has_seed=True, seed=2).transition
             self.assert_serves(3000)
@@ -347,7 +338,6 @@ class RobustnessTest(ServerTest):
 
 
 def catches(pid, number):
-    """Whether a process has a handler for the signal."""
     with open(f"/proc/{pid}/status", encoding="ascii") as file:
         caught = next(line for line in file if line.startswith("SigCgt"))
     return bool(int(caught.split()[1], 16) >> (number - 1) & 1)

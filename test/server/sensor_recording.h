@@ -1,4 +1,4 @@
-// What the topics tell of BipedalWalker's heuristic, and of a walker at rest.
+// Recorded topics of BipedalWalker's heuristic, and of a walker at rest.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,14 +13,13 @@
 
 namespace walker::test {
 
-/// What the tests look at. Recorded once per server.
 struct Recording {
   std::vector<State> walk;  // the heuristic's first steps
-  Scene scene;              // in which it walks
-  State rest;               // astride, after five seconds
+  Scene scene;              // of that walk
+  State rest;               // with the legs apart, after 5 s
 };
 
-/// @param seed of an episode in which the heuristic lasts
+/// @param seed of an episode in which the heuristic does not fall early
 inline Recording make_recording(const Server& server, std::uint64_t seed) {
   Player player(server);
   Recording recording;

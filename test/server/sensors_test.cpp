@@ -1,5 +1,5 @@
-// What the topics tell of a state, against the same state in process and against geometry worked
-// out here: frames, signs, units.
+// Frames, signs and units of the sensor topics, against the in-process state and against geometry
+// computed independently.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,9 +19,9 @@ namespace walker::test {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kGravity = 10;  // Box2D's default, which Gymnasium keeps [m/s^2]
+constexpr double kGravity = 10;  // pybox2d's default, which Gymnasium keeps [m/s^2]
 
-/// The joints' frames in their parents, as ros-conventions and interface.md name them.
+/// A frame and its parent, named as in docs/ros_interface.md.
 struct Edge {
   const char* parent;
   const char* child;
@@ -36,7 +36,7 @@ constexpr std::array<const char*, 5> kLinks{"hull", "upper_leg_1", "lower_leg_1"
                                             "lower_leg_2"};
 constexpr std::array<const char*, 4> kJoints{"hip_1", "knee_1", "hip_2", "knee_2"};
 
-/// As in sensors_test.test.
+/// A server in sensors_test.test, and a seed with which the heuristic does not fall early.
 struct Walk {
   Server server;
   std::uint64_t seed;
@@ -76,7 +76,7 @@ TEST_P(SensorTopics, JointStatesAreTheJoints) {
     EXPECT_EQ(bits(state.joints.effort), bits(truth.joint_effort));
     const auto& action = state.transition.action;
     for (std::size_t i = 0; i < action.size(); ++i) {
-      // The motor may give less than its cap, never more.
+      // The torque limit is 80 N m times |action|; the motor may give less.
       EXPECT_LE(std::abs(state.joints.effort[i]), 80 * std::abs(action[i]) + 1e-3) << kJoints[i];
     }
   }
@@ -139,7 +139,7 @@ TEST_P(SensorTopics, OdometryIsOfTheHullsOriginInItsOwnFrame) {
     const tf2::Vector3 velocity =
         tf2::quatRotate(attitude, to_tf(state.odometry.twist.twist.linear));
     EXPECT_LT(velocity.distance(to_tf(truth.linear_velocity)), 1e-9);
-    // The observation tells the velocity of the centre of mass, in its own units.
+    // The observation contains the scaled velocity of the centre of mass.
     const std::vector<double>& observation = state.transition.observation;
     const tf2::Vector3 of_center(observation[2] * 50 / 0.3 / 20, 0,
                                  observation[3] * 50 / 0.3 / (400.0 / 30));
@@ -161,7 +161,7 @@ TEST_P(SensorTopics, ImuIsThatOfRep145) {
               1e-9);
     EXPECT_NE(state.imu.orientation_covariance[0], -1) << "it has an orientation";
     EXPECT_NE(state.imu.linear_acceleration_covariance[0], -1);
-    // Specific force: what accelerates the hull beyond free fall, in the hull's frame.
+    // The IMU reports specific force, acceleration minus gravity, in the hull's frame.
     const tf2::Vector3 velocity =
         tf2::quatRotate(attitude, to_tf(state.odometry.twist.twist.linear));
     const tf2::Vector3 force = tf2::quatRotate(attitude, to_tf(state.imu.linear_acceleration));
@@ -196,7 +196,6 @@ TEST_P(SensorTopics, ContactsAreThoseOfTheLowerLegs) {
   EXPECT_TRUE(touched && flew);
 }
 
-/// As a robot's policy would do it.
 TEST_P(SensorTopics, TheObservationCanBeRebuiltFromTheSensors) {
   const tf2::Vector3 center = to_tf(center_of_mass());
   for (const State& state : walk()) {
@@ -223,8 +222,6 @@ TEST_P(SensorTopics, TheObservationCanBeRebuiltFromTheSensors) {
     }
   }
 }
-
-// ------------------------------------------------------------------ the scan
 
 TEST_P(SensorTopics, ScanKeepsTheInvariantsOfLaserScan) {
   for (const State& state : walk()) {
@@ -282,7 +279,7 @@ TEST_P(SensorTopics, RaysEndOnTheTerrainOrMeetNothing) {
       for (const Segment& segment : terrain) {
         expected = std::min(expected, distance_along(origin, direction, segment));
       }
-      if (std::abs(expected - double{state.scan.range_max}) < 1e-3) continue;  // either is right
+      if (std::abs(expected - double{state.scan.range_max}) < 1e-3) continue;  // rounding decides
       const auto range = double{state.scan.ranges[i]};
       ASSERT_EQ(std::isinf(range), expected > double{state.scan.range_max})
           << "ray " << i << ": told " << range << ", the terrain is at " << expected;

@@ -1,6 +1,6 @@
-"""What the tests of the server share: a server as a process, and recorders of topics.
+"""Shared by the server tests: a server as a process, and recorders of topics.
 
-Nothing here waits by simulation time: it stands still in lock-step.
+Nothing here waits in simulation time, which stands still in lock-step.
 """
 
 import contextlib
@@ -43,7 +43,7 @@ from walker_sim.srv import (
 )
 
 DT = 20_000_000  # ns
-SHORT_PATIENCE = 5.0  # [s], with the end of what may have been stopped
+SHORT_PATIENCE = 5.0  # [s] for a node to exit after SIGTERM; it may be halted
 SERVICES = {
     "reset": Reset,
     "step": Step,
@@ -56,7 +56,7 @@ SERVICES = {
     "restore": Restore,
     "set_real_time_factor": SetRealTimeFactor,
 }
-# One message each for every state.
+# Topics with one message per state.
 STATE_TOPICS = {
     "/joint_states": JointState,
     "/scan": LaserScan,
@@ -70,7 +70,7 @@ STATE_TOPICS = {
 
 
 def node_path(node_type):
-    """Where the node's executable lies, in the devel or the install space."""
+    """Path of the node's executable in the devel or install space."""
     found = find_in_workspaces(["libexec"], "walker_sim", node_type, first_match_only=True)
     if not found:
         raise RuntimeError(f"walker_sim has no executable {node_type}: build it, source the space")
@@ -85,35 +85,35 @@ def builtin_model():
 
 
 def registered_uri(name, pid):
-    """Where the node answers by XML-RPC, once it is this process; "" before."""
+    """The node's XML-RPC URI, or "" until process `pid` has registered it."""
     master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
     uri = master.lookupNode(CALLER, name)[2]
     try:
         return uri if uri and xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2] == pid else ""
-    except OSError:  # of a node of the name that was killed
+    except OSError:  # the registration of a killed node
         return ""
 
 
 def nanoseconds(stamped):
-    """The stamp of a message, of a header or of a time."""
+    """Stamp of a message, a header or a time [ns]."""
     while not hasattr(stamped, "to_nsec"):
         stamped = stamped.header if hasattr(stamped, "header") else stamped.stamp
     return stamped.to_nsec()
 
 
 def bits(values):
-    """The bytes of doubles: equal only when every bit is, also of NaN and of -0."""
+    """Bytes of the doubles, to compare them bitwise, including NaN and -0."""
     return struct.pack(f"<{len(values)}d", *values)
 
 
 def memory(pid):
-    """Resident bytes of a process."""
+    """Resident set size [bytes]."""
     with open(f"/proc/{pid}/statm", encoding="ascii") as file:
         return int(file.read().split()[1]) * resource.getpagesize()
 
 
 def same_experience(one, other):
-    """Two transitions tell the same, whatever their stamps and episode numbers."""
+    """Whether two transitions are bitwise equal, apart from stamps and episode numbers."""
     return (
         one.step == other.step
         and bits(one.action) == bits(other.action)
@@ -126,7 +126,7 @@ def same_experience(one, other):
 
 
 class Process(LoggedProcess):
-    """A node of this package in a process of its own, which `stop`, `end` or `kill` ends."""
+    """A node of this package as a process, ended by `stop`, `end` or `kill`."""
 
     def __init__(self, node_type, name, arguments=(), master_uri=None):
         environment = {
@@ -142,7 +142,7 @@ class Process(LoggedProcess):
         super().__init__([node_path(node_type), f"__name:={base}", *arguments], **environment)
 
     def wait(self, timeout=PATIENCE):
-        """The exit status; AssertionError when it does not end in time (then it is killed)."""
+        """Returns the exit status. After the timeout, kills it and raises AssertionError."""
         try:
             return self._process.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -157,7 +157,7 @@ class Process(LoggedProcess):
         return self.wait(timeout)
 
     def end(self):
-        """As the last that a test does with it: in order, for gcov's counters are written then."""
+        """Cleanup: tries SIGTERM before `kill`, because gcov writes its counters at exit."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.terminate()
             self._process.wait(SHORT_PATIENCE)
@@ -187,7 +187,7 @@ class ServerProcess(Process):
             if not self.is_running():
                 raise AssertionError(f"{self.name} ended at its start:\n{self.output()}")
             try:
-                self.service_address("set_physics_properties").close()  # the last one
+                self.service_address("set_physics_properties").close()  # registered last
             except OSError:
                 return False
             return True
@@ -196,7 +196,7 @@ class ServerProcess(Process):
         return self
 
     def service_address(self, service):
-        """A fresh connection to the service's port; the master says which."""
+        """Connects to the service's port, as registered at the master."""
         code, message, uri = self.master.lookupService(CALLER, f"{self.name}/{service}")
         if code != 1:
             raise ConnectionError(message)
@@ -209,7 +209,7 @@ class ServerProcess(Process):
 
 
 class Bytes(Float64MultiArray):
-    """An effort command of any bytes: the topic's type, but for what is sent."""
+    """An effort command with arbitrary bytes on the wire."""
 
     def __init__(self, data=b""):
         super().__init__()
@@ -220,8 +220,6 @@ class Bytes(Float64MultiArray):
 
 
 class Recorder:
-    """Keeps all messages of a topic."""
-
     def __init__(self, topic, message_class, connections=1):
         self.topic = topic
         self._changed = threading.Condition()
@@ -236,7 +234,7 @@ class Recorder:
             )
 
     def _connections_known_to_publishers(self):
-        """A publisher counts a subscriber a moment later than the subscriber its connection."""
+        """Connections that the publishers report as well, which they may do slightly later."""
         known = 0
         for connection in list(self._subscriber.impl.connections):
             if connection.socket is None:
@@ -264,12 +262,12 @@ class Recorder:
             self._messages = []
 
     def wait(self, condition=lambda _: True, what="a message", timeout=PATIENCE):
-        """The first message, old or new, that meets the condition."""
+        """Returns the first message, past or future, that meets the condition."""
         deadline = time.monotonic() + timeout
         examined, count = None, 0
         with self._changed:
             while True:
-                if examined is not self._messages:  # cleared meanwhile
+                if examined is not self._messages:  # clear() was called
                     examined, count = self._messages, 0
                 for message in examined[count:]:
                     if condition(message):
@@ -281,7 +279,7 @@ class Recorder:
                 self._changed.wait(left)
 
     def at(self, stamp):
-        """The message with this stamp [ns]."""
+        """Waits for the message with this stamp [ns]."""
         return self.wait(lambda m: first_stamp(m) == stamp, f"the stamp {stamp}")
 
     def wait_count(self, count, timeout=PATIENCE):
@@ -305,13 +303,13 @@ def first_stamp(message):
 
 
 class ServerTest(unittest.TestCase):
-    """Starts servers with parameters of its own and ends them."""
+    """Starts servers, and ends them after the test."""
 
     dt = DT  # of the environment [ns]
 
     @contextlib.contextmanager
     def subTest(self, message="", **parameters):
-        """The first that fails ends the test and is named: rosunit's reports have no subtests."""
+        """Ends the test at the first failure and names it: rosunit does not report subtests."""
         try:
             yield
         except Exception as error:
@@ -319,7 +317,7 @@ class ServerTest(unittest.TestCase):
             raise AssertionError(f"{' '.join(filter(None, words))}: {error}") from error
 
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
-        """A new server; the one that `call` calls."""
+        """Starts a server, to which `call` then refers."""
         parameters.setdefault("diagnostic_period", 0.05)
         self.server = ServerProcess(name, parameters, master_uri)
         self.addCleanup(self.server.end)
@@ -331,7 +329,6 @@ class ServerTest(unittest.TestCase):
         return recorder
 
     def call(self, name, **fields):
-        """One call over a connection of its own."""
         client = self.server.client(name, SERVICES.get(name, Trigger))
         try:
             return client(**fields)
@@ -339,7 +336,7 @@ class ServerTest(unittest.TestCase):
             client.close()
 
     def model_file(self, *replacements):
-        """A file with Walker2d-v5's own model, changed."""
+        """Writes Walker2d-v5's model with these replacements. Returns the path."""
         text = builtin_model()
         for old, new in replacements:
             self.assertIn(old, text)
@@ -352,7 +349,7 @@ class ServerTest(unittest.TestCase):
         return path
 
     def cramped_walker(self):
-        """Parameters of a Walker2d-v5 whose engine refuses some resets, by their seeds."""
+        """Parameters of a Walker2d-v5 whose MuJoCo stack overflows in resets with some seeds."""
         return {
             "env": "Walker2d-v5",
             "xml_file": self.model_file(('nstack="8000"', 'nstack="520"')),
@@ -361,17 +358,17 @@ class ServerTest(unittest.TestCase):
         }
 
     def counter(self, word):
-        """The number in fresh diagnostics whose key holds `word`."""
+        """Value in new diagnostics of the first key that contains `word`."""
         if not hasattr(self, "_diagnostics"):
             self._diagnostics = self.record("/diagnostics", DiagnosticArray)
         self._diagnostics.clear()
-        for _ in range(2):  # the first may have been under way already
+        for _ in range(2):  # the first may be older than this call
             message = self._diagnostics.wait(lambda m: diagnostic_values(m, word), f"{word} in it")
             self._diagnostics.clear()
         return float(diagnostic_values(message, word)[0])
 
     def assert_consecutive(self, transitions):
-        """Each follows the one before by one dt, within an episode and from one to the next."""
+        """Consecutive stamps differ by dt, within an episode and across resets."""
         self.assertGreater(len(transitions), 1)
         for one, other in zip(transitions, transitions[1:]):
             self.assertEqual(nanoseconds(other), nanoseconds(one) + self.dt)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The port behind the services: TCPROS as clients may speak it, and as nobody should."""
+"""The service port: valid and invalid TCPROS."""
 
 import resource
 import socket
@@ -37,7 +37,7 @@ class ServicePortTest(ServerTest):
         self.reset = self.server.client("reset", Reset)
         self.step = self.server.client("step", Step)
         self.last = self.reset(has_seed=True, seed=1).transition
-        # Begun by now are the threads and buffers that roscpp begins with.
+        # Creates roscpp's threads and buffers before a test measures memory.
         self.assert_serves(20)
 
     def tearDown(self):
@@ -57,7 +57,7 @@ class ServicePortTest(ServerTest):
         return {**fields, **changes}
 
     def opened(self, **changes):
-        """A connection whose header is sent."""
+        """Connects and sends a header."""
         connection = self.server.service_address("step")
         self.addCleanup(connection.close)
         connection.sendall(header_bytes(self.fields(**changes)))
@@ -71,7 +71,7 @@ class ServicePortTest(ServerTest):
     def assert_closed(self, connection):
         self.assertEqual(connection.recv(1), b"")
 
-    # ------------------------------------------------------------ the beginning
+    # ------------------------------------------------------------ headers
 
     def test_its_header_tells_the_service(self):
         for md5sum in (Step._md5sum, "*"):
@@ -130,8 +130,8 @@ class ServicePortTest(ServerTest):
         idle[1].sendall(header_bytes(self.fields())[:20])
         for connection in idle:
             self.addCleanup(connection.close)
-            self.assert_closed(connection)  # within the connection's own patience
-        served.sendall(self.step.request_bytes(action=STAND))  # with a header one may be idle
+            self.assert_closed(connection)  # within the socket's timeout
+        served.sendall(self.step.request_bytes(action=STAND))  # after its header a client may idle
         self.last = self.receive_answer(served).transition
         self.assert_serves()
 
@@ -165,7 +165,7 @@ class ServicePortTest(ServerTest):
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for byte in header_bytes(self.fields()) + request:
             connection.sendall(bytes([byte]))
-            time.sleep(0.0005)  # so that each arrives by itself
+            time.sleep(0.0005)  # so that each byte arrives alone
         read_header(connection)
         self.last = self.receive_answer(connection).transition
         connection.close()
@@ -203,7 +203,7 @@ class ServicePortTest(ServerTest):
                 f"service /walker_sim/step: a request of {size} bytes; at most 65536 are taken",
             )
         before = memory(self.server.pid)
-        for persistent in ("1", "0"):  # what remains of it is thrown away
+        for persistent in ("1", "0"):  # the server discards the rest
             connection = self.opened(persistent=persistent)
             read_header(connection)
             connection.sendall(struct.pack("<I", 100 * MEGABYTE) + bytes(100 * MEGABYTE))
@@ -236,7 +236,7 @@ class ServicePortTest(ServerTest):
         with self.assertRaisesRegex(RuntimeError, "/walker_sim/restore: a request of"):
             restore.receive()
         restore.close()
-        # In memory a text takes eight times its least bytes.
+        # An empty string takes 4 bytes on the wire and eight times as many in memory.
         spec = EnvironmentSpec(parameter_names=[""] * 5000)
         with self.assertRaisesRegex(RuntimeError, "an array has 5000 elements; at most 4096"):
             self.server.client("restore", Restore)(record=EpisodeRecord(spec=spec))
@@ -263,7 +263,7 @@ class ServicePortTest(ServerTest):
         row.start()
         receive(20_001)
         row.join()
-        # Moved with each that is answered, 20 MB would take a hundred times as long.
+        # Moving the remaining 20 MB after each answer would take a hundred times as long.
         self.assertLess(self.server.processor_time() - begin, 5 * one_by_one + 0.2)
         self.assert_serves()
 
@@ -276,7 +276,7 @@ class ServicePortTest(ServerTest):
             self.last.step += 1
             self.assertEqual(self.receive_answer(connection).transition.step, self.last.step)
         self.assert_closed(connection)
-        render = self.server.client("render", Render)  # whose answer takes its time
+        render = self.server.client("render", Render)  # its answer is pending for a while
         render.connection.sendall(render.request_bytes() * 3)
         render.connection.shutdown(socket.SHUT_WR)
         for _ in range(3):
@@ -285,7 +285,7 @@ class ServicePortTest(ServerTest):
         render.close()
         self.assert_serves()
 
-    # ------------------------------------------------------------ clients that harm
+    # ------------------------------------------------------------ harmful clients
 
     def test_unfinished_requests_hold_so_much_together_and_no_more(self):
         before = memory(self.server.pid)
@@ -300,7 +300,7 @@ class ServicePortTest(ServerTest):
             self.assertLess(memory(self.server.pid) - before, 450 * MEGABYTE)
         with self.assertRaisesRegex(RuntimeError, "all together may hold 268435456"):
             clients[0].receive()
-        for client in (clients[0], clients[-1]):  # one that gave way, and one that did not
+        for client in (clients[0], clients[-1]):  # one whose request was dropped, one not
             client.connection.sendall(b"\0")
             if client is clients[-1]:
                 with self.assertRaisesRegex(RuntimeError, "the request is longer than its type"):
@@ -376,7 +376,7 @@ class ServicePortTest(ServerTest):
 
     def test_what_clients_send_writes_no_lines_of_its_own(self):
         evil = "/x\n[ERROR] all is lost\x1b[2J\x9b31m"
-        time.sleep(1.1)  # so that the next refusal is logged
+        time.sleep(1.1)  # so that the throttle passes the next refusal
         connection = self.opened(callerid=evil, service=evil)
         error = read_header(connection)["error"]
         self.assertIn("/x\\n[ERROR] all is lost\\x1b[2J\\xc2\\x9b31m asks for", error)
@@ -418,7 +418,7 @@ class ServicePortTest(ServerTest):
             stuck.append(connection)
         sent = 0
         quiet_since = time.monotonic()
-        while time.monotonic() - quiet_since < 0.5:  # until no more goes in anywhere
+        while time.monotonic() - quiet_since < 0.5:  # until every socket's buffer is full
             for connection in stuck:
                 try:
                     sent += connection.send(bytes(4 * 1024))  # a thousand empty requests
@@ -428,7 +428,7 @@ class ServicePortTest(ServerTest):
             self.assert_serves(1)
             self.assertLess(sent, 200 * MEGABYTE, "it reads on and on")
         self.assertLess(memory(self.server.pid) - before, 50 * MEGABYTE)
-        # One that reads after all gets every answer.
+        # A client that reads late still gets every answer.
         stuck[0].setblocking(True)
         stuck[0].settimeout(PATIENCE)
         read_header(stuck[0])

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What strangers may ask a node by XML-RPC and by roscpp's own services: it answers each."""
+"""Invalid XML-RPC calls, and roscpp's own services: a node answers each and survives."""
 
 import os
 import socket
@@ -48,7 +48,7 @@ class SlaveApiTest(unittest.TestCase):
         self.name = process.name
         self.uri = wait_for(lambda: registered_uri(process.name, process.pid), process.name)
         master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-        service = f"{process.name}/set_logger_level"  # the last thing of its start
+        service = f"{process.name}/set_logger_level"  # registered last
         wait_for(lambda: master.lookupService(CALLER, service)[0] == 1, service)
         return process
 
@@ -57,19 +57,19 @@ class SlaveApiTest(unittest.TestCase):
         self.assertEqual((code, pid), (1, process.pid), f"{what}: {process.output()}")
 
     def ask(self, method, *arguments):
-        """Whatever it answers, a fault too."""
+        """Returns the answer or the fault."""
         try:
             return getattr(xmlrpc.client.ServerProxy(self.uri), method)(*arguments)
         except xmlrpc.client.Fault as fault:
             return fault
 
     def post(self, body):
-        """A request of any bytes; its answer, or what there is of it."""
+        """Posts arbitrary bytes. Returns the answer, which may be incomplete or empty."""
         parts = urlparse(self.uri)
         with socket.create_connection((parts.hostname, parts.port), timeout=30) as connection:
             head = f"POST / HTTP/1.1\r\nContent-Length: {len(body)}\r\nConnection: close\r\n\r\n"
             connection.sendall(head.encode() + body)
-            connection.shutdown(socket.SHUT_WR)  # it need not wait for more
+            connection.shutdown(socket.SHUT_WR)  # EOF: nothing follows
             answer = b""
             while True:
                 part = connection.recv(1 << 16)
@@ -112,7 +112,7 @@ class SlaveApiTest(unittest.TestCase):
             protocol = ["UDPROS", header, "localhost", 9, size]
             self.ask("requestTopic", CALLER, "/rosout", [protocol])
             self.assert_stands(process, size)
-        # What is published goes to the subscribers that it has taken.
+        # Publishing now reaches every subscription that the node has accepted.
         logger = self.client("set_logger_level", SetLoggerLevel)
         subscriber = BareSubscriber(self.uri, "/rosout", Log)
         logger(logger="ros", level="debug")

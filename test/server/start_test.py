@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Parameters at the start: what is refused, with which words, and what is taken."""
+"""Parameters at the start: refusals with their messages, and accepted values."""
 
 import os
 import re
@@ -17,7 +17,7 @@ from server_harness import Process, ServerProcess, builtin_model, node_path
 from walker_sim.srv import GetSpec, Reset
 
 WALKER2D = {"env": "Walker2d-v5"}
-# Parameters that are refused, and the words of the message.
+# Refused parameters, and words of the message.
 REFUSED = [
     ({"env": "BipedalWalker-v9"}, ["env", "BipedalWalker-v9", "BipedalWalker-v3"]),
     ({"env": ""}, ["env", "BipedalWalker-v3"]),
@@ -80,8 +80,7 @@ REFUSED = [
     ({**WALKER2D, "reset_noise_scale": -1.0}, ["reset_noise_scale", "-1.0", "0.0"]),
     ({"env": "Walker2d-v4", "xml_file": "model.xml"}, ["xml_file", "model.xml", "unknown"]),
 ]
-# Models that are refused, and what the message says beside the file's name: the engine's own
-# words where the engine refuses.
+# Refused models, and words of the message beside the file's name: MuJoCo's own if it refuses.
 BAD_MODELS = {
     "missing": (None, ["FILE_NOT_FOUND"]),
     "empty": ("", ["XML"]),
@@ -139,8 +138,11 @@ class StartTest(unittest.TestCase):
                 self.assert_refused(*case)
 
     def endless_model(self, path):
-        """Writes a model whose compilation does not end. Returns a function that waits until a
-        process compiles it, and returns one that says whether that process is still there."""
+        """Writes a model whose compilation blocks on a FIFO.
+
+        Returns a function that waits until a process compiles the model. It returns a predicate:
+        whether that process still runs.
+        """
         pipe = os.path.join(os.path.dirname(path), "pipe.xml")
         os.mkfifo(pipe)
         with open(path, "w", encoding="utf-8") as file:
@@ -148,7 +150,7 @@ class StartTest(unittest.TestCase):
 
         def open_it():
             try:
-                return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)  # has a reader
+                return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)  # fails without a reader
             except OSError:
                 return None
 
@@ -257,13 +259,13 @@ class StartTest(unittest.TestCase):
             self.assertEqual(self.specification(**parameters)[0].max_episode_steps, expected)
 
     def test_numbers_convert_where_nothing_is_lost(self):
-        # A launch file turns 2 into an integer, and a seed of digits too.
+        # roslaunch passes 2, and a seed of digits, as integers.
         _, one = self.specification(real_time_factor=2, command_timeout=1, seed=12)
         _, other = self.specification(seed="12", max_episode_steps=100.0)
         self.assertEqual(one.observation, other.observation)
 
     def test_texts_that_are_wholly_numbers_are_these_numbers(self):
-        # YAML 1.1 reads 1.0e3 and 1e-3 as texts.
+        # YAML 1.1 reads 1.0e3 and 1e-3 as strings.
         given = {
             "frame_skip": "4.0e0",
             "reset_noise_scale": "1e-3",

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""An action that is repeated by one call: the same as so many steps, and what is refused."""
+"""~step_many: equality with single steps, and refusals."""
 
 import math
 import sys
@@ -22,7 +22,7 @@ class StepManyTest(ServerTest):
         return reply.transition
 
     def step(self, action, count):
-        """The transitions of single steps, until the episode ends."""
+        """Returns the transitions of single steps, up to the end of the episode."""
         transitions = []
         for _ in range(count):
             reply = self.call("step", action=action)
@@ -39,7 +39,6 @@ class StepManyTest(ServerTest):
         return reply
 
     def assert_sums_up(self, reply, transitions):
-        """The reply tells of these steps."""
         self.assertEqual(reply.steps, len(transitions))
         self.assertTrue(same_experience(reply.transition, transitions[-1]))
         total = 0.0
@@ -48,7 +47,7 @@ class StepManyTest(ServerTest):
         self.assertEqual(bits([reply.total_reward]), bits([total]))
 
     def compare(self, actions, **parameters):
-        """Single steps, and the same again by repeating actions, with all that is published."""
+        """Compares ~step_many with single steps by replies and messages. Returns the latter."""
         self.serve(mode="lockstep", **parameters)
         recorder = self.record("/transition", Transition)
         start = self.begin()

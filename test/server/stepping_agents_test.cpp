@@ -22,7 +22,7 @@ TEST(SteppingAgentsTest, WhoComesBackIsOneOfTwo) {
   EXPECT_TRUE(agents.note("/b"));
 }
 
-// As `rosservice call` does, of which each has a name of its own.
+// Each `rosservice call` is a node with a new name.
 TEST(SteppingAgentsTest, OneAfterTheOtherAreNotTwo) {
   SteppingAgents agents;
   for (const char* name : {"/rosservice_1", "/rosservice_2", "/rosservice_3"}) {

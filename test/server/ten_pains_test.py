@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Ten things that users of walkers on ROS suffer from elsewhere: one test for each.
+"""Ten common problems of walker simulations on ROS: one test for each.
 
-What each of them would catch is its docstring. Nothing here waits by simulation time.
+Each docstring lists what its test catches. Nothing here waits in simulation time.
 """
 
 import itertools
@@ -43,10 +43,10 @@ SECOND = 10**9  # ns
 ACTION_SIZES = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}
 STAND = [1.0, 1.0, -1.0, 1.0]  # BipedalWalker stands astride for thousands of steps
 SEEDS = (0, 1, 2**31, 2**32 - 1, 2**32, 2**63 - 1, 2**63, 2**64 - 1)
-PROMPT = 15  # wall seconds; what hangs needs longer than this, what ends needs less than one
+PROMPT = 15  # wall seconds; a clean exit takes less than 1
 
-# A node that comes before there is any time. Its callbacks call the server while another thread
-# sleeps by simulation time; it prints what has come to its end.
+# A node that starts before there is any simulation time. Its callbacks call the server while
+# another thread sleeps in simulation time. It prints which of them have finished.
 EARLY_NODE = """
 import threading
 import rospy
@@ -92,7 +92,7 @@ for name, event in finished.items():
 
 
 def registrations(node):
-    """What the master holds of a node: topics and services."""
+    """Topics and services of a node that are registered at the master."""
     kinds = rosgraph.Master(CALLER).getSystemState()
     return [name for kind in kinds for name, nodes in kind if node in nodes]
 
@@ -109,14 +109,14 @@ def newest_transform(buffer):
 
 
 def swaying(env, count):
-    """Actions of all sizes that float32 holds exactly."""
+    """Varied actions in [-1, 1] that float32 represents exactly."""
     width = ACTION_SIZES[env]
     return [[((7 * i + 5 * j) % 17 - 8) / 8 for j in range(width)] for i in range(count)]
 
 
 class TenPainsTest(ServerTest):
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
-        """With persistent clients of its ~reset and ~step; a server a name, all at once."""
+        """Adds `reset` and `step`, persistent clients, to the server."""
         server = super().serve(name, master_uri, **parameters)
         for service, kind in (("reset", Reset), ("step", Step)):
             client = server.client(service, kind)
@@ -133,7 +133,7 @@ class TenPainsTest(ServerTest):
 
     @staticmethod
     def play(server, seed, actions):
-        """The transitions of an episode, the reset's first."""
+        """Returns the transitions of an episode, the reset's first."""
         begun = server.reset(has_seed=True, seed=seed)
         return [begun, *(server.step(action=action) for action in actions)]
 
@@ -143,7 +143,7 @@ class TenPainsTest(ServerTest):
             self.assertTrue(same_experience(*pair), f"step {i} differs")
 
     def subscribe(self, server, topic, kind):
-        """A connection of its own, so that messages come in order and none is lost unseen."""
+        """Opens a connection whose messages arrive in order; no client-side queue drops any."""
         uri = rosgraph.Master(CALLER).lookupNode(server.name)
         subscriber = BareSubscriber(uri, topic, kind)
         self.addCleanup(subscriber.close)
@@ -153,11 +153,9 @@ class TenPainsTest(ServerTest):
         for one, other in zip(stamps, stamps[1:]):
             self.assertLess(one, other)
 
-    # ------------------------------------------------------------ 1
-
     def test_01_a_step_returns_when_it_is_done(self):
-        """Catches replies that come before the state has moved, steps that are lost or made twice
-        when two clients call at once, and a simulation that goes on after the reply."""
+        """Catches replies before the state has advanced, steps that are lost or duplicated under
+        concurrent calls, and a simulation that advances after the reply."""
         server = self.lockstep(max_episode_steps=0)
         told = self.subscribe(server, "/transition", Transition)
         snapshot = server.client("snapshot", Snapshot)
@@ -191,11 +189,9 @@ class TenPainsTest(ServerTest):
         self.assertEqual([told.next().step for _ in range(501)], list(range(501)))
         self.assertEqual(snapshot().record.episode.length, 500)
 
-    # ------------------------------------------------------------ 2
-
     def test_02_an_observation_is_that_of_its_step(self):
-        """Catches observations, rewards and sensor messages of the state before (or after) the
-        step that the reply is about. Gymnasium's recorded numbers say which is which."""
+        """Catches observations, rewards and sensor messages of the previous or the next state.
+        The reference is Gymnasium's recorded numbers."""
         server = self.lockstep("Walker2d-v5")
         topics = {"transition": Transition, "observation": Float64MultiArray, "reward": Float64}
         topics.update({"joint_states": JointState, "odom": Odometry})
@@ -215,17 +211,15 @@ class TenPainsTest(ServerTest):
             self.assertTrue(same_experience(messages["transition"], reply))
             self.assertEqual(bits(messages["observation"].data), bits(reply.observation))
             self.assertEqual(messages["reward"].data, reply.reward)
-            # Height of the torso first, its pitch, then the joints.
+            # The observation begins with the torso's height and pitch, then the joints.
             self.assertEqual(messages["odom"].pose.pose.position.z, reply.observation[0])
             positions = messages["joint_states"].position
             self.assertEqual(bits(positions), bits(reply.observation[2:8]))
         self.assertGreater(number, 20)
 
-    # ------------------------------------------------------------ 3
-
     def test_03_a_reset_never_rewinds_time(self):
-        """Catches a clock that a reset, an automatic reset or a restart of the server sets back:
-        tf2 would drop every later transform, a rospy.Timer would end."""
+        """Catches a clock that goes back at a reset, an autoreset or a restart of the server: tf2
+        would drop every later transform, and a rospy.Timer would end."""
         buffer = tf2_ros.Buffer()
         listener = tf2_ros.TransformListener(buffer)
         self.addCleanup(listener.unregister)
@@ -235,7 +229,7 @@ class TenPainsTest(ServerTest):
         self.addCleanup(timer.shutdown)
 
         def all_go_on(server):
-            """Transforms get newer and the timer ticks, in time that resets make."""
+            """Resets until tf has a newer transform and the timer has ticked."""
             newest, count = newest_transform(buffer), len(ticks)
 
             def gone_on():
@@ -258,11 +252,9 @@ class TenPainsTest(ServerTest):
         self.assert_grows([nanoseconds(message) for message in transitions.messages()])
         self.assertEqual(ticks, sorted(ticks))
 
-    # ------------------------------------------------------------ 4
-
     def test_04_a_reset_leaves_nothing_behind(self):
-        """Catches velocities, contacts, warm starts, filters and held commands that live on in the
-        episode that follows."""
+        """Catches velocities, contacts, warm starts, filters and held commands that survive a
+        reset."""
         for env, effort, parameters in (
             ("BipedalWalker-v3", 80.0, {}),
             ("Walker2d-v5", 100.0, {"terminate_when_unhealthy": False}),
@@ -276,7 +268,7 @@ class TenPainsTest(ServerTest):
             self.drive_violently(transitions, effort, swaying(env, 5))
             begun = server.reset(has_seed=True, seed=7)
             first = transitions.wait(lambda m, e=begun.episode: (m.episode, m.step) == (e, 1))
-            self.assert_same([begun, first], expected[:2])  # nothing of the held command
+            self.assert_same([begun, first], expected[:2])  # the held command is cleared
             self.call("pause")
             self.assert_same(self.play(server, 7, actions), expected)
             transitions.close()
@@ -284,25 +276,23 @@ class TenPainsTest(ServerTest):
 
     @staticmethod
     def drive_violently(transitions, effort, actions):
-        """By commands of three times these actions; the last one is held at the end."""
+        """Commands three times these actions in turn; the last one stays held."""
         command = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=1)
         wait_for(command.get_num_connections, "the server to listen")
         for action in actions:
 
             def is_held(wanted=tuple(3 * value for value in action)):
                 command.publish(data=[effort * value for value in wanted])
-                time.sleep(0.2)  # for it to arrive, and no other is under way afterwards
+                time.sleep(0.2)  # it arrives, and none is in flight afterwards
                 return tuple(transitions.messages()[-1].action) == wanted
 
-            wait_for(is_held, "the command to be held")  # the end of an episode clears it
+            wait_for(is_held, "the command to be held")  # again: an episode's end clears it
         command.unregister()
 
-    # ------------------------------------------------------------ 5
-
     def test_05_nothing_deadlocks_under_simulation_time(self):
-        """Catches a server that answers only while time passes or that waits for its subscribers,
-        and a clock that does not come before the first reset."""
-        master = OwnMaster()  # on which there has never been any time
+        """Catches a server that answers only while time passes or waits for its subscribers, and a
+        /clock that is first published at the first reset."""
+        master = OwnMaster()  # a new one, on which there has been no /clock
         self.addCleanup(master.kill)
         rosgraph.Master(CALLER, master.uri).setParam("/use_sim_time", True)
         client = subprocess.Popen(
@@ -317,29 +307,27 @@ class TenPainsTest(ServerTest):
         self.assertEqual(client.stdout.readline(), "early\n")
         server = self.lockstep(max_episode_steps=0, master_uri=master.uri)
         self.assertEqual(client.wait(2 * PATIENCE), 0, server.output())
-        told = client.stdout.read().splitlines()[-3:]  # rospy says something before
+        told = client.stdout.read().splitlines()[-3:]  # rospy prints lines of its own before
         self.assertEqual(told, ["transition finished", "clock finished", "sleep finished"])
         server.stop()
 
-    # ------------------------------------------------------------ 6
-
     def test_06_nothing_is_sent_that_nobody_wants(self):
-        """Catches messages that are made for nobody, several /clock or /tf messages a step, and
-        commands that Nagle's algorithm holds back."""
+        """Catches messages published without subscribers, several /clock or /tf messages per step,
+        and commands delayed by Nagle's algorithm."""
         server = self.lockstep(max_episode_steps=0)
         clock = self.subscribe(server, "/clock", Clock)
         frames = self.subscribe(server, "/tf", TFMessage)
-        # This node and the server listen to /clock too, and who joins is told the time.
+        # This node and the server subscribe to /clock too; each new subscriber repeats the time.
         joined = {("/clock", rospy.get_name()), ("/clock", server.name)}
         wait_for(lambda: joined <= self.listeners(server), "those who listen to have joined")
         begun = nanoseconds(server.reset(has_seed=True, seed=1))
         while first_stamp(clock.next()) < begun:
             pass
         frames.next()
-        for _ in range(200):  # one message each: another would come in the place of the next
+        for _ in range(200):  # one message each: a second would be read as the next step's
             stamp = nanoseconds(server.step(action=STAND))
             self.assertEqual([first_stamp(clock.next()), first_stamp(frames.next())], [stamp] * 2)
-        # roscpp counts in header.seq what was given to it, whether somebody listened or not.
+        # roscpp increments header.seq per published message, even without subscribers.
         kinds = {"/joint_states": JointState, "/odom": Odometry, "/imu": Imu, "/scan": LaserScan}
         for topic, kind in {**kinds, "/contacts": Contacts, "/transition": Transition}.items():
             subscriber = self.subscribe(server, topic, kind)
@@ -354,16 +342,14 @@ class TenPainsTest(ServerTest):
 
     @staticmethod
     def listeners(server):
-        """Its topics and who listens to them, in pairs."""
+        """Pairs of topic and subscribed node."""
         uri = rosgraph.Master(CALLER).lookupNode(server.name)
         infos = xmlrpc.client.ServerProxy(uri).getBusInfo(CALLER)[2]
         return {(topic, node) for _, node, way, _, topic, *_ in infos if way == "o"}
 
-    # ------------------------------------------------------------ 7
-
     def test_07_it_pauses_and_runs_the_same_at_any_pace(self):
-        """Catches a pause that leaks steps, a pace that stays at real time, and trajectories that
-        depend on pace, on the mode or on who makes the steps."""
+        """Catches a pause that leaks steps, a pace limited to real time, and trajectories that
+        depend on pace, mode or the origin of the steps."""
         for env, count in (("BipedalWalker-v3", 60), ("Walker2d-v5", 40)):
             parameters = {"env": env, "max_episode_steps": count}
             actions = [zeros(env)] * count
@@ -393,11 +379,9 @@ class TenPainsTest(ServerTest):
         clock.wait(lambda m: (m.clock - first).to_sec() > 20, "20 s of simulation time")
         self.assertLess(time.monotonic() - begin, 20, "it is not faster than real time")
 
-    # ------------------------------------------------------------ 8
-
     def test_08_the_same_seed_gives_the_same_trajectory(self):
-        """Catches seeds that are cut to 32 bits, ignored or mixed with what was there before, state
-        that two servers or two starts do not share, and numbers other than Gymnasium's."""
+        """Catches seeds that are truncated to 32 bits, ignored or mixed with earlier state,
+        differences between servers or restarts, and deviations from Gymnasium's numbers."""
         for env in ACTION_SIZES:
             actions = swaying(env, 8)
             runs = []
@@ -418,7 +402,7 @@ class TenPainsTest(ServerTest):
             server.stop()
 
     def assert_gymnasium_s(self, server, recorded):
-        """Gymnasium's actions, and its numbers."""
+        """Plays Gymnasium's actions and compares the results bitwise."""
         told = self.play(server, recorded.seed, [step.action for step in recorded.steps[1:]])
         for transition, expected in zip(told, recorded.steps):
             what = f"{recorded.id}, seed {recorded.seed}, step {transition.step}"
@@ -428,11 +412,9 @@ class TenPainsTest(ServerTest):
             self.assertEqual(flags, (expected.terminated, expected.truncated), what)
             self.assertEqual(bits(transition.info), bits(expected.info), what)
 
-    # ------------------------------------------------------------ 9
-
     def test_09_one_master_serves_many_environments(self):
-        """Catches topics, services, frames or parameters that two servers share, and environments
-        that disturb each other, of one engine or of two."""
+        """Catches topics, services or parameters that two servers share, and environments that
+        disturb each other, with one engine or two."""
         envs = ["BipedalWalker-v3", "Walker2d-v5"] * 2
         alone = {}
         for env in ACTION_SIZES:
@@ -457,11 +439,9 @@ class TenPainsTest(ServerTest):
                 self.assertLessEqual(len(ours), 1, name)
         self.assertEqual(dict(publishers)["/clock"], [servers[0].name])
 
-    # ------------------------------------------------------------ 10
-
     def test_10_nothing_dies_hangs_or_stays_behind(self):
-        """Catches servers that a client's death or rubbish takes along, that hang at their end or
-        leave registrations behind, and agents that do not outlive the restart of their server."""
+        """Catches servers that crash on a client's death or garbage, hang at shutdown or leave
+        registrations behind, and agents that do not survive a restart of their server."""
         rospy.set_param("/agent", {"agent": "random"})
         self.addCleanup(rospy.delete_param, "/agent")
         agent = Process("topic_agent", "/agent")
@@ -485,7 +465,7 @@ class TenPainsTest(ServerTest):
         launched = Launched("walker.launch", "env:=Walker2d-v5", "agent:=random", "rviz:=false")
         self.addCleanup(launched.stop)
         self.record("/transition", Transition).wait(lambda m: any(m.action), "all to run")
-        # With status_line, which may come last.
+        # Server, agent and status_line, which may start last.
         wait_for(lambda: len(launched.pids()) >= 3, "all nodes to run")
         pids = launched.pids()
         self.assertEqual(launched.stop(), 0, launched.output())
@@ -493,7 +473,7 @@ class TenPainsTest(ServerTest):
         self.assertEqual(registrations("/walker_sim") + registrations("/agent"), [])
 
     def ill_treat(self, server):
-        """Rubbish, half a request, and clients that go while their call is under way."""
+        """Sends garbage and half a request, and disconnects during a call."""
         for rubbish in (b"\xff" * 64, b"GET / HTTP/1.1\r\n\r\n", struct.pack("<I", 40)):
             with server.service_address("step") as connection:
                 connection.sendall(rubbish)

@@ -22,9 +22,9 @@ from walker_sim.srv import GetSpec, Reset, Step
 
 WALKERS = [f"/walker_{number}" for number in range(1, 11)]
 OWNER, *FOLLOWERS = WALKERS
-LONGEST = 20_000_000  # dt of BipedalWalker, the longest of all [ns]
+LONGEST = 20_000_000  # [ns] dt of BipedalWalker, the largest of all walkers
 SECOND = 10**9
-SEVERAL = 60  # messages; half a second of simulation time at least
+SEVERAL = 60  # messages; at least 0.48 s of simulation time
 
 
 def node(walker):
@@ -32,7 +32,7 @@ def node(walker):
 
 
 def pid_of(name):
-    """What the node itself says; None where none answers."""
+    """Process id by the node's own getPid; None if it does not answer."""
     try:
         uri = rosgraph.Master(CALLER).lookupNode(name)
         return xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2]
@@ -42,7 +42,7 @@ def pid_of(name):
 
 class TenWalkersTest(ServerTest):
     def launch(self):
-        """All ten, with recorders of their transitions and of /clock."""
+        """Starts all ten and records their transitions and /clock."""
         self.launched = Launched("ten_walkers.launch", "agent:=random", "rviz:=false")
         self.addCleanup(self.launched.stop)
         for walker in WALKERS:
@@ -74,7 +74,7 @@ class TenWalkersTest(ServerTest):
             self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), walker)
 
     def pause(self):
-        """All of them, by the owner. Returns the time at which they rest and everybody's stamp."""
+        """Pauses all by pausing the owner. Returns the time of /clock and each walker's stamp."""
         pause = rospy.ServiceProxy(f"{node(OWNER)}/pause", Trigger)
         self.assertTrue(pause().success)
         for walker in WALKERS:
@@ -82,13 +82,11 @@ class TenWalkersTest(ServerTest):
                 lambda w=walker: self.now() - LONGEST < self.stamps(w)[-1],
                 f"{walker} to arrive where the clock stands",
             )
-        time.sleep(0.3)  # in which who runs by itself would run ahead
+        time.sleep(0.3)  # a walker that ignored /clock would run ahead
         return self.now(), {walker: self.stamps(walker)[-1] for walker in WALKERS}
 
     def unpause(self):
         rospy.ServiceProxy(f"{node(OWNER)}/unpause", Trigger)()
-
-    # ------------------------------------------------------------ the launch file
 
     def test_all_serve_on_one_clock_with_frames_of_their_own(self):
         self.launch()
@@ -97,7 +95,7 @@ class TenWalkersTest(ServerTest):
         self.assertEqual(len({spec.id for spec in specs.values()}), 6)
         publishers, _, _ = rosgraph.Master(CALLER).getSystemState()
         self.assertEqual(dict(publishers)["/clock"], [node(OWNER)])
-        for walker, recorder in self.transitions.items():  # each by its own agent
+        for walker, recorder in self.transitions.items():
             recorder.wait(lambda m: any(m.action), f"an action of {walker}'s agent")
         self.assert_frames_are_everybody_s_own()
 
@@ -136,7 +134,7 @@ class TenWalkersTest(ServerTest):
             dt = statistics.mode(b - a for a, b in zip(new, new[1:]))
             spec = rospy.ServiceProxy(f"{node(walker)}/get_spec", GetSpec)().spec
             self.assertEqual(dt, round(spec.dt * SECOND), walker)
-            # A busy machine may leave out steps, but never most of them.
+            # On a busy machine a walker may skip steps, but never most of them.
             self.assertGreater(len(new) * dt, (end - begin) / 2, walker)
         self.assert_time_only_grows()
 
@@ -166,20 +164,18 @@ class TenWalkersTest(ServerTest):
     def test_when_the_owner_is_killed_time_stops_until_it_is_back_and_then_goes_on(self):
         self.launch()
         pids = {walker: pid_of(node(walker)) for walker in WALKERS}
-        # Stopped, roslaunch does not start it again before it has been looked at.
+        # While roslaunch is halted, it does not respawn the owner.
         with self.launched.halted():
             os.kill(pids[OWNER], signal.SIGKILL)
-            time.sleep(1)  # for what is under way
+            time.sleep(1)  # for messages in flight
             rest = {walker: self.stamps(walker)[-1] for walker in FOLLOWERS}
-            time.sleep(1)  # in which who went on without a clock would go on
+            time.sleep(1)  # a follower that did not wait for /clock would step
             self.assertEqual({walker: self.stamps(walker)[-1] for walker in FOLLOWERS}, rest)
         wait_for(lambda: pid_of(node(OWNER)) not in (None, pids[OWNER]), "the owner's restart")
         self.assert_they_go_on()
         for walker in FOLLOWERS:
             self.assertEqual(pid_of(node(walker)), pids[walker], f"{walker} has ended")
         self.assert_time_only_grows()
-
-    # ------------------------------------------------------------ different steps on one clock
 
     def test_walkers_of_different_steps_follow_one_clock(self):
         rospy.set_param("/use_sim_time", True)
@@ -188,7 +184,7 @@ class TenWalkersTest(ServerTest):
         self.follow("BipedalWalker-v3", "Walker2d-v5")
 
     def follow(self, owner_id, follower_id):
-        """An owner in lock-step moves a free-running follower as far as its own time goes."""
+        """A free-running follower steps exactly as far as the time of an owner in lock-step."""
         owner = self.serve("/owner/walker_sim", env=owner_id, mode="lockstep", max_episode_steps=0)
         reset, step = owner.client("reset", Reset), owner.client("step", Step)
         dt = round(owner.client("get_spec", GetSpec)().spec.dt * SECOND)
@@ -199,10 +195,10 @@ class TenWalkersTest(ServerTest):
         transitions = self.record("/follower/transition", Transition)
 
         def advance(seed):
-            """By one step of the owner; the follower goes as far as it can."""
+            """Advances the owner by a step, or by a reset if its episode has ended."""
             nonlocal now
             reply = step(action=action)
-            if not reply.success:  # it has fallen
+            if not reply.success:
                 reply = reset(has_seed=True, seed=seed)
             self.assertEqual(nanoseconds(reply.transition), now + dt)
             now += dt
@@ -210,14 +206,14 @@ class TenWalkersTest(ServerTest):
         def arrived():
             transitions.wait(lambda m: nanoseconds(m) > now - follower_dt, "the follower to arrive")
 
-        # It joins the clock in its own time.
+        # The follower may connect to /clock late.
         wait_for(lambda: advance(1) or transitions.messages(), "the follower to join the clock")
         arrived()
         joined = len(transitions.messages()) - 1
         for seed in range(100):
             advance(seed)
             arrived()
-        time.sleep(0.2)  # in which a step too many would come
+        time.sleep(0.2)  # a surplus step would arrive
         stamps = [nanoseconds(message) for message in transitions.messages()[joined:]]
         self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {follower_dt})
         self.assertLessEqual(stamps[-1], now)

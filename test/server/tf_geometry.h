@@ -1,4 +1,4 @@
-// Transforms and rotations as tf2 has them.
+// Conversions to tf2's types, and transforms that tf2 looks up.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -25,18 +25,18 @@ inline tf2::Vector3 to_tf(const Vector3& v) { return {v[0], v[1], v[2]}; }
 inline tf2::Quaternion to_tf(const geometry_msgs::Quaternion& q) { return {q.x, q.y, q.z, q.w}; }
 inline tf2::Quaternion to_tf(const Quaternion& q) { return {q[0], q[1], q[2], q[3]}; }
 
-/// As the walkers' joints turn.
+/// Rotation by `angle` [rad] about -y, the axis of the walkers' joints.
 inline tf2::Quaternion about_minus_y(double angle) { return {tf2::Vector3(0, -1, 0), angle}; }
 
-/// [rad] between two rotations; the sign of a quaternion does not matter.
+/// Angle between two rotations [rad]; q and -q are the same rotation.
 inline double angle_between(const tf2::Quaternion& a, const tf2::Quaternion& b) {
   const tf2::Quaternion turn = a.inverse() * b;
   return 2 * std::asin(std::min(1.0, tf2::Vector3(turn.x(), turn.y(), turn.z()).length()));
 }
 
-/// `child` in `parent`, through tf2.
-/// @param transforms of one instant
-/// @param fixed      those of /tf_static
+/// Pose of `child` in `parent`, computed by tf2.
+/// @param transforms with equal stamps
+/// @param fixed      from /tf_static
 inline tf2::Transform look_up(const tf2_msgs::TFMessage& transforms, const std::string& parent,
                               const std::string& child, const tf2_msgs::TFMessage& fixed = {}) {
   tf2::BufferCore buffer;

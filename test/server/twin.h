@@ -1,4 +1,4 @@
-// The same environment in this process: what a server's answers are compared with.
+// An in-process environment with which tests compare a server's responses.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,14 +14,14 @@
 
 namespace walker::test {
 
-/// The bytes of doubles: equal only when every bit is, also of NaN and of -0.
+/// The bits of doubles. Unlike ==, they compare NaN equal to itself and distinguish -0 from 0.
 inline std::vector<std::uint64_t> bits(const std::vector<double>& values) {
   std::vector<std::uint64_t> words(values.size());
   if (!values.empty()) std::memcpy(words.data(), values.data(), values.size() * sizeof(double));
   return words;
 }
 
-/// An environment with the buffers and sums that a server keeps.
+/// An environment with the buffers, step count and return that a server keeps.
 class Twin {
  public:
   explicit Twin(const std::string& id, const Parameters& parameters = {})
@@ -54,7 +54,8 @@ class Twin {
   bool has_ended() const { return result_.terminated || result_.truncated; }
   std::string end_reason() const { return result_.end_reason; }
 
-  /// Every bit of the transition's content is the twin's, be it a message's or our client's.
+  /// Compares a transition with the twin's, bit by bit.
+  /// @param told walker_sim::Transition, or the client library's Transition
   template <typename AnyTransition>
   testing::AssertionResult equals(const AnyTransition& told) const {
     const auto differ = [&](const char* what) {

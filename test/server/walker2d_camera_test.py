@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Walker2d's camera: picture, camera_info and TF tell of one and the same place."""
+"""Walker2d's camera: picture, camera_info and TF are consistent."""
 
 import colorsys
 import struct
@@ -20,7 +20,7 @@ FREE_CAMERA = {"camera_name": "", "camera_lookat": [0.3, 0.0, 1.0], "camera_azim
 
 
 def rotate(q, v):
-    """`v` turned by the unit quaternion `q`."""
+    """Rotates `v` by the unit quaternion `q`."""
 
     def cross(a, b):
         return Vector3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
@@ -31,14 +31,14 @@ def rotate(q, v):
 
 
 def seen_from(camera, point):
-    """A point of odom in the camera's frame, whose transform from odom is given."""
+    """Transforms a point from odom to the camera's frame. `camera` is its pose in odom."""
     t, q = camera.translation, camera.rotation
     inverse = Quaternion(-q.x, -q.y, -q.z, q.w)
     return rotate(inverse, Vector3(point.x - t.x, point.y - t.y, point.z - t.z))
 
 
 def project(info, point):
-    """Column and row of a point of the camera's frame."""
+    """Column and row of a point in the camera's frame."""
     column = info.K[0] * point.x / point.z + info.K[2]
     row = info.K[4] * point.y / point.z + info.K[5]
     return round(column), round(row)
@@ -87,7 +87,7 @@ class Walker2dCameraTest(ServerTest):
         return message.transforms[0].transform
 
     def torso(self, stamp):
-        """In the camera's frame."""
+        """Position of the torso in the camera's frame."""
         trunk = self.transform("torso", stamp).translation
         return seen_from(self.transform("camera", stamp), trunk)
 
@@ -107,7 +107,7 @@ class Walker2dCameraTest(ServerTest):
                 told = hue(image, column, row)
                 self.assertIsNotNone(told, (column, row))
                 self.assertAlmostEqual(told, SKIN, delta=0.05, msg=(column, row))
-                # 0.6 m beside it there is nothing of the walker.
+                # 0.6 m beside the torso, at a distance of 4 m, there is no walker.
                 beside = min(size[0] - 1, column + round(0.6 * info.K[0] / 4))
                 other = hue(image, beside, row)
                 self.assertTrue(other is None or abs(other - SKIN) > 0.05, (beside, row))

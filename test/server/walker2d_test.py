@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What of a server is Walker2d's own: its specification, time, commands, models, and its end."""
+"""Walker2d on a server: specification, time, commands, custom models, failing simulations."""
 
 import math
 import os
@@ -32,7 +32,7 @@ INFO = {
 ZERO = [0.0] * 6
 WORDS = "MuJoCo: Stack overflow"
 REFUSED = f"the simulation failed at its reset: {WORDS}"
-QUIET = 1.5  # wall seconds, in which a server that begins episodes by itself tries again
+QUIET = 1.5  # wall seconds; with auto_reset a failed reset is retried every second
 TOPICS = {
     "/joint_states": sensor_msgs.msg.JointState,
     "/imu": sensor_msgs.msg.Imu,
@@ -49,7 +49,7 @@ TOPICS = {
 
 
 def numbers_of(message):
-    """All floats of a message, but for a transition's info, whose absent values are NaN."""
+    """All floats of a message, except a transition's info, where NaN means absent."""
     if isinstance(message, float):
         yield message
     elif isinstance(message, (list, tuple)):
@@ -65,16 +65,13 @@ class Walker2dTest(ServerTest):
     dt = 8_000_000
 
     def serve(self, **parameters):
-        """A server of this test's own, and its transitions from now on."""
         parameters.setdefault("env", "Walker2d-v5")
         super().serve(**parameters)
         self.transitions = self.record("/transition", Transition)
 
     def lockstep(self):
-        """Reset and step over connections that stay."""
+        """Returns persistent clients of ~reset and ~step."""
         return self.server.client("reset", Reset), self.server.client("step", Step)
-
-    # ------------------------------------------------------------ specification
 
     def test_the_specification_is_gymnasium_s(self):
         for env, info_names in INFO.items():
@@ -111,8 +108,6 @@ class Walker2dTest(ServerTest):
         self.assertEqual(len(transition.observation), 18)
         self.assertEqual(transition.observation[0], transition.info[0])
 
-    # ------------------------------------------------------------ time
-
     def test_a_reset_and_a_step_advance_the_clock_by_8_milliseconds(self):
         self.serve(mode="lockstep")
         clock = self.record("/clock", rosgraph_msgs.msg.Clock)
@@ -131,11 +126,9 @@ class Walker2dTest(ServerTest):
         late = self.transitions.wait(lambda m: m.step == begun.step + 250, "two seconds more")
         self.assertEqual(nanoseconds(late) - nanoseconds(begun), 250 * self.dt)
         self.assert_consecutive(self.transitions.messages())
-        wait_for(  # a busy machine keeps it waiting, but not on average
+        wait_for(  # a busy machine delays steps, but not their average
             lambda: abs(self.counter("real_time_factor") - 1) < 0.3, "a second in real time"
         )
-
-    # ------------------------------------------------------------ commands
 
     def test_a_command_is_in_newton_metres_and_limited_at_100(self):
         self.serve(command_timeout=0.0, terminate_when_unhealthy=False)
@@ -164,8 +157,6 @@ class Walker2dTest(ServerTest):
         command.publish(data=[1.0] * 4)
         wait_for(lambda: self.counter("refused") == 1, "the refusal of four values")
         self.assertRegex(self.server.output(), "4 values; must have 6")
-
-    # ------------------------------------------------------------ models of one's own
 
     def test_a_model_of_one_s_own_walks_by_its_own_masses(self):
         heavy = self.model_file(('density="1000"', 'density="2000"'))
@@ -205,10 +196,8 @@ class Walker2dTest(ServerTest):
         self.assertEqual(parents["thigh"], "base_link")
         self.assertNotIn("base_link", [t.child_frame_id for t in static.wait().transforms])
 
-    # ------------------------------------------------------------ unstable simulations
-
     def assert_it_ends_with_an_error_and_goes_on(self):
-        """Steps until the engine gives up; nothing on any topic is NaN; then a reset works."""
+        """Steps until the engine fails. No topic contains NaN, and the next reset succeeds."""
         recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]
         reset, step = self.lockstep()
         for _ in range(3):
@@ -253,10 +242,8 @@ class Walker2dTest(ServerTest):
         self.assertTrue(any(m.error for m in self.transitions.messages()))
         self.assertTrue(self.server.is_running())
 
-    # ------------------------------------------------------------ resets that fail
-
     def sort_seeds(self):
-        """Those below 20 whose resets succeed, with the transitions, and those whose fail."""
+        """Returns {seed: transition} of the seeds below 20 whose resets succeed, and the rest."""
         replies = {seed: self.call("reset", has_seed=True, seed=seed) for seed in range(20)}
         good = {seed: reply.transition for seed, reply in replies.items() if reply.success}
         bad = [seed for seed, reply in replies.items() if not reply.success]
@@ -266,8 +253,10 @@ class Walker2dTest(ServerTest):
         return good, bad
 
     def serve_after_a_failed_start(self, **parameters):
-        """A free-running server whose own first reset has failed, and the seeds whose resets
-        succeed, with their transitions."""
+        """Starts a free-running server whose own first reset fails.
+
+        Returns {seed: transition} of the seeds whose resets succeed.
+        """
         cramped = self.cramped_walker()
         self.serve(**cramped, paused=True)
         good, bad = self.sort_seeds()
@@ -280,7 +269,6 @@ class Walker2dTest(ServerTest):
         return good
 
     def simulation_reports(self):
-        """The messages of the diagnostics' first status."""
         messages = self.record("/diagnostics", DiagnosticArray).wait_count(3)
         return [s.message for m in messages for s in m.status if s.name.endswith("simulation")]
 
@@ -300,7 +288,7 @@ class Walker2dTest(ServerTest):
         self.assertEqual(self.counter("simulation_errors"), len(bad) + 1)
         self.assertIn(f"simulation failed at its reset: {WORDS}", self.simulation_reports())
 
-        recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]  # nothing to draw
+        recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]  # no state to draw
         refused = self.call("step", action=ZERO)
         self.assertEqual(refused.status_message, "step: the simulation failed; reset first")
         self.assertIn("there is no episode", self.call("snapshot").status_message)
@@ -327,7 +315,7 @@ class Walker2dTest(ServerTest):
         self.assertTrue(self.server.is_running())
 
     def test_free_running_it_neither_spins_nor_fills_the_log_while_resets_fail(self):
-        cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of them
+        cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of all resets fail
         self.serve(**cramped, paused=True)
         seed = self.find_failures(5)
         self.server.stop()
@@ -342,7 +330,7 @@ class Walker2dTest(ServerTest):
         self.assertEqual(self.counter("missed_deadlines"), 0)
 
     def find_failures(self, count):
-        """A seed whose reset fails, as do those that go on in its generator."""
+        """Returns a seed whose reset fails, as do the next `count - 1` resets without a seed."""
         reset = self.server.client("reset", Reset)
         for seed in range(1000):
             attempts = (reset(has_seed=i == 0, seed=seed).success for i in range(count))

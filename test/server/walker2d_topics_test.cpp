@@ -1,5 +1,5 @@
-// What the topics tell of Walker2d's states, against the same state in process and against geometry
-// worked out here: frames, signs, units. The links' TF is also held against the robot description.
+// Frames, signs and units of Walker2d's topics, against the in-process state and against geometry
+// computed independently. The links' TF must also agree with the robot description.
 #include <gtest/gtest.h>
 #include <urdf/model.h>
 
@@ -20,26 +20,26 @@
 namespace walker::test {
 namespace {
 
-constexpr double kTolerance = 1e-12;  // the way through TF rounds some ten times [m, rad]
+constexpr double kTolerance = 1e-12;  // TF rounds about ten times [m, rad]
 constexpr double kGravity = 9.81;     // [m/s^2]
 constexpr double kDt = 0.008;         // [s]
 constexpr std::array<const char*, 7> kLinks{"torso",      "thigh",    "leg",      "foot",
                                             "thigh_left", "leg_left", "foot_left"};
 constexpr std::array<const char*, 6> kParents{"torso", "thigh",      "leg",
                                               "torso", "thigh_left", "leg_left"};
-// What the joints turn, where that is not the link itself.
+// Child frames of joints to which a link's own frame is fixed.
 constexpr std::array<const char*, 4> kHinges{"leg_hinge", "foot_hinge", "leg_left_hinge",
                                              "foot_left_hinge"};
 const std::vector<std::string> kJoints{"thigh_joint",      "leg_joint",      "foot_joint",
                                        "thigh_left_joint", "leg_left_joint", "foot_left_joint"};
 
-/// As in walker2d_topics_test.test.
+/// A server in walker2d_topics_test.test, and how to drive it.
 struct Case {
   const char* name;
   Server server;
   int episodes;  // with random actions
-  int steps;     // at most, of each
-  int idle;      // steps without torque after the last one
+  int steps;     // at most, per episode
+  int idle;      // steps with zero torque afterwards
 };
 
 struct Recording {
@@ -50,7 +50,7 @@ struct Recording {
 Recording make_recording(const Case& recorded) {
   Player player(recorded.server);
   std::mt19937 draws(1);
-  std::uniform_real_distribution<double> uniform(-1.5, 1.5);  // some beyond the bounds
+  std::uniform_real_distribution<double> uniform(-1.5, 1.5);  // some out of bounds
   for (int episode = 0; episode < recorded.episodes; ++episode) {
     player.reset(static_cast<std::uint64_t>(episode));
     for (int i = 0; i < recorded.steps && !player.twin().has_ended(); ++i) {
@@ -74,7 +74,6 @@ Recording make_recording(const Case& recorded) {
   return recording;
 }
 
-/// Made once per case.
 const Recording& recording_of(const Case& recorded) {
   static std::map<std::string, Recording> recordings;
   const auto known = recordings.find(recorded.name);
@@ -98,7 +97,7 @@ class Walker2dTopics : public testing::TestWithParam<Case> {
     return test::look_up(state.transforms, frame(parent), frame(child), recording_->fixed);
   }
 
-  /// The torso's angle about +y, out of the observation, which may have x before z.
+  /// The torso's angle about +y [rad].
   static double pitch(const State& state) { return state.transition.observation[1]; }
 
  private:
@@ -134,7 +133,7 @@ TEST_P(Walker2dTopics, TfTurnsTheTorsoAboutYAndItsJointsAboutMinusY) {
 
 TEST_P(Walker2dTopics, OneMessageTellsOfAllLinksByTheRobotDescription) {
   urdf::Model description;
-  ASSERT_TRUE(description.initParam("/robot_description"));  // as both are built
+  ASSERT_TRUE(description.initParam("/robot_description"));  // fits both models
   for (const State& state : states()) {
     const auto& all = state.transforms.transforms;
     ASSERT_EQ(all.size(), 1 + kJoints.size());
@@ -216,7 +215,7 @@ TEST_P(Walker2dTopics, OdometryIsOfTheTorsosOriginInItsOwnFrame) {
     EXPECT_LT(angle_between(attitude, about_minus_y(-pitch(state))), kTolerance);
     const tf2::Vector3 velocity = tf2::quatRotate(attitude, to_tf(odometry.twist.twist.linear));
     const tf2::Vector3 turning = to_tf(odometry.twist.twist.angular);
-    // Which the observation limits to 10.
+    // The observation clips velocities to 10.
     EXPECT_NEAR(std::clamp(velocity.x(), -10.0, 10.0), observation[8], kTolerance);
     EXPECT_NEAR(velocity.y(), 0, kTolerance);
     EXPECT_NEAR(std::clamp(velocity.z(), -10.0, 10.0), observation[9], kTolerance);
@@ -233,7 +232,7 @@ TEST_P(Walker2dTopics, ImuIsThatOfRep145) {
     EXPECT_LT(to_tf(state.imu.angular_velocity).distance(to_tf(state.odometry.twist.twist.angular)),
               kTolerance);
     EXPECT_NE(state.imu.orientation_covariance[0], -1) << "it has an orientation";
-    // Specific force: what accelerates the torso beyond free fall, in the torso's frame.
+    // The IMU reports specific force, acceleration minus gravity, in the torso's frame.
     const tf2::Vector3 velocity =
         tf2::quatRotate(attitude, to_tf(state.odometry.twist.twist.linear));
     const tf2::Vector3 force = tf2::quatRotate(attitude, to_tf(state.imu.linear_acceleration));
@@ -246,7 +245,7 @@ TEST_P(Walker2dTopics, ImuIsThatOfRep145) {
 }
 
 TEST_P(Walker2dTopics, AtRestTheImuFeelsOneGravityUpwards) {
-  if (GetParam().idle == 0) return;  // it does not come to rest
+  if (GetParam().idle == 0) return;  // it is not at rest
   const sensor_msgs::Imu& imu = states().back().imu;
   const tf2::Quaternion attitude = to_tf(imu.orientation);
   const tf2::Vector3 force = tf2::quatRotate(attitude, to_tf(imu.linear_acceleration));
@@ -256,8 +255,8 @@ TEST_P(Walker2dTopics, AtRestTheImuFeelsOneGravityUpwards) {
   EXPECT_GT(std::abs(pitch(states().back())), 0.5) << "it was to lie on the ground";
 }
 
-/// The lowest point of a foot's capsule, whose ends are in its frame 0.1 m up, at its origin and
-/// 0.2 m behind, above the ground [m].
+/// Height of a foot's lowest point above the ground [m]. The foot is a capsule between (0, 0, 0.1)
+/// and (-0.2, 0, 0.1) in its frame.
 double clearance(const tf2::Transform& foot) {
   constexpr double kRadius = 0.06;
   return std::min((foot * tf2::Vector3(0, 0, 0.1)).z(), (foot * tf2::Vector3(-0.2, 0, 0.1)).z()) -
@@ -272,7 +271,7 @@ TEST_P(Walker2dTopics, ContactsAreThoseOfTheFeet) {
     ASSERT_EQ(state.contacts.in_contact.size(), 2U);
     for (std::size_t i = 0; i < feet.size(); ++i) {
       const double height = clearance(look_up(state, "odom", feet[i]));
-      if (std::abs(height) < 1e-9) continue;  // either is right
+      if (std::abs(height) < 1e-9) continue;  // rounding decides
       const bool touches = state.contacts.in_contact[i] != 0;
       EXPECT_EQ(touches, height < 0) << feet[i] << " is " << height << " m above the ground";
       ++counts[touches ? 1 : 0];

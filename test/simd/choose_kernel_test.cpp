@@ -8,13 +8,13 @@
 namespace walker::simd {
 namespace {
 
-/// Each test has a type of its own, for trials are made once in a process.
+/// Each test has its own type, because a kernel's trial runs once per process.
 template <int>
 struct FakeKernel {
   const char* instruction_set;
 };
 
-/// One for each set that this processor can run but the first, and one for a set that none can.
+/// Kernels for every instruction set of this processor except the first, and for an unknown set.
 template <int kTest>
 const std::vector<const FakeKernel<kTest>*>& compiled() {
   static const std::vector<FakeKernel<kTest>> kKernels = [] {
@@ -58,7 +58,7 @@ TEST_F(ChooseKernelTest, AllAreAllowedUnlessTheUserSaysSo) {
   EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels), fewer_);
 }
 
-/// Of a robot that has none for the set, the next best.
+/// If a robot has no kernel for the named set, the next best is allowed.
 TEST_F(ChooseKernelTest, TheUserNamesTheLargestSet) {
   const KernelVariable first(instruction_sets().front().c_str());
   EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels), fewer_);

@@ -1,5 +1,5 @@
-"""No code that is compiled for one set of instructions is taken for another: of functions that
-several files define, the linker keeps one, perhaps the one that this processor cannot run."""
+"""No code compiled for one instruction set is shared with another: of functions that several files
+define, the linker keeps one, perhaps one that this processor cannot run."""
 
 import os
 import pathlib
@@ -19,7 +19,7 @@ OBJECTS = [
 
 
 def name_of(file):
-    """As in walker2d/kernel/kernel_avx2.cpp.o."""
+    """Returns a name such as walker2d/kernel/kernel_avx2.cpp.o."""
     return "/".join(file.parts[-3:])
 
 
@@ -37,6 +37,6 @@ def test_what_is_shared_has_the_kernels_name(file):
     listed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
     shared = [line for line in listed if re.match(r"[0-9a-f]* [TWVuBD] ", line)]
     assert len(shared) > 5, "else the listing was not understood"
-    # Constants have no instructions.
+    # Constants contain no instructions.
     strange = [line for line in shared if instruction_set not in line and "::model::" not in line]
     assert strange == []

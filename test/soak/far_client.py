@@ -1,8 +1,8 @@
-"""A client in a network of its own: `far_client.py SOCKET SERVER NODE_URI MASTER_URI TIMEOUT`.
+"""A client in its own network: `far_client.py SOCKET SERVER NODE_URI MASTER_URI TIMEOUT`.
 
-It sends its end of the link through the socket, with a byte. Then it reads lines, and answers each
-with one of JSON: `begin`, once the link is there; `walk SEED STEPS`, which steps the walker over
-ROS and in process; and `got`, what a subscriber of the transitions has got.
+It sends its end of the link through the socket, with one byte. Then it answers each input line
+with a line of JSON: `begin`, once the link exists; `walk SEED STEPS`, which steps the walker over
+ROS and in process; and `got`, which returns what a subscriber of the transitions has received.
 """
 
 import contextlib
@@ -24,7 +24,6 @@ from walker_sim.msg import Transition  # noqa: E402
 
 
 def listen(subscriber, sequence):
-    """Keeps the numbers of the messages' headers, for as long as there are any."""
     subscriber.connection.settimeout(None)
     with contextlib.suppress(OSError):
         while True:
@@ -32,7 +31,7 @@ def listen(subscriber, sequence):
 
 
 def walk(pair, seed, steps):
-    """Whether all was equal until an error, the error if there was one, how long its call took."""
+    """Returns whether all was equal up to an error, the error, and the duration of its call."""
     equal, begin = True, time.monotonic()
     try:
         equal = pair.reset(seed)

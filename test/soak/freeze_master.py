@@ -1,5 +1,4 @@
-"""The master hangs, and goes on later: steps have precedence, new clients wait no longer than they
-want to, and a server that is told to end does."""
+"""The master hangs and resumes: steps go on, new clients time out, and the server can end."""
 
 import signal
 import time
@@ -8,7 +7,7 @@ import walker_sim
 from graph import PROMPT
 from walk import Pair
 
-TIMEOUT = 1.0  # of the client's calls [s]
+TIMEOUT = 1.0  # client's timeout [s]
 
 
 def run(soak):
@@ -17,9 +16,7 @@ def run(soak):
         server = graph.server()
         for number in soak.rounds():
             pair = Pair(server.name, graph.uri, 10.0)
-            equal = (
-                pair.reset(number) and pair.step()
-            )  # each has a connection, opened when first used
+            equal = pair.reset(number) and pair.step()  # opens both connections
             graph.master.send(signal.SIGSTOP)
             end = time.monotonic() + soak.random.uniform(0.2, 2.0)
             while time.monotonic() < end:

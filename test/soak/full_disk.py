@@ -1,4 +1,4 @@
-"""The disk is full while something is recorded: an error that says so, and the walker walks on."""
+"""The disk is full during a recording: the error says so, and the walker walks on."""
 
 import contextlib
 import os
@@ -11,13 +11,13 @@ import tempfile
 
 from walk import Pair
 
-SMALL = 64 << 10  # [bytes]
+SMALL = 64 << 10  # size of the disk [bytes]
 
 
 @contextlib.contextmanager
 def small_disk():
-    """A folder that holds little, and what a process there needs: root has a disk of memory, others
-    a limit on the size of files."""
+    """Yields a small folder and the preexec_fn of its processes: root gets a tmpfs, other users a
+    limit on the file size."""
     with tempfile.TemporaryDirectory(prefix="walker_sim_soak_") as folder:
         mounts = (
             os.geteuid() == 0
@@ -35,8 +35,7 @@ def small_disk():
 
 
 def limit_files():
-    """In the child, before it begins."""
-    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # an error, as on a full disk
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # write() fails, as on a full disk
     resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
 
 
@@ -80,7 +79,6 @@ def run(soak):
 
 
 def record_bag(soak, graph, folder, prepare, pair, number):
-    """With rosbag, while the walker walks."""
     command = ["rosbag", "record", "-b", "1", "-O", folder / "walk.bag", "/transition", "/tf"]
     recorder = graph.start(command, preexec_fn=prepare)
     equal = pair.reset(number) and pair.steps(1500)

@@ -1,4 +1,4 @@
-"""scripts/dev/fuzz for the time of the part, which each target has a share of."""
+"""Runs scripts/dev/fuzz for the part's time, in equal shares for all targets."""
 
 import contextlib
 import os
@@ -9,11 +9,11 @@ import subprocess
 
 from graph import ROOT
 
-LEAST = 60  # its build takes longer [s]
+LEAST = 60  # minimum duration of the part [s]; the build takes longer
 
 
 def prepare(seconds):
-    """Builds the targets, before the other parts take the processors. `run` tells of a failure."""
+    """Builds the targets before the other parts load the processors. `run` reports a failure."""
     if seconds >= LEAST:
         with started("--build") as script:
             script.communicate()
@@ -26,7 +26,7 @@ def run(soak):
     targets = [*(ROOT / "test" / "fuzz").glob("*_fuzz.cpp")]
     seconds = max(1, round(soak.seconds / len(targets)))
     with started("--seconds", str(seconds)) as script:
-        # Where the system first shares processors out among sessions, its has as much as all else.
+        # With autogroup scheduling, the session would otherwise get as much as everything else.
         with contextlib.suppress(OSError):
             nice = pathlib.Path(f"/proc/{script.pid}/autogroup")
             nice.write_text(str(os.nice(0)), encoding="ascii")
@@ -40,7 +40,7 @@ def run(soak):
 
 @contextlib.contextmanager
 def started(*arguments):
-    """The script, in a group of its own, so that no fuzzer outlives a soak that is ended."""
+    """Starts the script in its own process group, so that no fuzzer outlives an ended soak."""
     script = subprocess.Popen(
         [str(ROOT / "scripts" / "dev" / "fuzz"), *arguments],
         stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""A ROS master of a part's own, and the nodes on it; all of them end with the part."""
+"""A ROS master for one part, and its nodes; all of them end with the part."""
 
 import contextlib
 import ctypes
@@ -17,24 +17,24 @@ from bare_ros import CALLER, BareClient, free_port
 from usage import stat_fields
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PATIENCE = 90  # until something is up; only what fails waits as long [s]
-PROMPT = 15  # in which a node ends that is told to [s]
+PATIENCE = 90  # startup timeout [s]; only a failure waits this long
+PROMPT = 15  # shutdown timeout of a node [s]
 PR_SET_CHILD_SUBREAPER = 36
 
 
 def adopt_orphans():
-    """A process whose parent ends becomes a child of this one, so that none is overlooked."""
+    """Makes orphaned descendants children of this process, so that none is overlooked."""
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
 def children_of(parent):
-    """Process numbers and states; those of processes that have ended are Z until waited for."""
+    """Returns the children's states by PID. An ended child is in state Z until it is waited for."""
     children = {}
     for entry in filter(str.isdigit, os.listdir("/proc")):
         try:
             fields = stat_fields(entry)
         except OSError:
-            continue  # gone meanwhile
+            continue  # has ended meanwhile
         if int(fields[1]) == parent:
             children[int(entry)] = fields[0]
     return children
@@ -48,7 +48,6 @@ def command_of(pid):
 
 
 def await_true(condition, what, timeout=PATIENCE):
-    """The condition's first true value."""
     end = time.monotonic() + timeout
     while True:
         value = condition()
@@ -60,12 +59,10 @@ def await_true(condition, what, timeout=PATIENCE):
 
 
 class Node:
-    """A process whose output is kept."""
-
     def __init__(self, command, environment, **options):
         self._log = tempfile.NamedTemporaryFile(prefix="walker_sim_soak_")
         self.process = subprocess.Popen(
-            # Not SIGINT, which what a shell starts in the background ignores, and so may these.
+            # Not SIGINT: background processes of a shell ignore it, and their children may, too.
             ["setpriv", "--pdeathsig", "TERM", *map(str, command)],
             env=environment,
             stdout=self._log.file,
@@ -90,7 +87,7 @@ class Node:
         self.process.wait()
 
     def end(self, by=signal.SIGTERM, timeout=PROMPT):
-        """Its status; None where it does not end in time (then it is killed)."""
+        """Signals the process and returns its status; on timeout, kills it and returns None."""
         self.send(signal.SIGCONT)
         self.send(by)
         try:
@@ -101,8 +98,6 @@ class Node:
 
 
 class Graph(contextlib.ExitStack):
-    """A master, and what is started on it."""
-
     def __init__(self, programs, host="localhost"):
         super().__init__()
         folder = self.enter_context(tempfile.TemporaryDirectory(prefix="walker_sim_soak_"))
@@ -126,14 +121,13 @@ class Graph(contextlib.ExitStack):
         await_true(lambda: self.ask("getUri"), "a master")
 
     def start(self, command, **options):
-        """A node, ended with the graph."""
         environment = {**self.environment, **options.pop("environment", {})}
         node = Node(command, environment, **options)
         self.callback(node.end)
         return node
 
     def ask(self, method, *arguments):
-        """The master's answer; None where it has none."""
+        """Returns the value of the master's answer; None on an error."""
         try:
             with xmlrpc.client.ServerProxy(self.uri) as master:
                 code, _, value = getattr(master, method)(CALLER, *arguments)
@@ -142,7 +136,6 @@ class Graph(contextlib.ExitStack):
         return value if code == 1 else None
 
     def forget(self, node, topic):
-        """Takes the registration of a subscriber that was killed off the master."""
         with xmlrpc.client.ServerProxy(self.uri) as master:
             master.unregisterSubscriber(node, topic, self.node_uri(node) or "")
 
@@ -150,12 +143,12 @@ class Graph(contextlib.ExitStack):
         return self.ask("lookupService", service)
 
     def server(self, namespace="", **parameters):
-        """A server that takes calls, in lock-step unless the parameters say otherwise."""
+        """Starts a server and waits until it serves; in lock-step unless the parameters differ."""
         private = {"mode": "lockstep", **parameters}
         words = [f"_{name}:={value}" for name, value in private.items()]
         name = f"{namespace}/walker_sim"
-        self.ask("deleteParam", name)  # the master keeps those of the one before
-        last = f"{name}/set_physics_properties"  # that it registers
+        self.ask("deleteParam", name)  # the master keeps the previous server's parameters
+        last = f"{name}/set_physics_properties"  # the last service that it registers
         before = self.service_uri(last)
         node = self.start([self.programs / "server", f"__ns:={namespace or '/'}", *words])
         node.name = name
@@ -173,7 +166,7 @@ class Graph(contextlib.ExitStack):
         return parts.hostname, parts.port
 
     def client(self, service, service_class, timeout=PATIENCE):
-        """On a connection of its own, without a library in between."""
+        """Returns a client with its own connection, without a ROS library."""
         connection = socket.create_connection(self.address(service), timeout=timeout)
         return BareClient(connection, service, service_class)
 

@@ -1,4 +1,4 @@
-"""The hash of the reference run is the documented one, however it is made."""
+"""The reference run has the documented hash with any pool size, kernel, threads and transport."""
 
 import subprocess
 import sys
@@ -6,7 +6,7 @@ import sys
 from reference_hashes import HASHES
 
 KERNELS = ("", "off", "sse2", "avx2", "avx512")
-SECONDS = 120  # of a part from which on the long run is taken
+SECONDS = 120  # minimum duration of a part with the long run [s]
 
 
 def run(soak):

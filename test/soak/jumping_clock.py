@@ -1,4 +1,4 @@
-"""A /clock that jumps: whoever follows it neither goes back nor makes up for it in a burst."""
+"""A /clock that jumps: a follower neither goes back nor catches up in a burst."""
 
 import contextlib
 import subprocess
@@ -10,10 +10,10 @@ from bare_ros import BareSubscriber
 from graph import await_true
 from walker_sim.msg import Transition
 
-DT = 20_000_000  # of the follower [ns]
-MOST_AT_ONCE = 6  # steps that a jump forwards is followed by
+DT = 20_000_000  # the follower's step [ns]
+MOST_AT_ONCE = 6  # maximum steps after a jump forwards
 
-# Publishes each time [ns] that it reads.
+# Publishes each time [ns] that it reads from stdin.
 PUBLISHER = """
 import sys, rospy
 from rosgraph_msgs.msg import Clock
@@ -26,7 +26,7 @@ for line in sys.stdin:
 
 
 class FollowedClock:
-    """The clock, and all that the follower has told."""
+    """A clock, its follower, and the stamps that the follower has published."""
 
     def __init__(self, graph):
         graph.ask("setParam", "/use_sim_time", True)
@@ -56,7 +56,7 @@ class FollowedClock:
             time.sleep(0.005)
 
     def settle(self):
-        """Waits until it has told nothing new for a while."""
+        """Waits until the follower has published nothing for 0.15 s."""
         count = -1
         while count != len(self.stamps):
             count = len(self.stamps)
@@ -103,7 +103,7 @@ def jump_back(soak, clock):
     clock.set(here - soak.random.choice([1, 60, 900]) * 10**9)
     clock.settle()
     soak.check("after a jump back nothing moves", len(clock.stamps) == before)
-    if not told:  # later ones may be within the time in which the log repeats nothing
+    if not told:  # the log is throttled and may omit later ones
         said = await_true(lambda: "set back by" in clock.server.output(), "the log to say so", 10)
         soak.check("the log says by how much it was set back", said)
     clock.set(here + DT)

@@ -1,4 +1,4 @@
-"""Clients are killed amid their calls: nobody else notices, and nothing of them stays."""
+"""Clients are killed amid their calls: other clients are unaffected, and nothing leaks."""
 
 import io
 import struct
@@ -11,7 +11,7 @@ from graph import await_true
 from walk import Pair
 from walker_sim.srv import Step
 
-# Sends the header and then the request, over and over; without this package, for it starts sooner.
+# Sends the header, then the request in a loop. Does not import this package, to start sooner.
 VICTIM = """
 import socket, sys
 host, port, header, request = sys.argv[1:]
@@ -49,8 +49,8 @@ def run(soak):
                 time.sleep(0.002)
             time.sleep(soak.random.uniform(0, 0.05))
             victim.kill()
-            # A request of the victim's that has come is still obeyed. Who is served after it knows
-            # that its connection does not wait to be taken.
+            # The server still executes a request that it has received. Once it serves a later
+            # client, the victim's connection is no longer in the backlog.
             graph.client(f"{server.name}/step", Step).close()
             await_true(lambda: usage.now(server.pid)[1] <= before[1], "its connection to go")
             equal = pair.reset(soak.random.randrange(1 << 32)) and pair.steps(20)

@@ -1,4 +1,4 @@
-"""The master is killed: who is connected goes on, who comes later is told, and the server ends."""
+"""The master is killed: connected clients go on, new clients get an error, the server can end."""
 
 import signal
 import threading
@@ -8,7 +8,7 @@ import walker_sim
 from graph import PROMPT
 from walk import Pair
 
-TIMEOUT = 2.0  # of the client's calls [s]
+TIMEOUT = 2.0  # client's timeout [s]
 
 
 def run(soak):
@@ -16,9 +16,7 @@ def run(soak):
         with soak.graph() as graph:
             server = graph.server()
             pair = Pair(server.name, graph.uri, TIMEOUT)
-            equal = (
-                pair.reset(number) and pair.step()
-            )  # each has a connection, opened when first used
+            equal = pair.reset(number) and pair.step()  # opens both connections
             killer = threading.Timer(soak.random.uniform(0, 0.1), graph.master.kill)
             killer.start()
             while killer.is_alive():

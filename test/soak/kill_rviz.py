@@ -1,4 +1,4 @@
-"""rviz is killed at any moment: the walker walks on, and nothing of it stays."""
+"""rviz is killed at random times: the walker walks on, and the server leaks nothing."""
 
 import os
 import shutil
@@ -45,7 +45,6 @@ def run(soak):
 
 
 def start_screen(graph):
-    """A display that nobody sees."""
     read, write = os.pipe()
     words = ["Xvfb", "-displayfd", write, "-screen", "0", "800x600x24", "-nolisten", "tcp"]
     graph.start(words, pass_fds=[write])
@@ -60,7 +59,7 @@ def listens(graph):
 
 
 def forget(graph):
-    """Registrations of what was killed stay, as of any node; the next rviz has another name."""
+    """Removes the killed rviz's registrations, which stay; the next rviz has another name."""
     for topic, nodes in graph.ask("getSystemState")[1]:
         for node in nodes:
             if node.startswith("/rviz"):
@@ -68,6 +67,6 @@ def forget(graph):
 
 
 def settled(server):
-    """After the first, for which the server has loaded what it needs."""
+    """Returns the server's usage after the first rviz, when it has loaded everything it needs."""
     time.sleep(1)
     return usage.now(server.pid)

@@ -1,4 +1,4 @@
-"""The server is killed at any moment, and respawned: an error at once, then all is well again."""
+"""The server is killed at random times and respawned: a prompt error, then correct bits again."""
 
 import os
 import signal
@@ -10,12 +10,11 @@ from graph import PATIENCE, await_true, children_of, command_of
 from walk import Pair
 from walker_sim.srv import Reset
 
-TIMEOUT = 2.0  # of the client's calls [s]
-SLACK = 1.0  # for a machine that has other things to do [s]
+TIMEOUT = 2.0  # client's timeout [s]
+SLACK = 1.0  # allowance for a busy machine [s]
 
 
 def server_of(launch):
-    """The process number of the server that runs now, or None."""
     for pid, state in children_of(launch.pid).items():
         if state != "Z" and command_of(pid)[:1] and command_of(pid)[0].endswith("/server"):
             return pid
@@ -79,7 +78,7 @@ def works_again(pair, soak):
 
 
 def stamp_after_reset(graph):
-    """[ns]"""
+    """Returns the transition's stamp [ns]."""
     client = graph.client("/walker_sim/reset", Reset)
     try:
         return client(has_seed=True, seed=1).transition.header.stamp.to_nsec()

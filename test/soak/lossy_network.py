@@ -1,4 +1,4 @@
-"""Server and client on two networks, whose packets are late, overtake each other and get lost."""
+"""Server and client on two networks that delay, reorder and lose packets."""
 
 import contextlib
 import json
@@ -13,9 +13,9 @@ from far_client import listen
 from graph import await_true
 from walker_sim.msg import Transition
 
-TIMEOUT = 5.0  # of the client's calls [s]
+TIMEOUT = 5.0  # client's timeout [s]
 SLACK = 1.0
-CONDITIONS = [(0.0, 0.05), (0.01, 0.01), (0.03, 0.002)]  # share that is lost, longest delay [s]
+CONDITIONS = [(0.0, 0.05), (0.01, 0.01), (0.03, 0.002)]  # packet loss, maximum delay [s]
 
 
 def run(soak):
@@ -62,7 +62,7 @@ def run(soak):
 
 
 def is_told(found):
-    """What a call that failed has sent may come late, after what was called to make up for it."""
+    """Whether the error is expected. A failed call's request may arrive after the next call."""
     return "had failed; reset first" in found["error"] or is_in_time(found)
 
 
@@ -71,7 +71,7 @@ def is_in_time(found):
 
 
 def heard(far, made):
-    """What the far subscriber has got, once it has what the near one has."""
+    """Returns what the far subscriber has received, once it has the near subscriber's last."""
     latest = made[-1]
     got = far.ask("got")
     return got if got and got[-1] >= latest else None
@@ -83,8 +83,6 @@ def served(far):
 
 
 class Far:
-    """The client on the other network."""
-
     def __init__(self, graph, server):
         ours, theirs = socket.socketpair()
         script = Path(__file__).with_name("far_client.py")

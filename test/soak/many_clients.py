@@ -1,4 +1,4 @@
-"""Clients that come, call once and go, one after the other."""
+"""Clients that connect, call once and disconnect, one after another."""
 
 import socket
 
@@ -37,7 +37,7 @@ def run(soak):
 
 
 def call_once(address, request):
-    """On a connection that the server closes after its answer."""
+    """Calls on a connection that the server closes after its answer."""
     with socket.create_connection(address, timeout=30) as connection:
         connection.sendall(request)
         read_header(connection)

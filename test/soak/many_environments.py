@@ -7,11 +7,11 @@ import walker_sim  # noqa: F401  # registers the ids
 
 NUM_ENVS = 1024
 ENV = "walker_sim/BipedalWalker-v3"
-EPISODE = 100  # steps, at the end of which most begin anew together and heaps reach their most
-# Heaps of so many walkers go up and down by some MiB. A leak of 16 bytes in a step of one walker
-# takes 16 MiB in a thousand steps of all.
+EPISODE = 100  # steps; then most environments reset together and heaps peak
+# The heaps of this many walkers fluctuate by some MiB. A leak of 16 bytes per step and walker takes
+# 16 MiB in 1000 steps of all.
 MOST_GROWTH = usage.MOST_GROWTH + NUM_ENVS * usage.PAGE
-PATIENCE = 600.0  # of a step, where all others have precedence [s]
+PATIENCE = 600.0  # step timeout [s]; all other parts have priority
 
 
 def run(soak):
@@ -46,12 +46,12 @@ def run(soak):
 
 
 def judge_work(soak, spent):
-    """What a step takes of the processors, which who else wants them changes little.
+    """Checks the processor time of a step, on which other load has little influence.
 
     Parameters
     ----------
     spent
-        Processor time of the server before the first step and after each [s].
+        Processor time of the server before the first step and after each step [s].
     """
     fifth = max(1, len(spent) // 5)
     first, last = (
@@ -63,5 +63,4 @@ def judge_work(soak, spent):
 
 
 def same(one, other):
-    """Observations, and of a step rewards and flags."""
     return all(a.tobytes() == b.tobytes() for a, b in zip(one[:-1], other[:-1]))

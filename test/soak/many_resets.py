@@ -1,4 +1,4 @@
-"""Resets, one after the other: memory stays, and so do the bits."""
+"""Repeated resets: constant memory and correct bits."""
 
 import time
 
@@ -19,7 +19,6 @@ def run(soak):
 
 
 def reset_often(soak, env_id, seconds):
-    """Returns how often."""
     with soak.graph() as graph:
         server = graph.server(env=env_id, num_envs=NUM_ENVS)
         options = {"transport": "ros", "server": server.name, "master_uri": graph.uri}

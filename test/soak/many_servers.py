@@ -1,4 +1,4 @@
-"""Ten servers on one master, each with an agent of its own."""
+"""Ten servers on one master, each with its own agent."""
 
 import usage
 from several_clients import together

@@ -1,4 +1,4 @@
-"""50 subscribers: each gets every step in order, and the walker's bits stay what they are."""
+"""50 subscribers: each receives every step in order, and the walker's bits stay correct."""
 
 import functools
 import selectors
@@ -15,8 +15,6 @@ SUBSCRIBERS = 50
 
 
 class Readers:
-    """One thread that reads for all, and keeps the sequence numbers of the messages' headers."""
-
     def __init__(self, uri):
         self._selector = selectors.DefaultSelector()
         self._over = False
@@ -42,7 +40,6 @@ class Readers:
                 self._bytes[subscriber] = data
 
     def have(self, count):
-        """Whether each has so many."""
         return all(len(seen) >= count for seen in self.seen.values())
 
     def close(self):
@@ -64,7 +61,7 @@ def run(soak):
         soak.begin()
         while told == 0 or soak.goes_on():
             equal = True
-            for _ in range(50):  # fewer than a queue holds
+            for _ in range(50):  # less than the queue size
                 with latency:
                     equal = pair.step() and equal
             soak.check("the bits are right", equal)
@@ -76,6 +73,6 @@ def run(soak):
         watched.judge(soak.tally, "the server", f"{told:,} steps to {SUBSCRIBERS} subscribers")
         latency.judge(soak.tally, f"a step beside {SUBSCRIBERS} subscribers")
         readers.close()
-        pair.steps(5)  # it is writing that tells of who has gone
+        pair.steps(5)  # the server notices closed connections when it writes
         watched.judge_handles(soak.tally, "the server", before)
         pair.close()

@@ -1,4 +1,4 @@
-"""The network delays, gives in pieces, stalls and is cut: the right bits, or an error in time."""
+"""The network delays, fragments, stalls and breaks: correct bits, or an error in time."""
 
 import functools
 import threading
@@ -9,7 +9,7 @@ from graph import await_true
 from relay import Leading, Relay
 from walk import Pair
 
-TIMEOUT = 2.0  # of the client's calls [s]
+TIMEOUT = 2.0  # client's timeout [s]
 SLACK = 1.0
 
 
@@ -44,7 +44,6 @@ def run(soak):
 
 
 def stall(soak, relay, pair):
-    """Amid an episode, longer than the client waits."""
     relay.stalls.set()
     begin, told = time.monotonic(), ""
     try:
@@ -61,7 +60,6 @@ def stall(soak, relay, pair):
 
 
 def cut(soak, relay, pair):
-    """At any moment of a row of steps."""
     cutter = threading.Timer(soak.random.uniform(0, 0.1), relay.cut)
     cutter.start()
     told, equal, end = "", True, time.monotonic() + 30
@@ -72,7 +70,7 @@ def cut(soak, relay, pair):
             told = str(error)
     cutter.join()
     soak.check("up to a cut the bits are right", equal)
-    # A step that a stall held back may come amid these, too.
+    # A step that a stall has delayed may arrive amid these steps, too.
     is_told = "/walker_sim" in told or "somebody else has moved" in told
     soak.check("a network that is cut is told of", is_told, told)
 

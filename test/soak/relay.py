@@ -1,5 +1,5 @@
-"""A network between a client and a server that delays, stalls and cuts, and a master that leads
-through it. Of plain sockets, so that it needs neither rights nor a kernel that can."""
+"""A relay between client and server that delays, stalls and cuts, and a master that leads clients
+through it. Plain sockets need neither privileges nor kernel features."""
 
 import contextlib
 import random
@@ -12,12 +12,12 @@ import xmlrpc.server
 
 
 class Relay:
-    """Passes connections on to an address, by what its attributes say at the time."""
+    """Forwards connections to an address. Its attributes may change at any time."""
 
     def __init__(self, address):
-        self.delay = (0.0, 0.0)  # of each piece, least and most [s]
-        self.piece = 65536  # most bytes that pass at once
-        self.stalls = threading.Event()  # while set, nothing passes
+        self.delay = (0.0, 0.0)  # minimum and maximum per piece [s]
+        self.piece = 65536  # maximum bytes per piece
+        self.stalls = threading.Event()  # while set, forwards nothing
         self._address, self._connections = address, set()
         self._listener = socket.create_server(("localhost", 0))
         self.port = self._listener.getsockname()[1]
@@ -58,7 +58,7 @@ class Relay:
             one.close()
 
     def cut(self):
-        """All that is connected, as a network does: by a reset."""
+        """Shuts all connections down; closing them sends an RST."""
         for one in [*self._connections]:
             with contextlib.suppress(OSError):
                 one.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
@@ -71,8 +71,6 @@ class Relay:
 
 
 class Leading(xmlrpc.server.SimpleXMLRPCServer):
-    """A master that says of every service that it is at the relay."""
-
     def __init__(self, real_uri, port):
         super().__init__(("localhost", 0), logRequests=False, allow_none=True)
         self._real, self._port = real_uri, port

@@ -1,4 +1,4 @@
-"""Several clients of one server: calls are made one after the other, whole, and none is lost."""
+"""Several clients of one server: calls are serialised and atomic, and none is lost."""
 
 import contextlib
 import signal
@@ -33,7 +33,7 @@ def run(soak):
 
 
 def together(*calls):
-    """In a thread each; what one raises is raised."""
+    """Runs each call in its own thread and raises what a call raises."""
     errors = []
 
     def guarded(call):
@@ -52,7 +52,7 @@ def together(*calls):
 
 
 def serialise(soak, graph):
-    """Steps and resets of all make one history, in which each client's are in its order."""
+    """All steps and resets make one history, which keeps each client's order."""
     server = graph.server(max_episode_steps=0)
     first = graph.client(f"{server.name}/reset", Reset)
     histories = [[first(has_seed=True, seed=1).transition]]
@@ -115,10 +115,8 @@ def step_while_others_pause(soak, graph):
 
 
 def end_amid(soak, graph, number):
-    """The server is told to end amid calls of every kind."""
     num_envs = 1 if number % 2 == 0 else 4
     server = graph.server(num_envs=num_envs)
-    # Of one walker and of several.
     if num_envs == 1:
         record = prepare_record(graph, server)
         wanted = {
@@ -140,7 +138,7 @@ def end_amid(soak, graph, number):
     def call_on(name):
         service_class, fields = wanted[name]
         client = graph.client(f"{server.name}/{name}", service_class)
-        with contextlib.suppress(OSError):  # the server has gone
+        with contextlib.suppress(OSError):  # the server has ended
             while True:
                 client(**fields)
                 answers[name] += 1
@@ -164,7 +162,6 @@ def end_amid(soak, graph, number):
 
 
 def prepare_record(graph, server):
-    """Of an episode of some steps."""
     graph.client(f"{server.name}/reset", Reset)(has_seed=True, seed=3)
     graph.client(f"{server.name}/step_many", StepMany)(action=STAND, steps=100)
     return graph.client(f"{server.name}/snapshot", Snapshot)().record

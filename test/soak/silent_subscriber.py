@@ -1,4 +1,4 @@
-"""Subscribers that never read hold nobody up and take no memory that grows."""
+"""Subscribers that never read delay no one and cause no memory growth."""
 
 import usage
 from bare_ros import BareSubscriber
@@ -33,6 +33,6 @@ def run(soak):
             subscriber.close()
         watched.judge(soak.tally, "the server", f"{steps:,} steps, {len(silent)} that never read")
         latency.judge(soak.tally, "a step beside them, in process and over ROS")
-        pair.steps(5)  # it is writing that tells of who has gone
+        pair.steps(5)  # the server notices closed connections when it writes
         watched.judge_handles(soak.tally, "the server", before)
         pair.close()

@@ -1,4 +1,4 @@
-"""Long runs of reliability; `scripts/soak --help` says more."""
+"""Long reliability tests; `scripts/soak --help` describes them."""
 
 import argparse
 import importlib
@@ -18,7 +18,7 @@ import graph  # noqa: E402
 import tally as tallies  # noqa: E402
 import walker_sim  # noqa: E402
 
-# One after the other, each with its share of the time.
+# Parts that run one after another, and their shares of the time.
 SHARES = {
     "hashes": 8,
     "kill_server": 10,
@@ -38,14 +38,12 @@ SHARES = {
     "many_resets": 9,
     "many_clients": 6,
 }
-# Beside the others from the beginning to the end, and load for them.
+# Parts that run beside the others from beginning to end, also as load.
 BESIDE = ("many_environments", "fuzz")
-NICE = 10  # those beside get a tenth of a processor that others want too
+NICE = 10  # gives these a tenth of a contended processor
 
 
 class Soak:
-    """What a part is given."""
-
     def __init__(self, name, seconds, options, tally):
         self.name, self.seconds, self.programs = name, seconds, options.programs
         self.random = random.Random(f"{options.seed}/{name}")
@@ -54,14 +52,14 @@ class Soak:
         self.begin()
 
     def begin(self):
-        """The part's time begins now, once what it needs has been started."""
+        """Starts the part's time, also again after its set-up."""
         self._end = time.monotonic() + self.seconds
 
     def goes_on(self):
         return time.monotonic() < self._end
 
     def rounds(self):
-        """Numbers from 0, until the part's time is over; one at least."""
+        """Yields numbers from 0 until the part's time is over, at least one."""
         number = 0
         while number == 0 or self.goes_on():
             yield number
@@ -69,7 +67,7 @@ class Soak:
         self.figure("rounds", number)
 
     def graph(self, host="localhost"):
-        """A context with a master of its own, whose nodes have the host's name."""
+        """Returns a context with its own master; `host` is the host name of its nodes."""
         return graph.Graph(self.programs, host)
 
 
@@ -94,7 +92,7 @@ def parse():
 
 
 def play(name, seconds, options, tally):
-    """One part; what it raises is a failure, and so is a process that it leaves behind."""
+    """Runs one part. An exception is a failure, and so is a process that the part leaves behind."""
     tally.part = name
     begin = time.monotonic()
     try:
@@ -113,8 +111,6 @@ def play(name, seconds, options, tally):
 
 
 class Beside:
-    """A part in a process of its own."""
-
     def __init__(self, name, seconds, options):
         self._name = name
         self._tally, theirs = multiprocessing.Pipe(duplex=False)
@@ -133,7 +129,6 @@ class Beside:
         pipe.send(tally.found())
 
     def end(self, tally):
-        """Waits for its end, and adds what it has found."""
         tally.part = self._name
         try:
             tally.add(self._tally.recv())
@@ -142,13 +137,12 @@ class Beside:
         self._process.join()
 
     def stop(self):
-        """Ends it before its time."""
         self._process.terminate()
         self._process.join()
 
 
 def prepare(names, seconds):
-    """What takes the processors for minutes is done before any part begins."""
+    """Prepares the parts: work that takes minutes is done before any part begins."""
     for name in names:
         part = importlib.import_module(name)
         if hasattr(part, "prepare"):
@@ -161,7 +155,7 @@ def interrupt(*_):
 
 def main():
     options = parse()
-    for number in (signal.SIGINT, signal.SIGTERM):  # so that what was started is ended
+    for number in (signal.SIGINT, signal.SIGTERM):  # ends the processes that were started
         signal.signal(number, interrupt)
     graph.adopt_orphans()
     tally = tallies.Tally(say)
@@ -177,7 +171,7 @@ def main():
             play(name, seconds * SHARES[name] / shares, options, tally)
         for part in beside:
             part.end(tally)
-    except KeyboardInterrupt:  # what was found until then is told
+    except KeyboardInterrupt:  # the report has the results so far
         tally.part = "soak"
         tally.check("goes on to its end", False, "interrupted")
         for part in beside:

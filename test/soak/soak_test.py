@@ -1,4 +1,4 @@
-"""The soak at its smallest: every part goes through a round, and what it judges by can fail."""
+"""The shortest soak: every part makes a round, and its checks can fail."""
 
 import os
 import pathlib
@@ -55,7 +55,7 @@ def test_what_was_found_until_an_interruption_is_told(tmp_path):
     assert re.fullmatch(r"\d+ passed, 1 failed", told.strip())
     assert "interrupted" in report.read_text(encoding="utf-8")
     end = time.monotonic() + 30
-    with pytest.raises(ProcessLookupError):  # nobody is left of its group
+    with pytest.raises(ProcessLookupError):  # no process of its group is left
         while time.monotonic() < end:
             os.killpg(soak.pid, 0)
             time.sleep(0.1)
@@ -75,7 +75,7 @@ def test_one_failure_among_many_checks_counts():
 
 @pytest.mark.parametrize(("rate", "is_flat"), [(0.0, True), (0.2, False)])
 def test_a_leak_is_told_from_noise(rate, is_flat):
-    """`rate` [MiB/s] over a minute, beside a heap that goes up and down."""
+    """The leak has `rate` [MiB/s] over a minute, in a heap that fluctuates."""
     watched = usage.Usage(os.getpid())
     noise = np.random.default_rng(1)
     for at in np.arange(0, 60, 0.2):

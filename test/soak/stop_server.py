@@ -1,4 +1,4 @@
-"""The server stands still for seconds: an error at the client's timeout, or the right answer."""
+"""The server is stopped for seconds: an error at the client's timeout, or the correct answer."""
 
 import signal
 import threading
@@ -8,7 +8,7 @@ import walker_sim
 from graph import await_true
 from walk import Pair
 
-TIMEOUT = 1.0  # of the client's calls [s]
+TIMEOUT = 1.0  # client's timeout [s]
 SLACK = 1.0
 
 
@@ -20,7 +20,7 @@ def run(soak):
         for number in soak.rounds():
             pair.reset(number)
             pair.steps(5)
-            # Far enough from the timeout for either outcome to be certain.
+            # Far enough from the timeout to make the outcome certain.
             pause = soak.random.choice([0.3, 2.5 * TIMEOUT])
             server.send(signal.SIGSTOP)
             waker = threading.Timer(pause, server.send, [signal.SIGCONT])

@@ -1,14 +1,14 @@
-"""What a soak has found: checks by name, figures, and the report."""
+"""Results of a soak: checks by name, figures, and the report."""
 
 import collections
 import platform
 import subprocess
 
-FEW = 5  # failures of one check that are told in words
+FEW = 5  # printed failures per check
 
 
 class Tally:
-    """Checks of one name are one line, however often they are made; it fails if one does."""
+    """Collects results. All checks of one name make one line, which fails if one of them does."""
 
     def __init__(self, say):
         self._say = say
@@ -19,7 +19,6 @@ class Tally:
         self.left_out = []  # part, reason
 
     def check(self, name, is_met, said=""):
-        """Returns whether it is met."""
         self.counts[self.part, name] += 1
         if not is_met:
             told = self.failures[self.part, name]
@@ -40,11 +39,10 @@ class Tally:
         return sum(bool(told) for told in self.failures.values())
 
     def found(self):
-        """All of it, to be sent to another process and added there."""
+        """Returns all results, for `add` in another process."""
         return dict(self.counts), dict(self.failures), self.figures, self.left_out
 
     def add(self, found):
-        """What the tally of a part in another process has found."""
         counts, failures, figures, left_out = found
         self.counts.update(counts)
         self.failures.update(failures)
@@ -57,7 +55,6 @@ class Tally:
 
 
 def processor():
-    """Its model, and how many there are."""
     with open("/proc/cpuinfo", encoding="utf-8") as file:
         names = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
     return f"{names[0] if names else platform.machine()}, {len(names)} processors"
@@ -75,7 +72,7 @@ def compiler():
 
 
 def markdown(tally, head):
-    """The report, which names neither paths nor the host.
+    """Returns the report, which names neither paths nor the host.
 
     Parameters
     ----------

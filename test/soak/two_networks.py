@@ -1,7 +1,7 @@
 """Two networks, as of two machines, and a link between them that delays and loses packets.
 
-Each end of the link is a TUN device in a network namespace of its own. What the system sends there
-this process reads as IP packets, and hands on to the other end, later or not at all.
+Each end of the link is a TUN device in its own network namespace. This process reads the IP packets
+that the kernel sends to one end, and writes them to the other end, later or not at all.
 """
 
 import contextlib
@@ -16,17 +16,17 @@ import struct
 import threading
 import time
 
-NEAR, FAR = "10.73.0.1", "10.73.0.2"  # the ends' addresses, which nothing else can see
+NEAR, FAR = "10.73.0.1", "10.73.0.2"  # the ends' addresses, invisible elsewhere
 MASK = "255.255.255.0"
-CLONE_NEWNET = 0x40000000  # these are Linux's: sched.h, if_tun.h, sockios.h, if.h
+CLONE_NEWNET = 0x40000000  # from Linux: sched.h, if_tun.h, sockios.h, if.h
 TUNSETIFF, IFF_TUN, IFF_NO_PI = 0x400454CA, 0x0001, 0x1000
 SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x8914, 0x8916, 0x891C
 IFF_UP = 0x1
-MOST = 65536  # bytes of a packet
+MOST = 65536  # maximum size of a packet [bytes]
 
 
 def _call(name, *arguments):
-    """Of the C library, for Python has it from 3.12 on alone."""
+    """Calls a function of the C library that Python has only from 3.12 on."""
     if getattr(ctypes.CDLL(None, use_errno=True), name)(*arguments):
         number = ctypes.get_errno()
         raise OSError(number, f"{name}: {os.strerror(number)}")
@@ -34,8 +34,8 @@ def _call(name, *arguments):
 
 @contextlib.contextmanager
 def own_network():
-    """Within it this thread, and what it starts, has a network of its own; OSError without the
-    right to have one."""
+    """Gives this thread, and its children, its own network within the context; OSError without the
+    privilege."""
     with open("/proc/thread-self/ns/net", "rb") as before:
         _call("unshare", CLONE_NEWNET)
         try:
@@ -46,7 +46,6 @@ def own_network():
 
 
 def _configure(device, address, mask):
-    """Gives it the address, and switches it on."""
     name = device.encode()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         for number, value in ((SIOCSIFADDR, address), (SIOCSIFNETMASK, mask)):
@@ -56,7 +55,7 @@ def _configure(device, address, mask):
 
 
 def open_end(address):
-    """A descriptor from which IP packets are read, and written to, for this thread's network."""
+    """Returns a descriptor that reads and writes the IP packets of this thread's network."""
     end = os.open("/dev/net/tun", os.O_RDWR)
     fcntl.ioctl(end, TUNSETIFF, struct.pack("16sH22x", b"link", IFF_TUN | IFF_NO_PI))
     _configure("link", address, MASK)
@@ -64,14 +63,14 @@ def open_end(address):
 
 
 class Link:
-    """Hands packets on between two ends, by what its attributes say at the time."""
+    """Forwards packets between two ends. Its attributes may change at any time."""
 
     def __init__(self, near, far):
-        self.delay = (0.0, 0.0)  # of each packet, least and most, so that some overtake others [s]
-        self.loss = 0.0  # the share that is lost; 1 is a cut cable
+        self.delay = (0.0, 0.0)  # minimum and maximum per packet [s]; a range reorders
+        self.loss = 0.0  # share of lost packets; 1 is a cut cable
         self.passed = self.lost = 0
         self._other = {near: far, far: near}
-        self._under_way = []  # (when to hand on, number, where to, packet)
+        self._under_way = []  # (due time, number, destination, packet)
         self._over = False
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()

@@ -1,4 +1,4 @@
-"""What a process uses, over time, and whether it stays the same."""
+"""Resource usage of a process over time, and checks that it stays constant."""
 
 import os
 import pathlib
@@ -8,32 +8,31 @@ import numpy as np
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
 MIB = 1 << 20
-MOST_GROWTH = 2 * MIB  # of the fitted line, over the second half of a part
-FEWEST = 1000  # calls in a fifth of a part whose percentiles are compared
-LONG = 60.0  # a part that is shorter is still warming up, and says nothing of memory or latency [s]
+MOST_GROWTH = 2 * MIB  # [bytes] by a linear fit over the second half of a part
+FEWEST = 1000  # minimum calls per compared fifth of a part
+LONG = 60.0  # minimum duration [s] to judge memory and latency, after the warm-up
 
 
 def now(pid):
-    """Resident bytes, descriptors, threads."""
+    """Returns the resident bytes, and the numbers of file descriptors and threads."""
     pages = int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1])
     files = len(os.listdir(f"/proc/{pid}/fd"))
     return pages * PAGE, files, len(os.listdir(f"/proc/{pid}/task"))
 
 
 def stat_fields(pid):
-    """What /proc/PID/stat has after the name: the state, the parent and so on."""
+    """Returns the fields of /proc/PID/stat after the name: state, parent and so on."""
     text = pathlib.Path(f"/proc/{pid}/stat").read_text(errors="replace")
     return text.rpartition(")")[2].split()
 
 
 def processor_time(pid):
-    """Of all its threads until now [s]."""
     fields = stat_fields(pid)
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class Usage:
-    """Samples of a process, taken as often as one likes, and kept five times a second."""
+    """Samples of a process, at most five per second however often `sample` is called."""
 
     def __init__(self, pid):
         self._pid, self._samples, self._last = pid, [], 0.0
@@ -45,19 +44,18 @@ class Usage:
             self._last = at
 
     def can_tell(self):
-        """Whether the samples are of a time that is long enough for `growth` to mean anything."""
+        """Whether the samples cover enough time for a meaningful `growth`."""
         return bool(self._samples) and self._samples[-1][0] - self._samples[0][0] >= LONG
 
     def growth(self):
-        """Of resident bytes in the second half, by the line that fits best."""
         half = np.array(self._samples[len(self._samples) // 2 :], float)
         times = half[:, 0] - half[0, 0]
         slope = np.polyfit(times, half[:, 1], 1)[0]
         return float(slope * times[-1])
 
     def judge(self, tally, whose, work="", most=MOST_GROWTH):
-        """Checks that memory grows by less than `most` bytes, if it was seen for long enough. Where
-        `work` says what was done meanwhile, it tells figures."""
+        """Checks that memory grows by less than `most` bytes, if the samples cover enough time. If
+        `work` describes the load, also reports figures."""
         if not self.can_tell():
             if work:
                 tally.figure(f"memory of {whose}, {work}", "too short to tell")
@@ -76,7 +74,7 @@ class Usage:
             )
 
     def judge_handles(self, tally, whose, before):
-        """Checks that descriptors and threads are those of `before`, as `now` gives them."""
+        """Checks that descriptors and threads return to `before`, a result of `now`."""
 
         def settled():
             return now(self._pid)[1:] == before[1:]
@@ -92,8 +90,6 @@ class Usage:
 
 
 class Latency:
-    """How long calls took, at the beginning and at the end."""
-
     def __init__(self):
         self._begun, self._times = time.monotonic(), []
 
@@ -105,8 +101,8 @@ class Latency:
         self._times.append(time.perf_counter() - self._from)
 
     def judge(self, tally, what, is_alone=True):
-        """Compares the first fifth with the last, where both are long enough to tell. Where other
-        parts take the processors, it only tells both."""
+        """Compares the first fifth with the last, if both are long enough. If other parts load the
+        processors (`is_alone` is false), only reports both."""
         fifth = len(self._times) // 5
         if fifth < FEWEST or time.monotonic() - self._begun < LONG:
             return
@@ -114,7 +110,7 @@ class Latency:
             np.percentile(np.array(part) * 1e6, [25, 50, 99])
             for part in (self._times[:fifth], self._times[-fifth:])
         )
-        # What grows makes every call slower; other work on the machine makes some slower.
+        # A growing cost slows every call; other load on the machine slows only some.
         if is_alone:
             tally.check(
                 f"the 25th percentile of {what} stays below twice the first",

@@ -1,4 +1,4 @@
-"""A walker over ROS beside the same in this process: every bit of every step is compared."""
+"""Compares every bit of a walker's steps over ROS with the same walker in this process."""
 
 import gymnasium
 import numpy as np
@@ -8,7 +8,7 @@ ENV = "BipedalWalker-v3"
 
 
 class Pair:
-    """Steps both alike, by random actions from a seed."""
+    """Steps both walkers with the same random actions from a seed."""
 
     def __init__(self, server, master_uri, timeout, env_id=ENV):
         options = {"transport": "ros", "server": server, "master_uri": master_uri}
@@ -17,13 +17,13 @@ class Pair:
         self._size = self.remote.action_space.shape[0]
 
     def reset(self, seed):
-        """Returns whether both are equal. What the remote one raises, this does."""
+        """Resets both and returns whether they are equal. Raises what the remote walker raises."""
         self._random = np.random.default_rng(seed)
         self._ends = False
         return self._equal(self.remote.reset(seed=seed), self.local.reset(seed=seed))
 
     def step(self):
-        """As `reset`; where the episode has ended, the next begins."""
+        """Steps both, or resets them after an episode's end, and returns whether they are equal."""
         if self._ends:
             return self.reset(int(self._random.integers(1 << 32)))
         action = self._random.uniform(-1, 1, self._size).astype(np.float32)
@@ -32,7 +32,6 @@ class Pair:
         return self._equal(theirs, ours)
 
     def steps(self, count):
-        """Whether all are equal."""
         return all([self.step() for _ in range(count)])
 
     @staticmethod

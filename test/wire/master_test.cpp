@@ -1,4 +1,4 @@
-// The look-up of a service, against masters that answer in all ways.
+// Service look-ups at masters that answer correctly, wrongly, slowly or not at all.
 #include "wire/master.h"
 
 #include <gtest/gtest.h>
@@ -24,9 +24,9 @@ TimePoint in_seconds(double seconds) {
          std::chrono::duration_cast<TimePoint::duration>(std::chrono::duration<double>(seconds));
 }
 
-constexpr double kPatience = 30;  // only what hangs takes as long
+constexpr double kPatience = 30;  // [s] only a hang takes this long
 
-/// What the look-up at a master that plays `script` comes to: an address, or the error.
+/// Returns the result of a look-up at a master that plays `script`: an address or the error.
 std::string outcome(const ScriptedServer::Script& script, double seconds = kPatience) {
   const ScriptedServer master({script});
   const std::string uri = "http://" + master.address();
@@ -39,7 +39,6 @@ std::string outcome(const ScriptedServer::Script& script, double seconds = kPati
   }
 }
 
-/// A master that says this, whatever it is asked.
 ScriptedServer::Script saying(const std::string& text) {
   return [text](Peer& peer) {
     peer.take_post();
@@ -148,7 +147,7 @@ TEST(LookUp, RefusesWhatIsNotHttp) {
             "not an HTTP answer: a line of more than 8 KiB");
 }
 
-/// As long as the client listens, or until it hangs.
+/// Sends `begin`, then repeats `text` until the client closes, for 10 s at most.
 ScriptedServer::Script repeating(const std::string& begin, const std::string& text) {
   return [begin, text](Peer& peer) {
     peer.take_post();
@@ -194,7 +193,7 @@ TEST(LookUp, GivesUpAtTheDeadline) {
                 },
                 0.05),
             "timed out; is it running, and is this its ROS_MASTER_URI?");
-  // One byte now and then does not put the deadline off: in the header, its fields, the body.
+  // Bytes that trickle in do not extend the deadline: in the header, its fields, the body.
   for (const char* begin :
        {"HTTP", "HTTP/1.1 200 OK\r\na: ", "HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n",
         "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nFFF\r\n",

@@ -1,4 +1,4 @@
-// Serialized messages: read field by field, and cut short.
+// Serialized messages: read field by field, and truncated.
 #include "wire/message_reader.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// Deadlines and signals where no wait ever ends: a peer that always has something to say, or to
-// take.
+// Deadlines and signals on a socket that never blocks: the peer always sends or always reads.
 #include "wire/socket.h"
 
 #include <fcntl.h>
@@ -24,12 +23,12 @@ namespace {
 using test::Peer;
 using test::ScriptedServer;
 
-constexpr std::chrono::seconds kHang{10};  // as long lasts only what is broken
+constexpr std::chrono::seconds kHang{10};  // only a failure takes this long
 
 using Use = std::function<void(Socket&, const Deadline&)>;
 
-/// Uses a connection to a peer again and again.
-/// @return the SocketError that ends it, or "nothing thrown"
+/// Uses a connection to a peer repeatedly, for kHang at most.
+/// @return the message of the SocketError that ends it, or "nothing thrown"
 std::string end_of_use(const ScriptedServer::Script& peer, const Use& use,
                        std::chrono::milliseconds timeout,
                        const std::function<bool()>& is_interrupted = kNeverInterrupted) {
@@ -42,7 +41,7 @@ std::string end_of_use(const ScriptedServer::Script& peer, const Use& use,
   });
 }
 
-/// Never lets the other side wait: it gives more at a time than is taken from it.
+/// Keeps the client from blocking: sends more at a time than the client reads.
 void babble(Peer& peer) {
   const std::string words(1 << 16, 'x');
   while (!peer.has_ended()) peer.give(words);
@@ -60,12 +59,12 @@ void receive_one(Socket& socket, const Deadline& deadline) {
 
 void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
 
-/// Else what the process prints would go to the server.
+/// Otherwise the server would receive what the process prints.
 TEST(Socket, TakesNoStandardDescriptorThatIsClosed) {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   socklen_t size = sizeof(address);
-  ASSERT_EQ(listen(listener, 1), 0);  // on any port
+  ASSERT_EQ(listen(listener, 1), 0);  // binds to any free port
   ASSERT_EQ(getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
   std::array<int, 3> saved{};
   for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
@@ -96,7 +95,7 @@ TEST(Socket, GivesUpAtTheDeadlineWhileItMaySend) {
   EXPECT_EQ(end_of_use(swallow, send_one, std::chrono::milliseconds(50)), "timed out");
 }
 
-/// The signal comes beside all waits, so that it interrupts none.
+/// The signal arrives outside all waits, so it interrupts none.
 TEST(Socket, IsInterruptedWhileSomethingComes) {
   const auto always = [] { return true; };
   EXPECT_THROW(end_of_use(babble, receive_one, 2 * kHang, always), Interrupted);
@@ -109,7 +108,7 @@ TEST(Socket, IsInterruptedByASignalThatCameBeforeItsWait) {
   EXPECT_THROW(end_of_use(silent, receive_one, kHang, always), Interrupted);
 }
 
-/// It costs the caller's time, so it is not done for every piece.
+/// The check costs time, so the socket does not make it for every piece.
 TEST(Socket, LooksForSignalsNowAndThenOnly) {
   std::atomic<int> looks{0};
   const std::function<bool()> count = [&] {

@@ -1,4 +1,4 @@
-// Connection headers: written, read back, and broken in every way.
+// Connection headers: round trip and malformed input.
 #include "wire/tcpros.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// XML-RPC: what masters send, and what is not XML-RPC.
+// XML-RPC: masters' answers and malformed input.
 #include "wire/xml_rpc.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""A policy as on a robot: hears observations, 50 a second, and answers each with torques.
+"""Drives the walker as on a robot: answers each observation (50 Hz) with joint torques.
 
-~policy: a file of walker_sim's, whose format docs/policies.md describes.
+~policy: path of a walker_sim policy file; docs/policies.md describes the format.
 """
 
 import json
@@ -11,12 +11,12 @@ import numpy
 import rospy
 from std_msgs.msg import Float64MultiArray
 
-EFFORT_PER_ACTION = 80.0  # of BipedalWalker's motors [N m]
+EFFORT_PER_ACTION = 80.0  # BipedalWalker's motor torque at action 1 [N m]
 TYPES = {"F32": "<f4", "F64": "<f8"}
 
 
 class Policy:
-    """Layers with tanh between them, and clipped at the end."""
+    """Multilayer perceptron with tanh between the layers and a clipped output."""
 
     def __init__(self, path):
         with open(path, "rb") as file:

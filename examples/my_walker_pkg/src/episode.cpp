@@ -1,5 +1,5 @@
-// An episode in lock-step: a trained network drives a walker through its services. Needs no ROS
-// library; walker_sim/client.h finds the server on the master that ROS_MASTER_URI names.
+// Plays one episode in lock-step: a trained network drives a walker through the server's services.
+// Needs no ROS library: walker_sim/client.h looks the server up at the ROS_MASTER_URI.
 #include <walker_sim/client.h>
 #include <walker_sim/policy.h>
 
@@ -16,7 +16,7 @@
 
 namespace {
 
-/// Tries again for a while, for roslaunch starts the server at the same time.
+/// Retries for 30 s, because roslaunch starts the server at the same time.
 std::unique_ptr<walker::Client> connect(const std::string& server) {
   constexpr std::chrono::seconds kPatience{30};
   walker::ClientOptions options;
@@ -55,7 +55,7 @@ void play(const std::string& server, const std::string& policy_file,
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Behind them roslaunch adds a name and a log file, which are of no use here.
+  // roslaunch appends __name and __log arguments, which this program ignores.
   if (argc < 3) {
     std::fprintf(stderr, "usage: episode SERVER POLICY.safetensors [SEED]\n");
     return 2;

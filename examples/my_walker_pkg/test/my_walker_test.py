@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The policy makes the walker go, and an episode in lock-step is the same each time."""
+"""The policy makes the walker walk, and a lock-step episode is reproducible."""
 
 import subprocess
 import sys
@@ -12,12 +12,11 @@ import rostest
 from nav_msgs.msg import Odometry
 from walker_sim.msg import Transition
 
-PATIENCE = 60  # wall seconds; only a failing test waits as long
+PATIENCE = 60  # [s] wall time; only a failing test waits this long
 
 
 class MyWalkerTest(unittest.TestCase):
     def wait_for(self, topic, kind, condition):
-        """The first message that meets the condition."""
         met, found = threading.Event(), []
 
         def look(message):
@@ -33,7 +32,7 @@ class MyWalkerTest(unittest.TestCase):
     def test_the_policy_walks(self):
         driven = self.wait_for("/my_walker/transition", Transition, lambda m: any(m.action))
         self.assertEqual(len(driven.action), 4)
-        start = 4.67  # of the hull [m]
+        start = 4.67  # initial x of the hull [m]
         self.wait_for("/my_walker/odom", Odometry, lambda m: m.pose.pose.position.x > start + 5)
 
     def test_an_episode_is_the_same_each_time(self):

@@ -1,6 +1,6 @@
-// Drives a server in lock-step by rosnodejs: node lockstep.js SERVER SEED ROWS < ACTIONS
-// ACTIONS is JSON, an array of actions. The file ROWS gets a row per reset and per step, in doubles of
-// this machine: observation, reward, terminated, truncated. A reset without a seed follows each end.
+// Drives a server in lock-step through rosnodejs: node lockstep.js SERVER SEED ROWS < ACTIONS
+// ACTIONS is a JSON array of actions. Writes one row per reset and per step to the file ROWS, in native
+// doubles: observation, reward, terminated, truncated. Resets without a seed after each episode.
 'use strict';
 const fs = require('fs');
 const rosnodejs = require('rosnodejs');

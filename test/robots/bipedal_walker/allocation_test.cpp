@@ -1,4 +1,4 @@
-// No step of ours takes memory from the heap. Box2D's own goes through malloc, not through new.
+// Stepping, sensing and acting allocate nothing by operator new; Box2D allocates by malloc.
 #include <gtest/gtest.h>
 
 #include "allocation_counter.h"
@@ -14,7 +14,7 @@ TEST_F(AllocationTest, StepsSensesAndActsWithoutTheHeap) {
     int steps = 0;
     for (std::uint64_t seed = 0; steps < 1000; ++seed) {
       walker.reset(seed);
-      walker.environment->sense(sensors);  // gives the vectors their sizes
+      walker.environment->sense(sensors);  // sizes the vectors
       Heuristic heuristic;
       std::array<double, kJointCount> action{};
       const Counting counting;
@@ -28,7 +28,6 @@ TEST_F(AllocationTest, StepsSensesAndActsWithoutTheHeap) {
   }
 }
 
-/// Results go where the caller wants them this time.
 TEST_F(AllocationTest, EachCallFillsTheBuffersItIsGiven) {
   Stepper walker("BipedalWalker-v3");
   Stepper twin("BipedalWalker-v3");

@@ -1,4 +1,4 @@
-"""Gymnasium's BipedalWalker: terrains and episodes. player.h repeats the actions in C++."""
+"""Terrains and episodes of Gymnasium's BipedalWalker. player.h has the same actions in C++."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ OBSERVATION_SIZE = 24
 
 
 class Actions:
-    """The actions of one episode: float32 values in float64, but for the kind `double`."""
+    """Actions of one episode: float32 values in float64, except for the kind `double`."""
 
     def __init__(self, kind, seed):
         self._kind = kind
@@ -34,7 +34,7 @@ class Actions:
             return rounded(self._random.uniform(-3, 3, 4))
         if self._kind == "double":
             return self._random.uniform(-1, 1, 4)
-        action = self._heuristic.step_heuristic(observation).copy()  # it writes into it later
+        action = self._heuristic.step_heuristic(observation).copy()  # it reuses its array
         if self._kind == "noisy":
             return rounded(action + self._random.uniform(-0.5, 0.5, 4))
         assert self._kind == "heuristic"
@@ -43,8 +43,8 @@ class Actions:
 
 
 def play(session):
-    """Plays a session in Gymnasium. Without `reuse_world` each episode gets a new environment
-    that takes over the generator of the one before. Returns a list of Episode."""
+    """Plays a session in Gymnasium and returns a list of Episode. Without `reuse_world`, each
+    episode gets a new environment, which continues the previous one's random generator."""
     environment = None
     episodes = []
     for plan in session.plans:
@@ -58,9 +58,10 @@ def play(session):
 
 
 def draw_episode(environment_id, kind, seed):
-    """Plays an episode as Gymnasium draws it, state by state: its `render` counts its calls.
+    """Plays an episode in Gymnasium and renders every state, because the lidar ray that `render`
+    draws depends on the number of its calls.
 
-    Yields for the reset and each step: the action before it (None before the reset), the picture,
+    Yields for the reset and each step: the preceding action (None for the reset) and the image,
     shape (400, 600, 3).
     """
     environment = gymnasium.make(environment_id, render_mode="rgb_array", disable_env_checker=True)
@@ -78,7 +79,7 @@ def draw_episode(environment_id, kind, seed):
 
 
 def without_reward(rows):
-    """Rows with rewards 0: under float64 actions Gymnasium's rewards round elsewhere."""
+    """Sets the rewards to 0: with float64 actions, Gymnasium rounds rewards differently."""
     rows = rows.copy()
     rows[:, OBSERVATION_SIZE] = 0
     assert rows.shape[1] == OBSERVATION_SIZE + 3
@@ -86,11 +87,11 @@ def without_reward(rows):
 
 
 def terrain(hardcore, seed):
-    """The doubles that a new environment draws at its reset: 200 ground points, the number of
-    obstacles, 4 points of each, 10 clouds of 5 points, the push on the hull.
+    """Returns the doubles that a new environment draws in a reset: 200 ground points, the number
+    of obstacles, 4 points of each, 10 clouds of 5 points, the push on the hull.
 
-    Gymnasium's own functions draw them; its world is replaced by a listener, for the engine would
-    round the obstacles to single precision.
+    Gymnasium's functions draw them. A stub that records the obstacles replaces the Box2D world,
+    which would round them to single precision.
     """
     environment = bipedal_walker.BipedalWalker(hardcore=hardcore)
     environment.np_random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))

@@ -1,4 +1,4 @@
-// The memory of a world's bodies, by the file that stands in place of Box2D's.
+// The replacement of Box2D's block allocator.
 #include <Box2D/Common/b2BlockAllocator.h>
 #include <gtest/gtest.h>
 
@@ -12,15 +12,15 @@
 namespace walker::bipedal_walker {
 namespace {
 
-constexpr int kMax = 2 * b2_maxBlockSize;  // the heap serves what is larger than that
+constexpr int kMax = 2 * b2_maxBlockSize;  // sizes above b2_maxBlockSize come from the heap
 
 struct Block {
   unsigned char* bytes;
   int size;
-  unsigned char mark;  // stands in all of its bytes
+  unsigned char mark;  // value of every byte
 };
 
-/// A block of each size in an order without rule, aligned as all that Box2D puts there.
+/// Allocates a block of each size up to kMax, in random order, and checks pointer alignment.
 std::vector<Block> take_all_sizes(b2BlockAllocator& allocator, unsigned seed) {
   std::vector<int> sizes(kMax);
   std::iota(sizes.begin(), sizes.end(), 1);

@@ -1,4 +1,4 @@
-// What happens when the engine fails in the middle of a step.
+// An exception from Box2D in the middle of a step.
 #include <gtest/gtest.h>
 
 #include <stdexcept>
@@ -9,7 +9,7 @@
 
 namespace walker::bipedal_walker {
 
-/// Throws from within b2World::Step when two bodies come near each other, as a failed assertion.
+/// Throws from within b2World::Step when two bodies come close, as a failed assertion does.
 class FailingFilter : public b2ContactFilter {
  public:
   bool ShouldCollide(b2Fixture* /*one*/, b2Fixture* /*other*/) override {
@@ -34,7 +34,7 @@ class BrokenWorldTest : public testing::Test {
   }
 
   void walk_until_the_end() {
-    const std::array<double, kJointCount> action{};  // it falls
+    const std::array<double, kJointCount> action{};
     for (int i = 0; i < 500 && !result_.terminated; ++i) {
       episode_->step(action.data(), action.size(), result_);
     }
@@ -80,13 +80,12 @@ TEST_F(BrokenWorldTest, TheNextResetRepairsIt) {
 TEST_F(BrokenWorldTest, AResetThatFailsSaysSo) {
   make(true);
   episode_->reset(1, result_);
-  break_world();  // the filter stays with the world that is used again
+  break_world();  // destroy() keeps the b2World, and so the filter
   EXPECT_THROW(episode_->reset(2, result_), std::runtime_error);
   EXPECT_THROW(walk_until_the_end(), ResetNeeded);
   EXPECT_NO_THROW(episode_->reset(2, result_));
 }
 
-/// Of several that are stepped together.
 TEST_F(BrokenWorldTest, DisturbsNoOther) {
   constexpr std::size_t kWalkers = 5;
   constexpr std::size_t kBroken = 3;

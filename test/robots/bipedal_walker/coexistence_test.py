@@ -1,4 +1,4 @@
-"""Our Box2D and Gymnasium's in one process, loaded with global symbols, the unkind way."""
+"""Our Box2D and Gymnasium's in one process, both loaded with RTLD_GLOBAL, the worst case."""
 
 import ctypes
 import os
@@ -42,7 +42,7 @@ def test_bits_stay_and_nothing_is_shared(order, tmp_path):
     ours, gymnasiums, report = coexistence.run(__file__, order, tmp_path)
     assert gymnasiums == expected
     assert ours == expected
-    # By the names of files: any folder may be called walker_sim_something.
+    # Matches file names only, because any folder may be called walker_sim_something.
     our_file, their_file = r"\S*walker_sim_[^/\s]* ", r"\S*_Box2D[^/\s]* "
     crossing = re.compile(rf"file ({our_file}.*to {their_file}|{their_file}.*to {our_file})")
     engine = re.compile(r"`_Z\w*\db2")

@@ -1,6 +1,6 @@
-"""Episodes against the Gymnasium that is installed: every observation, reward and flag to the bit.
+"""Episodes against the installed Gymnasium: every observation, reward and flag, bit by bit.
 
-Seeds are others than the recorded ones (recordings_test.cpp).
+The seeds differ from the recorded ones (recordings_test.cpp).
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from gymnasium_reference import Plan, Session, equal_bits, first_difference
 
 
 def our_rows(rollout, session, episodes):
-    """What our environment answers to the actions that were played in Gymnasium."""
+    """Yields our environment's rows for the actions that were played in Gymnasium."""
     rollout.make(session.environment_id, **session.parameters)
     for plan, episode in zip(session.plans, episodes):
         yield np.vstack([rollout.reset(plan.seed), rollout.step(episode.actions)])
@@ -44,13 +44,13 @@ def test_several_resets_in_one_world(rollout, environment_id, first):
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_new_worlds_with_one_generator(rollout, environment_id):
-    """The default: as new environments of Gymnasium that hand on their generator."""
+    """The default: equals new Gymnasium environments that pass on their random generator."""
     plans = [Plan("heuristic", 40, 0), Plan("noisy", None, 1), Plan("saturated", None, 2)]
     compare(rollout, Session(environment_id, {}, plans))
 
 
 def test_limits_truncate_as_gymnasiums(rollout):
-    """The walkers of these seeds last as long as they may."""
+    """With these seeds the walkers reach the step limit."""
     for environment_id, limit in zip(IDS, (1600, 2000)):
         (episode,) = compare(rollout, Session(environment_id, {}, [Plan("random", 2, 2)]))
         assert len(episode.actions) == limit
@@ -71,7 +71,7 @@ def test_generator_state_is_numpys(rollout):
 
 
 def test_a_reused_world_differs_from_a_new_one(rollout):
-    """The comparisons above tell one from the other."""
+    """Negative control of the comparisons above."""
     plans = [Plan("heuristic", 102, 0), Plan("zero", None, 0), Plan("heuristic", 102, 0)]
     session = Session(IDS[0], {"reuse_world": True}, plans)
     episodes = play(session)

@@ -1,4 +1,4 @@
-// What an episode depends on, and where it ends.
+// Determinism, seeds, invalid actions and the end of episodes.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -23,7 +23,7 @@ Rows play_fresh(const char* id, std::uint64_t seed) {
   return play_heuristic(walker, seed);
 }
 
-/// How many of 12 episodes differ from a new environment's when others went before.
+/// Returns how many of 12 seeded episodes differ from a fresh environment's if others precede them.
 int count_differing(bool reuse_world) {
   int differing = 0;
   for (const char* id : {kPlain, kHardcore}) {
@@ -44,7 +44,7 @@ TEST(Episodes, SameSeedSameTrajectoryWhateverWentBefore) {
   EXPECT_NE(play_fresh(kPlain, 21), play_fresh(kPlain, 22));
 }
 
-/// Box2D's world remembers: this is why the default takes a new one.
+/// b2World keeps state between episodes, so by default each episode gets a new one.
 TEST(Episodes, ReusedWorldsMakeLaterEpisodesDiffer) { EXPECT_GT(count_differing(true), 0); }
 
 TEST(Episodes, WithoutASeedTheGeneratorContinues) {
@@ -114,7 +114,7 @@ TEST(Episodes, ActionsBeyondTheBoundsActAsTheBounds) {
   }
 }
 
-/// Some walkers of these seeds stay on their feet, or on their knees, as long as they may.
+/// Lengths of the episodes that do not terminate; some random walkers never fall.
 std::vector<std::size_t> lengths_of_the_untiring(const char* id, const Parameters& parameters,
                                                  std::size_t most_steps) {
   std::vector<std::size_t> lengths;

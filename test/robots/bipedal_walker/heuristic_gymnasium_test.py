@@ -25,7 +25,6 @@ def test_actions_are_equal(rollout, environment_id, kind):
 
 
 def test_actions_are_equal_on_any_observation(rollout):
-    """Random observations meet the branches in every order."""
     random = np.random.default_rng(3)
     for _ in range(20):
         observations = random.normal(0, 0.5, (500, OBSERVATION_SIZE)).astype(np.float32)

@@ -20,7 +20,6 @@ std::vector<double> next_floats(Recording& recording, std::size_t count) {
   return numbers;
 }
 
-/// Feeds the observations that Gymnasium's heuristic saw; no engine takes part.
 TEST(Heuristic, ActsAsGymnasiumsOnWholeEpisodes) {
   Recording recording("full_episodes.txt");
   std::size_t compared = 0;

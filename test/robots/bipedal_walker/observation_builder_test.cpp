@@ -1,4 +1,4 @@
-// Observations made of measurements against the environment's own, and what each sensor is for.
+// The observation built from measurements against the environment's, and the use of each sensor.
 #include "walker_sim/observation_builder.h"
 
 #include <gtest/gtest.h>
@@ -19,9 +19,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kBound = 1.2e-7;  // observation_builder.h states it
+constexpr double kBound = 1.2e-7;  // bound in observation_builder.h
 
-/// What a test of closeness must have met on its way.
+/// Statistics of the compared episodes, which show that the comparison is not vacuous.
 struct Seen {
   int steps = 0;
   double furthest = 0;  // [m]
@@ -85,7 +85,6 @@ INSTANTIATE_TEST_SUITE_P(Ids, ObservationBuilderTest,
                            return of.index == 0 ? "plain" : "hardcore";
                          });
 
-/// A walker in the middle of a step, whose measurements a test changes.
 class MeasurementsTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -146,7 +145,7 @@ TEST_F(MeasurementsTest, EachGoesIntoItsPlace) {
               m.orientation = {0, std::sin(0.2), 0, std::cos(0.2)};
             }),
             (Places{kHullAngle, kHorizontalSpeed, kVerticalSpeed}));
-  // The centre of mass is off the origin, so it has a speed where the hull turns.
+  // The centre of mass is not at the origin, so the hull's rotation changes its velocity.
   EXPECT_EQ(changed_by([](Measurements& m) { m.angular_velocity[1] += 1; }),
             (Places{kHullAngularVelocity, kHorizontalSpeed, kVerticalSpeed}));
   for (const std::size_t k : {0U, 2U}) {
@@ -166,10 +165,10 @@ TEST_F(MeasurementsTest, SignsAndScalesAreTheEnvironments) {
   std::vector<double> observation = build(measurements_);
   EXPECT_NEAR(observation[kHullAngle], 0.5, 1e-7);
   EXPECT_EQ(observation[kHullAngularVelocity], 0);
-  // In metres a second: times 0.3 x 20 m / 50 Hz forward, 0.3 x 13.3 m / 50 Hz up.
+  // Velocity in m/s times 0.3 x 20 m / 50 Hz forward, times 0.3 x 13.3 m / 50 Hz up.
   EXPECT_NEAR(observation[kHorizontalSpeed], 0.12 * 2 * std::cos(0.5), 1e-7);
   EXPECT_NEAR(observation[kVerticalSpeed], 0.08 * 2 * std::sin(0.5), 1e-7);
-  measurements_.angular_velocity = {0, -3, 0};  // about -y: lifts the nose
+  measurements_.angular_velocity = {0, -3, 0};  // about -y: the nose rises
   observation = build(measurements_);
   EXPECT_NEAR(observation[kHullAngularVelocity], 0.04 * 3, 1e-7);
 }

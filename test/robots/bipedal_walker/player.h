@@ -1,4 +1,4 @@
-// Plays episodes whose actions follow from a kind and a seed, as bipedal_walker_reference.py does.
+// Plays episodes with actions determined by a kind and a seed, as in bipedal_walker_reference.py.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,6 @@
 
 namespace walker::bipedal_walker {
 
-/// The actions of one episode.
 class Actions {
  public:
   /// @param kind random, heuristic, noisy, zero, saturated, outside or double
@@ -47,7 +46,7 @@ class Actions {
   Heuristic heuristic_;
 };
 
-/// Resets and plays to the end of the episode, at most `most_steps` steps. Row 0 is the reset's.
+/// Resets and plays to the end of the episode, at most `most_steps` steps. Row 0 is the reset.
 inline std::vector<std::vector<double>> play(Stepper& walker, std::optional<std::uint64_t> seed,
                                              Actions actions, std::size_t most_steps = 5000) {
   walker.reset(seed);

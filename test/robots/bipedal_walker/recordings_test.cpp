@@ -1,4 +1,4 @@
-// Episodes that Gymnasium 1.4.0 played, repeated to the bit.
+// Episodes recorded from Gymnasium 1.4.0, reproduced bit by bit.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -15,8 +15,7 @@ std::unique_ptr<Stepper> next_session(Recording& recording) {
   return std::make_unique<Stepper>(id, Parameters{{"reuse_world", recording.next<bool>()}});
 }
 
-/// Every observation, reward and flag of every recorded session; a session's environment is reset
-/// several times.
+/// Compares every observation, reward and flag. Each session resets one environment several times.
 TEST(Recordings, EveryStepHasGymnasiumsHash) {
   Recording recording("episodes.txt");
   std::unique_ptr<Stepper> walker;
@@ -33,7 +32,7 @@ TEST(Recordings, EveryStepHasGymnasiumsHash) {
     auto rows = play(*walker, episode.reset_seed(), Actions(episode.kind, episode.action_seed));
     ASSERT_EQ(rows.size(), episode.steps + 1);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      // Under float64 actions Gymnasium's rewards round elsewhere: left out on purpose.
+      // With float64 actions, Gymnasium rounds rewards differently, so they are not compared.
       if (episode.kind == "double") rows[i][kObservationSize] = 0;
       ASSERT_EQ(short_hash(rows[i]), recording.next_hexadecimal()) << "step " << i;
     }
@@ -44,7 +43,7 @@ TEST(Recordings, EveryStepHasGymnasiumsHash) {
   EXPECT_EQ(kinds.size(), 7U);
 }
 
-/// The same with the numbers themselves, so that a difference can be read.
+/// Compares the values instead of hashes, so that failures show the difference.
 TEST(Recordings, FullEpisodesAreEqual) {
   Recording recording("full_episodes.txt");
   std::unique_ptr<Stepper> walker;

@@ -1,12 +1,12 @@
-"""Pictures beside those that the installed Gymnasium draws of the same states."""
+"""Images against those of the installed Gymnasium in the same states."""
 
 import numpy as np
 import pytest
 from bipedal_walker_reference import IDS, draw_episode
 from picture_comparison import compare
 
-# Kind of the actions, seed, steps: walks through all kinds of terrain, falls to either side, the
-# flag, the far end.
+# Kind of the actions, seed, steps. They cover every kind of terrain, falls to both sides, the flag
+# and the end of the terrain.
 STATES = {
     IDS[0]: (
         ("heuristic", 6, (0, 3, 9, 14, 60, 150, 300, 500, 700, 900, 1100, 1300, 1450, 1500, 1544)),
@@ -27,7 +27,7 @@ STATES = {
 
 
 def pairs(rollout, environment_id):
-    """Our picture and Gymnasium's of each of those states."""
+    """Yields our image and Gymnasium's for each of STATES."""
     rollout.make(environment_id)
     for kind, seed, steps in STATES[environment_id]:
         rollout.reset(seed)

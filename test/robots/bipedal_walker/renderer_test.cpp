@@ -1,4 +1,4 @@
-// Pictures against Gymnasium's, and what they depend on.
+// Images against Gymnasium's, and the properties of the renderer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,6 @@ using bipedal_walker::play;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The captured after this many steps of an episode.
 StateCapture capture_of(const std::string& id, const std::string& kind, std::uint64_t seed,
                         std::uint32_t step) {
   Stepper walker(id);
@@ -46,7 +45,6 @@ std::vector<Image> draw_all(Renderer& renderer, const std::vector<StateCapture>&
   return images;
 }
 
-/// Some captures of a walk.
 std::vector<StateCapture> some_captures() {
   std::vector<StateCapture> captures;
   for (const std::uint32_t step : {0U, 9U, 40U, 150U}) {
@@ -56,7 +54,7 @@ std::vector<StateCapture> some_captures() {
   return captures;
 }
 
-/// A picture in test/recordings/pictures.
+/// Image in test/recordings/pictures.
 struct Recorded {
   const char* id;
   const char* kind;
@@ -75,13 +73,12 @@ void expect_gymnasiums(const Recorded& recorded) {
   EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
 }
 
-/// After a reset the walker is at the same place with any Box2D, to a pixel.
+/// After a reset, any Box2D version puts the walker at the same pixel.
 TEST(RendererTest, ResetsLookAsGymnasiums) {
   expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 0});
   expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 0});
 }
 
-/// How many pixels have each colour.
 std::map<std::array<int, kColors>, int> palette(const Image& image) {
   std::map<std::array<int, kColors>, int> counts;
   for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
@@ -90,8 +87,8 @@ std::map<std::array<int, kColors>, int> palette(const Image& image) {
   return counts;
 }
 
-/// Each colour that is more than an edge's blend, exactly: of two that are close to each other,
-/// similarity tells nothing.
+/// Colours that cover more than a blended edge are equal; structural similarity would not detect a
+/// small difference in colour.
 TEST(RendererTest, ColorsAreGymnasiums) {
   constexpr int kMoreThanABlend = 60;  // [pixel]
   for (const auto& [id, seed] :
@@ -180,7 +177,8 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
   }
 }
 
-/// The next ray at each step, there and back, then none up to the hundredth picture.
+/// Draws one lidar ray per step, in order and then in reverse, then none until the cycle of 100
+/// steps ends.
 TEST(RendererTest, RayFollowsFromTheStep) {
   StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
   for (Pose& link : captured.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
@@ -221,7 +219,7 @@ TEST(RendererTest, AnotherHeightScales) {
   }
 }
 
-/// But for what cairo rounds otherwise where a shape leaves the picture.
+/// The tolerance covers cairo's rounding where a shape is clipped.
 TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
   for (const StateCapture& captured : some_captures()) {
     const Image image = draw(captured);
@@ -241,7 +239,7 @@ TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
   }
 }
 
-/// The hull is where its pose and the camera's say, also where it is left of its place.
+/// The hull's position projects to a pixel of the hull's colour, also 3 m left of its usual place.
 TEST(RendererTest, CameraPoseLeadsToTheHull) {
   std::vector<StateCapture> captures = some_captures();
   captures.push_back(captures[0]);
@@ -273,7 +271,7 @@ TEST(RendererTest, CameraIsParallelAndLooksAlongY) {
   EXPECT_EQ(renderer->camera().focal_length, 0);
   EXPECT_EQ(renderer->camera().near, 0);
   const Image image = draw(*renderer, capture_of("BipedalWalker-v3", "zero", 0, 0));
-  const Quaternion expected{-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // -pi/2 about x: z becomes y
+  const Quaternion expected{-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // -pi/2 about x maps z to y
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_NEAR(image.camera_pose.orientation[i], expected[i], 1e-12);
   }
@@ -334,7 +332,7 @@ TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
             "instant with 7 links and 0 rays: not one of BipedalWalker, which has 5 and 10");
 }
 
-/// As a broken world might leave it.
+/// Non-finite and huge values, as a failed simulation could leave them.
 TEST(RendererTest, DrawsWhatIsNowhere) {
   const auto renderer = make_renderer("BipedalWalkerHardcore-v3");
   const StateCapture sound = capture_of("BipedalWalkerHardcore-v3", "heuristic", 4, 8);

@@ -41,7 +41,7 @@ TEST(Reward, RestartForgets) {
   EXPECT_EQ(reward.of_step(9, 0, false, kNoTorque), 0);
 }
 
-/// Costs are subtracted one after the other in single precision from a rounded difference.
+/// The costs are subtracted one by one in single precision from the rounded progress.
 TEST(Reward, RoundsToSinglePrecision) {
   Reward reward;
   const double action[4] = {0.3F, 0.3F, 0.3F, 0.3F};

@@ -1,4 +1,4 @@
-// BipedalWalkers go on from saved states, to the bit.
+// Saved states of BipedalWalker, which continue bit by bit.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kPlain = "BipedalWalker-v3";
 
-/// Id, whether the world is used again, and the kind of actions.
+/// Id, reuse_world and the kind of actions.
 class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, bool, std::string>> {
  protected:
   Stepper make() const {
@@ -26,8 +26,8 @@ class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, boo
 
 TEST_P(SavedStateTest, GoesOnAlike) {
   Stepper original = make();
-  Stepper untouched = make();  // nothing is ever saved of it
-  Stepper other = make();      // whatever it was doing
+  Stepper untouched = make();  // is never saved
+  Stepper other = make();      // loads states in the middle of its own episode
   original.reset(21);
   untouched.reset(21);
   other.reset(5);
@@ -51,9 +51,9 @@ TEST_P(SavedStateTest, GoesOnAlike) {
     ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched)) << "time " << time;
     ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, Actions(kind(), time)))
         << "time " << time;
-    load(other, state);  // back
+    load(other, state);
     ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched)) << "time " << time;
-    if (time % 2 == 1) other.reset(time);  // on other ground than the next state's
+    if (time % 2 == 1) other.reset(time);  // terrain differs from that of the next state
   }
 }
 
@@ -169,7 +169,7 @@ TEST(SavedState, WhatIsNotWholeIsRefused) {
   EXPECT_EQ(save(walker), before) << "what is refused changes nothing";
 }
 
-/// Whoever makes a checksum fit must not come further than to wrong numbers.
+/// With a valid checksum, corrupt data may change numbers but must not cause invalid accesses.
 TEST(SavedState, NoIndexIsTrusted) {
   const State state = save(walked("BipedalWalkerHardcore-v3", {}, 40));
   Stepper walker("BipedalWalkerHardcore-v3");

@@ -1,4 +1,4 @@
-// Sensors against the bodies of a twin, over a walk.
+// Sensors against the bodies of a twin during an episode.
 #include "walker_sim/sensors.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Nearest ground on a ray, found by trying all of it.
+/// Fraction of the ray up to the nearest ground, found by brute force; infinity without a hit.
 double nearest_ground(const Physics& physics, const b2Vec2& from, const b2Vec2& to) {
   b2RayCastInput ray;
   ray.p1 = from;
@@ -38,7 +38,7 @@ class SensorsTest : public testing::Test {
 
   void SetUp() override { walker_.reset(kSeed); }
 
-  /// Calls `check` after the reset and after each of 300 steps.
+  /// Calls `check` after the reset and after each of up to 300 steps.
   template <typename Check>
   void walk(Check check) {
     Actions actions("heuristic", 0);
@@ -97,7 +97,7 @@ TEST_F(SensorsTest, LinksAreWhereTheBodiesAre) {
       const bool is_hull = i == 0;
       const b2Vec2 place = is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
       EXPECT_EQ(pose.position, (Vector3{double{place.x}, 0, double{place.y}}));
-      // The legs start spread by 0.05 rad at joint angle 0; their frames do not.
+      // At joint angle 0, the bodies of the legs are turned by 0.05 rad; their link frames are not.
       const double leg_spread = i < 3 ? -0.05 : 0.05;
       const double spread = is_hull ? 0 : leg_spread;
       const double half = (double{body.GetAngle()} - spread) / 2;
@@ -124,7 +124,7 @@ TEST_F(SensorsTest, VelocityIsThatOfTheOrigin) {
   EXPECT_GT(largest_difference, 0.01) << "else the centre's velocity would have passed";
 }
 
-/// Forward only: upwards Box2D also moves bodies out of each other, which is no velocity.
+/// Tests only x: vertically, Box2D's position correction moves bodies without a velocity.
 TEST_F(SensorsTest, VelocityIntegratesToTheWay) {
   double start = 0;
   double way = 0;
@@ -160,7 +160,7 @@ TEST_F(SensorsTest, RangesAreInfiniteExactlyWhereNothingWasMet) {
   walk([&](const std::vector<double>& /*action*/) {
     ASSERT_EQ(sensors_.ranges.size(), finder.num_rays);
     for (std::size_t i = 0; i < finder.num_rays; ++i) {
-      // X forward, Y up: the lidar frame's plane is Box2D's.
+      // X is forward and Y up in the lidar frame, as in Box2D.
       const double angle = finder.angle_minimum + finder.angle_increment * static_cast<double>(i);
       const b2Vec2 from = hull().GetPosition();
       const b2Vec2 to = from + b2Vec2(static_cast<float>(finder.maximum_range * std::cos(angle)),

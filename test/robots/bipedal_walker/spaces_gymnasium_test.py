@@ -1,4 +1,4 @@
-"""The specification's spaces, time step and limits against Gymnasium's."""
+"""Spaces, time step and limits of the specification against Gymnasium's."""
 
 import gymnasium
 import numpy as np

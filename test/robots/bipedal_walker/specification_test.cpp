@@ -11,9 +11,9 @@
 namespace walker::bipedal_walker {
 namespace {
 
-constexpr double kSingle = 1e-5;  // what single precision leaves of metres and radians
+constexpr double kSingle = 1e-5;  // tolerance for single precision [m, rad]
 
-/// A point of a link in the world's x,z plane [m].
+/// Transforms a point of a link to the world's x,z plane [m].
 b2Vec2 in_world(const Pose& pose, double x, double z) {
   const double angle = -2 * std::atan2(pose.orientation[1], pose.orientation[3]);
   return {static_cast<float>(pose.position[0] + std::cos(angle) * x - std::sin(angle) * z),
@@ -25,7 +25,6 @@ void expect_near(const b2Vec2& ours, const b2Vec2& theirs) {
   EXPECT_NEAR(ours.y, theirs.y, kSingle);
 }
 
-/// A walker in the middle of a stride, and its twin.
 class SpecificationTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -71,7 +70,7 @@ TEST_F(SpecificationTest, LinksWeighWhatTheBodiesWeigh) {
   }
 }
 
-/// Once more from Gymnasium's constants, without the engine.
+/// Computes the masses from Gymnasium's constants, without the engine.
 TEST_F(SpecificationTest, MassesFollowFromShapesAndDensities) {
   for (const std::size_t i : {1U, 2U, 3U, 4U}) {
     const Link& link = specification().links[i];
@@ -80,7 +79,7 @@ TEST_F(SpecificationTest, MassesFollowFromShapesAndDensities) {
     EXPECT_NEAR(link.mass, width * height, kSingle) << link.name;
     EXPECT_NEAR(link.inertia.yy, link.mass * (width * width + height * height) / 12, kSingle);
   }
-  // The hull's outline in pixels; density 5. Moments of a polygon by Green's theorem.
+  // The hull's outline in pixels; its density is 5. Moments of a polygon by Green's theorem.
   const double outline[5][2] = {{-30, 9}, {-30, -8}, {34, -8}, {34, 1}, {6, 9}};
   double area = 0;
   double moment_x = 0;
@@ -129,7 +128,7 @@ TEST_F(SpecificationTest, ShapesLieWhereTheFixturesLie) {
 TEST_F(SpecificationTest, JointsAreTheEnginesJoints) {
   const std::vector<Joint>& joints = specification().joints;
   ASSERT_EQ(joints.size(), std::size_t{kJointCount});
-  Twin fresh(kSeed);  // its motors still carry the torque limit of the definition
+  Twin fresh(kSeed);  // its motors still have the torque limit of the joint definition
   const std::vector<std::string> names{"hip_1", "knee_1", "hip_2", "knee_2"};
   for (std::size_t i = 0; i < joints.size(); ++i) {
     SCOPED_TRACE(names[i]);
@@ -148,7 +147,7 @@ TEST_F(SpecificationTest, JointsAreTheEnginesJoints) {
   }
 }
 
-/// With joint origins, positions and poses: the chain holds together up to the joints' give.
+/// Joint origins, positions and poses agree, within the error of the engine's joint constraints.
 TEST_F(SpecificationTest, ChainOfFramesIsTheEnginesChain) {
   for (std::size_t i = 0; i < specification().joints.size(); ++i) {
     const Joint& joint = specification().joints[i];

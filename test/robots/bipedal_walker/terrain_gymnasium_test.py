@@ -1,4 +1,4 @@
-"""Terrain, clouds and push against the Gymnasium that is installed, in every double."""
+"""Terrain, clouds and push against the installed Gymnasium's, every double bit by bit."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def test_every_double_is_equal(rollout, hardcore):
 
 
 def test_another_seed_or_variant_is_another_terrain(rollout):
-    """What the comparison above can tell apart."""
+    """Negative control of the comparison above."""
     plain = rollout.terrain(False, 5)
     assert not equal_bits(plain, terrain(False, 6))
     assert not equal_bits(plain, terrain(True, 5))

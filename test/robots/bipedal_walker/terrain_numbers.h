@@ -1,4 +1,4 @@
-// All doubles that a reset draws, in the order of bipedal_walker_reference.terrain.
+// The doubles that a reset draws, in the order of bipedal_walker_reference.terrain.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,8 @@
 
 namespace walker::bipedal_walker {
 
-/// 200 ground points, the number of obstacles, 4 points of each, 10 clouds of 5 points, the push.
+/// Returns 200 ground points, the number of obstacles, 4 points of each, 10 clouds of 5 points, the
+/// push.
 inline std::vector<double> terrain_numbers(bool hardcore, std::uint64_t seed) {
   Generator generator(seed);
   const Terrain terrain = generate_terrain(generator, hardcore);

@@ -1,4 +1,4 @@
-// The physics of an environment once more, open to inspection.
+// A copy of an environment's physics that tests can inspect.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace walker::bipedal_walker {
 
-/// Goes through what BipedalWalker goes through from `reset(seed)` on, given the same actions.
+/// Steps through the same states as a BipedalWalker after `reset(seed)` with the same actions.
 class Twin {
  public:
   explicit Twin(std::uint64_t seed) : generator_(seed) {
@@ -28,7 +28,7 @@ class Twin {
   const Physics& physics() const { return physics_; }
   const Terrain& terrain() const { return terrain_; }
 
-  /// Hull, then the limbs in action order, as the specification's links.
+  /// Returns the hull for 0, then the limbs in action order, as in Specification::links.
   const b2Body& body(std::size_t link) const {
     return link == 0 ? physics_.hull() : child_of(physics_.joint(link - 1));
   }

@@ -1,4 +1,4 @@
-// What Hopper adds to the room of MuJoCo's robots: its form, its parameters, when it is healthy.
+// What Hopper adds to the MuJoCo robots: its model, parameters and healthy ranges.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -67,13 +67,12 @@ TEST(Hopper, RefusesAWalkersModel) {
             }),
             "parameter xml_file = walker2d_v5.xml: nq = 9, nv = 9, nu = 6, na = 0; must be nq = nv "
             "= 6, nu = 3, na = 0, as in hopper_v5.xml");
-  // Nor does that one take a hopper's, be it compiled already.
+  // Walker2d also rejects Hopper's model, even if it is already compiled.
   const auto hopper = make("Hopper-v5");
   EXPECT_THROW(make("Walker2d-v5", {{"xml_file", std::string("hopper_v5.xml")}}),
                std::invalid_argument);
 }
 
-/// The end of an episode of full thrust, and why it came.
 std::string end_of(const Parameters& parameters) {
   Stepper hopper("Hopper-v5", parameters);
   hopper.reset(0);
@@ -99,7 +98,7 @@ TEST(Hopper, EndsForWhatItsRangesSay) {
             "the torso's angle left healthy_angle_range");
 }
 
-/// x and z do not count: a hopper may go as far as it likes.
+/// The range does not apply to x and z.
 TEST(Hopper, StateRangeBeginsAtTheTorsosAngle) {
   Stepper hopper("Hopper-v5", {{"healthy_state_range", List{-1.0, 1.0}}});
   hopper.reset(0);

@@ -1,4 +1,4 @@
-// No reset and no step takes memory from the heap. MuJoCo's own goes through malloc, not new.
+// Resets, steps and sensing allocate nothing by operator new; MuJoCo allocates by malloc.
 #include <gtest/gtest.h>
 
 #include "allocation_counter.h"
@@ -15,7 +15,7 @@ TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
     std::vector<double> action(walker.environment->specification().action_size());
     Actions actions("balance", 0, static_cast<int>(action.size()));
     walker.reset(0);
-    walker.environment->sense(sensors);  // gives the vectors their sizes
+    walker.environment->sense(sensors);  // sizes the vectors
     int resets = 0;
     int steps = 0;
     const Counting counting;
@@ -34,7 +34,6 @@ TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
   }
 }
 
-/// Results go where the caller wants them this time.
 TEST_F(AllocationTest, EachCallFillsTheBuffersItIsGiven) {
   Stepper walker("Walker2d-v5");
   Stepper twin("Walker2d-v5");

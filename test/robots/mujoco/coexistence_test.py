@@ -1,5 +1,5 @@
-"""Our MuJoCo and Gymnasium's newer one in one process, loaded as Python loads libraries: without
-lending their symbols to others."""
+"""Our MuJoCo and Gymnasium's newer one in one process, both loaded with RTLD_LOCAL, Python's
+default."""
 
 import ctypes
 import os

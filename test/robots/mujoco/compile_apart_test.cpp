@@ -1,4 +1,4 @@
-// Models that crash MuJoCo's compiler, end its process, fill the memory or wait for ever.
+// Models that make MuJoCo's compiler crash, exit, exhaust the memory or block.
 #include "robots/mujoco/compile_apart.h"
 
 #include <fcntl.h>
@@ -47,7 +47,7 @@ CompileLimits small_limits() {
 class CompileApartTest : public testing::Test {
  protected:
   void SetUp() override {
-    load_model("walker2d_v5.xml");  // installs the handlers of MuJoCo's errors
+    load_model("walker2d_v5.xml");  // installs handlers for MuJoCo's errors
     fs::current_path(folder_.path());
   }
 
@@ -58,7 +58,7 @@ class CompileApartTest : public testing::Test {
     fs::current_path(home_);
   }
 
-  /// Why the model is refused, or "nothing thrown".
+  /// Returns the error message, or "nothing thrown".
   std::string refusal(const std::string& text, const CompileLimits& limits = small_limits()) const {
     const std::string file = folder_.write("model.xml", text);
     return message_of<std::runtime_error>([&] { compile_apart(file, limits); });
@@ -86,7 +86,6 @@ std::string bytes_of(std::initializer_list<std::int32_t> numbers) {
   return bytes;
 }
 
-/// Each is refused in words, and this process goes on.
 TEST_F(CompileApartTest, NoSizeEndsThisProcess) {
   write_file("hills.bin", bytes_of({100000, 100000, 0}));
   write_file("negative.bin", bytes_of({-5, -5, 0}));
@@ -141,7 +140,6 @@ TEST_F(CompileApartTest, DepthEndsNoProcess) {
   EXPECT_NE(refusal("<mujoco><include file='model.xml'/></mujoco>"), "nothing thrown");
 }
 
-/// Nobody ever writes to it.
 TEST_F(CompileApartTest, APipeIsNotWaitedFor) {
   const std::string pipe = folder_.path("pipe.stl");
   ASSERT_EQ(mkfifo(pipe.c_str(), S_IRUSR | S_IWUSR), 0);
@@ -165,7 +163,7 @@ TEST_F(CompileApartTest, AFileIsNotTooLarge) {
                   ": has 67108865 bytes; must have at most 67108864"));
 }
 
-/// MuJoCo's time grows with the square of their number: 100,000 take it a minute.
+/// MuJoCo's compile time is quadratic in the number of elements: 100,000 take a minute.
 TEST_F(CompileApartTest, AModelHasNotTooManyElements) {
   const auto geoms = [](std::size_t count) {
     std::string text;
@@ -181,7 +179,7 @@ TEST_F(CompileApartTest, AModelHasNotTooManyElements) {
   EXPECT_EQ(refusal(begin + geoms(max - 1) + end, {}), too_many);
   EXPECT_EQ(refusal(begin + geoms(max - 2) + "<!-- " + geoms(9) + "-->" + end, {}),
             "nothing thrown");
-  // <worldbody>, <mujoco>, <include> and <mujocoinclude> count as well
+  // <worldbody>, <mujoco>, <include> and <mujocoinclude> count as elements.
   write_file("geoms.xml", "<mujocoinclude>" + geoms(max - 4) + "</mujocoinclude>");
   EXPECT_EQ(refusal(begin + "<include file='geoms.xml'/>" + end, {}), "nothing thrown");
   EXPECT_EQ(refusal(begin + "<geom size='1'/><include\n file = \"geoms.xml\" />" + end, {}),
@@ -203,7 +201,6 @@ TEST_F(CompileApartTest, APathEndsAtNoZeroByte) {
   EXPECT_TRUE(has(message, "model.xml\\x00junk: must not have a zero byte")) << message;
 }
 
-/// To the last bit of what MuJoCo saves.
 TEST_F(CompileApartTest, AModelIsTheSameAsCompiledHere) {
   for (const char* name : {"walker2d_v4.xml", "walker2d_v5.xml", "hopper_v5.xml"}) {
     const std::string file = folder_.write("model.xml", builtin_text(name));
@@ -211,7 +208,6 @@ TEST_F(CompileApartTest, AModelIsTheSameAsCompiledHere) {
   }
 }
 
-/// As a host may have several threads, and children of its own.
 TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
   const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   std::vector<std::thread> threads;
@@ -225,7 +221,7 @@ TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
   EXPECT_GT(sizes[0], 0U);
 }
 
-/// A daemon may have closed them; the pipe to the child then gets their numbers.
+/// A daemon may have closed descriptors 0 to 2; the pipe to the child then reuses them.
 TEST_F(CompileApartTest, StandardDescriptorsMayBeClosed) {
   const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   constexpr unsigned kCombinations = 8;
@@ -246,7 +242,7 @@ TEST_F(CompileApartTest, StandardDescriptorsMayBeClosed) {
   }
 }
 
-/// The host's wait ends the compilation; TearDown sees that the child is gone.
+/// The host's poll throws. TearDown checks that no child is left.
 TEST_F(CompileApartTest, ACompilationIsInterrupted) {
   const std::string pipe = folder_.path("pipe.xml");
   ASSERT_EQ(mkfifo(pipe.c_str(), S_IRUSR | S_IWUSR), 0);
@@ -260,7 +256,7 @@ TEST_F(CompileApartTest, ACompilationIsInterrupted) {
   });
   int writer = -1;
   std::thread interruption([&] {
-    writer = ::open(pipe.c_str(), O_WRONLY | O_CLOEXEC);  // returns once the child reads
+    writer = ::open(pipe.c_str(), O_WRONLY | O_CLOEXEC);  // blocks until the child reads
     is_interrupted = true;
   });
   EXPECT_THROW(load_model(file), Interrupted);
@@ -269,10 +265,9 @@ TEST_F(CompileApartTest, ACompilationIsInterrupted) {
   ::close(writer);
 }
 
-/// Whether the next children begin late.
 std::atomic<bool> children_are_late{false};  // NOLINT
 
-/// A host's timer may interrupt each wait.
+/// A host's interval timer may interrupt every wait.
 TEST_F(CompileApartTest, SignalsDoNotUseUpTheIdleTime) {
   const auto in_child = [] {
     constexpr useconds_t kLate = 500000;  // [us]
@@ -292,7 +287,7 @@ TEST_F(CompileApartTest, SignalsDoNotUseUpTheIdleTime) {
   EXPECT_EQ(message, "nothing thrown");
 }
 
-/// How many of the next children wait for ever, as for a lock that a thread of the host's had.
+/// Number of forked children that block forever, as on a lock held by another thread of the host.
 std::atomic<int> waiting_children{0};  // NOLINT
 
 TEST_F(CompileApartTest, AChildThatWaitsForALockHasASuccessor) {

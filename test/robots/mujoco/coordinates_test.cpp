@@ -1,5 +1,4 @@
-// Positions and velocities are set as Gymnasium's set_state sets them, to the bit: beside the calls
-// of MuJoCo that Gymnasium makes.
+// set_coordinates against the MuJoCo calls of Gymnasium's set_state, bit by bit.
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
@@ -20,7 +19,7 @@ namespace {
 
 constexpr int kFrameSkip = 4;
 
-/// Gymnasium's MujocoEnv, as far as it moves a robot.
+/// The part of Gymnasium's MujocoEnv that moves a robot.
 class Reference {
  public:
   explicit Reference(const std::string& xml_file)
@@ -53,7 +52,7 @@ class Reference {
 struct Case {
   const char* id;
   const char* model;
-  const char* kernel;  ///< as KernelVariable has it
+  const char* kernel;  ///< argument of KernelVariable
 };
 
 class CoordinatesTest : public testing::TestWithParam<Case> {

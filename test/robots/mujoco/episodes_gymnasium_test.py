@@ -1,11 +1,12 @@
-"""Episodes against the Gymnasium and the MuJoCo that are installed: resets to the bit, then the
-first steps as near as another version of MuJoCo comes. recordings_test.cpp compares whole episodes
-with MuJoCo 2.2.2, to the bit.
+"""Episodes against the installed Gymnasium and MuJoCo: resets are equal bit by bit, the first steps
+within the difference between MuJoCo versions. recordings_test.cpp compares whole episodes with
+MuJoCo 2.2.2, bit by bit.
 
-MuJoCo's solver stops once an iteration improves its cost by less than a tolerance, 1e-8. Where two
-versions stop after different numbers of iterations, they differ by what is left: rarely while the
-walker flies or falls, often while it stands, and a thousandfold more after some steps. With a
-tolerance of 0, on the same models otherwise, that source is gone: then all must agree.
+MuJoCo's solver stops once an iteration improves its cost by less than a tolerance, 1e-8. If two
+versions stop after different numbers of iterations, they differ by the remaining error. That is
+rare while the walker flies or falls, and frequent while it stands; some steps later the difference
+is a thousand times larger. A tolerance of 0 removes this source, so otherwise unchanged models must
+then agree in every episode.
 """
 
 import pathlib
@@ -22,8 +23,8 @@ ASSETS = pathlib.Path(__file__).parents[3] / "assets"
 
 
 def largest_differences(rollout, ours, theirs):
-    """One number an episode of two sessions with the same plans: the largest difference of any
-    observation, reward and info of its steps. Resets must be equal, and the episodes' lengths."""
+    """Returns the largest difference of any observation, reward and info for each episode of two
+    sessions with the same plans. Asserts that resets and episode lengths are equal."""
     ours, theirs = (
         session._replace(parameters={"max_episode_steps": STEPS, **session.parameters})
         for session in (ours, theirs)
@@ -84,7 +85,6 @@ def test_first_steps(rollout, environment_id, kind, near, far):
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize("parameters", OTHER_PARAMETERS, ids=str)
 def test_parameters(rollout, environment_id, parameters):
-    """Several resets in one environment."""
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
     session = Session(environment_id, parameters, plans)
     assert (largest_differences(rollout, session, session) <= NEAR).mean() >= 0.96

@@ -1,4 +1,4 @@
-// Resets, their random numbers, and the ends of episodes.
+// Resets, their random numbers, and the end of episodes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,10 +13,9 @@ namespace {
 
 const char* const kIds[] = {"Walker2d-v4", "Walker2d-v5"};
 
-/// All 18 numbers of the state.
 Parameters whole_state() { return {{"exclude_current_positions_from_observation", false}}; }
 
-/// The state that a generator gives: nine positions around the upright stance, nine velocities.
+/// Draws a state: nine positions around the upright stance, then nine velocities.
 std::vector<double> draw_state(Generator& generator, double scale) {
   std::vector<double> state(2 * std::size_t{kDegreesOfFreedom});
   for (double& value : state) value = generator.uniform(-scale, scale);
@@ -36,7 +35,7 @@ std::vector<std::vector<double>> play(Stepper& walker, const char* kind, std::ui
   return rows;
 }
 
-/// Rows with NaN for what is absent compare equal through text only.
+/// Converts rows to text, because NaN, which marks absent infos, does not equal itself.
 std::string text(const std::vector<std::vector<double>>& rows) {
   std::string result;
   for (const std::vector<double>& row : rows) result += to_string(row) + "\n";
@@ -53,7 +52,7 @@ TEST(Resets, DrawPositionsThenVelocities) {
       walker.reset(42);
       EXPECT_EQ(walker.observation, draw_state(generator, scale)) << id << " " << scale;
       EXPECT_EQ(walker.environment->generator_state(), generator.state());
-      walker.reset();  // continues
+      walker.reset();
       EXPECT_EQ(walker.observation, draw_state(generator, scale)) << id << " " << scale;
       EXPECT_EQ(walker.environment->generator_state(), generator.state());
     }
@@ -103,12 +102,11 @@ TEST(Resets, TellWhatGymnasiumTells) {
     EXPECT_EQ(v5.info[1], v5.observation[kBaseZ] - 1.25);
     for (std::size_t i = 2; i < v5.info.size(); ++i) EXPECT_TRUE(std::isnan(v5.info[i])) << i;
     EXPECT_EQ(v5.result.reward, 0);
-    v5.step({1, 1, 1, 1, 1, 1});  // leaves numbers behind
+    v5.step({1, 1, 1, 1, 1, 1});  // writes infos, which the next reset must clear
     EXPECT_FALSE(std::isnan(v5.info[5]));
   }
 }
 
-/// Mid-episode, after an end, after another seed: nothing of it is left.
 TEST(Resets, ASeedGivesTheSameTrajectoryWhateverWentBefore) {
   for (const char* id : kIds) {
     Stepper fresh(id);
@@ -154,7 +152,7 @@ TEST(Episodes, EndWhenUnhealthyAndSayWhy) {
   }
 }
 
-/// Healthy is an open interval.
+/// The healthy range is an open interval.
 TEST(Episodes, EndOnTheEdgeOfTheRange) {
   Parameters parameters = whole_state();
   Stepper walker("Walker2d-v5", parameters);
@@ -182,7 +180,7 @@ TEST(Episodes, AreCutAfterAThousandSteps) {
   }
 }
 
-/// MuJoCo limits the control, and the reward sees the action as it was given.
+/// MuJoCo clips the control, but the reward uses the unclipped action.
 TEST(Actions, BeyondTheBoundsMoveLikeTheBounds) {
   Stepper limited("Walker2d-v5");
   Stepper beyond("Walker2d-v5");

@@ -1,4 +1,4 @@
-// The gaits walk, in both versions and from every start.
+// The heuristic agent's gaits for Walker2d and Hopper.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -60,8 +60,8 @@ TEST_P(GaitTest, IsForObservationsWithoutTheTrunksX) {
       "agent = heuristic: needs " + id + " with exclude_current_positions_from_observation = true");
 }
 
-/// A gait with one weight a little off walks as well. At one of these heights each motor is within
-/// its bounds, so that every weight counts.
+/// Pins the weights, because a gait with a slightly different weight may walk as well. Each motor
+/// is within its bounds at one of these heights, so that every weight matters.
 TEST_P(GaitTest, HasTheWeightsThatWereFound) {
   const std::map<double, std::vector<float>> of_walker2d{
       {0.25, {-0.210025266F, -0.0464313887F, -1, -1, -0.148415551F, -1}},

@@ -1,4 +1,4 @@
-// What happens when MuJoCo gives up in the middle of a step.
+// Failures of MuJoCo in the middle of a step.
 #include <gtest/gtest.h>
 #include <pthread.h>
 
@@ -26,18 +26,18 @@ namespace {
 const std::vector<double> kRest(kJointCount, 0);
 const std::vector<double> kFull(kJointCount, 1);
 
-/// A walker whose motors tear it apart at full control.
+/// At full control, the motors destabilize the simulation.
 std::string strong_walker() {
   return replaced(builtin_text("walker2d_v5.xml"), "gear=\"100\"", "gear=\"1e14\"");
 }
 
-/// One that falls upwards, without a contact or a force on a joint.
+/// The walker falls upwards, without contacts or joint forces.
 std::string flying_walker(const std::string& acceleration, const std::string& timestep) {
   return replaced(builtin_text("walker2d_v5.xml"), "timestep=\"0.002\"",
                   "gravity=\"0 0 " + acceleration + "\" timestep=\"" + timestep + "\"");
 }
 
-/// A buffer that does for a walker on its feet, and not for one on its back.
+/// The stack suffices for a standing walker, but not for one on its back.
 std::string cramped_walker() {
   return replaced(builtin_text("walker2d_v5.xml"), "nstack=\"8000\"", "nstack=\"520\"");
 }
@@ -49,7 +49,7 @@ void expect_finite(const Stepper& walker) {
 
 class InstabilityTest : public testing::Test {
  protected:
-  /// MuJoCo would write a log file where the process runs.
+  /// Changes to an empty working directory, because MuJoCo writes its log file there.
   void SetUp() override {
     std::filesystem::current_path(elsewhere_.path());
     testing::internal::CaptureStdout();
@@ -69,7 +69,7 @@ class InstabilityTest : public testing::Test {
     return Stepper("Walker2d-v5", parameters);
   }
 
-  /// The walker has been reset with seed 1.
+  /// The walker must have been reset with seed 1.
   static void expect_failure(Stepper& walker, const std::vector<double>& action,
                              const std::string& words) {
     const std::vector<double> before = walker.observation;
@@ -89,7 +89,6 @@ class InstabilityTest : public testing::Test {
     EXPECT_THROW(walker.environment->scene(scene), ResetNeeded);
   }
 
-  /// The next episode is that of an environment that never failed.
   static void expect_recovery(Stepper& walker, Stepper& fresh) {
     walker.reset(1);
     fresh.reset(1);
@@ -122,7 +121,7 @@ TEST_F(InstabilityTest, BadAccelerationsEndTheEpisode) {
   }
 }
 
-/// Whichever engine step it is that fails, the last one included.
+/// Any engine step within a step may fail, including the last one.
 TEST_F(InstabilityTest, BadVelocitiesEndTheEpisode) {
   for (const int frame_skip : {1, 2, 4}) {
     Stepper walker = make(flying_walker("9e9", "1.2"),
@@ -145,7 +144,6 @@ TEST_F(InstabilityTest, BadPositionsEndTheEpisode) {
   }
 }
 
-/// A model may leave its controls without a limit.
 TEST_F(InstabilityTest, BadControlsEndTheEpisode) {
   const std::string text =
       replaced(builtin_text("walker2d_v5.xml"), "collision=\"predefined\"/>",
@@ -157,7 +155,6 @@ TEST_F(InstabilityTest, BadControlsEndTheEpisode) {
   expect_recovery(walker, fresh);
 }
 
-/// The largest noise that is allowed.
 TEST_F(InstabilityTest, WildStartsAreFiniteToo) {
   Stepper walker("Walker2d-v4", {{"reset_noise_scale", 1e6}, {"terminate_when_unhealthy", false}});
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
@@ -176,7 +173,7 @@ TEST_F(InstabilityTest, WildStartsAreFiniteToo) {
   }
 }
 
-/// MuJoCo's error handler, which by default ends the process.
+/// MuJoCo's default error handler would end the process.
 TEST_F(InstabilityTest, AFullStackEndsTheEpisode) {
   Stepper walker = make(cramped_walker());
   Stepper fresh = make(cramped_walker());
@@ -209,7 +206,6 @@ TEST_F(InstabilityTest, AFullStackEndsTheEpisode) {
   }
 }
 
-/// No step begins where a reset failed.
 TEST_F(InstabilityTest, AResetThatFailsSaysSo) {
   Stepper walker = make(cramped_walker(), {{"reset_noise_scale", 3.0}});
   int failed = 0;
@@ -224,7 +220,7 @@ TEST_F(InstabilityTest, AResetThatFailsSaysSo) {
   EXPECT_LT(failed, 20);
 }
 
-/// What a walker of a pool does in one of its steps, alone.
+/// A pool's step for a single environment: steps it, or resets it after the end of an episode.
 void go_on(Stepper& walker, bool& has_episode, std::string& reset_error,
            std::optional<std::uint64_t> seed) {
   reset_error.clear();
@@ -242,7 +238,6 @@ void go_on(Stepper& walker, bool& has_episode, std::string& reset_error,
   }
 }
 
-/// Each is to the bit what it is alone, whatever befalls it and its neighbours.
 TEST_F(InstabilityTest, InAPoolEachFailsAtItsOwnResets) {
   const Parameters parameters{{"xml_file", folder_.write("cramped.xml", cramped_walker())},
                               {"terminate_when_unhealthy", false},
@@ -294,8 +289,8 @@ std::string refusal_of(const std::string& model) {
 }
 
 #ifdef __SANITIZE_ADDRESS__
-// Before GCC 14 a thread may fork while another is within AddressSanitizer's allocator, and the
-// child, in which models are compiled, waits for that one for ever.
+// With GCC before 14, fork is unsafe while another thread is in AddressSanitizer's allocator: the
+// child, which compiles the model, then waits forever for the allocator's lock.
 std::mutex allocating;  // NOLINT
 const int is_kept_apart = pthread_atfork([] { allocating.lock(); }, [] { allocating.unlock(); },
                                          [] { allocating.unlock(); });
@@ -305,7 +300,6 @@ struct [[maybe_unused]] Nothing {};
 Nothing keep_apart() { return {}; }
 #endif
 
-/// Models are compiled in one thread while others step, and each fails for itself.
 TEST_F(InstabilityTest, ThreadsFailApart) {
   const std::string broken = folder_.write("broken.xml", "<mujoco><body/></mujoco>");
   const std::string cramped = folder_.write("cramped.xml", cramped_walker());

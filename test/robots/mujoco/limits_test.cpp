@@ -1,4 +1,4 @@
-// The built-in models' contact pairs and buffer sizes change the cost of a step, not its result.
+// The built-in models' contact pairs and buffer sizes affect the cost of a step, not its result.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,14 +21,13 @@ constexpr double kPi = 3.141592653589793;
 using State = std::vector<double>;
 using Control = std::vector<double>;
 
-/// A built-in model, and what can come of it at most.
 struct Case {
   const char* file;
   int num_pairs;
-  int most_contacts;     // two for each pair of capsules, or of one and the floor
-  int most_constraints;  // four for each contact with friction, one without or for a joint's limit
-  State worst_position;  // all capsules in the ground from end to end, all joints beyond limits
-  int worst_contacts;    // there
+  int most_contacts;     // two per pair of capsules, or of a capsule and the floor
+  int most_constraints;  // four per frictional contact, one per frictionless one or joint limit
+  State worst_position;  // all capsules entirely in the ground, all joints beyond their limits
+  int worst_contacts;    // in that position
   int worst_constraints;
 };
 
@@ -41,11 +40,10 @@ std::vector<Case> cases() {
           {"hopper_v5.xml", 7, 14, 41, hopper, 8, 35}};
 }
 
-/// The most that any state so far needed of MuJoCo's buffers.
 struct Usage {
   int contacts = 0;
   int constraints = 0;
-  int stack = 0;  // [numbers]
+  int stack = 0;  // number of mjtNum
 
   void add(const mjData& data) {
     contacts = std::max(contacts, data.maxuse_con);
@@ -57,13 +55,13 @@ struct Usage {
   }
 };
 
-/// Draws states that a walk never sees.
+/// Draws states and controls that do not occur in normal episodes.
 class Violence {
  public:
   explicit Violence(std::uint64_t seed) : generator_(seed) {}
 
-  /// Anywhere, from high in the air to deep in the ground, with joints turned beyond their limits
-  /// and speeds up to `fastest`.
+  /// Draws a base between deep in the ground and high in the air, joints beyond their limits, and
+  /// speeds up to `fastest`.
   void draw(double fastest, State& position, State& velocity) {
     for (std::size_t i = 0; i < position.size(); ++i) {
       position[i] = generator_.uniform(-kPi, kPi);
@@ -72,12 +70,10 @@ class Violence {
     position[kBaseZ] = generator_.uniform(-2, 2);
   }
 
-  /// Each motor full forward, full back or off.
   void draw(Control& control) {
     for (double& value : control) value = static_cast<double>(generator_.integers(-1, 2));
   }
 
-  /// Quiet, brisk or violent [m/s, rad/s].
   double draw_speed() {
     constexpr std::array<double, 4> kSpeeds{0, 1, 20, 300};
     return kSpeeds[static_cast<std::size_t>(generator_.integers(0, kSpeeds.size()))];
@@ -147,11 +143,11 @@ TEST_P(Limits, AreNotPassedByRandomViolence) {
   EXPECT_LT(unstable, 100);
 }
 
-/// Against the same model without pairs and sizes: state, accelerations and warm start of the
-/// solver, after every engine step.
+/// Compares the state, accelerations and warm start after every engine step with those of the same
+/// model without pairs and sizes.
 class Equality : public Limits {
  protected:
-  /// @returns the engine's words when it gives up
+  /// @return the error message if the engine fails, otherwise an empty string
   static std::string advance(LibraryPhysics& physics, const Control& control) {
     try {
       physics.step(control.data(), 1);
@@ -220,7 +216,6 @@ std::string name_of(const testing::TestParamInfo<Case>& test) {
 INSTANTIATE_TEST_SUITE_P(BuiltIn, Limits, testing::ValuesIn(cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(BuiltIn, Equality, testing::ValuesIn(cases()), name_of);
 
-/// As a learner sees it.
 TEST(StockModel, GivesTheSameEpisodes) {
   const Folder folder;
   const std::string file = folder.write("stock.xml", stock_text("walker2d_v5.xml"));

@@ -1,4 +1,4 @@
-// Models and saved states are the same in every locale of the process, to the bit.
+// The process's locale does not change models or saved states.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -17,7 +17,7 @@ TEST(Locale, ChangesNoModel) {
   const Folder folder;
   const std::string file = folder.write("model.xml", builtin_text("walker2d_v5.xml"));
   const auto fingerprint_of = [](const std::string& name) {
-    return fingerprint(*load_model(name));  // compiled anew, for nobody keeps it
+    return fingerprint(*load_model(name));  // compiles anew, because nothing keeps the model
   };
   const std::uint64_t walker = fingerprint_of("walker2d_v5.xml");
   const std::uint64_t hopper = fingerprint_of("hopper_v5.xml");

@@ -1,4 +1,4 @@
-// Model files for tests, and the built-in models' texts to make them from.
+// Model files for tests, made from the texts of the built-in models.
 #pragma once
 
 #include <stdexcept>
@@ -16,7 +16,7 @@ inline std::string builtin_text(const std::string& name) {
   throw std::out_of_range(name);
 }
 
-/// `text` with `to` for every `from`. There must be one: a test that changes nothing tests nothing.
+/// Replaces every `from` by `to`. At least one must exist, so that no test runs an unchanged model.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
   std::size_t place = text.find(from);
   if (place == std::string::npos) throw std::out_of_range(from + ": is not in the text");
@@ -26,7 +26,7 @@ inline std::string replaced(std::string text, const std::string& from, const std
   return text;
 }
 
-/// `text` without what stands from `begin` to `end`, these included.
+/// Removes the first range from `begin` through `end`.
 inline std::string without(std::string text, const std::string& begin, const std::string& end) {
   const std::size_t first = text.find(begin);
   const std::size_t last = text.find(end, first);
@@ -34,7 +34,7 @@ inline std::string without(std::string text, const std::string& begin, const std
   return text.erase(first, last + end.size() - first);
 }
 
-/// A built-in model that looks for contacts everywhere and takes MuJoCo's own buffer sizes.
+/// Text of a built-in model without contact pairs and with MuJoCo's default buffer sizes.
 inline std::string stock_text(const std::string& name) {
   std::string text = builtin_text(name);
   text = replaced(text, " collision=\"predefined\"", "");

@@ -1,4 +1,4 @@
-// Our compiled models against Gymnasium's, field by field, to the bit.
+// Our compiled models against Gymnasium's, field by field, bit by bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,10 +17,10 @@
 namespace walker::mujoco {
 namespace {
 
-/// Values by field, as words of a recording: integers in decimal, others as bits of doubles.
+/// Values by field, as in a recording: integers in decimal, doubles as hexadecimal bits.
 using Fields = std::map<std::string, std::vector<std::string>>;
 
-/// The fields that differ on purpose, and why. What is not named here is compared.
+/// Returns the fields that differ on purpose, with the reasons. All other fields are compared.
 std::map<std::string, std::string> different_fields(const std::string& id) {
   const char* const pairs = "pairs say which geoms can touch, so that no others are tried";
   const char* const sizes = "the buffers have the sizes that those pairs can need";
@@ -47,7 +47,7 @@ std::map<std::string, std::string> different_fields(const std::string& id) {
   return fields;
 }
 
-/// Not recorded: texts and pictures.
+/// Texts and textures, which are not recorded.
 const std::set<std::string>& unrecorded_fields() {
   static const std::set<std::string> fields = {"names", "text_data", "tex_rgb"};
   return fields;
@@ -77,7 +77,7 @@ std::vector<std::string> names(const mjModel& model, mjtObj kind, int count) {
   return result;
 }
 
-/// All that a model is, by MuJoCo's own lists of its fields.
+/// Returns all fields, by the X macros of mjxmacro.h.
 Fields fields_of(const mjModel& model) {
   Fields fields;
 #define X(name) fields[#name] = words(&model.name, 1);
@@ -93,7 +93,7 @@ Fields fields_of(const mjModel& model) {
 #define X(type, name, rows, columns) fields[#name] = words(model.name, model.rows * (columns));
   MJMODEL_POINTERS
 #undef X
-  // mjxmacro.h has no list of these.
+  // mjxmacro.h has no list of these fields.
   fields["stat.meaninertia"] = words(&model.stat.meaninertia, 1);
   fields["stat.meanmass"] = words(&model.stat.meanmass, 1);
   fields["stat.meansize"] = words(&model.stat.meansize, 1);
@@ -106,7 +106,6 @@ Fields fields_of(const mjModel& model) {
   return fields;
 }
 
-/// The recorded models of a robot by the environment that they belong to.
 std::map<std::string, Fields> recorded_models(const std::string& robot) {
   Recording recording(robot + "_models.txt");
   std::map<std::string, Fields> models;
@@ -124,7 +123,7 @@ std::map<std::string, Fields> recorded_models(const std::string& robot) {
   return models;
 }
 
-/// "Gymnasium's environment, our model".
+/// Gymnasium's environment, and our model.
 class Models : public testing::TestWithParam<std::pair<const char*, const char*>> {
  protected:
   const std::string robot =
@@ -149,7 +148,7 @@ TEST_P(Models, AreGymnasiumsInEveryFieldThatMatters) {
   EXPECT_GT(compared, robot == "walker2d" ? 1500U : 1000U);
 }
 
-/// No field hides behind the list of differences, or is recorded in vain.
+/// Every field in the list of differences differs, and every recorded field is a field of ours.
 TEST_P(Models, DifferWhereTheListSaysSo) {
   for (const auto& [name, reason] : different) {
     ASSERT_EQ(ours.count(name), 1U) << name;
@@ -169,12 +168,11 @@ INSTANTIATE_TEST_SUITE_P(Robots, Models,
                            return name.erase(name.find('-'), 1);
                          });
 
-/// A pair of geoms with what MuJoCo makes of a contact between them.
 using Contact = std::map<std::string, std::vector<double>>;
 
-/// The contacts that the geoms' masks allow, by the rules for geoms of equal priority and solver
-/// parameters: the larger dimension and friction, the larger margin and gap. A body and its parent
-/// never touch, unless that is the world.
+/// Returns the contacts that the geoms' masks allow. Geoms of equal priority and solver parameters
+/// get the maximum of their dimensions, frictions, margins and gaps. A body does not collide with
+/// its parent, unless the parent is the world.
 std::map<std::set<int>, Contact> contacts_by_masks(const mjModel& model) {
   std::map<std::set<int>, Contact> contacts;
   const auto largest = [](const mjtNum* values, int first, int second) {
@@ -217,14 +215,14 @@ std::map<std::set<int>, Contact> contacts_by_pairs(const mjModel& model) {
   return contacts;
 }
 
-/// The pairs are what Gymnasium's models come to without them.
+/// The pairs equal the contacts that the masks, which are Gymnasium's, would generate.
 TEST_P(Models, PairsAreTheContactsThatTheMasksAllow) {
   const ModelPointer model = load_model(GetParam().second);
   EXPECT_EQ(contacts_by_pairs(*model), contacts_by_masks(*model));
   EXPECT_EQ(model->npair, 7);
 }
 
-/// What the comparison can tell apart.
+/// Negative control of the comparison above.
 TEST(RecordedModels, OfTheTwoVersionsDifferInTheFrictionOfTheRightFoot) {
   const std::map<std::string, Fields> recorded = recorded_models("walker2d");
   std::set<std::string> differing;

@@ -1,6 +1,6 @@
-"""Our built-in models against Gymnasium's own files on our engine: every value to the bit.
+"""Our built-in models against Gymnasium's model files on our engine: every value bit by bit.
 
-Ours name the pairs of geoms that can touch and have small buffers; here neither changes a result.
+Ours list the geom pairs that can collide and have small buffers; neither changes a result.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ def rows(rollout, robot, xml_file, parameters, seed, actions):
 @pytest.mark.parametrize("kind", ["random", "saturated", "zero", "outside", "smooth"])
 @pytest.mark.parametrize("noise", [5e-3, 0.3])
 def test_results_are_equal(rollout, model, kind, noise):
-    """The walker lies on the floor and is thrown about, every limb touches it."""
+    """The walker lies and flails on the floor, so every limb touches it."""
     for seed in range(4):
         source = Actions(kind, seed, action_size(model))
         actions = np.array([source.draw(None) for _ in range(STEPS)])
@@ -32,7 +32,7 @@ def test_results_are_equal(rollout, model, kind, noise):
 
 
 def test_walker2ds_two_models_differ(rollout):
-    """What the comparison can tell apart."""
+    """Negative control of the comparison above."""
     actions = np.zeros((100, 6))
     first, second = (
         rows(rollout, "Walker2d", own_model(model), {}, 0, actions) for model in IDS[:2]

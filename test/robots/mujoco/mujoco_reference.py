@@ -1,11 +1,11 @@
-"""Gymnasium's Walker2d and Hopper: their episodes. player.h repeats the actions in C++."""
+"""Episodes of Gymnasium's Walker2d and Hopper. player.h has the same actions in C++."""
 
 from __future__ import annotations
 
 import os
 import pathlib
 
-# Gymnasium draws where there is no screen; its own choice may end the process there.
+# Renders without a display; Gymnasium's default may end the process in that case.
 os.environ.setdefault("MUJOCO_GL", "egl")
 
 import gymnasium
@@ -23,7 +23,6 @@ INFO_NAMES = {
     environment_id: V5_INFO_NAMES if environment_id.endswith("v5") else V4_INFO_NAMES
     for environment_id in IDS
 }
-# Sets of parameters away from their defaults.
 OTHER_PARAMETERS = (
     {"forward_reward_weight": 2.5, "ctrl_cost_weight": 0.3, "healthy_reward": 1.5},
     {"healthy_z_range": (1.2, 1.26), "healthy_angle_range": (-0.1, 0.1)},
@@ -31,7 +30,6 @@ OTHER_PARAMETERS = (
     {"reset_noise_scale": 0.05},
     {"exclude_current_positions_from_observation": False},
 )
-# Gymnasium's own models, by the environment that they belong to.
 MODELS = {
     environment_id: pathlib.Path(mujoco_env.__file__).parent / "assets" / name
     for environment_id, name in zip(
@@ -40,18 +38,16 @@ MODELS = {
 }
 
 
-# How many of 100 episodes must agree closely: Hopper stands on the ground from the first step on,
-# where the solver's tolerance shows (episodes_gymnasium_test.py).
+# Fraction of episodes that must agree closely. Hopper stands on the ground from the first step on,
+# where the solver's tolerance has an effect (episodes_gymnasium_test.py).
 NEARLY_ALL = {"Walker2d": 0.98, "Hopper": 0.93}
 
 
 def robot_of(environment_id):
-    """Its id without the version: Walker2d or Hopper."""
     return environment_id.partition("-")[0]
 
 
 def own_model(environment_id):
-    """The name of our built-in model."""
     return environment_id.lower().replace("-", "_") + ".xml"
 
 
@@ -60,10 +56,10 @@ def action_size(environment_id):
 
 
 class Actions:
-    """The actions of one episode: float32 values in float64, but for the kind `double`.
+    """Actions of one episode: float32 values in float64, except for the kind `double`.
 
-    `smooth` wanders slowly; `balance` holds the legs straight and the feet level, and so keeps
-    the walker up for hundreds of steps. Only sums and products: C++ gets the same bits.
+    `smooth` varies slowly; `balance` holds the legs straight and the feet level, which keeps the
+    walker upright for hundreds of steps. Only sums and products, so that C++ gets the same bits.
     """
 
     def __init__(self, kind, seed, size):
@@ -86,20 +82,20 @@ class Actions:
         self._slow = 0.95 * self._slow + self._random.uniform(-0.03, 0.03, self._size)
         if self._kind == "smooth":
             return rounded(self._slow)
-        # Counted from the end, for x may stand first: tilt, joint angles, joint speeds.
+        # Indexed from the end, because x may come first: tilt, joint angles, joint speeds.
         size = self._size
         first_angle = -2 * size - 3
         tilt, speeds = observation[first_angle - 1], observation[-size:]
         angles = observation[first_angle : first_angle + size]
-        off_level = tilt * (np.arange(size) % 3 == 2)  # of the feet
+        off_level = tilt * (np.arange(size) % 3 == 2)  # only for the feet
         return rounded(-0.5 * (angles + off_level) - 0.05 * speeds + self._slow)
 
 
 def play(session):
-    """Plays a session in one environment of Gymnasium. Returns a list of Episode.
+    """Plays a session in one Gymnasium environment and returns a list of Episode.
 
-    Of the margins of two geoms MuJoCo 2.2 takes the larger, and so does 3.2, but 4.0 the sum.
-    Hopper's geoms have all the same one, so that half of it is there what all of it is here.
+    For a pair of geoms, MuJoCo 2.2 and 3.2 use the larger margin, MuJoCo 4.0 the sum. Hopper's
+    geoms all have the same margin, so half of it in 4.0 equals the whole margin here.
     """
     environment = gymnasium.make(
         session.environment_id, disable_env_checker=True, **session.parameters
@@ -115,9 +111,9 @@ def play(session):
 
 
 def comparable(environment_id, kind, rows):
-    """Rows as they are compared: for the kind `double` with reward and reward_ctrl 0.
+    """Sets reward and reward_ctrl to 0 for the kind `double`.
 
-    Under float64 actions Gymnasium does not round the control cost to single precision.
+    With float64 actions, Gymnasium does not round the control cost to single precision.
     """
     if kind != "double":
         return rows
@@ -131,8 +127,8 @@ def comparable(environment_id, kind, rows):
 
 
 def draw_episode(environment_id, kind, seed, steps, render_mode="rgb_array", **camera):
-    """Yields for each of these steps of an episode (0: the reset, the episode must be as long) the
-    actions since the one before, shape (n, action size), and what Gymnasium draws then."""
+    """Yields for each of `steps` the actions since the previous one, shape (n, action size), and
+    Gymnasium's image. Step 0 is the reset. The episode must not end before the last step."""
     environment = gymnasium.make(
         environment_id, render_mode=render_mode, disable_env_checker=True, **camera
     )

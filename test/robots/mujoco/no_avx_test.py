@@ -1,5 +1,5 @@
-"""On a processor without AVX, which QEMU emulates, Walker2d and Hopper are refused in words, and
-BipedalWalker runs."""
+"""On a processor without AVX, emulated by QEMU, Walker2d and Hopper raise an error that explains
+it, and BipedalWalker runs."""
 
 import os
 import platform
@@ -26,7 +26,7 @@ print("played")
 
 
 def emulated(*command, **options):
-    """The command on a processor of 2008."""
+    """Runs the command on an emulated processor of 2008."""
     emulator = ["qemu-x86_64", "-cpu", "Nehalem"]
     return subprocess.run([*emulator, *command], capture_output=True, text=True, **options)
 

@@ -1,4 +1,4 @@
-// Observations made of measurements against the environment's own, also for other models.
+// The observation built from measurements against the environment's, also for a user's model.
 #include "walker_sim/observation_builder.h"
 #include "walker_sim/agent.h"
 
@@ -21,18 +21,18 @@ namespace walker::mujoco {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kBound = 1e-12;  // observation_builder.h states it
+constexpr double kBound = 1e-12;  // bound in observation_builder.h
 
-/// What a test of closeness must have met on its way.
+/// Statistics of the compared episodes, which show that the comparison is not vacuous.
 struct Seen {
   int steps = 0;
   double largest_turn = 0;  // [rad]
   double furthest = 0;      // [m]
-  double fastest = 0;       // of the torso [m/s]
+  double fastest = 0;       // torso [m/s]
 };
 
 void watch(const Observer& observer, Seen& seen) {
-  // Counted from the end, for x may stand first.
+  // Indexed from the end, because x may come first.
   const double pitch = observer.walker.observation[observer.walker.observation.size() - 16];
   const Vector3& velocity = observer.measurements.linear_velocity;
   ++seen.steps;
@@ -41,7 +41,6 @@ void watch(const Observer& observer, Seen& seen) {
   seen.fastest = std::max(seen.fastest, std::hypot(velocity[0], velocity[2]));
 }
 
-/// Plays episodes; every observation must be within the bound.
 void expect_equal_observations(Observer& observer, const std::string& kind, std::uint64_t seeds,
                                Seen& seen) {
   const std::unique_ptr<Agent> heuristic =
@@ -53,7 +52,7 @@ void expect_equal_observations(Observer& observer, const std::string& kind, std:
     ASSERT_LE(observer.largest_difference(), kBound) << kind << ", seed " << seed;
     while (!observer.walker.has_ended()) {
       actions.draw(observer.walker.observation, action);
-      // The gait was found for observations without x.
+      // The gait expects observations without x.
       const std::vector<double>& all = observer.walker.observation;
       if (kind == "heuristic") action = heuristic->act({all.end() - 17, all.end()});
       observer.step(action);
@@ -90,7 +89,7 @@ TEST_P(ObservationBuilderTest, MakesTheEnvironmentsObservationOfEveryStep) {
 TEST_P(ObservationBuilderTest, FollowsSomersaultsAndClippedVelocities) {
   Parameters lively = parameters();
   lively["terminate_when_unhealthy"] = false;
-  lively["reset_noise_scale"] = 3.0;  // within half a turn
+  lively["reset_noise_scale"] = 3.0;  // angles up to almost half a turn
   Observer observer(GetParam().id, lively);
   Seen seen;
   for (const char* kind : {"random", "saturated", "smooth"}) {
@@ -109,13 +108,13 @@ INSTANTIATE_TEST_SUITE_P(Ids, ObservationBuilderTest,
                                   (of.param.exclude_positions ? "" : "_with_x");
                          });
 
-/// Its root joints count from elsewhere than the world's origin, and its actuators stand in another
-/// order than its joints.
+/// The coordinates of the root joints do not start at the world's origin, and the actuators and
+/// joints have different orders.
 TEST(OtherModels, AreReadForWhereTheirRootJointsBegin) {
   std::string text = other_walker_text();
   text = replaced(text, "name=\"x\" type=\"slide\"", "name=\"x\" type=\"slide\" ref=\"-3\"");
   text = replaced(text, "name=\"pitch\" type=\"hinge\"", "name=\"pitch\" type=\"hinge\" ref=\"4\"");
-  // Axes that are the world's but for rounding.
+  // Axes that equal the world's except for rounding.
   text = replaced(text, "0.9800665778412416 0 0.19866933079506122", "0.98 0 0.1987");
   text = replaced(text, "-0.19866933079506122 0 0.9800665778412416", "-0.1986 0 0.9801");
   const Folder folder;
@@ -134,7 +133,6 @@ TEST(OtherModels, AreReadForWhereTheirRootJointsBegin) {
   EXPECT_NEAR(observer.built[2], 4, 0.1);
 }
 
-/// A walker in the middle of a fall, whose measurements a test changes.
 class MeasurementsTest : public testing::Test {
  protected:
   void SetUp() override {

@@ -1,13 +1,13 @@
-// A user's walker that has nothing in common with Gymnasium's but its kind of joints.
+// A user's walker that shares only the kinds of joints with Gymnasium's.
 #pragma once
 
 #include <string>
 
 namespace walker::mujoco {
 
-/// Turned body frames, a tilted hinge, bodies welded to others, shapes of all kinds, joints without
-/// a limit, two whose angles do not begin at zero, actuators in another order than their joints, of
-/// different strength, one backwards, some with an uneven range, buffers of its own.
+/// Rotated body frames, a tilted hinge, welded bodies, all kinds of shapes, joints without limits,
+/// two hinges with ref != 0, actuators in another order than the joints and with different gears,
+/// one of them negative, asymmetric control ranges, its own buffer sizes.
 inline std::string other_walker_text() {
   return R"(
 <mujoco model="other">

@@ -1,4 +1,4 @@
-// Plays episodes whose actions follow from a kind and a seed, as mujoco_reference.py does.
+// Actions determined by a kind and a seed, as in mujoco_reference.py.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,6 @@
 
 namespace walker::mujoco {
 
-/// The actions of one episode.
 class Actions {
  public:
   /// @param kind random, saturated, zero, outside, smooth, balance or double
@@ -35,7 +34,7 @@ class Actions {
     slow_[joint] = 0.95 * slow_[joint] + generator_.uniform(-0.03, 0.03);
     if (kind_ == "smooth") return rounded(slow_[joint]);
     if (kind_ != "balance") throw std::invalid_argument("kind " + kind_ + ": unknown");
-    // Counted from the end, for x may stand first: tilt, joint angles, joint speeds.
+    // Indexed from the end, because x may come first: tilt, joint angles, joint speeds.
     const double* const end = observation.data() + observation.size();
     const bool is_foot = joint % 3 == 2;
     const double* const angles = end - std::ptrdiff_t{2} * size_ - 3;

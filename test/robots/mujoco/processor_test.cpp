@@ -1,4 +1,4 @@
-// check_processor refuses processors that cannot run MuJoCo, and the C library's variant is named.
+// check_processor, and the name of the C library's variant in the engine version.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 namespace walker::mujoco {
 namespace {
 
-// test/robots/mujoco/processor_test.py asks on an emulated one.
+// test/robots/mujoco/no_avx_test.py covers an emulated processor without AVX.
 TEST(Processor, WithoutAvxIsRefusedInWords) {
   EXPECT_EQ(message_of<std::runtime_error>([] {
               check_processor(false);

@@ -1,4 +1,4 @@
-// Episodes that Gymnasium 1.4.0 played on MuJoCo 2.2.2, repeated to the bit.
+// Episodes recorded from Gymnasium 1.4.0 on MuJoCo 2.2.2, reproduced bit by bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,6 @@
 namespace walker::mujoco {
 namespace {
 
-/// What follows the word `session`.
 std::unique_ptr<Stepper> next_session(Recording& recording) {
   const auto id = recording.next<std::string>();
   std::vector<std::string> assignments(recording.next<std::size_t>());
@@ -23,8 +22,8 @@ std::unique_ptr<Stepper> next_session(Recording& recording) {
   return std::make_unique<Stepper>(id, parse_assignments(parameter_descriptions(id), assignments));
 }
 
-/// The row as recordings hold it: under float64 actions Gymnasium does not round the control cost
-/// to single precision, so reward and reward_ctrl are left out.
+/// Row as in the recording. With float64 actions, Gymnasium does not round the control cost to
+/// single precision, so reward and reward_ctrl are 0 for the kind `double`.
 std::vector<double> comparable_row(const Stepper& walker, const std::string& kind) {
   std::vector<double> row = walker.row();
   if (kind != "double") return row;
@@ -35,7 +34,6 @@ std::vector<double> comparable_row(const Stepper& walker, const std::string& kin
   return row;
 }
 
-/// What the recording has been compared in.
 struct Tally {
   std::size_t episodes = 0;
   std::size_t steps = 0;
@@ -67,14 +65,14 @@ void compare_episode(Recording& recording, Stepper& walker, Tally& tally,
   tally.falls += walker.result.terminated ? 1 : 0;
 }
 
-/// Robots by the names of their recordings.
+/// The parameter is the prefix of the recording's file name.
 class Recordings : public testing::TestWithParam<const char*> {};
 
 INSTANTIATE_TEST_SUITE_P(Robots, Recordings, testing::Values("walker2d", "hopper"),
                          [](const auto& robot) { return std::string(robot.param); });
 
-/// Every observation, reward, flag and info of every recorded session; a session's environment is
-/// reset several times.
+/// Compares every observation, reward, flag and info. Each session resets one environment several
+/// times.
 TEST_P(Recordings, EveryStepHasGymnasiumsHash) {
   Recording recording(std::string(GetParam()) + "_episodes.txt");
   std::unique_ptr<Stepper> walker;
@@ -102,7 +100,7 @@ TEST_P(Recordings, EveryStepHasGymnasiumsHash) {
   EXPECT_EQ(kinds.size(), 7U);
 }
 
-/// The same with the numbers themselves, so that a difference can be read.
+/// Compares the values instead of hashes, so that failures show the difference.
 TEST_P(Recordings, FullEpisodesAreEqual) {
   Recording recording(std::string(GetParam()) + "_full_episodes.txt");
   std::unique_ptr<Stepper> walker;

@@ -1,7 +1,7 @@
-// Pictures beside other users of OpenGL: threads, renderers, contexts that are current.
+// Rendering beside other users of OpenGL: threads, renderers, the caller's current context.
 #include <gtest/gtest.h>
 
-// Before EGL's headers: without the types of X11's.
+// Must precede EGL's headers, which otherwise include X11's.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -54,7 +54,6 @@ void expect_equal(const Image& a, const Image& b) {
   EXPECT_EQ(a.camera_pose.orientation, b.camera_pose.orientation);
 }
 
-/// In the order of `captures`.
 std::vector<Image> draw_all(const std::vector<StateCapture>& captures) {
   const auto renderer = make_small_renderer();
   std::vector<Image> images;
@@ -86,7 +85,7 @@ TEST(RendererContexts, ARendererGoesFromThreadToThread) {
   std::thread([&] { renderer.reset(); }).join();
 }
 
-/// What another library may have left current in this thread.
+/// Makes an OpenGL ES context current in this thread, as another library may have done.
 class CallersContext {
  public:
   CallersContext() {
@@ -148,8 +147,8 @@ TEST(RendererContexts, TheCallersStaysCurrent) {
   EXPECT_TRUE(context.is_current());
 }
 
-/// MuJoCo refuses to draw what is seen from distance 0 on. The error leaves nothing behind that
-/// another picture would stumble over.
+/// MuJoCo rejects a near plane that is almost at distance 0. Later images must not be
+/// affected.
 TEST(RendererContexts, AnErrorLeavesNoneCurrent) {
   const std::vector<StateCapture> captures = some_captures();
   const Image alone = draw_all(captures)[0];
@@ -170,7 +169,7 @@ TEST(RendererContexts, AnErrorLeavesNoneCurrent) {
   }
 }
 
-/// MuJoCo looks for OpenGL's functions once: those of another library would not fit a context.
+/// MuJoCo resolves OpenGL's functions once, and those of one library do not fit another's contexts.
 TEST(RendererContexts, TheFirstChoiceStays) {
   const std::vector<StateCapture> captures = some_captures();
   const Image alone = draw_all(captures)[0];

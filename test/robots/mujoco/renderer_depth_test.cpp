@@ -1,4 +1,4 @@
-// Depth, camera pose and focal length of pictures against rays that are cast here, by geometry.
+// Depth, camera pose and focal length of images against ray casting.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,35 +18,34 @@ namespace walker::mujoco {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFloor = 0;  // z of the built-in models' [m]
+constexpr double kFloor = 0;  // z of the built-in models' floor [m]
 
 double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/// a + scale b
+/// a + scale * b
 Vector3 sum(const Vector3& a, const Vector3& b, double scale) {
   return {a[0] + scale * b[0], a[1] + scale * b[1], a[2] + scale * b[2]};
 }
 
-/// From a point in a direction of any length.
+/// The direction may have any length; it is the unit of distances along the ray.
 struct Ray {
   Vector3 origin;
   Vector3 direction;
 };
 
-/// The smaller root of a t^2 + 2 b t + c; infinite where there is none.
+/// Smaller root of a t^2 + 2 b t + c; infinity if there is none.
 double first_root(double a, double b, double c) {
   const double discriminant = b * b - a * c;
   return discriminant < 0 ? kInfinity : (-b - std::sqrt(discriminant)) / a;
 }
 
-/// How many directions along the ray a sphere is.
 double distance_to_sphere(const Ray& ray, const Vector3& center, double radius) {
   const Vector3 arm = sum(ray.origin, center, -1);
   return first_root(dot(ray.direction, ray.direction), dot(arm, ray.direction),
                     dot(arm, arm) - radius * radius);
 }
 
-/// A capsule about the frame's z axis.
+/// Distance to a capsule along the z axis of its frame.
 double distance_to_capsule(const Ray& ray, const Pose& pose, double radius, double half_length) {
   const Vector3 axis = rotated(pose.orientation, {0, 0, 1});
   const Vector3 arm = sum(ray.origin, pose.position, -1);
@@ -76,7 +75,7 @@ double distance_to_walker(const Ray& ray, const std::vector<Link>& links, const 
   return nearest;
 }
 
-/// The depths that its corners, edges and middle see [m].
+/// Ray-cast depths at a pixel's corners, edges and centre [m].
 struct Pixel {
   double least = kInfinity;
   double most = 0;
@@ -84,14 +83,14 @@ struct Pixel {
   bool has_walker = false;
 };
 
-/// Depths of a picture, drawn and cast. Columns and rows of the optical frame begin at the corner.
+/// Rendered and ray-cast depths of an image. Columns and rows start at the image's corner.
 struct Comparison {
   const Camera& camera;
   const Image& image;
   const std::vector<Link>& links;
   const Sensors& sensors;
 
-  /// Its direction is 1 m deep, so that distances along it are depths.
+  /// The direction has depth 1 m, so distances along the ray are depths.
   Ray ray(double column, double row) const {
     const Vector3 direction{(column - camera.width / 2.0) / camera.focal_length,
                             (row - camera.height / 2.0) / camera.focal_length, 1};
@@ -111,7 +110,7 @@ struct Comparison {
         const double nearest = std::min(walker, distance_to_floor(line));
         pixel.least = std::min(pixel.least, nearest);
         pixel.most = std::max(pixel.most, nearest);
-        pixel.middle = nearest;  // of the last ray
+        pixel.middle = nearest;  // the last ray is the centre's
         pixel.has_walker = pixel.has_walker || walker < kInfinity;
       }
     }
@@ -119,7 +118,7 @@ struct Comparison {
   }
 };
 
-/// The camera, and the samples of a pixel; with several, a depth is that of any place in its pixel.
+/// A camera. With multisampling, a rendered depth may be that of any point in the pixel.
 struct View {
   const char* name;
   Parameters camera;
@@ -128,7 +127,7 @@ struct View {
 
 class RendererDepthTest : public testing::TestWithParam<View> {
  protected:
-  /// v5 with two more cameras: one stands in the world with a narrow view, one turns to the torso.
+  /// v5 with two more cameras: one with a narrow view, fixed in the world, one aimed at the torso.
   std::string model() const {
     std::string text = replaced(
         builtin_text("walker2d_v5.xml"), "<worldbody>",
@@ -148,9 +147,9 @@ class RendererDepthTest : public testing::TestWithParam<View> {
 };
 
 TEST_P(RendererDepthTest, IsThatOfTheFloorAndOfTheWalker) {
-  constexpr double kTessellation = 3e-3;  // capsules are drawn as prisms [m]
-  constexpr double kFacing = 1e-2;        // depths within a pixel that is no edge [m]
-  constexpr double kNear = 12;            // where the depth buffer resolves 0.1 mm [m]
+  constexpr double kTessellation = 3e-3;  // error of drawing capsules as prisms [m]
+  constexpr double kFacing = 1e-2;        // maximum depth range within a pixel without an edge [m]
+  constexpr double kNear = 12;            // up to here the depth buffer resolves 0.1 mm [m]
   Stepper walker("Walker2d-v5", parameters_);
   walker.reset(3);
   Actions actions("random", 3);
@@ -214,7 +213,7 @@ StateCapture first_capture(const Parameters& parameters) {
   return captured;
 }
 
-/// The sky is drawn around the camera, nearer than `far`; without one nothing is.
+/// The skybox is drawn around the camera, nearer than `far`; without it, the depth is `far`.
 TEST(RendererDepth, OfTheSkyIsFarAway) {
   const Folder folder;
   const Parameters clear{
@@ -251,7 +250,6 @@ TEST(RendererDepth, DoesNotDependOnTheColor) {
   EXPECT_TRUE(color.depth.empty());
 }
 
-/// A rope before the walker, which only a user's model has.
 TEST(RendererDepth, IsThatOfTendonsToo) {
   const Folder folder;
   const std::string sites = replaced(

@@ -1,7 +1,7 @@
-"""Pictures beside those that the installed Gymnasium draws of the same states, and by which OpenGL.
+"""Images against those of the installed Gymnasium in the same states, and the choice of OpenGL.
 
-MuJoCo 2.2.2 filters the floor a little otherwise than the version that Gymnasium has here, which
-now and then leaves a stray shadow on it, some 20 by 20 pixels large.
+MuJoCo 2.2.2 filters the floor slightly differently from Gymnasium's version here. This sometimes
+leaves a stray shadow of some 20 by 20 pixels on the floor.
 """
 
 import os
@@ -13,7 +13,7 @@ from picture_comparison import compare
 from rollout_tool import Refused, Rollout
 
 SIZE = 480
-# Kind of the actions, seed, steps: standing, reaching out, falling forwards and backwards.
+# Kind of the actions, seed, steps. They cover standing, reaching out, falling forward and backward.
 STATES = (
     ("balance", 1, (0, 20, 40, 60, 80, 100)),
     ("saturated", 2, (0, 5, 10, 15, 20)),
@@ -21,12 +21,12 @@ STATES = (
     ("outside", 5, (6, 12)),
     ("smooth", 7, (5, 15, 25)),
 )
-# The first one whose episode is long enough.
+# The first seeds with sufficiently long episodes.
 RANDOM_SEEDS = {"Walker2d": 3, "Hopper": 4}
 
 
 def pairs(rollout, environment_id, **camera):
-    """Our picture and Gymnasium's of each of those states."""
+    """Yields our image and Gymnasium's for each of STATES."""
     rollout.make(environment_id)
     theirs_camera = {name: value for name, value in camera.items() if value}
     for kind, chosen, steps in STATES:
@@ -52,7 +52,7 @@ def test_pictures_are_gymnasiums(rollout, environment_id, camera_name, capsys):
 
 
 def picture_by(library, environment=None):
-    """Raw bytes of the picture of a walker after some steps."""
+    """Returns the raw bytes of an image of a walker after ten steps, with MUJOCO_GL=`library`."""
     before = dict(os.environ)
     os.environ.update({"MUJOCO_GL": library, **(environment or {})})
     try:
@@ -82,7 +82,7 @@ def test_any_other_value_of_mujoco_gl_leaves_the_choice():
 
 @pytest.fixture
 def broken_libraries(tmp_path):
-    """A folder in which the loader finds libraries that are none."""
+    """Returns a function that writes invalid libraries and returns the environment to load them."""
 
     def make(*names):
         for name in names:
@@ -109,6 +109,6 @@ def test_without_opengl_the_error_says_what_to_install(broken_libraries, library
 
 
 def test_osmesa_beside_an_egl_that_all_see_is_refused():
-    """MuJoCo would draw with EGL's functions in OSMesa's context."""
+    """MuJoCo would call EGL's functions in OSMesa's context."""
     with pytest.raises(Refused, match="another part of this process has loaded EGL"):
         picture_by("osmesa", {"LD_PRELOAD": "libEGL.so.1"})

@@ -1,4 +1,4 @@
-// Pictures against Gymnasium's, and what they depend on.
+// Images against Gymnasium's, and the properties of the renderer.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,9 +19,8 @@ namespace {
 
 using mujoco::Actions;
 
-constexpr std::uint32_t kShrinking = 4;  // of the references, by record_pictures.py
+constexpr std::uint32_t kShrinking = 4;  // record_pictures.py shrinks the reference images by this
 
-/// The captured after this many steps of an episode.
 StateCapture capture_of(const std::string& id, const std::string& kind, std::uint64_t seed,
                         std::uint32_t steps) {
   Stepper walker(id);

@@ -28,14 +28,14 @@ TEST(Reward, IsWhatItsPartsAddUpTo) {
   EXPECT_EQ(terms.total(), 2.5 * 0.3 + 0.7 - double{1e-3F});
 }
 
-/// From the left, forward and survive first: another order rounds otherwise.
+/// Gymnasium adds forward and survive first; another order rounds differently.
 TEST(Reward, AddsInGymnasiumsOrder) {
   const RewardTerms terms{1e16, -1e16, 1};
   EXPECT_EQ(terms.total(), 0);
   EXPECT_EQ((RewardTerms{1, -1e16, 1e16}).total(), 0);
 }
 
-/// What NumPy 2 makes of `weight * numpy.sum(numpy.square(action))` with float32 actions.
+/// Costs are NumPy 2's `weight * numpy.sum(numpy.square(action))` for float32 actions.
 TEST(Reward, CostsWhatNumPySaysToTheBit) {
   struct Case {
     double weight;
@@ -61,7 +61,7 @@ TEST(Reward, ChargesTheActionAsGivenNotAsLimited) {
             -double{1e-3F * 9});
 }
 
-/// Gymnasium's would be infinite, or with a weight of 0 no number.
+/// Gymnasium's cost would be infinite, or NaN with a weight of 0.
 TEST(Reward, StaysFiniteForTheLargestActions) {
   constexpr double kMaxCost = std::numeric_limits<float>::max();
   for (const double huge : {1e19, 1e30, 1e300, -std::numeric_limits<double>::max()}) {
@@ -77,7 +77,7 @@ TEST(Reward, StaysFiniteForTheLargestActions) {
   }
 }
 
-/// Python's signs of zero: -0.0 for an action that costs nothing, and for False times a negative.
+/// The signs are Python's: -0.0 for zero actions, and for False times a negative number.
 TEST(Reward, KeepsTheSignOfZero) {
   RewardOptions penal = options(true);
   penal.healthy_reward = -1;
@@ -109,7 +109,7 @@ TEST(Reward, ForSurvivalDependsOnTheVersion) {
   }
 }
 
-/// v4 and v5 on one model: the same episodes, but for the reward of the step that ends them.
+/// v4 and v5 on one model have the same episodes, except for the reward of the terminating step.
 TEST(Versions, DifferInTheStepThatEndsTheEpisode) {
   for (const bool terminates : {true, false}) {
     Stepper v4("Walker2d-v4",

@@ -1,4 +1,4 @@
-// Robots on MuJoCo go on from saved states, to the bit, whatever makes the steps.
+// Saved states of MuJoCo robots, which continue bit by bit, by the kernel and by the library.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,15 +12,15 @@
 namespace walker::mujoco {
 namespace {
 
-/// Id, the kernel that saves and the one that loads, and the kind of actions.
+/// Id, kernel that saves, kernel that loads, kind of actions.
 class SavedStateTest : public testing::TestWithParam<
                            std::tuple<std::string, const char*, const char*, std::string>> {};
 
 TEST_P(SavedStateTest, GoesOnAlike) {
   const auto& [id, saver, loader, kind] = GetParam();
   Stepper original = make_by(saver, id);
-  Stepper untouched = make_by(saver, id);  // nothing is ever saved of it
-  Stepper other = make_by(loader, id);     // whatever it was doing
+  Stepper untouched = make_by(saver, id);  // is never saved
+  Stepper other = make_by(loader, id);     // loads states in the middle of its own episode
   original.reset(21);
   untouched.reset(21);
   other.reset(5);
@@ -46,9 +46,9 @@ TEST_P(SavedStateTest, GoesOnAlike) {
     ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched)) << "time " << time;
     ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, Actions(kind, time, num_joints)))
         << "time " << time;
-    load(other, state);  // back
+    load(other, state);
     ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched)) << "time " << time;
-    Stepper twin = make_by(saver, id);  // by what it was saved by
+    Stepper twin = make_by(saver, id);
     load(twin, state);
     ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(twin, other, Actions(kind, time, num_joints)))
         << "time " << time;
@@ -87,7 +87,6 @@ std::string refusal(Stepper& walker, const State& state) {
   }
 }
 
-/// Bytes of a state follow from the state alone.
 TEST(SavedState, HasTheSameBytesWhateverMakesTheSteps) {
   Stepper by_kernel = make_by(nullptr, "Walker2d-v5");
   Stepper by_library = make_by("off", "Walker2d-v5");
@@ -137,7 +136,7 @@ TEST(SavedState, AfterAnUnstableSimulation) {
   EXPECT_STREQ(fresh.result.error, walker.result.error);
   EXPECT_STREQ(fresh.result.end_reason, "the simulation failed");
   EXPECT_THROW(fresh.step(std::vector<double>(6)), ResetNeeded);
-  load(walker, state);  // of which no warning is left
+  load(walker, state);  // clears MuJoCo's warnings
   load(fresh, state);
   expect_alike_from_here(walker, fresh, Actions("zero", 1));
 }

@@ -1,4 +1,4 @@
-// Sensors against a twin in plain MuJoCo, over falls, wild states and a user's walker.
+// Sensors against a twin in plain MuJoCo, during falls, in random states and for a user's walker.
 #include "walker_sim/sensors.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@
 namespace walker::mujoco {
 namespace {
 
-/// MuJoCo driven by hand from the state that an observation of 18 numbers tells.
+/// Plain MuJoCo, started from the state in an observation of 18 values.
 class Twin {
  public:
   Twin(ModelPointer model, const std::vector<double>& observation)
@@ -38,7 +38,7 @@ class Twin {
 
   const mjData& data() const { return *data_; }
 
-  /// With poses and contacts of the present state, in data that nothing is stepped with.
+  /// Data with poses and contacts of the current state; separate, so that the steps are unaffected.
   const mjData& shown() {
     std::copy_n(data_->qpos, kDegreesOfFreedom, shown_->qpos);
     std::copy_n(data_->qvel, kDegreesOfFreedom, shown_->qvel);
@@ -52,13 +52,13 @@ class Twin {
   DataPointer shown_;
 };
 
-/// With noise of 1 the first steps are wild; the walker then lies and twitches.
+/// With reset noise of 0.5 the first steps are wild; the walker then lies and twitches.
 class SensorsTest : public testing::TestWithParam<const char*> {
  protected:
   bool is_other() const { return std::string(GetParam()) == "other"; }
 
-  /// With coarse steps the integrator's last stage, whose poses and contacts MuJoCo leaves behind,
-  /// is far from the state that it arrives at.
+  /// MuJoCo leaves the poses and contacts of the integrator's last stage in mjData. With long time
+  /// steps, they are far from the resulting state.
   std::string file() const {
     if (is_other()) return folder_.write("other.xml", other_walker_text());
     if (std::string(GetParam()) != "coarse") return GetParam();
@@ -91,7 +91,7 @@ class SensorsTest : public testing::TestWithParam<const char*> {
     }
   }
 
-  /// Height of the lowest point of a link of spheres and capsules, in the world.
+  /// Height of the lowest point of a link of spheres and capsules in the world [m].
   double lowest_point(const std::string& name) const {
     double lowest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < specification_.links.size(); ++i) {
@@ -150,7 +150,7 @@ TEST_P(SensorsTest, TheTrunkMovesAsTheEngineSays) {
   Vector3 before{};
   walk([this, &before](const std::vector<double>& /*action*/, Twin& twin) {
     const int trunk = mj_name2id(model_.get(), mjOBJ_BODY, specification_.links[0].name.c_str());
-    std::array<mjtNum, 6> motion{};  // turning, then the origin's velocity, in the world's axes
+    std::array<mjtNum, 6> motion{};  // angular velocity, then the origin's velocity; world axes
     mj_objectVelocity(model_.get(), &twin.shown(), mjOBJ_XBODY, trunk, motion.data(), 0);
     const bool is_start = twin.data().time == 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -166,7 +166,6 @@ TEST_P(SensorsTest, TheTrunkMovesAsTheEngineSays) {
   });
 }
 
-/// By geometry: a foot's lowest points against the floor.
 TEST_P(SensorsTest, FeetTouchWhereTheyReachTheFloor) {
   const double floor = is_other() ? -0.1 : 0;
   std::array<int, 2> seen{};  // lifted, touching
@@ -183,7 +182,6 @@ TEST_P(SensorsTest, FeetTouchWhereTheyReachTheFloor) {
   EXPECT_GT(seen[1], 20);
 }
 
-/// Not a bit of the trajectory depends on whether anybody looks.
 TEST_P(SensorsTest, LookingChangesNothing) {
   Stepper watched("Walker2d-v5", parameters_);
   Stepper alone("Walker2d-v5", parameters_);
@@ -212,7 +210,6 @@ INSTANTIATE_TEST_SUITE_P(Walker2d, SensorsTest,
                            return name.substr(0, 8) == "walker2d" ? name.substr(9, 2) : name;
                          });
 
-/// After an end there is still a state to look at, and before a reset there is none.
 TEST(Sensors, AreThereWhenAnEpisodeHasEnded) {
   Stepper walker("Walker2d-v5", {{"max_episode_steps", std::int64_t{3}}});
   Sensors sensors;

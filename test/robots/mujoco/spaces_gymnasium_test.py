@@ -1,4 +1,4 @@
-"""The specification's spaces, time step, limits, infos and parameters against Gymnasium's."""
+"""Spaces, time step, limits, infos and parameters of the specification against Gymnasium's."""
 
 import inspect
 import math
@@ -9,7 +9,7 @@ import pytest
 from gymnasium_reference import equal_bits
 from mujoco_reference import IDS, action_size, own_model
 
-# Gymnasium's parameters that concern its pictures.
+# Gymnasium's parameters for rendering.
 PICTURES = {"default_camera_config", "kwargs"}
 
 
@@ -69,7 +69,7 @@ def test_parameters_and_their_defaults(rollout, environment_id):
     _, ours = rollout.description()
     assert list(ours) == list(theirs)
     if "xml_file" in theirs:
-        theirs["xml_file"] = own_model(environment_id)  # the same, under a name with a version
-    rollout.make(environment_id, **theirs)  # Gymnasium's defaults are values of ours
+        theirs["xml_file"] = own_model(environment_id)  # the same model under a versioned name
+    rollout.make(environment_id, **theirs)  # we accept Gymnasium's defaults
     _, completed = rollout.description()
     assert ours == completed

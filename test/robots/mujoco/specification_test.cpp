@@ -1,4 +1,4 @@
-// What the specification says about the walkers, against MuJoCo's data and numerical integrals.
+// The walkers' specification against MuJoCo's data and numerical integrals.
 #include "robots/mujoco/specification.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDegree = 3.141592653589793 / 180;
 
-/// The tensor about the link's origin.
 std::array<double, 6> tensor_at_origin(const Link& link) {
   Parts centre;
   centre.add(link.mass, link.center_of_mass);
@@ -34,7 +33,7 @@ std::array<double, 6> tensor_at_origin(const Link& link) {
   return tensor;
 }
 
-/// Our walkers, and a user's, whose frames are all turned.
+/// The built-in walkers, and a user's walker whose frames are all rotated.
 class Links : public testing::TestWithParam<const char*> {
  protected:
   bool is_other() const { return std::string(GetParam()) == "other"; }
@@ -48,7 +47,7 @@ class Links : public testing::TestWithParam<const char*> {
   const Specification& specification_ = walker_.environment->specification();
 };
 
-/// All shapes are solid, and of one density.
+/// All shapes are solid and have the same density.
 TEST_P(Links, WeighWhatTheirShapesWeigh) {
   for (const Link& link : specification_.links) {
     SCOPED_TRACE(link.name);
@@ -66,7 +65,7 @@ TEST_P(Links, WeighWhatTheirShapesWeigh) {
   }
 }
 
-/// To rounding: the links' masses and inertias move with the energy of MuJoCo's mass matrix.
+/// The links' masses and inertias give the kinetic energy of MuJoCo's mass matrix, up to rounding.
 TEST_P(Links, MoveWithTheEnginesEnergy) {
   const ModelPointer model = load_model(file_);
   const DataPointer data(mj_makeData(model.get()));
@@ -87,7 +86,7 @@ TEST_P(Links, MoveWithTheEnginesEnergy) {
     double energy = 0;
     for (const Link& link : specification_.links) {
       const int body = mj_name2id(model.get(), mjOBJ_BODY, link.name.c_str());
-      std::array<mjtNum, 6> motion{};  // in the link's axes: turning, then its origin's velocity
+      std::array<mjtNum, 6> motion{};  // angular velocity, then the origin's velocity; link axes
       mj_objectVelocity(model.get(), data.get(), mjOBJ_XBODY, body, motion.data(), 1);
       const auto [wx, wy, wz, vx, vy, vz] = motion;
       const auto [cx, cy, cz] = link.center_of_mass;
@@ -102,7 +101,7 @@ TEST_P(Links, MoveWithTheEnginesEnergy) {
   }
 }
 
-/// What a reader of the specification computes from the joints' angles, in wild states.
+/// Forward kinematics from the specification and the joint angles, in random states.
 TEST_P(Links, StandWhereTheJointsPutThem) {
   std::map<std::string, std::size_t> index;
   for (std::size_t i = 0; i < specification_.links.size(); ++i) {
@@ -203,7 +202,7 @@ TEST(OtherWalker, MayHaveNoPlane) {
   EXPECT_FALSE(scene.floor);
 }
 
-/// A motor's own limit holds before its gear.
+/// The force limit of a motor applies before its gear.
 TEST(OtherWalker, MotorsMayHaveALimitOfForce) {
   const Folder folder;
   const std::string text = replaced(other_walker_text(), "gainprm=\"5\"",
@@ -274,7 +273,7 @@ TEST(BuiltInWalkers, StandOnTheFloor) {
   Stepper walker("Walker2d-v5");
   walker.reset(0);
   Scene scene;
-  scene.ground.resize(1);  // of another walker, as it were
+  scene.ground.resize(1);  // as another walker could have left it
   walker.environment->scene(scene);
   ASSERT_TRUE(scene.floor);
   EXPECT_EQ(scene.floor->z, 0);

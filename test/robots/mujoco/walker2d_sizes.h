@@ -1,4 +1,4 @@
-// Sizes of Walker2d, with which most tests of this room are made.
+// Sizes of Walker2d, which most tests in this folder use.
 #pragma once
 
 #include "robots/mujoco/planar_base.h"
@@ -7,6 +7,6 @@ namespace walker::mujoco {
 
 constexpr int kJointCount = 6;
 constexpr int kDegreesOfFreedom = kBaseJoints + kJointCount;
-constexpr int kFrameSkip = 4;  // Gymnasium's default, engine steps a step
+constexpr int kFrameSkip = 4;  // Gymnasium's default; engine steps per step
 
 }  // namespace walker::mujoco

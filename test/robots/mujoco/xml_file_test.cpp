@@ -1,4 +1,4 @@
-// Models of a user's own: which are refused, in what words, and that the others work.
+// Users' models: which ones are refused, with which messages, and which ones work.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 class XmlFileTest : public testing::Test {
  protected:
-  /// MuJoCo would write a log file where the process runs.
+  /// Changes to an empty working directory, because MuJoCo writes its log file there.
   void SetUp() override {
     fs::current_path(elsewhere_.path());
     testing::internal::CaptureStdout();
@@ -38,7 +38,7 @@ class XmlFileTest : public testing::Test {
     return message_of<std::invalid_argument>([&] { make("Walker2d-v5", {{"xml_file", path}}); });
   }
 
-  /// What is said about a file after its name, or all that is said where the name is missing.
+  /// Returns the error message after the file name, which the message must contain.
   std::string refusal(const std::string& text) const {
     const std::string file = folder_.write("model.xml", text);
     const std::string message = refusal_of_path(file);
@@ -48,7 +48,6 @@ class XmlFileTest : public testing::Test {
     return message.substr(std::min(begin.size(), message.size()));
   }
 
-  /// The refusal of Gymnasium's walker with `to` for `from`.
   std::string refusal_with(const std::string& from, const std::string& to) const {
     return refusal(replaced(stock_text("walker2d_v5.xml"), from, to));
   }
@@ -98,7 +97,7 @@ TEST_F(XmlFileTest, AnErrorInsideIsToldInMuJoCosWordsWithItsLine) {
   expect_words(refusal_with("name=\"leg\"", "name=\"foot\""), {"foot"});
 }
 
-/// MuJoCo's own error handler would end the process.
+/// MuJoCo's default error handler would end the process.
 TEST_F(XmlFileTest, BuffersThatAreTooSmallAreRefused) {
   const std::string text =
       replaced(builtin_text("walker2d_v5.xml"), "nstack=\"8000\"", "nstack=\"10\"");
@@ -153,7 +152,7 @@ TEST_F(XmlFileTest, ATrunkWithOtherAxesIsRefused) {
             reason);
 }
 
-/// The pitch on a body of its own, below the two slides'.
+/// The pitch joint is on a body of its own, a child of the body with the slides.
 TEST_F(XmlFileTest, ATrunkOfTwoBodiesIsRefused) {
   const std::string hinge = "<joint class=\"root\" name=\"rooty\" axis=\"0 1 0\"/>";
   std::string text = replaced(stock_text("walker2d_v5.xml"), hinge,
@@ -163,7 +162,6 @@ TEST_F(XmlFileTest, ATrunkOfTwoBodiesIsRefused) {
             "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
 }
 
-/// Two hinges on one body, and none on the other.
 TEST_F(XmlFileTest, ALimbWithTwoJointsIsRefused) {
   const std::string foot = "<joint name=\"foot_joint\" pos=\"-0.2 0 0.1\" range=\"-45 45\"/>";
   std::string text = replaced(stock_text("walker2d_v5.xml"), foot, "");
@@ -172,7 +170,7 @@ TEST_F(XmlFileTest, ALimbWithTwoJointsIsRefused) {
   EXPECT_EQ(refusal(text), "joint leg_joint: must be a hinge, and the only joint of its body");
 }
 
-/// A lever beside the walker would hang on nothing that the specification knows.
+/// A lever beside the walker would have no parent in the specification.
 TEST_F(XmlFileTest, ALimbThatHangsOnTheWorldIsRefused) {
   std::string text = stock_text("walker2d_v5.xml");
   text = without(text, "<joint name=\"foot_left_joint\"", "/>");
@@ -206,7 +204,7 @@ TEST_F(XmlFileTest, OtherActuatorsAreRefusedByName) {
             "actuator number 1: must drive one of the six hinges");
 }
 
-/// MuJoCo would work for hours, or smash its stack.
+/// MuJoCo would work for hours or overflow its stack.
 TEST_F(XmlFileTest, SettingsWithoutMeasureAreRefused) {
   const struct {
     const char *setting, *reason;
@@ -234,7 +232,7 @@ TEST_F(XmlFileTest, SettingsWithoutMeasureAreRefused) {
   }
 }
 
-/// Simulation time has whole nanoseconds, and must grow.
+/// Simulation time is in whole nanoseconds and must increase.
 TEST_F(XmlFileTest, AStepOfNoTimeIsRefused) {
   expect_words(refusal_with("timestep=\"0.002\"", "timestep=\"1e-9\""), {"timestep = 1e-09 s"});
 }
@@ -253,7 +251,7 @@ TEST_F(XmlFileTest, AnotherWalkerWalks) {
   Sensors sensors;
   walker.reset(0);
   for (int i = 0; i < 200; ++i) {
-    walker.step({0.5, 2, -3, -1, 7, 0.25});  // limited to 0.5, 1.2, -2, -1, 1, 0.25
+    walker.step({0.5, 2, -3, -1, 7, 0.25});  // clipped to 0.5, 1.2, -2, -1, 1, 0.25
     ASSERT_STREQ(walker.result.error, "");
     walker.environment->sense(sensors);
     const double expected[] = {-15, 60, -20, -50, 20, 1.75};
@@ -274,7 +272,7 @@ TEST_F(XmlFileTest, TheBuiltInModelsAreTakenFromFilesAsWell) {
   }
 }
 
-/// MuJoCo computes the same for a hinge, also where its axis is turned.
+/// For a hinge, MuJoCo computes the same torque in both frames.
 TEST_F(XmlFileTest, AMotorMayDriveItsHingeInTheParentsFrame) {
   const std::string text = stock_text("walker2d_v5.xml");
   Stepper stock("Walker2d-v5", {{"xml_file", folder_.write("m.xml", text)}});
@@ -306,7 +304,7 @@ TEST_F(XmlFileTest, PathsAreTakenAsTheyCome) {
   fs::current_path(old);
 }
 
-/// A file may include another one that lies beside it, wherever the process runs.
+/// Included files are relative to the including file, not to the working directory.
 TEST_F(XmlFileTest, IncludesAreFoundBesideTheFile) {
   const std::string text = stock_text("walker2d_v5.xml");
   const std::string begin = "<actuator>";
@@ -352,7 +350,6 @@ TEST_F(XmlFileTest, AModelThatNobodyUsesIsDropped) {
   EXPECT_TRUE(model.expired());
 }
 
-/// The old environment keeps the old model.
 TEST_F(XmlFileTest, AChangedFileIsCompiledAnew) {
   const std::string text = builtin_text("walker2d_v5.xml");
   const std::string file = folder_.write("m.xml", text);
@@ -366,7 +363,6 @@ TEST_F(XmlFileTest, AChangedFileIsCompiledAnew) {
   expect_words(refusal_of_path(file), {file});
 }
 
-/// A refusal leaves nothing behind that would refuse the corrected file.
 TEST_F(XmlFileTest, ACorrectedFileIsTaken) {
   const std::string file = folder_.write("m.xml", "<mujoco/>");
   EXPECT_NE(refusal_of_path(file), "nothing thrown");

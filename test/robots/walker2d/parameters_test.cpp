@@ -1,4 +1,4 @@
-// Each parameter of the environments: what it takes, what it says when it does not, what it does.
+// Each parameter of the environments: accepted values, error messages, effects.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace walker::walker2d {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kX = 0;  // in the observation with the positions
+constexpr std::size_t kX = 0;  // index in observations with positions
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 const char* const kIds[] = {"Walker2d-v4", "Walker2d-v5"};
 
@@ -22,7 +22,6 @@ std::string refusal(const std::string& id, const std::string& name, const Parame
   return message_of<std::invalid_argument>([&] { make(id, {{name, value}}); });
 }
 
-/// A falling walker's last step.
 Stepper fallen(const std::string& id, const Parameters& parameters) {
   Stepper walker(id, parameters);
   walker.reset(0);
@@ -30,7 +29,6 @@ Stepper fallen(const std::string& id, const Parameters& parameters) {
   return walker;
 }
 
-/// One step of an upright walker.
 Stepper stepped(const std::string& id, const Parameters& parameters) {
   Stepper walker(id, parameters);
   walker.reset(0);
@@ -56,7 +54,6 @@ TEST(Walker2dParameters, AreGymnasiumsWithItsDefaults) {
   EXPECT_EQ(make("Walker2d-v5")->specification().parameters, v5);
 }
 
-/// The specification carries what was given, not the defaults.
 TEST(Walker2dParameters, AreToldAsGiven) {
   const std::vector<std::pair<std::string, ParameterValue>> given{
       {"xml_file", std::string("walker2d_v4.xml")},
@@ -144,7 +141,7 @@ TEST(Walker2dParameters, UnknownOnesAreRefusedWithTheNearest) {
   EXPECT_NE(refusal("Walker2d-v5", "hardcore", true), "nothing thrown");
 }
 
-/// In Gymnasium too the model and the number of engine steps are fixed there.
+/// Gymnasium's v4 also has a fixed model and frame skip.
 TEST(Walker2dParameters, V4HasNoModelFileAndNoFrameSkip) {
   for (const char* name : {"xml_file", "frame_skip"}) {
     const std::string message = refusal("Walker2d-v4", name, std::int64_t{4});
@@ -212,7 +209,7 @@ TEST(Walker2dParameters, EpisodesMayBeShort) {
   }
 }
 
-/// Twice two engine steps are four, and the velocity is the mean over the longer time.
+/// Two steps of two engine steps equal one of four; the velocity is the mean over the whole step.
 TEST(Walker2dParameters, FrameSkipIsTheLengthOfAStep) {
   Parameters parameters{{"exclude_current_positions_from_observation", false}};
   Stepper four("Walker2d-v5", parameters);

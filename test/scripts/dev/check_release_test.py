@@ -1,4 +1,4 @@
-"""What scripts/dev/check_release takes for a release, and what it refuses."""
+"""Releases that scripts/dev/check_release accepts and refuses."""
 
 import pathlib
 import re

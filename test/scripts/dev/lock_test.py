@@ -1,4 +1,4 @@
-"""The lock files have the requirements' versions, with hashes; ./scripts/dev/lock writes them."""
+"""The lock files, which ./scripts/dev/lock writes, pin the requirements' versions with hashes."""
 
 import json
 import pathlib
@@ -11,7 +11,6 @@ LOCKS = [path for folder in ("docs", "scripts", "test") for path in (ROOT / fold
 
 
 def locked(path):
-    """The hashes of each NAME==VERSION of a file."""
     entries = re.split(r"\n(?=\S)", path.read_text(encoding="utf-8").strip())
     return {
         re.match(r"[^ ;\\]+==[^ ;\\]+", entry)[0]: re.findall(
@@ -43,7 +42,7 @@ def test_it_has_every_requirement_with_hashes(path):
 
 @pytest.mark.parametrize("folder", [ROOT / "test" / "python" / "rosnodejs"])
 def test_npm_has_every_requirement_with_hashes(folder):
-    """Without addresses: each machine asks the registry that its npm is configured for."""
+    """The lock has no URLs: each machine uses the registry that its npm is configured for."""
     wanted = json.loads((folder / "package.json").read_text(encoding="utf-8"))["dependencies"]
     lock = json.loads((folder / "package-lock.json").read_text(encoding="utf-8"))
     itself = lock["packages"].pop("")

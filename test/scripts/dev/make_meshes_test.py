@@ -10,8 +10,6 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 class MakeMeshesTest(unittest.TestCase):
-    """Files."""
-
     def test_it_writes_what_is_in_assets(self):
         committed = [*ROOT.glob("assets/*.dae"), *ROOT.glob("assets/*.stl")]
         with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-// ServerCamera drawn in another thread, by renderers that wait until the test lets them.
+// RenderThread with fake renderers that block until the test opens a gate.
 #include "server/camera/render_thread.h"
 
 #include <gtest/gtest.h>
@@ -18,13 +18,13 @@ namespace {
 
 using test::Gate;
 
-/// What the renderers of a test share.
+/// State that the renderers of a test share.
 struct Studio {
-  Gate gate;                              // before each picture
+  Gate gate;                              // passed by each `render`
   std::vector<std::int64_t> made;         // cameras of the renderers, in order
   std::vector<std::uint32_t> drawn;       // steps of the captures, in order
   std::vector<std::thread::id> painters;  // threads that made or destroyed a renderer
-  std::string complaint;                  // thrown by each picture, unless empty
+  std::string complaint;                  // thrown by each `render`, unless empty
 };
 
 class FakeRenderer : public Renderer {
@@ -59,8 +59,7 @@ class RenderThreadTest : public testing::Test {
 
   ~RenderThreadTest() override { studio_.gate.open(); }
 
-  /// Of the capture of this step, by the camera of this number. What becomes of it ends up in
-  /// `told_`.
+  /// A job that renders `step`; `told_` receives its outcome.
   RenderJob job(std::uint32_t step, std::int64_t camera = 0) {
     RenderJob job;
     job.captured.step = step;
@@ -79,7 +78,7 @@ class RenderThreadTest : public testing::Test {
     return newest;
   }
 
-  /// Everything that was told once the picture of step 99 is done.
+  /// Opens the gate, renders step 99 and returns all outcomes up to it.
   std::vector<std::string> finish_all() {
     studio_.gate.open();
     thread_->render(job(99));
@@ -100,7 +99,7 @@ TEST_F(RenderThreadTest, MakesNothingBeforeTheFirstPicture) {
 
 TEST_F(RenderThreadTest, DrawsInOrderWhileTheCallerGoesOn) {
   for (const std::uint32_t step : {1U, 2U, 3U}) thread_->render(job(step));
-  studio_.gate.wait_for_arrivals(1);  // the first is in flight, and nothing is done
+  studio_.gate.wait_for_arrivals(1);  // the first picture is in progress
   EXPECT_TRUE(told_.texts().empty());
   EXPECT_EQ(thread_->num_rendered(), 0U);
   EXPECT_EQ(finish_all(), (Texts{"1", "2", "3", "99"}));

@@ -1,5 +1,4 @@
-// The markers of every environment are fit for rviz, which draws nothing, or ends, where a marker
-// is not.
+// The markers of every environment are valid: rviz rejects invalid markers or crashes on them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -71,7 +70,7 @@ const Marker* find(const MarkerArray& array, const std::string& name) {
   return found == array.markers.end() ? nullptr : &*found;
 }
 
-/// A walker right after a reset.
+/// A walker just after a reset.
 struct World {
   explicit World(const std::string& id) : environment(make(id)) {
     const Specification& specification = environment->specification();
@@ -132,7 +131,7 @@ std::vector<std::string> ids() {
   return ids;
 }
 
-/// Test names have no place for a hyphen.
+/// Test names must not contain hyphens.
 std::string test_name(const testing::TestParamInfo<std::string>& environment) {
   std::string name = environment.param;
   name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
@@ -154,7 +153,7 @@ TEST(SceneMarkers, StandOnTheSurfaceThatTheWalkerWalksOn) {
   }
 }
 
-/// Grass above, earth below it: no gap between them, no place drawn twice, nothing beyond.
+/// Grass and the earth below it cover exactly the polygon, without gaps or overlaps.
 TEST(SceneMarkers, CoverAPieceOfGroundOnce) {
   Scene scene;
   scene.ground.push_back({{{0, 2}, {3, 1}, {3, -1}, {0, -1}}, {0.4, 0.8, 0.3, 1}});
@@ -176,7 +175,7 @@ TEST(SceneMarkers, CoverAPieceOfGroundOnce) {
   EXPECT_NEAR(area, 7.5, 1e-12);
 }
 
-/// Gymnasium's, for a pole of 50 pixels: 25 pixels long, 10 high.
+/// Gymnasium's pennant is 25 pixels long and 10 high, on a pole of 50 pixels.
 TEST(SceneMarkers, PennantsHaveGymnasiumsProportions) {
   Scene scene;
   scene.flags.push_back({2, 3, 5, {0.9, 0.2, 0, 1}});
@@ -226,7 +225,7 @@ TEST(StateMarkers, ShowRaysFromTheHullToWhatTheyMet) {
   EXPECT_NEAR(rays.points[1].z, hull[2] - 2, 1e-9);
   EXPECT_EQ(find(array, "hits")->points.size(), finder.num_rays - 1);
 
-  // The last met nothing: drawn forward to the range's end, and fainter.
+  // The last ray hits nothing: it is drawn fainter, up to the maximum range.
   const Marker& missed = *find(array, "missed_rays");
   ASSERT_EQ(missed.points.size(), 2U);
   const double length = std::hypot(missed.points[1].x - hull[0], missed.points[1].z - hull[2]);
@@ -261,7 +260,6 @@ TEST(StateMarkers, TellHowTheEpisodeEnded) {
   EXPECT_EQ(text.find(" seed "), std::string::npos);
 }
 
-/// What goes with the walker is as large as its limbs are long.
 TEST(StateMarkers, AreAsLargeAsTheWalkersReach) {
   Specification specification;
   specification.links.resize(2);
@@ -283,7 +281,7 @@ TEST(StateMarkers, AreAsLargeAsTheWalkersReach) {
 }
 
 TEST(StateMarkers, KeepTheTextWhereItIsWhateverTheNumbers) {
-  // rviz centres the block of lines: it stays where it is as long as its widest line is the same.
+  // rviz centres the text, so it stays in place while its widest line does not change.
   World world("Walker2d-v5");
   const auto lines = [&](std::uint32_t step, double episode_return) {
     world.status.step = step;
@@ -303,9 +301,6 @@ TEST(StateMarkers, KeepTheTextWhereItIsWhateverTheNumbers) {
   }
 }
 
-// ---------------------------------------------------------------- contacts
-
-/// The height of a link's lowest point, from the corners of its prisms alone.
 double lowest_corner(const Link& link, const Pose& pose) {
   const Quaternion& q = pose.orientation;  // a turn about y
   const double angle = 2 * std::atan2(q[1], q[3]);
@@ -368,9 +363,8 @@ TEST(ContactMarkers, AreOnTheFloorWhereTheEngineReportsAContact) {
   EXPECT_GT(seen, 20U);
 }
 
-/// With known numbers: by which point of each solid it touches the ground.
 TEST(LowestPoint, OfEverySolid) {
-  constexpr double kAngle = 0.5;  // about +y: turns x down
+  constexpr double kAngle = 0.5;  // about +y: tilts +x down
   const Pose tilted{{1, 2, 3}, {0, std::sin(kAngle / 2), 0, std::cos(kAngle / 2)}};
   const auto height = [&](Solid::Kind kind, const Vector3& size) {
     Link link;
@@ -386,11 +380,9 @@ TEST(LowestPoint, OfEverySolid) {
   EXPECT_FALSE(lowest_point(Link{}, 0, tilted)) << "a link without a shape";
 }
 
-// ---------------------------------------------------------------- floor
-
 const Floor kFloor{0.25, 0.5, {{{1, 1, 1, 1}, {0, 0, 0, 1}}}};
 
-/// The tones of the tiles nearest to the viewer, which are not paled, by where they begin [tile].
+/// Red of the tiles in the row nearest to the viewer, which is not paled, keyed by tile index.
 std::map<long, float> nearest_tiles(double walker_x) {
   const Marker marker = floor_marker(kFloor, floor_center(kFloor, walker_x), header());
   expect_drawable(marker);
@@ -425,7 +417,7 @@ TEST(FloorMarker, GoesAlongWithoutMovingItsTiles) {
   for (const double x : {-1000.3, -2.0, 0.9, 1.1, 3.7, 123456.7}) {
     SCOPED_TRACE(x);
     const std::map<long, float> tones = nearest_tiles(x);
-    // The picture shows about 4 m to either side.
+    // The view shows about 4 m to either side.
     EXPECT_LT(static_cast<double>(tones.begin()->first) * kFloor.tile, x - 5);
     EXPECT_GT(static_cast<double>(tones.rbegin()->first) * kFloor.tile, x + 5);
     for (const auto& [tile, tone] : tones) {
@@ -439,8 +431,6 @@ TEST(FloorMarker, IsSmall) {
   const Marker marker = floor_marker(kFloor, 0, header());
   EXPECT_LT(ros::serialization::serializationLength(marker), 250000U);
 }
-
-// ---------------------------------------------------------------- path
 
 TEST(PathMarker, HasAPointWhereverTheTrunkHasGoneSomeWay) {
   Path path;

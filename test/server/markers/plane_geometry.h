@@ -1,4 +1,4 @@
-// Geometry in the world's x,z plane, worked out apart from the engine's.
+// Geometry in the world's x,z plane, independent of the engine's.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace walker::test {
 
-/// A piece of ground or an edge of an obstacle, in the world's x,z plane.
+/// A surface of the ground or an edge of an obstacle.
 struct Segment {
   std::array<double, 2> from;
   std::array<double, 2> to;
@@ -32,7 +32,8 @@ inline std::vector<Segment> surfaces(const Scene& scene) {
   return segments;
 }
 
-/// Distance from `origin` along the unit vector `direction` to the segment; infinite: misses it.
+/// Distance from `origin` along the unit vector `direction` to the segment; infinite if the ray
+/// misses it.
 inline double distance_along(const std::array<double, 2>& origin,
                              const std::array<double, 2>& direction, const Segment& segment) {
   constexpr double kMiss = std::numeric_limits<double>::infinity();

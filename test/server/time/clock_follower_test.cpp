@@ -1,4 +1,4 @@
-// Following /clock on made-up times.
+// ClockFollower on synthetic times.
 #include "server/time/clock_follower.h"
 
 #include <gtest/gtest.h>
@@ -16,10 +16,10 @@ constexpr std::uint64_t kMillisecond = 1'000'000;
 constexpr std::uint64_t kSecond = 1000 * kMillisecond;
 constexpr std::uint64_t kDt = 20 * kMillisecond;
 
-/// A simulation that does what the follower advises.
+/// A simulation that takes the follower's advice.
 class Simulated {
  public:
-  /// Looks at /clock until nothing is due any more. @return steps made
+  /// Makes the steps that are due and returns their number.
   int look(std::uint64_t clock) {
     for (int steps = 0;; ++steps) {
       const ClockFollower::Advice advice = follower.look(clock, stamp);
@@ -32,10 +32,9 @@ class Simulated {
     }
   }
 
-  /// A step or a reset by hand, which does not ask /clock.
+  /// Advances time by a step or a manual reset, without regard to /clock.
   void advance() { stamp += kDt; }
 
-  /// Resets by hand.
   void reset(int times) {
     for (int i = 0; i < times; ++i) {
       advance();
@@ -48,7 +47,7 @@ class Simulated {
   std::uint64_t missed = 0;
 };
 
-/// One that has followed up to here.
+/// A simulation that has followed /clock up to `clock`.
 Simulated at(std::uint64_t clock) {
   Simulated simulated;
   simulated.look(clock);

@@ -1,4 +1,4 @@
-// What stands on the parameter server about reserved time, by servers and by others.
+// Values of the parameter with the reserved time, as servers and other programs write them.
 #include "server/time/reserved_until.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(ReservedUntil, IsReadAsItWasWritten) {
   }
 }
 
-/// As `rosparam set` and a launch file would.
+/// `rosparam set` and launch files write these types.
 TEST(ReservedUntil, IsReadAsAPersonWritesIt) {
   EXPECT_EQ(read_reserved_until(parsed(pair("<int>3</int>", "<int>4</int>"))), 3 * kSecond + 4);
   EXPECT_EQ(read_reserved_until(parsed(pair("<double>3.0</double>", "<i4>0</i4>"))), 3 * kSecond);

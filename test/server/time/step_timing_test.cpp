@@ -1,4 +1,4 @@
-// Jitter and step times of made-up steps.
+// Jitter and durations of synthetic steps.
 #include "server/time/step_timing.h"
 
 #include <gtest/gtest.h>
@@ -38,8 +38,8 @@ TEST(StepTiming, OneIntervalIsEnough) {
   StepTiming timing;
   timing.step_begins(kStart, milliseconds(8));
   EXPECT_FALSE(timing.report().jitter) << "one step has no interval";
-  timing.step_begins(kStart + microseconds(8007),
-                     milliseconds(8));  // the report does not part the two
+  // A report does not separate the steps before and after it.
+  timing.step_begins(kStart + microseconds(8007), milliseconds(8));
   const auto jitter = timing.report().jitter;
   ASSERT_TRUE(jitter);
   EXPECT_NEAR(jitter->median, 7 * kMicrosecond, kTolerance);

@@ -1,4 +1,4 @@
-// Reserved time, with keepers that are quick, slow, silent and back again.
+// Time reservations on a fast, blocked, failing or recovered fake master.
 #include "server/time/time_reservation.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ constexpr std::uint64_t kSecond = 1'000'000'000;
 constexpr std::uint64_t kBegin = 100 * kSecond;
 constexpr std::uint64_t kEnd = std::numeric_limits<std::uint64_t>::max();
 
-/// Keeps what is reserved, and does it as a test wants.
+/// Fake master: records reservations; a test can block them or make them fail.
 class Keeper {
  public:
   TimeReservation::Write write() {
@@ -42,10 +42,10 @@ class Keeper {
     is_silent_ = is_silent;
   }
 
-  /// All that was asked, once it is so much.
+  /// Waits for `count` reservations and returns all of them.
   std::vector<std::uint64_t> asked(std::size_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
-    constexpr std::chrono::seconds kTimeout{30};  // only a failing test waits as long
+    constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
     EXPECT_TRUE(changed_.wait_for(lock, kTimeout, [&] { return asked_.size() >= count; }));
     return asked_;
   }
@@ -68,7 +68,7 @@ class TimeReservationTest : public testing::Test {
     reservation_ = std::make_unique<TimeReservation>(kBegin, end, keeper_.write());
   }
 
-  /// Until the complaint is there, or gone.
+  /// Waits until there is a complaint, or none, and returns it.
   std::string wait_for_complaint(bool is_wanted) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
     while (reservation_->complaint().empty() == is_wanted) {

@@ -1,4 +1,4 @@
-// Statistics of made-up episodes.
+// Statistics of synthetic episodes.
 #include "server/topics/episode_statistics.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What is proven to stay apart, Box2D finds no impact for. Compiled with -fno-access-control:
-// sweeps are private to bodies.
+// If SweptVertices proves that shapes stay apart, b2TimeOfImpact finds no impact.
+// Compiled with -fno-access-control, because b2Body's sweep is private.
 #include "robots/bipedal_walker/box2d_pinned/swept_vertices.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ class SweptVerticesTest : public testing::Test {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
   float between(double low, double high) { return static_cast<float>(uniform(low, high)); }
-  /// Of all sizes up to `most`, of both signs.
+  /// Random magnitude over five decades up to `most`, random sign.
   float any_size(double most) {
     return static_cast<float>(most * std::pow(10.0, uniform(-5, 0)) *
                               (uniform(-1, 1) < 0 ? -1 : 1));
@@ -63,8 +63,9 @@ class SweptVerticesTest : public testing::Test {
     int apart = 0, proven = 0, touching = 0;
   };
 
-  /// Pieces of terrain around a place, and the limb in motion near it.
-  /// @param place of the terrain [m], and turns: of the limb before its motion [rad]
+  /// Compares random terrain with a random sweep of the limb near it, `times` times.
+  /// @param place bound of the terrain's coordinates [m]
+  /// @param turns bound of the limb's angle before the sweep [rad]
   Count compare(int times, double place, double turns) {
     Count count;
     for (int i = 0; i < times; ++i) {
@@ -74,7 +75,7 @@ class SweptVerticesTest : public testing::Test {
       b2PolygonShape box;
       box.SetAsBox(between(0.1, 0.5), between(0.1, 0.5), origin, 0);
       const b2Shape& terrain = i % 2 == 0 ? static_cast<const b2Shape&>(edge) : box;
-      // Mostly about to touch: a limb is 0.2 m by 1 m.
+      // Mostly close to touching: the limb is 0.2 m by 1 m.
       const b2Vec2 from = origin + b2Vec2(between(-1, 1.4), between(-1.2, 1.2));
       const float angle = between(-turns, turns);
       set_sweep(from, angle, from + b2Vec2(any_size(0.5), any_size(0.5)), angle + any_size(2));
@@ -99,7 +100,6 @@ class SweptVerticesTest : public testing::Test {
 TEST_F(SweptVerticesTest, WhatIsProvenApartHasNoImpact) {
   for (const double place : {1.0, 90.0, 490.0}) {
     const Count count = compare(1000000, place, 3);
-    // Else little is compared, or little is proven.
     EXPECT_GT(count.touching, 20000) << place;
     EXPECT_GT(count.proven, 2 * count.apart / 3) << place << " of " << count.apart;
   }
@@ -107,7 +107,8 @@ TEST_F(SweptVerticesTest, WhatIsProvenApartHasNoImpact) {
 
 TEST_F(SweptVerticesTest, HoldsForManyTurns) { compare(200000, 90, 95); }
 
-/// A limb that comes down flat on the ground, at all distances around the one where it touches.
+/// The limb lands almost flat on the ground and ends within 15 mm of it, a range that includes
+/// Box2D's touching distance.
 TEST_F(SweptVerticesTest, HoldsAroundTheDistanceAtWhichBox2dLetsThingsTouch) {
   b2EdgeShape ground;
   int proven = 0;
@@ -128,7 +129,7 @@ TEST_F(SweptVerticesTest, HoldsAroundTheDistanceAtWhichBox2dLetsThingsTouch) {
   EXPECT_GT(touching, 20000);
 }
 
-/// A corner that swings through its lowest place, 9 mm below where it is at both ends.
+/// A corner of the limb swings through its lowest point, 9 mm below its height at both ends.
 TEST_F(SweptVerticesTest, SeesTheBulgeOfATurn) {
   b2EdgeShape ground;
   const float lean = std::atan2(0.1F, 0.5F);
@@ -159,7 +160,6 @@ TEST_F(SweptVerticesTest, ProvesNothingOfWhatIsFarOrNoNumber) {
   }
 }
 
-/// The same object, as the world moves on.
 TEST_F(SweptVerticesTest, FollowsTheBody) {
   b2EdgeShape ground;
   ground.Set(b2Vec2(-5, -1), b2Vec2(5, -1));

@@ -1,4 +1,4 @@
-// Worlds put into the state of others are those, in all that they carry from step to step.
+// A world that loads another world's state has all of its state and the same future.
 #include "robots/bipedal_walker/world_state.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// A world that is driven at random.
 class Place {
  public:
   Place(std::uint64_t seed, bool hardcore, bool reuse_world)
@@ -46,7 +45,6 @@ class Place {
     return state;
   }
 
-  /// From a place with any terrain and any past.
   void become(Place& other) {
     const std::vector<std::byte> state = other.save();
     StateReader reader(state.data(), state.size());
@@ -72,7 +70,7 @@ class Place {
   std::optional<Physics> physics_;
 };
 
-/// Mode, hardcore, and whether worlds are used again.
+/// Mode, hardcore, reuse_world.
 class WorldStateTest : public testing::TestWithParam<std::tuple<std::string, bool, bool>> {
  protected:
   using Action = std::array<double, kJointCount>;
@@ -84,7 +82,6 @@ class WorldStateTest : public testing::TestWithParam<std::tuple<std::string, boo
     return action;
   }
 
-  /// Equal now, and for so many steps and another episode.
   void expect_same_future(Place& actual, Place& expected, int num_steps) {
     ASSERT_EQ(actual.words(), expected.words()) << "at once";
     ASSERT_EQ(actual.save(), expected.save());
@@ -108,10 +105,10 @@ class WorldStateTest : public testing::TestWithParam<std::tuple<std::string, boo
 TEST_P(WorldStateTest, GoesOnAsTheOtherWorld) {
   const auto& [mode, hardcore, reuse_world] = GetParam();
   Place original(1, hardcore, reuse_world);
-  Place another(2, hardcore, reuse_world);  // keeps what it came to, from one time to the next
+  Place another(2, hardcore, reuse_world);  // loads every state, whatever its own history
   int num_asleep = 0;
   for (int time = 0; time < 12; ++time) {
-    if (mode == "rest") original.begin();  // some lie down to sleep, and some never do
+    if (mode == "rest") original.begin();  // some walkers fall asleep, others never do
     const auto num_steps = mode == "rest" ? 300 : random_() % 60;
     for (std::size_t i = 0; i < num_steps && original.physics().hull().IsAwake(); ++i) {
       original.step(draw());
@@ -125,7 +122,7 @@ TEST_P(WorldStateTest, GoesOnAsTheOtherWorld) {
     ASSERT_EQ(original.words(), before) << "saving changes nothing";
     ASSERT_EQ(another.words(), before);
     ASSERT_NO_FATAL_FAILURE(expect_same_future(fresh, another, 25)) << "time " << time;
-    another.become(original);  // goes back
+    another.become(original);
     ASSERT_EQ(another.words(), before);
     if (time % 4 == 3 && mode != "rest") {
       original.begin();

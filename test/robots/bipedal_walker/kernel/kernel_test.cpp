@@ -1,6 +1,5 @@
-// Worlds that a kernel solves together are Box2D's, in all that they carry from step to step.
-// WALKER_SIM_TEST_STEPS sets how many steps each way of driving is compared in
-// (docs/box2d_speed.md).
+// Worlds that a kernel solves in groups have Box2D's bits in all state that persists over steps.
+// WALKER_SIM_TEST_STEPS sets the number of steps per mode (docs/box2d_speed.md).
 #include "robots/bipedal_walker/kernel/kernel.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +22,7 @@ long steps_of_each() {
   return text != nullptr ? std::strtol(text, nullptr, 10) : 3000;
 }
 
-/// Mode, hardcore, and whether worlds are used again.
+/// Mode, hardcore, reuse_world.
 class KernelTest : public testing::TestWithParam<std::tuple<std::string, bool, bool>> {};
 
 TEST_P(KernelTest, HasBox2dsBits) {
@@ -32,7 +31,7 @@ TEST_P(KernelTest, HasBox2dsBits) {
   RunOptions options;
   std::tie(options.mode, options.hardcore, options.reuse_world) = GetParam();
   options.steps = steps_of_each();
-  if (options.mode == "rest") {  // until they sleep
+  if (options.mode == "rest") {  // enough steps to fall asleep
     options.worlds = 17;
     options.steps = std::max(options.steps, 180 * static_cast<long>(options.worlds));
   }
@@ -73,7 +72,6 @@ Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_impacts
   return run({&kernel}, options);
 }
 
-/// The comparison sees 179 iterations where there should be 180.
 TEST(KernelControlTest, AnIterationLessIsNoticed) {
   const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
     Model less = model;
@@ -92,7 +90,7 @@ TEST(KernelControlTest, AnIterationOverPositionsLessIsNoticed) {
   EXPECT_GT(run_altered(solve, original().solve_impacts, "random").tallies[0].different, 0);
 }
 
-/// Most impacts are solved long before the last iteration, so this one makes but a few.
+/// Most impacts converge long before the last iteration, so this kernel makes only 5.
 TEST(KernelControlTest, IterationsLessAtImpactsAreNoticed) {
   const auto solve_impacts = [](Impact* const* impacts, std::size_t count, const Model& model) {
     Model less = model;
@@ -107,7 +105,7 @@ bool has_no_luck() {
   return random() % 3 == 0;
 }
 
-/// Of every third world nothing comes back that could be used: Box2D then solves it by itself.
+/// About one result in three is non-finite; Box2D then solves that world itself.
 TEST(KernelFallbackTest, WorldsThatAreLeftToBox2dHaveItsBits) {
   const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
     original().solve(islands, count, model);
@@ -127,7 +125,6 @@ TEST(KernelFallbackTest, WorldsThatAreLeftToBox2dHaveItsBits) {
   }
 }
 
-/// Whatever worlds share a vector, and however many there are.
 TEST(KernelGroupTest, AnyNumberOfWorlds) {
   for (const std::size_t worlds : {1U, 2U, 3U, 5U, 15U, 17U, 31U, 63U}) {
     RunOptions options;

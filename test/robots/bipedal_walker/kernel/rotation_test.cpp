@@ -1,4 +1,5 @@
-// The kernels' sines and cosines are the C library's. WALKER_SIM_TEST_ALL_ANGLES tries every float.
+// The kernels' sine and cosine have the C library's bits. WALKER_SIM_TEST_ALL_ANGLES tests every
+// float below 100.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +29,6 @@ std::uint32_t to_word(float value) {
   return word;
 }
 
-/// Of each kernel, how many differ.
 std::vector<long> count_different(const std::vector<float>& angles) {
   std::vector<long> different;
   std::vector<Rotation<float>> expected(angles.size());
@@ -55,7 +55,6 @@ const std::vector<long>& none() {
   return kNone;
 }
 
-/// Of all exponents, with both signs.
 TEST(RotationTest, IsTheLibrarys) {
   std::mt19937 random(1);
   std::vector<float> angles(1000003);
@@ -66,7 +65,7 @@ TEST(RotationTest, IsTheLibrarys) {
   EXPECT_EQ(count_different(angles), none());
 }
 
-/// Around multiples of a quarter turn and where one formula gives way to another.
+/// Multiples of pi/8 and the thresholds between formulas, with 1000 floats on either side.
 TEST(RotationTest, IsTheLibrarysWhereFormulasChange) {
   std::vector<float> angles{0.0F,
                             -0.0F,
@@ -88,7 +87,6 @@ TEST(RotationTest, IsTheLibrarysWhereFormulasChange) {
   EXPECT_EQ(count_different(angles), none());
 }
 
-/// One that is far off, or no number, beside others.
 TEST(RotationTest, LanesDoNotSeeEachOther) {
   const float inf = std::numeric_limits<float>::infinity();
   for (const float odd : {1e6F, inf, -inf, std::nanf("")}) {
@@ -108,7 +106,7 @@ TEST(RotationTest, LanesDoNotSeeEachOther) {
   }
 }
 
-/// Two thousand million of them, or one in a thousand.
+/// Every float with WALKER_SIM_TEST_ALL_ANGLES (two billion), otherwise one in 1009.
 TEST(RotationTest, IsTheLibrarysForFloatsBelow100) {
   const std::uint32_t stride = std::getenv("WALKER_SIM_TEST_ALL_ANGLES") != nullptr ? 1 : 1009;
   constexpr std::uint32_t kChunk = 1U << 20U;

@@ -35,7 +35,7 @@ int count_contacts(const Physics& physics) {
   return count;
 }
 
-/// One world, as Box2D steps it and as each contestant does.
+/// One world: Box2D's copy, and one copy per contestant.
 class Place {
  public:
   Place(std::size_t num_sides, std::uint64_t seed, RunOptions options)
@@ -60,7 +60,7 @@ class Place {
     heuristic_.reset();
   }
 
-  /// Drives all sides and steps Box2D's.
+  /// Applies the action to all copies and steps Box2D's.
   void step() {
     const Action action = draw_action();
     ++age_;
@@ -140,7 +140,7 @@ class Place {
   RunOptions options_;
   Generator generator_;
   Random random_;
-  std::vector<std::optional<Physics>> sides_;  // Box2D's is the first
+  std::vector<std::optional<Physics>> sides_;  // the first one is Box2D's
   Heuristic heuristic_;
   bool has_failed_ = false;
   std::uint64_t age_ = 0;
@@ -163,7 +163,6 @@ std::string describe(Place& place, std::size_t side, long steps) {
   return text.str();
 }
 
-/// All worlds, and what came of the comparisons.
 class Run {
  public:
   Run(const std::vector<const Kernel*>& contestants, const RunOptions& options)

@@ -1,4 +1,4 @@
-// Worlds stepped together beside the same worlds stepped by Box2D alone.
+// Steps worlds by kernels and by Box2D alone, and compares them.
 #pragma once
 
 #include <string>
@@ -8,40 +8,40 @@
 
 namespace walker::bipedal_walker {
 
-/// The names of the ways in which walkers are driven and begin again:
+/// Names of the modes, which define how walkers are driven and when they are reset:
 ///   random     random actions until the hull touches the ground
 ///   saturated  actions of -1, 0 and 1
-///   heuristic  as the heuristic walks, with some noise
-///   endless    random actions without an end, on the ground or anywhere
-///   rest       no action, without an end: the walker falls, lies and sleeps
-///   thrown     now and then a body gets any speed, up to 300 m/s and 300 rad/s
-///   far        angles of many turns, bodies far from where they belong
+///   heuristic  the heuristic's actions with some noise
+///   endless    random actions for 100 to 900 steps, falls included
+///   rest       no action for 100 to 900 steps: the walker falls, lies and sleeps
+///   thrown     one step in 20, a body gets a random velocity, up to 300 m/s and 300 rad/s
+///   far        one step in 20, a body moves by up to 3 m and gets an angle of up to 40 rad
 const std::vector<std::string>& modes();
 
 struct RunOptions {
   std::string mode = "random";
   bool hardcore = false;
   bool reuse_world = false;
-  long steps = 2500;  ///< of all worlds together, at least
+  long steps = 2500;  ///< minimum, summed over the worlds
   std::size_t worlds = 64;
 };
 
 struct Tally {
-  long different = 0;  ///< states that are not Box2D's
+  long different = 0;  ///< states that differ from Box2D's
   std::string first_different;
 };
 
 struct Report {
-  long steps = 0;  ///< of each contestant
+  long steps = 0;  ///< per contestant
   long resets = 0;
-  long failures = 0;      ///< of Box2D: assertions
+  long failures = 0;      ///< assertions that failed in Box2D
   long sleeps = 0;        ///< steps after which a world was asleep
-  int most_contacts = 0;  ///< that touch, of one world
+  int most_contacts = 0;  ///< maximum of touching contacts in one world
   std::vector<Tally> tallies;
 };
 
-/// Each contestant steps all worlds, and Box2D does. Where a world differs it begins anew. A step
-/// in which Box2D fails an assertion must fail for all.
+/// Steps all worlds by each contestant and by Box2D. A world that differs is reset. If Box2D fails
+/// an assertion in a step, all contestants must fail in it.
 Report run(const std::vector<const Kernel*>& contestants, const RunOptions& options);
 
 }  // namespace walker::bipedal_walker

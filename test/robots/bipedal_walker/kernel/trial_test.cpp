@@ -1,4 +1,4 @@
-// Which kernel is chosen.
+// The selection of a kernel.
 #include "robots/bipedal_walker/kernel/trial.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(TrialTest, AKernelWithOtherStepsIsRefused) {
   EXPECT_FALSE(is_as_box2d(kernel));
 }
 
-/// As a C library that rounds one sine in a thousand in another way.
+/// One sine in a thousand is wrong by one unit in the last place, as in another C library.
 TEST(TrialTest, AKernelWithOtherRotationsIsRefused) {
   Kernel kernel = original();
   kernel.rotate = [](const float* angles, std::size_t count, Rotation<float>* rotations) {

@@ -1,4 +1,4 @@
-// Compiled with -fno-access-control: most of it is private to Box2D's classes.
+// Compiled with -fno-access-control, because most of this state is private.
 #include "robots/bipedal_walker/kernel/world_words.h"
 
 #include <cstring>
@@ -37,7 +37,7 @@ void add_body(const b2Body& body, Words& words) {
                             body.m_angularVelocity, body.m_torque, body.m_sleepTime}) {
     words.add(value);
   }
-  // Which bodies were in an island is of no meaning outside of a step.
+  // Island flags have no meaning outside of a step.
   words.add_count(body.m_flags & ~b2Body::e_islandFlag);
 }
 
@@ -50,7 +50,7 @@ void add_joint(const b2RevoluteJoint& joint, Words& words) {
 }
 
 void add_contact(const b2Contact& contact, Words& words) {
-  // The next step begins by clearing the flags of islands and times of impact.
+  // The next step clears the island and TOI flags first.
   words.add_count(contact.m_flags & ~(b2Contact::e_islandFlag | b2Contact::e_toiFlag));
   words.add_count(contact.m_fixtureA->m_proxies[contact.m_indexA].proxyId);
   words.add_count(contact.m_fixtureB->m_proxies[contact.m_indexB].proxyId);

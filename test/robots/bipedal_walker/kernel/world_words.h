@@ -1,4 +1,4 @@
-// All that a world of Box2D carries from one step to the next, for comparisons to the bit.
+// State that a Box2D world carries from one step to the next, for comparison bit by bit.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace walker::bipedal_walker {
 
-/// Positions, velocities, forces and sleep of all bodies; impulses and limits of the joints;
-/// contacts in their order, with impulses and flags; the tree of bounding boxes, node by node.
+/// Returns positions, velocities, forces and sleep times of the bodies; impulses and limits of the
+/// joints; contacts in list order, with impulses and flags; all nodes of the broad-phase tree.
 std::vector<std::uint32_t> words_of(Physics& physics);
 
 }  // namespace walker::bipedal_walker

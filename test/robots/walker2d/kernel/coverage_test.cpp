@@ -1,4 +1,4 @@
-// Which models the kernel takes: a field of which another bit would follow is never overlooked.
+// Which models the kernel accepts: it rejects any change of a field that affects a step's bits.
 #include "robots/walker2d/kernel/coverage.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TEST(CoverageTest, AnotherRobotIsNot) {
   EXPECT_EQ(unsupported_reason(*mujoco::load_model("hopper_v5.xml")), "nq");
 }
 
-/// Each number of each field, by one unit in its last place.
+/// Changes each number of each field by one unit in the last place, and each integer by one.
 TEST(CoverageTest, EveryFieldIsNamedThatIsAnother) {
   const auto model = copy("walker2d_v5.xml");
   int num_changes = 0;
@@ -66,7 +66,7 @@ TEST(CoverageTest, EveryFieldIsNamedThatIsAnother) {
   EXPECT_EQ(unsupported_reason(*model), "");
 }
 
-/// MuJoCo then fails where the kernel would go on.
+/// With smaller buffers MuJoCo fails where the kernel would continue.
 TEST(CoverageTest, SmallerBuffersAreNotCovered) {
   const auto model = copy("walker2d_v5.xml");
   for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
@@ -78,7 +78,7 @@ TEST(CoverageTest, SmallerBuffersAreNotCovered) {
   }
 }
 
-/// A trial holds the data of many worlds.
+/// The kernel trial allocates the data of many worlds.
 TEST(CoverageTest, MuchLargerBuffersAreNotCovered) {
   const auto model = copy("walker2d_v5.xml");
   for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
@@ -93,7 +93,7 @@ TEST(CoverageTest, MuchLargerBuffersAreNotCovered) {
   EXPECT_EQ(unsupported_reason(*model), "nuserdata");
 }
 
-/// The friction of each limb may be any; across the plane as along it, which one row stands for.
+/// Each limb may have any friction, but the same along both tangents, which share one row.
 TEST(CoverageTest, FrictionIsFreeButTheSameBothWays) {
   const auto model = copy("walker2d_v5.xml");
   constexpr std::size_t kLimb = 3;
@@ -105,7 +105,7 @@ TEST(CoverageTest, FrictionIsFreeButTheSameBothWays) {
   EXPECT_EQ(unsupported_reason(*model), "pair_friction");
 }
 
-/// Gymnasium's own files find their contacts otherwise.
+/// Gymnasium's files generate contacts from masks instead of pairs.
 TEST(CoverageTest, GymnasiumsFilesAreNotCovered) {
   const Folder folder;
   const std::string file = folder.write("walker.xml", mujoco::stock_text("walker2d_v5.xml"));

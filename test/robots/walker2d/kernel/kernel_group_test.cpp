@@ -1,4 +1,4 @@
-// Walkers of different kinds that are asked to step together.
+// Worlds with different kernels and models in one group.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -17,7 +17,7 @@ constexpr int kMotors = 6;
 
 using State = std::vector<double>;
 
-/// Someone changes the kernel, or a model's file, while environments are made.
+/// The kernel variable or the model file may change while environments are made.
 TEST(KernelPoolTest, WorldsOfOtherKindsAreSteppedApart) {
   const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
   const mujoco::ModelPointer other_model = mujoco::load_model("walker2d_v4.xml");

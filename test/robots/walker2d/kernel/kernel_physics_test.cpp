@@ -1,5 +1,4 @@
-// A walker stepped by the kernel and one stepped by the library are the same in all that anybody
-// sees.
+// A walker stepped by the kernel against one stepped by the library, in all observable values.
 #include "robots/walker2d/kernel/kernel_physics.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +31,6 @@ std::string stepper_of(const Stepper& walker) {
   return version.substr(version.find(", stepped by "));
 }
 
-/// All that is published, drawn or measured.
 State senses(Environment& environment) {
   Sensors sensors;
   environment.sense(sensors);
@@ -73,7 +71,6 @@ class EnvironmentTest : public testing::TestWithParam<const char*> {
     return action;
   }
 
-  /// Both walkers through some episodes.
   template <typename Act>
   void compare(Stepper& one, Stepper& other, int episodes, int steps, const Act& act) {
     for (int episode = 0; episode < episodes; ++episode) {
@@ -125,7 +122,7 @@ TEST_P(EnvironmentTest, ActionsBeyondTheirRangeAreTheSame) {
           [&](const Stepper&) { return any_action(++step % 50 == 0 ? 1e30 : 3); });
 }
 
-/// From any state: some of them so wild that MuJoCo gives up, which both say in the same words.
+/// Some starts are so extreme that MuJoCo fails; both must then report the same error.
 TEST_P(EnvironmentTest, WildStartsAreTheSame) {
   for (const double noise : {0.0, 0.3, 3.0, 1e4, 1e6}) {
     const Parameters wild{{"terminate_when_unhealthy", false}, {"reset_noise_scale", noise}};
@@ -152,7 +149,6 @@ TEST(KernelEnvironmentTest, OtherNumbersOfFramesAreTheSame) {
   }
 }
 
-/// A walker by each of both, as the engine itself is given states and controls.
 class KernelPhysicsTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -168,7 +164,7 @@ class KernelPhysicsTest : public testing::Test {
     expect_same_state();
   }
 
-  /// @return what both have thrown
+  /// @return message of the exception that both threw, or "nothing thrown"
   std::string step(const State& control, int count = 4) {
     const auto words = [&](mujoco::Physics& physics) {
       return message_of<std::runtime_error>([&] { physics.step(control.data(), count); });
@@ -204,8 +200,7 @@ TEST_F(KernelPhysicsTest, DenormalsAreKept) {
   for (int i = 0; i < 100; ++i) step(State(kMotors, -1e-310));
 }
 
-/// MuJoCo limits what is too large and warns of what is no number. The next episode is as if
-/// nothing had been.
+/// MuJoCo clips large and infinite controls and warns of NaN. The next episode is unaffected.
 TEST_F(KernelPhysicsTest, BadControlsAreTheLibrarys) {
   for (const double bad : {kInfinity, -kInfinity, 1e11, kNan}) {
     reset(standing_, State(kSize, 0.1));
@@ -236,7 +231,6 @@ TEST_F(KernelPhysicsTest, BadStatesAreTheLibrarys) {
   EXPECT_EQ(step(State(kMotors, 0.1)), "nothing thrown");
 }
 
-/// Looking between steps changes nothing.
 TEST_F(KernelPhysicsTest, MeasuresWhatTheLibraryMeasures) {
   reset(standing_, State(kSize, 0.5));
   State control(kMotors, 0);

@@ -1,5 +1,5 @@
-// The kernel's bits are the library's. WALKER_SIM_TEST_STEPS sets how many steps each way of
-// driving is compared in (docs/walker2d_speed.md).
+// The kernel's bits against the library's. WALKER_SIM_TEST_STEPS sets the number of steps per mode
+// (docs/walker2d_speed.md).
 #include "robots/walker2d/kernel/kernel.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ long steps_of_each() {
   return text != nullptr ? std::strtol(text, nullptr, 10) : 2500;
 }
 
-/// Of steps that are left to the library: where somebody walks or falls, none.
+/// Maximum share of steps that a kernel may leave to the library; none in walks and falls.
 double allowed_share(const std::string& mode) {
   if (mode == "wild") return 0.2;
   return mode == "extreme" || mode == "rest" || mode == "tiny" ? 1 : 0;
@@ -61,7 +61,6 @@ INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
                                           testing::ValuesIn(modes())),
                          name_of);
 
-/// The comparison sees what is wrong by one rounding.
 TEST(KernelControlTest, AFoldedPowIsNoticed) {
   const Kernel& kernel = kernel_with_folded_pow;
   const Report report = run({{"", &kernel, kernel.step}}, "walker2d_v5.xml", "random", 5000);
@@ -103,7 +102,6 @@ class KernelGroupTest : public testing::Test {
   Ground ground_ = ground_of(*mujoco::load_model("walker2d_v5.xml"));
 };
 
-/// Whatever worlds share a vector, and however many there are.
 TEST_F(KernelGroupTest, NoResultDependsOnTheOthers) {
   for (const Kernel* kernel : kernels()) {
     for (std::size_t count = 1; count <= 40; ++count) {

@@ -1,5 +1,4 @@
-// Where the line search has not arrived after as many evaluations as MuJoCo makes, it gives up: in
-// walks it arrives before that.
+// The line search stops after as many evaluations as MuJoCo's. Walks do not reach this limit.
 #define WALKER_SIM_INSTRUCTION_SET tested
 #include "robots/walker2d/kernel/line_search.h"
 
@@ -11,7 +10,7 @@ namespace walker::walker2d::kernel {
 namespace {
 
 constexpr double kTolerance = 1e-9;
-constexpr int kBefore = 2;  // the start and the first step, which are the caller's
+constexpr int kBefore = 2;  // evaluations by the caller: the start and the first step
 
 TEST(LineSearch, GivesUpOnADescentWithoutEnd) {
   int evaluations = kBefore;
@@ -24,7 +23,7 @@ TEST(LineSearch, GivesUpOnADescentWithoutEnd) {
   EXPECT_EQ(alpha, 1 + 50 - kBefore);
 }
 
-/// The slope leaps from -1 to 1 where the minimum is, so that no point is flat.
+/// The slope jumps from -1 to 1 at the minimum, so that no point is flat.
 TEST(LineSearch, GivesUpOnABracketThatOnlyNarrows) {
   constexpr double kMinimum = 0.3;
   int evaluations = kBefore;
@@ -41,8 +40,8 @@ TEST(LineSearch, GivesUpOnABracketThatOnlyNarrows) {
   EXPECT_NEAR(alpha, kMinimum, 1e-6);
 }
 
-/// The slope is the steeper the nearer the minimum is, so no candidate narrows the bracket, and the
-/// first middle is the end.
+/// The slope is steeper the nearer the minimum is, so no candidate narrows the bracket and the
+/// search returns the first midpoint.
 TEST(LineSearch, EndsInTheMiddleWhereNothingNarrowsTheBracket) {
   const auto value_at = [](double alpha) -> Point<double> {
     return {alpha, 2 * std::abs(alpha) - alpha * alpha / 2,
@@ -59,7 +58,7 @@ TEST(LineSearch, EndsInTheMiddleWhereNothingNarrowsTheBracket) {
   }
 }
 
-/// Two halves of parabolas: each side's Newton step leads to the minimum.
+/// Two halves of parabolas: the Newton step from either side leads to the minimum.
 TEST(LineSearch, FindsTheMinimumBetweenTwoParabolas) {
   const auto evaluate = [](Point<double>& point) {
     const double way = point.alpha - 0.3;

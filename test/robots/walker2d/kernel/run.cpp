@@ -16,7 +16,7 @@
 namespace walker::walker2d {
 namespace {
 
-constexpr std::size_t kWorlds = 61;  // so that the last group of lanes is never full
+constexpr std::size_t kWorlds = 61;  // prime, so that the last vector is never full
 constexpr int kFrames = 4;
 constexpr int kSize = World::kSize;
 
@@ -47,7 +47,7 @@ void begin_violently(Random& random, mjData& data) {
   }
 }
 
-/// Some of them -0, which a user may set as well.
+/// Denormal offsets and velocities; some velocities are -0, which a user may set as well.
 void begin_tiny(Random& random, mjData& data) {
   for (int i = 0; i < kSize; ++i) {
     data.qpos[i] += random() % 3 == 0 ? 0 : uniform(random, -1e-308, 1e-308);
@@ -55,7 +55,6 @@ void begin_tiny(Random& random, mjData& data) {
   }
 }
 
-/// Of any size up to the given power of ten.
 void begin_anyhow(Random& random, double largest_power, mjData& data) {
   const double speed = std::pow(10.0, uniform(random, -3.5, largest_power));
   for (int i = 0; i < kSize; ++i) {
@@ -82,7 +81,7 @@ void drive_symmetrically(Random& random, std::size_t world, mjData& data) {
   }
 }
 
-/// With a little noise, or all worlds would walk alike.
+/// Adds some noise, because otherwise all worlds would walk alike.
 void drive_by_gait(Random& random, std::size_t /*world*/, mjData& data) {
   static const auto kEnvironment = make("Walker2d-v5");
   static const auto kGait = make_agent("heuristic", kEnvironment->specification(), 0);
@@ -143,7 +142,6 @@ void copy(const mjData& data, World& world) {
   std::copy_n(data.qacc_warmstart, kSize, world.warm_start.begin());
 }
 
-/// A contestant's worlds.
 struct Side {
   explicit Side(Contestant who) : contestant(std::move(who)) {
     for (World& world : worlds) pointers.push_back(&world);
@@ -210,7 +208,7 @@ class Run {
       mj_step(model_.get(), &data);
       report_.most_contacts = std::max(report_.most_contacts, data.ncon);
     }
-    // As LibraryPhysics does.
+    // LibraryPhysics also checks after the last step.
     mj_checkPos(model_.get(), &data);
     mj_checkVel(model_.get(), &data);
     compare("step", i);

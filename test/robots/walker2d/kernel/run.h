@@ -1,4 +1,4 @@
-// Kernels beside MuJoCo's library, world by world and step by step.
+// Compares kernels with MuJoCo's library, world by world and step by step.
 #pragma once
 
 #include <string>
@@ -10,45 +10,43 @@
 
 namespace walker::walker2d {
 
-/// A way to step worlds.
 struct Contestant {
   std::string name;
   const Kernel* kernel;
   StepWorlds step;
 };
 
-/// Every kernel that this processor can run, with all of its lanes and with one.
+/// Returns two contestants per supported kernel: with all of its lanes, and with one.
 std::vector<Contestant> contestants();
 
-/// The names of the ways in which walkers begin, are driven and begin again:
-///   random   near the standing pose, random actions, until they fall
-///   violent  from any pose at any speed, actions of +-1 and beyond, until they fall
-///   endless  the same without an end at a fall
-///   rest     at rest or with both legs driven alike, so that zeros and equal numbers stay such
-///   tiny     with denormal numbers
+/// Names of the modes, which define how walkers start, are driven and are reset:
+///   random   near the standing pose, random controls, until a fall
+///   violent  joints off by up to 0.5 rad, speeds up to 10, controls up to +-1.5, until a fall
+///   endless  like violent, but not reset at a fall
+///   rest     from rest, undriven or both legs driven alike; zeros and equal numbers persist
+///   tiny     like rest, from denormal offsets and velocities
 ///   wild     a new state at each step, up to 14 contacts and 3000 m/s
-///   extreme  a new state at each step, up to the speeds that MuJoCo calls bad
-///   gait     as the heuristic walks
+///   extreme  a new state at each step, with speeds up to those that MuJoCo rejects
+///   gait     near the standing pose, driven by the heuristic with some noise, until a fall
 const std::vector<std::string>& modes();
 
-/// What was seen of a contestant.
 struct Tally {
-  long different = 0;  ///< states that are not the library's, of those that it answers for
-  long flagged = 0;    ///< states that it leaves to the library
-  long missed = 0;     ///< states that the library warns of, and the kernel does not flag
+  long different = 0;  ///< unflagged states that differ from the library's
+  long flagged = 0;    ///< states that the kernel leaves to the library
+  long missed = 0;     ///< unflagged states for which the library warned
   std::string first_different;
 };
 
 struct Report {
-  long steps = 0;         ///< of each contestant
-  int most_contacts = 0;  ///< of the library
-  long warnings = 0;      ///< of the library
+  long steps = 0;         ///< per contestant
+  int most_contacts = 0;  ///< maximum in the library
+  long warnings = 0;      ///< steps after which the library had warned
   std::vector<Tally> tallies;
 };
 
-/// Steps each of some worlds, four engine steps at a time, until `steps` are made, by the library
-/// and by each contestant; a flagged one goes on from the library's state, as all do where they
-/// differ.
+/// Steps 61 worlds by the library and by each contestant, four engine steps at a time, until each
+/// has made `steps` steps in total. A world that is flagged or differs continues from the library's
+/// state.
 Report run(const std::vector<Contestant>& contestants, const std::string& xml_file,
            const std::string& mode, long steps);
 

@@ -1,4 +1,4 @@
-// Which kernel is chosen.
+// The selection of a kernel.
 #include "robots/walker2d/kernel/trial.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ void flag_all(World* const* worlds, std::size_t count, int /*steps*/, const Grou
   for (std::size_t i = 0; i < count; ++i) worlds[i]->is_flagged = true;
 }
 
-/// It would be right, and slower than none.
+/// Such a kernel is correct, but slower than no kernel.
 TEST(TrialTest, AKernelThatAnswersForNothingIsRefused) {
   const Kernel kernel{"none", 1, flag_all, flag_all,
                       [](World& world, const Ground& /*ground*/) { world.is_flagged = true; }};

@@ -33,7 +33,7 @@ void expect_all_as_sin_and_cos() {
   }
 }
 
-/// Whichever of both ways the C library allows.
+/// Tests the default, then sincos if the C library's sincos has the same bits.
 TEST(TrigonometryTest, HasTheBitsOfSinAndCos) {
   expect_all_as_sin_and_cos();
   choose_sine_and_cosine();
