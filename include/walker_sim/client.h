@@ -138,7 +138,7 @@ struct ServerSpecification {
 ///
 /// Buffers are reused, so that a step allocates no memory. Answers are validated against the last
 /// received specification: a wrong size or an index out of range is a ConnectionError. Strings are
-/// UTF-8; bytes that are not valid UTF-8 are escaped as \xff.
+/// UTF-8; bytes that are not valid UTF-8 are escaped in hexadecimal.
 ///
 /// A client belongs to the process that constructed it. In the child of a fork every call throws
 /// ConnectionError; the parent's client is not affected.
