@@ -114,12 +114,6 @@ def full_episode_lines():
             yield " ".join([*map(float_bits, numbers), *flags])
 
 
-def heuristic_lines():
-    for seed in range(1000):
-        (episode,) = play(Session(IDS[0], {}, [Plan("heuristic", seed, 0)]))
-        yield f"{seed} {len(episode.actions)} {float(episode.rows[:, OBSERVATION_SIZE].sum())!r}"
-
-
 if __name__ == "__main__":
     write(
         "random.txt",
@@ -144,9 +138,4 @@ if __name__ == "__main__":
         "As episodes.txt, but for the reset and each step: action (4 bits), observation (24 bits),"
         " reward (bits),\n# terminated, truncated. Single precision holds them all.",
         full_episode_lines(),
-    )
-    write(
-        "heuristic_returns.txt",
-        "BipedalWalker-v3 under the heuristic in new environments: seed, steps, return.",
-        heuristic_lines(),
     )
