@@ -122,7 +122,8 @@ def test_no_ros_package_is_named_that_nothing_is_built_with():
 
 def test_what_fetches_the_pinned_engines_is_named():
     text = (ROOT / "scripts" / "fetch_engines").read_text(encoding="utf-8")
-    modules = set(re.findall(r"\"(\w+)\"", "".join(re.findall(r"pip_modules=\[(.*?)\]", text))))
+    (listed,) = re.findall(r"^PIP_MODULES = \((.*?)\)", text, re.MULTILINE)
+    modules = set(re.findall(r"\w+", listed))
     assert {"pip", "setuptools", "wheel"} <= modules
     assert {f"python3-{module}" for module in modules} <= built_with()
 

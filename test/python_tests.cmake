@@ -47,8 +47,7 @@ string(CONCAT suite_environment
 function(walker_sim_add_suite path)
   string(REPLACE "/" "_" name ${path})
   add_test(NAME ${name} COMMAND ${CATKIN_ENV} ${WALKER_SIM_TEST_PYTHON} -m pytest -q
-    -p no:cacheprovider --junit-xml=${test_results}/${name}.xml
-    ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
+    -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
   set_tests_properties(${name} PROPERTIES ENVIRONMENT "${suite_environment}")
   set(label long)
   if(path IN_LIST short_suites)

@@ -9,7 +9,7 @@ walker_sim_add_unit_tests(server
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
 
 # ---------------------------------------------------------------- launch files, nodes and scripts
-foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test scripts/coverage_report_test
+foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test
     scripts/dev/check_release_test scripts/dev/lock_test scripts/dev/make_meshes_test scripts/setup_test)
   string(REPLACE "/" "_" name ${path})
   catkin_run_tests_target(pytest ${name} pytest-${name}.xml DEPENDENCIES walker_sim_nodes
@@ -69,8 +69,7 @@ function(walker_sim_add_rostest path)
   set(tests ${test})
   if(NOT WALKER_SIM_INSTRUMENT) # instrumented builds are not installed
     add_test(NAME install_${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh installed rostest
-      ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test
-      ${test_results}/install/${name}/walker_sim/rostest-${name}.xml)
+      ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test)
     walker_sim_label(install_${name} long ${program})
     set_tests_properties(install_${name} PROPERTIES FIXTURES_REQUIRED install_space)
     list(APPEND tests install_${name})

@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
 # Commands of stages.cmake:
 #   workspace                             builds and installs an ordinary workspace with catkin_make
-#   installed rostest|pytest FILE XML     runs FILE with nothing but the install space in its environment
+#   installed rostest|pytest FILE         runs FILE with nothing but the install space in its environment
 #   my_walker_pkg                         builds, tests and installs examples/my_walker_pkg on top of it
 #   wheel PYTHON                          builds the wheel with pip
-#   wheel_suite PYTHON oldest|newest XML  runs the wheel's suite in a clean virtual environment
-#   wheel_readme PYTHON XML               runs README's first example with the wheel's extra for it
+#   wheel_suite PYTHON oldest|newest      runs the wheel's suite in a clean virtual environment
+#   wheel_readme PYTHON                   runs README's first example with the wheel's extra for it
 #   example_venv LEARNER                  makes the virtual environment of an example
-#   example LEARNER FILE XML              runs a suite in it
-#   sb3_suite XML                         runs Stable-Baselines3's tests with this package's environment
+#   example LEARNER FILE                  runs a suite in it
+#   sb3_suite                             runs Stable-Baselines3's tests with this package's environment
 #   rosnodejs_modules                     installs the client's modules (test/python/rosnodejs) with npm
-#   rosnodejs FILE XML                    runs a suite that uses the client
+#   rosnodejs FILE                        runs a suite that uses the client
 #   torchrl_root PYTHON                   makes a Debian 13 root for TorchRL's example, with its packages
-#   torchrl FILE XML                      runs a suite in it
-# Results are in hidden folders of build/, because roslaunch searches a package's visible folders.
+#   torchrl FILE                          runs a suite in it
+# They work in hidden folders of build/, because roslaunch searches a package's visible folders.
 set -euo pipefail
 # shellcheck source=scripts/setup.sh
 source "$(dirname "${BASH_SOURCE[0]}")/../scripts/setup.sh"
@@ -50,17 +50,18 @@ in_space() {
     ROS_HOME="$ros_home" PYTHONDONTWRITEBYTECODE=1 bash -c 'source "$0" && exec "$@"' "$@"
 }
 
-# Does not use rostest's --text, which reports no failure.
+pytest=(-m pytest -q -p no:cacheprovider)
+
+# Each run has its own ROS_HOME, so that runs in parallel do not share rostest's result files. rostest's
+# --text would report no failure.
 run_installed() {
-  local kind=$1 file=$2 results=$3 command
-  mkdir -p "${results%/*}"
-  if [ "$kind" = rostest ]; then # writes BASE/PACKAGE/rostest-NAME.xml
-    command=(rostest --pkgdir="$root" --package=walker_sim --results-filename="${results##*/rostest-}"
-      --results-base-dir="$(dirname "${results%/*}")" "$file")
+  local kind=$1 file=$2 command
+  if [ "$kind" = rostest ]; then
+    command=(rostest --pkgdir="$root" --package=walker_sim "$file")
   else
-    command=("$venv/bin/python" -m pytest -q -p no:cacheprovider --noconftest --junit-xml="$results" "$file")
+    command=("$venv/bin/python" "${pytest[@]}" --noconftest "$file")
   fi
-  ros_home=${results%.xml}_ros_home
+  ros_home=$build/.install_ros_home/$(basename "${file%.*}")
   in_space "$workspace/install/setup.bash" "${command[@]}"
 }
 
@@ -105,39 +106,35 @@ build_wheel() {
 # Runs the wheel's suite without ROS. test/python/wheel_oldest.txt and wheel_newest.txt list the other
 # packages in the environment.
 run_wheel_suite() {
-  local interpreter=$1 which=$2 results=$3 version environment pip=()
+  local interpreter=$1 which=$2 version environment pip=()
   version=$(version_of "$interpreter")
   environment=$build/.wheel/${version}_$which
   set_up_venv "wheel $version $which" "$environment" "$root/test/python/wheel_$which.txt" "$interpreter"
   pip=("$environment/bin/python" -m pip --disable-pip-version-check)
   within /dev/null "${pip[@]}" install --no-index --no-deps --force-reinstall "$build/.wheel/$version"/*.whl
   within /dev/null "${pip[@]}" check
-  mkdir -p "${results%/*}"
   exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1 \
-    ROS_HOME="$build/.wheel/ros_home" WALKER_SIM_DEVEL="$devel" "$environment/bin/python" -m pytest -q \
-    -p no:cacheprovider --noconftest --junit-xml="$results" "$root/test/python/wheel_test.py"
+    ROS_HOME="$build/.wheel/ros_home" WALKER_SIM_DEVEL="$devel" "$environment/bin/python" \
+    "${pytest[@]}" --noconftest "$root/test/python/wheel_test.py"
 }
 
 # Installs the wheel with its extra in a new environment, as a user does, without compiling anything.
 run_wheel_readme() {
-  local interpreter=$1 results=$2 environment wheel
+  local interpreter=$1 environment wheel
   environment=$build/.wheel/$(version_of "$interpreter")_readme
   rm -rf "$environment" && within /dev/null "$interpreter" -m venv "$environment"
   wheel=$(echo "$build/.wheel/$(version_of "$interpreter")"/*.whl)
   within /dev/null "$environment/bin/python" -m pip install --disable-pip-version-check -q \
     --only-binary=:all: "${wheel}[box2d]" pytest
-  mkdir -p "${results%/*}"
   exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1 \
-    "$environment/bin/python" -m pytest -q -p no:cacheprovider --noconftest --junit-xml="$results" \
-    "$root/test/python/readme_wheel_test.py"
+    "$environment/bin/python" "${pytest[@]}" --noconftest "$root/test/python/readme_wheel_test.py"
 }
 
 run_example() {
-  local learner=$1 suite=$2 results=$3
-  mkdir -p "${results%/*}"
+  local learner=$1 suite=$2
   within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
     ROS_HOME="$build/.examples/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" \
-    "$(example_venv "$learner")/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
+    "$(example_venv "$learner")/bin/python" "${pytest[@]}" "$suite"
 }
 
 # Fetches the source package of the installed release, verified by the hashes of the same lock file.
@@ -155,11 +152,10 @@ fetch_sb3_sources() {
 }
 
 run_sb3_suite() {
-  local results=$1 sources=$build/.examples/sb3_sources
+  local sources=$build/.examples/sb3_sources
   fetch_sb3_sources "$sources"
-  mkdir -p "${results%/*}"
   within "$devel/setup.bash" env PYTHONDONTWRITEBYTECODE=1 "$(example_venv sb3)/bin/python" \
-    "$root/test/python/suites.py" sb3 "$sources" --junit-xml="$results"
+    "$root/test/python/suites.py" sb3 "$sources"
 }
 
 rosnodejs=$build/.rosnodejs
@@ -177,11 +173,9 @@ set_up_rosnodejs() {
 }
 
 run_rosnodejs() {
-  local suite=$1 results=$2
-  mkdir -p "${results%/*}"
   within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
     ROS_HOME="$rosnodejs/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" WALKER_SIM_ROSNODEJS="$rosnodejs" \
-    "$venv/bin/python" -m pytest -q -p no:cacheprovider --junit-xml="$results" "$suite"
+    "$venv/bin/python" "${pytest[@]}" "$1"
 }
 
 # TorchRL needs a newer PyTorch than Debian 12 has, and pip's includes gigabytes for GPUs. Therefore
@@ -216,15 +210,12 @@ set_up_torchrl_root() {
 }
 
 run_torchrl_example() {
-  local suite=$1 results=$2 place=/opt/walker_sim status=0
+  local suite=$1 place=/opt/walker_sim
   as_root rm -rf "$torchrl_root$place" && as_root mkdir -p "$torchrl_root$place/test" &&
     as_root cp -r "$root/examples" "$torchrl_root$place" &&
     as_root cp -r "$root/test/examples" "$torchrl_root$place/test"
   as_root chroot "$torchrl_root" /usr/bin/env -i HOME=/root PATH=/usr/bin:/bin LANG=C.UTF-8 \
-    PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=/opt/packages python3 -m pytest -q -p no:cacheprovider \
-    --junit-xml="$place/results.xml" "$place/${suite#"$root/"}" || status=$?
-  mkdir -p "${results%/*}" && cp "$torchrl_root$place/results.xml" "$results"
-  return "$status"
+    PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=/opt/packages python3 "${pytest[@]}" "$place/${suite#"$root/"}"
 }
 
 check_system
@@ -237,7 +228,7 @@ case $1 in
   wheel_readme) run_wheel_readme "${@:2}" ;;
   example_venv) set_up_example "$2" ;;
   example) run_example "${@:2}" ;;
-  sb3_suite) run_sb3_suite "$2" ;;
+  sb3_suite) run_sb3_suite ;;
   rosnodejs_modules) set_up_rosnodejs ;;
   rosnodejs) run_rosnodejs "${@:2}" ;;
   torchrl_root) set_up_torchrl_root "$2" ;;

@@ -2,6 +2,7 @@
 # has one of these labels:
 #   short  ./scripts/test runs it; the target `short_tests` builds what it needs
 #   long   ./scripts/test --all runs it as well
+#   nightly  ./scripts/test --nightly runs it
 #   devel  runs only if it is named, see ros_tests.cmake
 # A gtest that needs no master also has the label `unit`; `unit_tests` builds these. `tests` builds all
 # tests, `benchmarks` the programs that ./scripts/bench calls.
@@ -115,10 +116,10 @@ walker_sim_add_unit_tests(robots/mujoco LIBRARIES ${core_libraries} WITH robots/
 
 # ---------------------------------------------------------------- unit tests: variants and helper files
 # walker_sim_register_variant(NAME PROGRAM FILE LABEL VARIABLE=VALUE...): adds a test that runs a FILE of
-# PROGRAM again with other environment variables. Long variants run more inputs through the same code and
+# PROGRAM again with other environment variables. Nightly variants run more inputs through the same code and
 # would take hours in instrumented builds, which leave them out.
 function(walker_sim_register_variant name program file label)
-  if(WALKER_SIM_INSTRUMENT AND label STREQUAL "long")
+  if(WALKER_SIM_INSTRUMENT AND label STREQUAL "nightly")
     return()
   endif()
   walker_sim_register_gtest(${name} ${program} ${label} --file=${file}.cpp)
@@ -132,7 +133,7 @@ if(walker2d_kernels)
       mujoco_tests recordings_test short WALKER_SIM_KERNEL=${kernel})
   endforeach()
   walker_sim_register_variant(robots_walker2d_kernel_kernel_test_long
-    mujoco_tests kernel_test long WALKER_SIM_TEST_STEPS=30000)
+    mujoco_tests kernel_test nightly WALKER_SIM_TEST_STEPS=30000)
   foreach(name altered_add altered_pow)
     set_source_files_properties(test/robots/walker2d/kernel/${name}.cpp PROPERTIES
       SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${walker2d_kernel_options}")
@@ -145,11 +146,11 @@ if(bipedal_walker_kernels)
   foreach(shard RANGE 1 ${shards})
     math(EXPR index "${shard} - 1")
     walker_sim_register_variant(robots_bipedal_walker_kernel_kernel_test_long_${shard}
-      bipedal_walker_tests kernel_test long
+      bipedal_walker_tests kernel_test nightly
       WALKER_SIM_TEST_STEPS=100000 GTEST_TOTAL_SHARDS=${shards} GTEST_SHARD_INDEX=${index})
   endforeach()
   walker_sim_register_variant(robots_bipedal_walker_kernel_rotation_test_long
-    bipedal_walker_tests rotation_test long WALKER_SIM_TEST_ALL_ANGLES=1)
+    bipedal_walker_tests rotation_test nightly WALKER_SIM_TEST_ALL_ANGLES=1)
   target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/run.cpp)
 endif()
 # Without optimisation, this comparison would take longer than the steps.
