@@ -8,7 +8,6 @@ set(short_suites
   docs_test
   exports_test
   package_xml_test
-  programs_test
   python/answers_test
   python/bad_input_test
   python/bits_bipedal_walker_test
@@ -20,7 +19,6 @@ set(short_suites
   python/package_test
   python/refusals_ros_test
   python/vector_environment_test
-  readme_test
   robots/mujoco/spaces_gymnasium_test)
 # Each takes about a minute. They start early, so that none runs alone at the end.
 set(slow_suites bench/bench_test robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
