@@ -38,13 +38,13 @@ def policies(text):
     return make_policies(text, ID, {}, SPECIFICATION)
 
 
-def test_function_gets_the_observation_and_its_action_is_float32():
+def test_function_action_is_rounded_to_float32():
     action = policies(f"{__name__}:first_four")(0)(OBSERVATION.astype(np.float64) / 3)
     assert action.dtype == np.float32
     assert (action == (OBSERVATION.astype(np.float64) / 3)[:4].astype(np.float32)).all()
 
 
-def test_class_remembers_one_episode():
+def test_class_is_instantiated_per_episode():
     make = policies(f"{__name__}:Counting")
     one, other = make(0), make(1)
     assert one(OBSERVATION)[0] == np.float32(0.1)
@@ -52,7 +52,7 @@ def test_class_remembers_one_episode():
     assert other(OBSERVATION)[0] == np.float32(0.1)
 
 
-def test_random_depends_on_the_seed_alone():
+def test_random_depends_only_on_the_seed():
     def draw(seed):
         policy = policies("random")(seed)
         return [policy(OBSERVATION).tolist() for _ in range(3)]
@@ -66,7 +66,7 @@ def raising(observation):
     return observation[100]
 
 
-def test_a_failing_function_shows_where():
+def test_error_names_seed_of_failing_function():
     with pytest.raises(PolicyFailed, match="raising failed in the episode of seed 7") as caught:
         main(["evaluate", ID, "--policy", f"{__name__}:raising", "--seeds", "7"])
     assert isinstance(caught.value.__cause__, IndexError)
@@ -92,7 +92,7 @@ def not_finite(observation):
         (not_finite, "action = [0, 0, 0, nan]: must be finite"),
     ],
 )
-def test_an_action_that_is_none_is_told_in_one_line(capsys, function, words):
+def test_error_names_invalid_action(capsys, function, words):
     policy = f"{__name__}:{function.__name__}"
     assert main(["evaluate", ID, "--policy", policy, "--seeds", "3"]) == 1
     assert capsys.readouterr().err == f"walker_sim evaluate: --policy {policy}, seed 3: {words}\n"
@@ -135,7 +135,7 @@ def library(loaded, observations=24):
         ("my_own.networks", {"clip_range": 0.2}, "stable_baselines3", "PPO"),
     ],
 )
-def test_a_model_is_loaded_by_who_saved_it(tmp_path, monkeypatch, module, data, package, name):
+def test_model_is_loaded_by_its_algorithm(tmp_path, monkeypatch, module, data, package, name):
     loaded = []
     monkeypatch.setitem(sys.modules, package, SimpleNamespace(**{name: library(loaded)}))
     torch = SimpleNamespace(set_num_threads=lambda count: loaded.append(count))
@@ -143,10 +143,10 @@ def test_a_model_is_loaded_by_who_saved_it(tmp_path, monkeypatch, module, data, 
     file = model_file(tmp_path / "model.zip", module, **data)
     action = policies(file)(0)(OBSERVATION)
     assert (action == OBSERVATION[4:8]).all()
-    assert loaded == [1, (file, "cpu")]
+    assert loaded == [(file, "cpu"), 1]
 
 
-def test_a_model_for_another_walker(tmp_path, monkeypatch):
+def test_rejects_model_of_other_sizes(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", SimpleNamespace(A2C=library([], 17)))
     monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(set_num_threads=lambda count: None))
     file = model_file(tmp_path / "model.zip", "stable_baselines3.common.policies")
@@ -154,7 +154,7 @@ def test_a_model_for_another_walker(tmp_path, monkeypatch):
         policies(file)
 
 
-def test_a_model_without_its_library(tmp_path, monkeypatch):
+def test_error_names_missing_library(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     file = model_file(tmp_path / "model.zip", "stable_baselines3.common.policies")
     with pytest.raises(InputError, match="pip install stable-baselines3"):
@@ -165,11 +165,11 @@ def test_a_zip_that_is_no_model(tmp_path):
     path = tmp_path / "other.zip"
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("readme", "nothing")
-    with pytest.raises(InputError, match="no model that Stable-Baselines3 has saved"):
+    with pytest.raises(InputError, match="not a model saved by Stable-Baselines3"):
         policies(str(path))
 
 
-def test_a_network_that_comes_along_acts():
+def test_shipped_network_acts():
     shipped = policies("shipped")(0)(OBSERVATION)
     file = policies(str(shipped_policy(ID)))(1)(OBSERVATION)
     assert shipped.shape == (4,)
@@ -178,7 +178,7 @@ def test_a_network_that_comes_along_acts():
     assert (shipped == shipped.astype(np.float32)).all()
 
 
-def test_a_network_for_another_walker_or_none_is_refused(tmp_path):
+def test_rejects_unfit_network(tmp_path):
     path = tmp_path / "broken.safetensors"
     path.write_bytes(b"nothing")
     for text, words in (
@@ -190,9 +190,7 @@ def test_a_network_for_another_walker_or_none_is_refused(tmp_path):
             policies(text)
 
 
-def test_where_none_comes_along_it_says_so(monkeypatch):
+def test_error_without_a_shipped_network(monkeypatch):
     monkeypatch.setattr("walker_sim.commands.policies.package_file", lambda name: None)
-    with pytest.raises(
-        InputError, match="no policy comes with BipedalWalker-v3; `train` makes one"
-    ):
+    with pytest.raises(InputError, match="there is none for BipedalWalker-v3; `train` makes one"):
         policies("shipped")
