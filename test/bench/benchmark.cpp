@@ -15,7 +15,6 @@
 #include <numeric>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -76,26 +75,18 @@ class PooledEnvironments {
   Batch batch_;
 };
 
-/// Parses comma-separated positive integers.
-/// @throws std::invalid_argument naming the option if its value is malformed
+/// @throws std::invalid_argument unless the option has positive numbers
 std::vector<std::size_t> counts(const Arguments& arguments, const std::string& name) {
-  constexpr std::size_t kDigits = 9;  // fits every type
-  const std::string& given = arguments.text(name);
-  std::vector<std::size_t> values;
-  std::istringstream stream(given);
-  for (std::string item; std::getline(stream, item, ',');) {
-    if (item.empty() || item.size() > kDigits ||
-        item.find_first_not_of("0123456789") != std::string::npos || std::stoul(item) == 0) {
-      values.clear();
-      break;
+  std::vector<std::size_t> counts;
+  for (const double number : arguments.numbers(name)) {
+    constexpr double kMax = 1e9;
+    if (!(number >= 1 && number <= kMax)) {
+      throw std::invalid_argument("--" + name + " = " + arguments.text(name) +
+                                  ": must be between 1 and 1000000000");
     }
-    values.push_back(std::stoul(item));
+    counts.push_back(static_cast<std::size_t>(number));
   }
-  if (values.empty()) {
-    throw std::invalid_argument("--" + name + " = " + given +
-                                ": must be comma-separated whole numbers above 0");
-  }
-  return values;
+  return counts;
 }
 
 void loop(const Arguments& arguments) {

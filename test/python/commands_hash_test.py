@@ -149,15 +149,3 @@ def test_error_names_failed_walker(monkeypatch):
     monkeypatch.setattr(walkers, "error", lambda row: "broken" if row == 1 else "")
     with pytest.raises(SimulationFailed, match="walker 1, step 1: broken"):
         reference_hash(walkers, 5)
-
-
-def test_rejects_invalid_arguments(capsys):
-    for arguments, words in (
-        (["Walker3d"], "ID = Walker3d: must be one of"),
-        (["Walker2d-v5", "ctrl_cost_weight=1"], "ctrl_cost_weight=1: parameters cannot be set"),
-    ):
-        assert main(["hash", *arguments]) == 2
-        captured = capsys.readouterr()
-        assert words in captured.err and captured.err.count("\n") == 1
-    with pytest.raises(SystemExit):
-        main(["hash", "--steps", "0"])

@@ -165,43 +165,19 @@ def start(*arguments, **variables):
     )
 
 
-def test_plays_until_interrupted():
+@pytest.mark.parametrize(
+    ("number", "status", "message"),
+    [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, -signal.SIGTERM, "")],
+)
+def test_plays_until_a_signal(number, status, message):
     process = start(
         *("max_episode_steps=3", "--policy", "random", "--seeds", "7", "--speed", "64"),
         *("width=200", "height=100"),
     )
     assert process.stdout.readline().startswith("episode 1, seed 7: return ")
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, errors = process.communicate()
-    assert (process.returncode, errors) == (130, "interrupted\n")
-
-
-def test_sigterm_ends_it():
-    process = start("max_episode_steps=3", "--speed", "64")
-    process.stdout.readline()
-    process.send_signal(signal.SIGTERM)
-    process.communicate()
-    assert process.returncode == -signal.SIGTERM
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["Ant-v4"], "Ant-v4: must be one of"),
-        (["--speed", "0"], "0: must be a number above 0"),
-        (["--speed", "100"], "--speed 100: must be between 0.015625 and 64"),
-        (["--policy", "smoke"], "--policy smoke: must be heuristic"),
-        (["width=0"], "width = 0: must be"),
-        (["zoom=2"], "zoom"),
-    ],
-)
-def test_error_names_invalid_argument(capsys, arguments, message):
-    try:
-        status = commands.main(["play", *arguments])
-    except SystemExit as end:
-        status = end.code
-    assert status == 2
-    assert message in capsys.readouterr().err
+    assert (process.returncode, errors) == (status, message)
 
 
 def test_without_a_display():

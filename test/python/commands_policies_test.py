@@ -98,70 +98,67 @@ def test_error_names_invalid_action(capsys, function, words):
     assert capsys.readouterr().err == f"walker_sim evaluate: --policy {policy}, seed 3: {words}\n"
 
 
-def model_file(path, module, **data):
-    """Writes the parts of a saved model that are read without the library."""
-    with zipfile.ZipFile(path, "w") as file:
-        data = {"policy_class": {"__module__": module}, **data}
-        file.writestr("data", json.dumps(data))
-    return str(path)
+@pytest.fixture
+def model(tmp_path, monkeypatch):
+    """Writes the part of a saved model that is read without the library, and fakes the library."""
 
+    def write(module="stable_baselines3.common.policies", observations=24, name="A2C", **data):
+        class Algorithm:
+            observation_space = SimpleNamespace(shape=(observations,))
+            action_space = SimpleNamespace(shape=(4,))
 
-def library(loaded, observations=24):
+            @classmethod
+            def load(cls, path, device):
+                assert (path, device) == (file, "cpu")
+                return cls()
 
-    class Algorithm:
-        observation_space = SimpleNamespace(shape=(observations,))
-        action_space = SimpleNamespace(shape=(4,))
+            def predict(self, observation, deterministic):
+                assert deterministic
+                return observation[4:8], None
 
-        @classmethod
-        def load(cls, path, device):
-            loaded.append((path, device))
-            return cls()
+        package = "sb3_contrib" if module.startswith("sb3_contrib") else "stable_baselines3"
+        monkeypatch.setitem(sys.modules, package, SimpleNamespace(**{name: Algorithm}))
+        monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(set_num_threads=threads.append))
+        file = str(tmp_path / "model.zip")
+        with zipfile.ZipFile(file, "w") as archive:
+            data = {"policy_class": {"__module__": module}, **data}
+            archive.writestr("data", json.dumps(data))
+        return file
 
-        def predict(self, observation, deterministic):
-            assert deterministic
-            return observation[4:8], None
-
-    return Algorithm
+    threads = write.threads = []
+    return write
 
 
 @pytest.mark.parametrize(
-    ("module", "data", "package", "name"),
+    ("module", "data", "name"),
     [
-        ("stable_baselines3.common.policies", {"clip_range": 0.2}, "stable_baselines3", "PPO"),
-        ("stable_baselines3.common.policies", {}, "stable_baselines3", "A2C"),
-        ("stable_baselines3.sac.policies", {}, "stable_baselines3", "SAC"),
-        ("stable_baselines3.td3.policies", {}, "stable_baselines3", "TD3"),
-        ("sb3_contrib.crossq.policies", {}, "sb3_contrib", "CrossQ"),
-        ("my_own.networks", {"clip_range": 0.2}, "stable_baselines3", "PPO"),
+        ("stable_baselines3.common.policies", {"clip_range": 0.2}, "PPO"),
+        ("stable_baselines3.common.policies", {}, "A2C"),
+        ("stable_baselines3.sac.policies", {}, "SAC"),
+        ("stable_baselines3.td3.policies", {}, "TD3"),
+        ("sb3_contrib.crossq.policies", {}, "CrossQ"),
+        ("my_own.networks", {"clip_range": 0.2}, "PPO"),
     ],
 )
-def test_model_is_loaded_by_its_algorithm(tmp_path, monkeypatch, module, data, package, name):
-    loaded = []
-    monkeypatch.setitem(sys.modules, package, SimpleNamespace(**{name: library(loaded)}))
-    torch = SimpleNamespace(set_num_threads=lambda count: loaded.append(count))
-    monkeypatch.setitem(sys.modules, "torch", torch)
-    file = model_file(tmp_path / "model.zip", module, **data)
-    action = policies(file)(0)(OBSERVATION)
+def test_model_is_loaded_by_its_algorithm(model, module, data, name):
+    action = policies(model(module, name=name, **data))(0)(OBSERVATION)
     assert (action == OBSERVATION[4:8]).all()
-    assert loaded == [(file, "cpu"), 1]
+    assert model.threads == [1]
 
 
-def test_rejects_model_of_other_sizes(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "stable_baselines3", SimpleNamespace(A2C=library([], 17)))
-    monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(set_num_threads=lambda count: None))
-    file = model_file(tmp_path / "model.zip", "stable_baselines3.common.policies")
+def test_rejects_model_of_other_sizes(model):
     with pytest.raises(InputError, match=r"shapes \(17,\) and \(4,\); must be \(24,\) and \(4,\)"):
-        policies(file)
+        policies(model(observations=17))
 
 
-def test_error_names_missing_library(tmp_path, monkeypatch):
+def test_error_names_missing_library(model, monkeypatch):
+    file = model()
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    file = model_file(tmp_path / "model.zip", "stable_baselines3.common.policies")
     with pytest.raises(InputError, match="pip install stable-baselines3"):
         policies(file)
 
 
-def test_a_zip_that_is_no_model(tmp_path):
+def test_rejects_other_zip(tmp_path):
     path = tmp_path / "other.zip"
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("readme", "nothing")

@@ -18,34 +18,28 @@ class SettingsError(ValueError):
     """A setting is invalid. The message names it, its value and what is allowed."""
 
 
-def _whole(least: int, most: int = 2**40) -> Check:
-    def check(name: str, value: Any) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise SettingsError(
-                f"{name} = {value!r}: must be a whole number from {least} to {most}"
-            )
-        return value
-
-    return check
-
-
-def _number(low: float, high: float) -> Check:
+def _number(low: float, high: float, kind: type[float] = float) -> Check:
     def check(name: str, value: Any) -> float:
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        is_number = isinstance(value, (int, kind)) and not isinstance(value, bool)
         if not is_number or not low <= value <= high:
-            raise SettingsError(f"{name} = {value!r}: must be a number from {low:g} to {high:g}")
-        return float(value)
+            what = "whole number" if kind is int else "number"
+            raise SettingsError(f"{name} = {value!r}: must be a {what} from {low} to {high}")
+        return kind(value)
 
     return check
+
+
+def _whole(low: int, high: int = 2**40) -> Check:
+    return _number(low, high, int)
 
 
 def _pair(low: float, high: float) -> Check:
-    def check(name: str, value: Any) -> tuple[float, float]:
+    def check(name: str, value: Any) -> tuple[float, ...]:
         if not isinstance(value, (list, tuple)) or len(value) != 2:
             raise SettingsError(
                 f"{name} = {value!r}: must be two numbers, at the beginning and the end"
             )
-        return _number(low, high)(name, value[0]), _number(low, high)(name, value[1])
+        return tuple(_number(low, high)(name, each) for each in value)
 
     return check
 
@@ -77,9 +71,9 @@ def _mapping(name: str, value: Any) -> dict[Any, Any]:
 
 def _parameters(name: str, value: Any) -> dict[str, Any]:
     for parameter, given in _mapping(name, value).items():
-        elements = given if isinstance(given, (list, tuple)) else ()
-        is_known = isinstance(given, (bool, int, float, str, list, tuple))
-        if not (is_known and all(isinstance(element, (int, float)) for element in elements)):
+        elements = given if isinstance(given, (list, tuple)) else [given]
+        is_text = isinstance(given, str)
+        if not (is_text or all(isinstance(element, (int, float)) for element in elements)):
             raise SettingsError(
                 f"{name}: {parameter} = {given!r}: must be true or false, a number, a text or a "
                 "list of numbers"
