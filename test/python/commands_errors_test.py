@@ -25,6 +25,13 @@ ERRORS = [
     (f"evaluate {WALKER} --policy math:walk", "--policy math:walk: module 'math' has no attribute"),
     (f"evaluate {WALKER} --policy math:pi", "--policy math:pi: must be a function or a class"),
     (f"evaluate {WALKER} --policy no_such.zip", "--policy no_such.zip: not a model saved by Sta"),
+    *(
+        (
+            f"evaluate {WALKER} --policy {policy} --normalization my.pkl",
+            "--normalization my.pkl: only for --policy FILE.zip",
+        )
+        for policy in ("shipped", "heuristic", "my.safetensors", "math:sin")
+    ),
     (f"evaluate {WALKER} --seeds 5:5", "--seeds: 5:5: must be ascending"),
     (f"evaluate {WALKER} --seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),
     (f"evaluate {WALKER} --seeds 1;2", "--seeds: 1;2: must be comma-separated seeds"),

@@ -1,4 +1,4 @@
-"""hash prints the values of docs/reliability.md with any kernel, pool, batch or wrapper."""
+"""hash prints the values of docs/reliability.md with any kernel, C library and pool."""
 
 import functools
 import os
@@ -9,15 +9,8 @@ import sys
 import numpy as np
 import pytest
 from reference_hashes import HASHES, HASHES_WITHOUT_FMA, STEPS
-from walker_sim import WalkerEnv, WalkerVectorEnv
 from walker_sim.commands import main
-from walker_sim.commands.reference_run import (
-    NUM_WALKERS,
-    ReferenceWalker,
-    SimulationFailed,
-    hash_of,
-    reference_hash,
-)
+from walker_sim.commands.reference_run import NUM_WALKERS, SimulationFailed, reference_hash
 from walker_sim.in_process import InProcessWalkers
 from walkers import IDS
 
@@ -49,11 +42,6 @@ def short_hash(environment_id, num_envs=NUM_WALKERS, num_threads=1):
     return reference_hash(walkers, SHORT)
 
 
-def new_run(environment_id):
-    size = WalkerEnv(environment_id).action_space.shape[0]
-    return [ReferenceWalker(environment_id, number, size) for number in range(NUM_WALKERS)]
-
-
 def test_hashes_are_the_documented_ones(capsys):
     assert printed(capsys, "--steps", STEPS) == HASHES[STEPS]
     assert set(HASHES[STEPS]) == set(IDS)
@@ -82,60 +70,6 @@ def test_libm_without_fma_has_its_documented_hashes():
         assert engine.endswith(", libm: no fma") == engine.startswith("MuJoCo")
     assert found == {**HASHES[STEPS], **HASHES_WITHOUT_FMA[STEPS]}
     assert len(HASHES_WITHOUT_FMA[STEPS]) == 4
-
-
-@pytest.mark.parametrize("environment_id", IDS)
-@pytest.mark.parametrize("batch_size", [1, 5, 16])
-def test_hash_does_not_depend_on_batch_size(environment_id, batch_size):
-    run = new_run(environment_id)
-    envs = WalkerVectorEnv(environment_id, NUM_WALKERS, num_threads=3, batch_size=batch_size)
-    envs.async_reset(seed=[walker.number for walker in run])
-    left = [SHORT + 1] * NUM_WALKERS  # reset and steps
-    while any(left):
-        observations, rewards, terminated, truncated, infos = envs.recv()
-        chosen = infos["env_id"].tolist()
-        for row, number in enumerate(chosen):
-            if left[number] == 0:
-                continue
-            info = info_row(envs, infos, row)
-            outcome = rewards[row], terminated[row], truncated[row]
-            run[number].add(observations[row], info, *outcome)
-            left[number] -= 1
-        envs.send(np.array([run[number].action for number in chosen]), chosen)
-    assert hash_of(run) == short_hash(environment_id)
-
-
-def info_row(envs, infos, row):
-    """Converts one row of Gymnasium's infos to the core's array."""
-    names = envs._info_names
-    return np.array(
-        [infos[name][row] if name in infos and infos["_" + name][row] else np.nan for name in names]
-    )
-
-
-@pytest.mark.parametrize("environment_id", IDS)
-def test_single_walkers_and_pictures_have_the_same_hash(environment_id):
-    run = new_run(environment_id)
-    for walker in run:
-        environment = WalkerEnv(environment_id, render_mode="rgb_array")
-        names = environment.unwrapped._info_names
-        ends = False
-
-        def row(info, names=names):
-            return np.array([info.get(name, np.nan) for name in names])
-
-        observation, info = environment.reset(seed=walker.number)
-        walker.add(observation, row(info))
-        for step in range(SHORT):
-            if step % 25 == 0 and walker.number < 4:
-                environment.render()
-            if ends:
-                (observation, info), numbers = environment.reset(), (0.0, False, False)
-            else:
-                observation, *numbers, info = environment.step(walker.action)
-            ends = numbers[1] or numbers[2]
-            walker.add(observation, row(info), *numbers)
-    assert hash_of(run) == short_hash(environment_id)
 
 
 def test_one_bit_changes_the_hash():

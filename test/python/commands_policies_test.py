@@ -158,14 +158,6 @@ def test_error_names_missing_library(model, monkeypatch):
         policies(file)
 
 
-def test_rejects_other_zip(tmp_path):
-    path = tmp_path / "other.zip"
-    with zipfile.ZipFile(path, "w") as file:
-        file.writestr("readme", "nothing")
-    with pytest.raises(InputError, match="not a model saved by Stable-Baselines3"):
-        policies(str(path))
-
-
 def test_shipped_network_acts():
     shipped = policies("shipped")(0)(OBSERVATION)
     file = policies(str(shipped_policy(ID)))(1)(OBSERVATION)

@@ -87,10 +87,3 @@ def test_error_names_invalid_statistics(learnt, tmp_path, capsys):
         error = capsys.readouterr().err
         assert error.startswith(f"walker_sim evaluate: --normalization {path}: {words}")
         assert error.count("\n") == 1
-
-
-@pytest.mark.parametrize("policy", ["shipped", "heuristic", "my.safetensors", "math:sin"])
-def test_rejects_statistics_for_other_policies(capsys, policy):
-    assert main(["evaluate", ID, "--policy", policy, "--normalization", "my.pkl"]) == 2
-    error = capsys.readouterr().err
-    assert error == "walker_sim evaluate: --normalization my.pkl: only for --policy FILE.zip\n"

@@ -11,11 +11,9 @@ import pytest
 from bipedal_walker_reference import IDS as BIPEDAL_WALKERS
 from gymnasium_reference import equal_bits
 from mujoco_reference import IDS as MUJOCO_WALKERS
-from mujoco_reference import NEARLY_ALL
 from walker_sim import _core
 from walker_sim.commands import main
 from walker_sim.commands.policies import shipped_policy
-from walker_sim.training.evaluation import FIRST_CHOICE_SEED, Evaluation
 from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -29,18 +27,16 @@ MIN_MEAN_RETURN = {
     "Hopper-v5": 3000,
 }
 MAX_SIZE = 1_000_000  # [bytes]
-STEPS = 20  # before MuJoCo versions diverge, see episodes_gymnasium_test.py
-NEAR = 1e-9
 
 
-def play(environment, env_id, seed, max_steps=10**6):
+def play(environment, env_id, seed):
     """Plays with the shipped policy. Returns rows of observation, reward, terminated, truncated."""
     policy = _core.Policy(str(shipped_policy(env_id)))
     action = np.empty(environment.action_space.shape)
     observation, _ = environment.reset(seed=seed)
     rows = [[*observation, 0, 0, 0]]
     ended = False
-    while not ended and len(rows) <= max_steps:
+    while not ended:
         policy.act(observation.astype(np.float64), action)
         observation, reward, terminated, truncated, _ = environment.step(action.astype(np.float32))
         rows.append([*observation, reward, terminated, truncated])
@@ -93,18 +89,6 @@ def test_episodes_equal_gymnasiums_to_the_bit(env_id):
 
 
 @pytest.mark.parametrize("env_id", ["Walker2d-v4", "Walker2d-v5"])
-def test_first_steps_are_near_another_mujocos(env_id):
-    """Without Hopper: newer MuJoCo combines its contact margins differently (docs/fidelity.md)."""
-    near = []
-    for seed in range(100):
-        rows = play(gymnasium.make(f"walker_sim/{env_id}"), env_id, seed, STEPS)
-        others = play(gymnasium.make(env_id), env_id, seed, STEPS)
-        assert equal_bits(rows[0], others[0])
-        near.append(rows.shape == others.shape and np.abs(rows - others).max() <= NEAR)
-    assert np.mean(near) >= NEARLY_ALL["Walker2d"]
-
-
-@pytest.mark.parametrize("env_id", ["Walker2d-v4", "Walker2d-v5"])
 def test_mean_return_equals_another_mujocos(env_id):
     """Compares the mean return, because whole episodes diverge."""
     means = []
@@ -112,20 +96,6 @@ def test_mean_return_equals_another_mujocos(env_id):
         rows = [play(gymnasium.make(name), env_id, seed) for seed in range(1_000_000, 1_000_010)]
         means.append(np.mean([episode[:, -3].sum() for episode in rows]))
     assert means[0] == pytest.approx(means[1], rel=0.05)
-
-
-@pytest.mark.parametrize("env_id", IDS)
-def test_training_evaluates_as_evaluate_does(env_id, tmp_path):
-    path = shipped_policy(env_id)
-    evaluation = Evaluation(env_id, {"max_episode_steps": 300}, 5, 1)
-    returns = evaluation.returns(_core.Policy(str(path)))
-    evaluation.close()
-    file = tmp_path / "evaluation.json"
-    seeds = f"{FIRST_CHOICE_SEED}:{FIRST_CHOICE_SEED + 5}"
-    given = ["--policy", str(path), "--seeds", seeds, "max_episode_steps=300"]
-    assert main(["evaluate", env_id, *given, "--json", str(file)]) == 0
-    outcomes = json.loads(file.read_text())["outcomes"]
-    assert returns.tolist() == [outcome["return"] for outcome in outcomes]
 
 
 @pytest.mark.parametrize("env_id", IDS)

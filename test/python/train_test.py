@@ -445,19 +445,3 @@ def test_error_names_unsupported_model(tmp_path, capsys):
     assert "walker.bin: must end in" in error_of(
         capsys, "convert", tmp_path / "model.zip", "walker.bin"
     )
-
-
-def test_evaluation_does_not_depend_on_num_envs(monkeypatch):
-    random = np.random.default_rng(0)
-    content = bytearray((ROOT / "assets/policies" / f"{ID}.safetensors").read_bytes())
-    last_bias = np.frombuffer(content, "<f4", offset=len(content) - 4 * 4)  # the file's last tensor
-    last_bias += random.normal(0, 0.3, 4).astype(np.float32)  # makes the walker fall sometimes
-    policy = _core.Policy.from_bytes("with noise", bytes(content))
-    returns = []
-    for at_once in (7, 3):
-        monkeypatch.setattr(evaluation, "MAX_ENVS", at_once)
-        plays = evaluation.Evaluation(ID, {"max_episode_steps": 200}, 7, 1)
-        returns.append(plays.returns(policy))
-        plays.close()
-    assert np.array_equal(returns[0], returns[1])
-    assert len(set(returns[0])) == 7

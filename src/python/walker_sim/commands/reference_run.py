@@ -28,7 +28,8 @@ class ReferenceWalker:
 
     The hash is over all states in order, including resets: the observation's bytes, the reward
     (float64), terminated and truncated (one byte each), and info (float64, with one fixed NaN for
-    absent values). At a reset the reward is 0 and the flags are false.
+    absent values). At a reset the reward is 0 and the flags are false. The hash of a run is that of
+    its walkers' hashes in the order of their numbers.
     """
 
     def __init__(self, env_id: str, number: int, num_actions: int) -> None:
@@ -36,7 +37,7 @@ class ReferenceWalker:
         self.action = np.zeros(num_actions)
         self._env_id, self._episode = env_id, -1
         self._ends = True  # the next state is a reset's
-        self._hash = hashlib.sha256()
+        self.hash = hashlib.sha256()
 
     def add(
         self,
@@ -55,18 +56,9 @@ class ReferenceWalker:
             reward, terminated, truncated = 0.0, False, False
         known = np.where(np.isnan(info), np.nan, info)
         numbers = np.float64(reward).tobytes() + bytes([bool(terminated), bool(truncated)])
-        self._hash.update(observation.tobytes() + numbers + known.tobytes())
+        self.hash.update(observation.tobytes() + numbers + known.tobytes())
         self._ends = bool(terminated or truncated)
         self._policy.act(np.ascontiguousarray(observation, np.float64), self.action)
-
-    @property
-    def digest(self) -> bytes:
-        return self._hash.digest()
-
-
-def hash_of(walkers: Sequence[ReferenceWalker]) -> str:
-    """Returns the hash of a run, given its walkers in the order of their numbers."""
-    return hashlib.sha256(b"".join(walker.digest for walker in walkers)).hexdigest()
 
 
 def reference_hash(walkers: Walkers, steps: int) -> str:
@@ -91,7 +83,7 @@ def reference_hash(walkers: Walkers, steps: int) -> str:
     ]
     for first in range(0, NUM_WALKERS, walkers.num_envs):
         _play(walkers, run[first : first + walkers.num_envs], steps)
-    return hash_of(run)
+    return hashlib.sha256(b"".join(walker.hash.digest() for walker in run)).hexdigest()
 
 
 def _play(walkers: Walkers, group: Sequence[ReferenceWalker], steps: int) -> None:
