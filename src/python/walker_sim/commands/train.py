@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
 import importlib
 import json
 import sys
@@ -71,6 +72,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         training_run: Any = importlib.import_module("walker_sim.training.run")
         torch: Any = importlib.import_module("torch")
+        tqdm: Any = importlib.import_module("tqdm").tqdm
         importlib.import_module("yaml")
     except ImportError as error:
         raise InputError(f"needs pip install 'walker_sim[train]' ({error})") from error
@@ -81,10 +83,12 @@ def run(arguments: Sequence[str]) -> int:
     if threads:
         torch.set_num_threads(threads)
     folder.mkdir(parents=True, exist_ok=True)
-    with _Display(settings.steps) as display:
+    # disable=None: no bar if standard error is not a terminal.
+    with tqdm(total=settings.steps, unit=" steps", unit_scale=True, disable=None) as bar:
+        show = functools.partial(_show, bar)
         try:
             training = training_run.Training(
-                env_id, settings, folder, num_threads=threads, report=display.show
+                env_id, settings, folder, num_threads=threads, report=show
             )
             if options.resume:
                 training.resume()
@@ -141,27 +145,13 @@ def settings_file(env_id: str) -> Path:
     return path
 
 
-class _Display:
-    """Progress bar on a terminal, and one line per evaluation."""
-
-    def __init__(self, total: int) -> None:
-        tqdm: Any = importlib.import_module("tqdm").tqdm
-        # disable=None: no bar if standard error is not a terminal.
-        self._bar = tqdm(total=total, unit=" steps", unit_scale=True, disable=None)
-
-    def __enter__(self) -> _Display:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()
-
-    def show(self, training: Any, point: Any) -> None:
-        """Updates the bar; prints a line if there is a new point. The training calls it."""
-        self._bar.set_postfix_str(f"return {training.mean_return:.1f}", refresh=False)
-        self._bar.update(training.steps - self._bar.n)
-        if point is not None:
-            self._bar.write(
-                f"{point.steps:>12,} steps {point.seconds:8.0f} s   training "
-                f"{point.training_return:8.1f}   evaluation {point.evaluation_return:8.1f} "
-                f"± {point.deviation:.1f}, min {point.least:.1f}"
-            )
+def _show(bar: Any, training: Any, point: Any) -> None:
+    """Updates the progress bar; prints a line if there is a new point of the curve."""
+    bar.set_postfix_str(f"return {training.mean_return:.1f}", refresh=False)
+    bar.update(training.steps - bar.n)
+    if point is not None:
+        bar.write(
+            f"{point.steps:>12,} steps {point.seconds:8.0f} s   training "
+            f"{point.training_return:8.1f}   evaluation {point.evaluation_return:8.1f} "
+            f"± {point.deviation:.1f}, min {point.least:.1f}"
+        )
