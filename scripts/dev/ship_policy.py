@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Takes a finished training over into the package: its policy, its settings, its curve, and a card.
+"""Adds a finished training to the package: its policy, settings and curve, and a card.
 
   ./scripts/env python3 scripts/dev/ship_policy.py runs/Walker2d-v5 --on "two cores"
 
@@ -13,12 +13,12 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 
 import numpy as np
 from walker_sim import _core
+from walker_sim.commands import main as walker_sim
 from walker_sim.training.curve import read_curve
 from walker_sim.training.evaluation import FIRST_CHOICE_SEED
 from walker_sim.training.settings import read_settings
@@ -31,24 +31,25 @@ RETURNS = r"^\| (\*\*.+\*\*) \| (.+) \| (.+) \| (.+) \| (.+) \|$"
 CARD = """\
 # {id}
 
-`assets/policies/{id}.safetensors`, made by `python3 -m walker_sim train {trained}` with
-[config/training/{trained}.yaml](../../config/training/{trained}.yaml).
+`python3 -m walker_sim train {trained}` with
+[config/training/{trained}.yaml](../../config/training/{trained}.yaml) made
+`assets/policies/{id}.safetensors`.
 
 | | |
 |---|---|
 | algorithm | {algorithm}, seed {seed} |
 | network | {layers}, {activation} |
-| steps | {steps:,}; kept is the best of them on seeds {first} .. {last}, after {chosen:,} |
+| steps | {steps:,}; best evaluation, on seeds {first} to {last}, after {chosen:,} |
 | wall time | {minutes:.0f} min on {machine} |
 | settings' SHA-256 | `{settings}` |
 
-Returns over the 100 seeds 1000000 .. 1000099, which training never sees:
+Returns over the 100 seeds 1000000 to 1000099, which training does not use:
 
 | mean | deviation | least | most | ends |
 |---|---|---|---|---|
 | **{mean:.1f}** | {deviation:.1f} | {least:.1f} | {most:.1f} | {ends} |
 
-`python3 -m walker_sim evaluate {id} --policy shipped --seeds {seeds}` says the same.
+`python3 -m walker_sim evaluate {id} --policy shipped --seeds {seeds}` prints them.
 
 ![Returns over steps]({id}.png)
 """
@@ -58,8 +59,9 @@ def evaluate(env_id):
     """Returns the command's results for the shipped policy."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "evaluation.json")
-        command = [sys.executable, "-m", "walker_sim", "evaluate", env_id, "--policy", "shipped"]
-        subprocess.run([*command, "--seeds", SEEDS, "--json", path], check=True)
+        options = ["--policy", "shipped", "--seeds", SEEDS, "--json", str(path)]
+        if walker_sim(["evaluate", env_id, *options]) != 0:
+            sys.exit(1)
         return json.loads(path.read_text())["outcomes"]
 
 
@@ -89,9 +91,11 @@ def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("run", type=pathlib.Path, help="the training's folder")
-    parser.add_argument("--on", required=True, metavar="WHAT", help="it trained, for the card")
-    parser.add_argument("--also", metavar="ID", help="ship it for this environment, too")
+    parser.add_argument("run", type=pathlib.Path, help="folder of the training")
+    parser.add_argument(
+        "--on", required=True, metavar="WHAT", help="machine of the training, for the card"
+    )
+    parser.add_argument("--also", metavar="ID", help="ship it for this environment instead")
     arguments = parser.parse_args()
     run = arguments.run
     policy = _core.Policy(os.fsencode(run / "policy.safetensors"))

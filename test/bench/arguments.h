@@ -3,8 +3,10 @@
 
 #include <map>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace walker::bench {
 
@@ -28,20 +30,22 @@ class Arguments {
 
   const std::string& text(const std::string& name) const { return values_.at(name); }
 
-  /// @throws std::invalid_argument unless the value is a number
-  double number(const std::string& name) const {
-    std::size_t used = 0;
-    double number = 0;
-    try {
-      number = std::stod(text(name), &used);
-    } catch (const std::exception&) {
-      used = 0;
+  /// @throws std::invalid_argument unless the value consists of comma-separated numbers
+  std::vector<double> numbers(const std::string& name) const {
+    std::vector<double> numbers;
+    std::istringstream stream(text(name));
+    char comma = ',';
+    for (double number = 0; comma == ',' && stream >> number; stream >> comma) {
+      numbers.push_back(number);
+      comma = 0;
     }
-    if (used == 0 || used != text(name).size()) {
-      throw std::invalid_argument("--" + name + " = " + text(name) + "; must be a number");
+    if (numbers.empty() || !stream.eof()) {
+      throw std::invalid_argument("--" + name + " = " + text(name) + ": must be numbers");
     }
-    return number;
+    return numbers;
   }
+
+  double number(const std::string& name) const { return numbers(name).front(); }
 
  private:
   std::map<std::string, std::string> values_;

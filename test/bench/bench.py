@@ -66,7 +66,8 @@ class Settings:
         return [self.programs / "walker_sim_benchmark", kind, "--env", env, *options]
 
     def python(self, kind, env, *options):
-        return [sys.executable, HERE / "python_face.py", kind, "--env", env, *options]
+        env = f"walker_sim/{env}"
+        return [sys.executable, HERE / "peers.py", kind, "--env", env, *options]
 
     def peer(self, kind, env, *options):
         """Returns the peer's command, or None if the peer is skipped."""
@@ -90,7 +91,7 @@ def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--programs", type=pathlib.Path, required=True, metavar="FOLDER")
     parser.add_argument("--output", type=pathlib.Path, required=True, metavar="FOLDER")
-    parser.add_argument("--quick", action="store_true", help="slices of a tenth of a second")
+    parser.add_argument("--quick", action="store_true", help="slices of 0.1 s")
     parser.add_argument("--update-readme", action="store_true")
     parser.add_argument("--only", default=",".join(SECTIONS), metavar="SECTION[,SECTION...]")
     parser.add_argument(
@@ -98,7 +99,7 @@ def parse_arguments():
         action="append",
         default=[],
         choices=("envpool", "gymnasium", "plot"),
-        help="what is not installed",
+        help="skip what is not installed",
     )
     parser.add_argument("--learner", type=pathlib.Path, help="a Python with Stable-Baselines3")
     parser.add_argument("--mjbatch", type=pathlib.Path, help="a Python with mjbatch")
@@ -106,9 +107,9 @@ def parse_arguments():
     arguments.only = arguments.only.split(",")
     for name in arguments.only:
         if name not in ALL_SECTIONS:
-            parser.error(f"--only {name}: must be some of {', '.join(ALL_SECTIONS)}")
+            parser.error(f"--only {name}: must be among {', '.join(ALL_SECTIONS)}")
     if arguments.update_readme and (arguments.quick or set(arguments.only) != set(SECTIONS)):
-        parser.error("--update-readme: not with --quick or --only, which do not measure everything")
+        parser.error("--update-readme: not allowed with --quick or --only")
     return arguments
 
 

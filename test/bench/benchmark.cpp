@@ -1,7 +1,8 @@
-// Measures speed and memory of in-process environments. Each measurement prints one line of JSON.
-// The Python files in this folder define the comparisons.
+// Measures speed and memory of in-process environments, and the speed of walker::Client. Prints one
+// line of JSON per number of environments. The Python files in this folder define the comparisons.
 //
-// An ended episode is reset in place of its next step. The reset counts as a step, as in EnvPool.
+// Pools reset an ended episode in place of its next step, which counts as a step, as in EnvPool.
+// Other resets take time and do not count as steps.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -14,7 +15,6 @@
 #include <numeric>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -22,6 +22,7 @@
 #include "bench/arguments.h"
 #include "bench/slice.h"
 #include "stepper.h"
+#include "walker_sim/client.h"
 #include "walker_sim/policy.h"
 #include "walker_sim/pool.h"
 
@@ -34,7 +35,9 @@ constexpr const char* kUsage =
     "       walker_sim_benchmark pool   --env ID --num-envs N[,N...] --threads K --seconds S\n"
     "       walker_sim_benchmark async  --env ID --num-envs N[,N...] --threads K --seconds S\n"
     "       walker_sim_benchmark act    --file FILE --seconds S\n"
-    "       walker_sim_benchmark memory --env ID --num-envs N --steps M\n";
+    "       walker_sim_benchmark memory --env ID --num-envs N --steps M\n"
+    "       walker_sim_benchmark client --server NAME --seconds S    one environment, by ~step\n"
+    "       walker_sim_benchmark batch  --server NAME --seconds S    all, by ~step_batch\n";
 
 /// A pool with arrays for the results that Gymnasium returns.
 class PooledEnvironments {
@@ -72,26 +75,18 @@ class PooledEnvironments {
   Batch batch_;
 };
 
-/// Parses comma-separated positive integers.
-/// @throws std::invalid_argument naming the option if its value is malformed
+/// @throws std::invalid_argument unless the option has positive numbers
 std::vector<std::size_t> counts(const Arguments& arguments, const std::string& name) {
-  constexpr std::size_t kDigits = 9;  // fits every type
-  const std::string& given = arguments.text(name);
-  std::vector<std::size_t> values;
-  std::istringstream stream(given);
-  for (std::string item; std::getline(stream, item, ',');) {
-    if (item.empty() || item.size() > kDigits ||
-        item.find_first_not_of("0123456789") != std::string::npos || std::stoul(item) == 0) {
-      values.clear();
-      break;
+  std::vector<std::size_t> counts;
+  for (const double number : arguments.numbers(name)) {
+    constexpr double kMax = 1e9;
+    if (!(number >= 1 && number <= kMax)) {
+      throw std::invalid_argument("--" + name + " = " + arguments.text(name) +
+                                  ": must be between 1 and 1000000000");
     }
-    values.push_back(std::stoul(item));
+    counts.push_back(static_cast<std::size_t>(number));
   }
-  if (values.empty()) {
-    throw std::invalid_argument("--" + name + " = " + given +
-                                ": must be whole numbers above 0 with commas between");
-  }
-  return values;
+  return counts;
 }
 
 void loop(const Arguments& arguments) {
@@ -99,12 +94,9 @@ void loop(const Arguments& arguments) {
   const double seconds = arguments.number("seconds");
   Actions actions(stepper.environment->specification().action_size());
   stepper.reset(0);
-  print(std::cout, 1, measure(seconds, 1, [&] {
-          if (stepper.has_ended()) {
-            stepper.reset();
-          } else {
-            stepper.environment->step(actions.next(), actions.size(), stepper.result);
-          }
+  print(1, measure(seconds, 1, [&] {
+          stepper.environment->step(actions.next(), actions.size(), stepper.result);
+          if (stepper.has_ended()) stepper.reset();
         }));
 }
 
@@ -112,24 +104,19 @@ void reset(const Arguments& arguments) {
   Stepper stepper(arguments.text("env"));
   const double seconds = arguments.number("seconds");
   stepper.reset(0);
-  print(std::cout, 1, measure(seconds, 1, [&] { stepper.reset(); }));
-}
-
-PoolOptions pool_options(std::size_t num_threads) {
-  PoolOptions options;
-  options.num_threads = num_threads;
-  return options;
+  print(1, measure(seconds, 1, [&] { stepper.reset(); }));
 }
 
 void step_pool(const Arguments& arguments) {
   const std::string id = arguments.text("env");
   const double seconds = arguments.number("seconds");
-  PoolOptions options = pool_options(counts(arguments, "threads").at(0));
+  PoolOptions options;
+  options.num_threads = counts(arguments, "threads").at(0);
   for (const std::size_t count : counts(arguments, "num-envs")) {
     options.num_envs = count;
     PooledEnvironments environments(id, options);
     Actions actions(count * environments.action_size());
-    print(std::cout, count, measure(seconds, count, [&] {
+    print(count, measure(seconds, count, [&] {
             environments.pool().step(actions.next(), actions.size(), environments.batch());
           }));
   }
@@ -139,7 +126,8 @@ void step_pool(const Arguments& arguments) {
 void step_pool_asynchronously(const Arguments& arguments) {
   const std::string id = arguments.text("env");
   const double seconds = arguments.number("seconds");
-  PoolOptions options = pool_options(counts(arguments, "threads").at(0));
+  PoolOptions options;
+  options.num_threads = counts(arguments, "threads").at(0);
   for (const std::size_t count : counts(arguments, "num-envs")) {
     options.num_envs = count;
     options.batch_size = (count + 1) / 2;
@@ -150,7 +138,7 @@ void step_pool_asynchronously(const Arguments& arguments) {
     pool.send(Actions(count * environments.action_size()).next(), arrived.data(), count);
     arrived.resize(options.batch_size);
     Actions actions(arrived.size() * environments.action_size());
-    print(std::cout, count, measure(seconds, arrived.size(), [&] {
+    print(count, measure(seconds, arrived.size(), [&] {
             pool.recv(environments.batch(), arrived.data());
             pool.send(actions.next(), arrived.data(), arrived.size());
           }));
@@ -161,9 +149,8 @@ void act(const Arguments& arguments) {
   Policy policy(arguments.text("file"));
   Actions observations(policy.observation_size());
   std::vector<double> action(policy.action_size());
-  print(std::cout, 1, measure(arguments.number("seconds"), 1, [&] {
-          policy.act(observations.next(), action.data());
-        }));
+  print(1, measure(arguments.number("seconds"), 1,
+                   [&] { policy.act(observations.next(), action.data()); }));
 }
 
 double resident_bytes() {
@@ -179,7 +166,8 @@ double resident_bytes() {
 void memory(const Arguments& arguments) {
   const std::string id = arguments.text("env");
   const std::size_t steps = counts(arguments, "steps").at(0);
-  PoolOptions options = pool_options(1);
+  PoolOptions options;
+  options.num_threads = 1;
   PooledEnvironments first(id, options);  // keeps the shared model loaded
   options.num_envs = counts(arguments, "num-envs").at(0);
   Actions actions(options.num_envs * first.action_size());
@@ -192,6 +180,37 @@ void memory(const Arguments& arguments) {
             << (resident_bytes() - before) / static_cast<double>(options.num_envs) << "}\n";
 }
 
+ClientOptions client_options(const Arguments& arguments) {
+  ClientOptions options;
+  options.server = arguments.text("server");
+  return options;
+}
+
+void step_by_client(const Arguments& arguments) {
+  Client client(client_options(arguments));
+  Actions actions(client.specification().action_size);
+  Transition transition;
+  client.reset(0, transition);
+  Latencies latencies;
+  const Slice slice = measure(arguments.number("seconds"), 1, [&] {
+    latencies.time([&] { client.step(actions.next(), actions.size(), transition); });
+    if (transition.terminated || transition.truncated) client.reset(std::nullopt, transition);
+  });
+  print(1, slice, latencies);
+}
+
+void step_batch_by_client(const Arguments& arguments) {
+  Client client(client_options(arguments));
+  const ServerSpecification specification = client.specification();
+  BatchReset reset;
+  client.reset_batch({}, {}, reset);
+  Actions actions(static_cast<std::size_t>(specification.num_envs) * specification.action_size);
+  BatchTransition transition;
+  print(specification.num_envs, measure(arguments.number("seconds"), specification.num_envs, [&] {
+          client.step_batch(actions.next(), actions.size(), transition);
+        }));
+}
+
 void run(const std::string& what, char** begin, char** end) {
   const std::set<std::string> one = {"env", "seconds"};
   const std::set<std::string> many = {"env", "seconds", "num-envs", "threads"};
@@ -201,6 +220,8 @@ void run(const std::string& what, char** begin, char** end) {
   if (what == "async") return step_pool_asynchronously({begin, end, many});
   if (what == "act") return act({begin, end, {"file", "seconds"}});
   if (what == "memory") return memory({begin, end, {"env", "num-envs", "steps"}});
+  if (what == "client") return step_by_client({begin, end, {"server", "seconds"}});
+  if (what == "batch") return step_batch_by_client({begin, end, {"server", "seconds"}});
   throw std::invalid_argument(what + ": unknown measurement\n" + kUsage);
 }
 

@@ -1,7 +1,5 @@
 """Measurements without ROS: speed of one core and of the pool, resets, memory, policies."""
 
-import dataclasses
-
 import numpy as np
 from machine import first_line
 from measure import (
@@ -12,12 +10,12 @@ from measure import (
     steps_per_processor_second,
     steps_per_second,
 )
-from targets import BIPEDAL, KERNEL_LIMITS, LARGE, find
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.policy_file import PolicyFile, write_policy
 
 IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
 POOLED_IDS = ("BipedalWalker-v3", "Walker2d-v4")
+KERNELS = ("avx2", "sse2")  # measured besides the default
 SIZES = (1, 16, 64, 256, 1024)
 SCALED_SIZES = (64, 256)  # pool sizes of the scaling section
 CROWD = 1000  # environments of the memory section
@@ -29,10 +27,9 @@ def kernel_of(settings, env, *prefix):
 
 
 def core(settings):
-    """One thread on one core; BipedalWalker also with the kernels that have a target."""
+    """One thread on one core; BipedalWalker also with smaller kernels."""
     plan = Plan("core", "steps/s", steps_per_processor_second, settings.folder)
     one = ["--seconds", settings.seconds(0.6)]
-    default = kernel_of(settings, BIPEDAL)
     for env in IDS:
 
         def add(side, command, sizes=(1,), env=env):
@@ -43,20 +40,17 @@ def core(settings):
             pooled = add(f"pool, {size}", settings.ours("pool", env, *many), (size,))
             envpool = add(f"EnvPool, {size}", settings.peer("envpool", env, *many), (size,))
             against(pooled, envpool)
-        for kernel in KERNEL_LIMITS if env == BIPEDAL else ():
+        for kernel in KERNELS if env == "BipedalWalker-v3" else ():
             # If the processor does not support the kernel, the variable selects a smaller one.
             variable = ["env", f"WALKER_SIM_KERNEL={kernel}"]
-            if kernel != default and kernel_of(settings, env, *variable) == kernel:
+            is_default = kernel == kernel_of(settings, env)
+            if not is_default and kernel_of(settings, env, *variable) == kernel:
                 command = [*variable, *settings.ours("pool", env, *many)]
                 against(add(f"pool, 64, {kernel}", command, (64,)), envpool)
         add("mjbatch, 64", settings.mjbatch(env, *many), (64,))
         single = add("single", settings.ours("loop", env, *one))
         against(single, add("Gymnasium", settings.peer("gymnasium", env, *one)))
-    rows = plan.run(settings.rounds(4))
-    if default in KERNEL_LIMITS:  # already measured; add the name that its target uses
-        row = find(rows, "core", BIPEDAL, "pool, 64")
-        rows.append(dataclasses.replace(row, side=f"pool, 64, {default}"))
-    return rows
+    return plan.run(settings.rounds(4))
 
 
 def pool(settings):
@@ -109,7 +103,7 @@ def python(settings):
         def add(side, command, cores=settings.one_core, sizes=(1,), env=env):
             return plan.add(side, env, command, cores, sizes)
 
-        single = add("gymnasium.make", settings.python("make", env, *seconds))
+        single = add("gymnasium.make", settings.python("gymnasium", env, *seconds))
         against(single, add("Gymnasium", settings.peer("gymnasium", env, *seconds)))
         vector = add("make_vec, 64", settings.python("make_vec", env, *many), two, (size,))
         against(vector, add("pool, 64", settings.ours("pool", env, *many), two, (size,)))
@@ -119,20 +113,16 @@ def python(settings):
 def act(settings):
     """Forward passes of policies: the shipped networks, and one with layers of 256 and 256."""
     plan = Plan("act", "us", microseconds_of_processor_time, settings.folder)
-    random = np.random.default_rng(0)
     sizes = (17, 256, 256, 6)
     layers = [
-        (random.normal(0, 0.1, (outputs, inputs)), random.normal(0, 0.1, outputs))
+        (np.full((outputs, inputs), 0.01), np.full(outputs, 0.01))
         for inputs, outputs in zip(sizes, sizes[1:])
     ]
-    large = PolicyFile(
-        *("Walker2d-v5", {}, "tanh", "clip", np.zeros(17), np.ones(17), -np.ones(6), np.ones(6)),
-        layers,
-    )
     file = settings.folder / "large.safetensors"
-    write_policy(large, file)
-    files = {LARGE: file, **{env: shipped_policy(env) for env in IDS}}
-    for name, path in files.items():
+    limits = -np.ones(6), np.ones(6)
+    statistics = np.zeros(17), np.ones(17)
+    write_policy(PolicyFile("Walker2d-v5", {}, "tanh", "clip", *statistics, *limits, layers), file)
+    for name, path in (("17-256-256-6", file), *((env, shipped_policy(env)) for env in IDS)):
         command = [settings.programs / "walker_sim_benchmark", "act", "--file", path]
         command += ["--seconds", settings.seconds(0.2)]
         plan.add("action", name, command, settings.one_core)

@@ -5,7 +5,7 @@ import sys
 
 from measure import Failure, Row, run_slice
 from ros import Master
-from targets import WALKERS
+from walker_sim import _core
 
 HERE = pathlib.Path(__file__).resolve().parent
 WALKER = "BipedalWalker-v3"
@@ -17,45 +17,40 @@ PATIENCE = 3600  # for one training, or for all episodes of one environment [s]
 
 def training(settings):
     """Wall time until a policy walks, on this package's and on Gymnasium's environments."""
-    rows = {
-        side: Row("training", WALKER, title, "s")
-        for side, title in (
-            ("walker_sim", "walker_sim"),
-            ("gymnasium", "Gymnasium's in DummyVecEnv"),
-        )
-    }
-    if settings.learner is None:
-        for row in rows.values():
-            row.error = "Stable-Baselines3 is not installed"
-        return list(rows.values())
-    rows["gymnasium"].peer = rows["walker_sim"]
+    ours = Row("training", WALKER, "walker_sim", "s")
+    theirs = Row("training", WALKER, "Gymnasium's in DummyVecEnv", "s", peer=ours)
     for seed in range(settings.rounds(2)):
-        for side, row in rows.items():
+        for environments, row in (("walker_sim", ours), ("gymnasium", theirs)):
             command = [settings.learner, HERE / "time_to_walk.py", "--env", WALKER]
-            command += ["--environments", side, "--seed", seed]
-            command += ["--return", WALKING] if not settings.is_quick else ["--return", -1000]
+            command += ["--environments", environments, "--seed", seed]
+            command += ["--return", -1000 if settings.is_quick else WALKING]
             try:
+                if settings.learner is None:
+                    raise Failure("Stable-Baselines3 is not installed")
                 row.slices += run_slice(command, settings.two_cores, settings.folder, PATIENCE)
                 row.values.append(row.slices[-1]["seconds"])
             except Failure as failure:
                 row.error = str(failure)
-    return list(rows.values())
+    return [ours, theirs]
 
 
 def policies(settings):
     """Returns of shipped policies in lock-step, and in real time with late commands."""
     rows = []
-    for env in WALKERS:
-        pair = [Row("policies", env, side, "") for side in ("lock-step", "free-running")]
-        pair[1].peer = pair[0]
-        for row, mode, agent in zip(pair, ("lockstep", "free"), ("service_agent", "topic_agent")):
+    for env in _core.ids():
+        lockstep = Row("policies", env, "lock-step", "")
+        free = Row("policies", env, "free-running", "", peer=lockstep)
+        for row, mode, agent in (
+            (lockstep, "lockstep", "service_agent"),
+            (free, "free", "topic_agent"),
+        ):
+            rows.append(row)
             try:
                 row.slices = walk(settings, env, mode, agent)
                 returns = [line["return"] for line in row.slices]
                 row.values.append(sum(returns) / len(returns))
             except Failure as failure:
                 row.error = str(failure)
-        rows += pair
     return rows
 
 
@@ -69,7 +64,7 @@ def walk(settings, env, mode, agent):
         parameters["max_episode_steps"] = 100
     with Master(settings) as master:
         master.server(**parameters)
-        walker = master.process([settings.programs / agent, "_agent:=policy", f"_seeds:={seeds}"])
+        process = master.process([settings.programs / agent, "_agent:=policy", f"_seeds:={seeds}"])
         command = [sys.executable, HERE / "episode_returns.py", "--count", episodes]
-        command += ["--while", walker.pid]
+        command += ["--while", process.pid]
         return run_slice(command, settings.two_cores, settings.folder, PATIENCE)

@@ -31,32 +31,28 @@ class Row:
     error: str = ""
 
     @property
-    def key(self):
-        return (
-            self.section,
-            self.environment,
-            self.side,
-            self.num_envs,
-            self.threads,
-            self.placement,
-        )
-
-    @property
     def median(self):
         return statistics.median(self.values) if self.values else None
 
     @property
     def ratio(self):
-        return compare(self, self.peer)
+        """Median of the rounds' ratios to the peer, or None if either row failed.
+
+        A ratio of medians would depend on changes of the machine's speed between rounds.
+        """
+        if self.peer is None or self.error or self.peer.error:
+            return None
+        pairs = list(zip(self.values, self.peer.values))
+        return statistics.median(ours / theirs for ours, theirs in pairs) if pairs else None
 
 
-def compare(row, peer) -> Optional[float]:
-    """Returns the median of the rounds' ratios, or None if either row failed. A ratio of medians
-    would depend on changes of the machine's speed between rounds."""
-    if row is None or peer is None or row.error or peer.error:
-        return None
-    pairs = list(zip(row.values, peer.values))
-    return statistics.median(ours / theirs for ours, theirs in pairs) if pairs else None
+def find(rows, section, environment, side, **attributes):
+    """Returns the first row with these attributes; None if there is none."""
+    wanted = {"section": section, "environment": environment, "side": side, **attributes}
+    for row in rows:
+        if all(getattr(row, name) == value for name, value in wanted.items()):
+            return row
+    return None
 
 
 def against(rows, peers):
@@ -94,8 +90,12 @@ class Job:
     apart: bool = False  # one process per core concurrently, instead of one on all cores
 
     def run(self, cwd):
+        core_sets = [[core] for core in self.cores] if self.apart else [self.cores]
         try:
-            processes = self.measure(cwd)
+            with ThreadPoolExecutor(len(core_sets)) as executor:
+                processes = list(
+                    executor.map(lambda cores: run_slice(self.command, cores, cwd), core_sets)
+                )
             for lines in processes:
                 if [line.get("num_envs", 1) for line in lines] != list(self.rows):
                     raise Failure(f"{self.command[0]} printed {lines}")
@@ -105,11 +105,6 @@ class Job:
         except Failure as failure:
             for row in self.rows.values():
                 row.error = str(failure)
-
-    def measure(self, cwd):
-        places = [[core] for core in self.cores] if self.apart else [self.cores]
-        with ThreadPoolExecutor(len(places)) as executor:
-            return list(executor.map(lambda cores: run_slice(self.command, cores, cwd), places))
 
     @property
     def has_failed(self):
@@ -132,8 +127,8 @@ def run_slice(command, cores, cwd, patience=PATIENCE):
     except subprocess.TimeoutExpired:
         raise Failure(f"took longer than {patience} s: {' '.join(pinned)}") from None
     if done.returncode != 0:
-        words = done.stderr.strip().splitlines() or ["it said nothing"]
-        raise Failure(f"status {done.returncode}: {words[-1]}")
+        lines = done.stderr.strip().splitlines() or ["no message"]
+        raise Failure(f"status {done.returncode}: {lines[-1]}")
     try:
         return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     except ValueError as error:
@@ -155,14 +150,7 @@ class Plan:
         if command is None:
             return {}
         rows = {
-            size: Row(
-                self.section,
-                environment,
-                side,
-                self.unit,
-                num_envs=size,
-                **attributes,
-            )
+            size: Row(self.section, environment, side, self.unit, num_envs=size, **attributes)
             for size in sizes
         }
         self.jobs.append(Job(command, self.read, rows, cores, apart))

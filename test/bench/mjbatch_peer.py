@@ -1,20 +1,19 @@
-"""One slice of mjbatch, which steps many worlds of MuJoCo. Prints lines of JSON.
+"""One slice of mjbatch, which steps many worlds of MuJoCo. Prints a line of JSON per size.
 
     mjbatch_peer.py --model FILE --num-envs N[,N...] --threads K --seconds S
 
-Physics alone, four engine steps at a time as Gymnasium's walker makes them: no observation, reward
-or end of an episode is computed. All begin anew every 20 steps, about when a walker with random
-actions has fallen; that takes time and is not counted.
+Physics alone, four engine steps at a time as in Gymnasium's walkers: without observation, reward
+and end of an episode. All worlds are reset every 20 steps, about when a walker with random actions
+has fallen; that takes time and does not count.
 """
 
 import argparse
-import itertools
 import json
+import time
 
 import mjbatch
 import mujoco
 import numpy
-from peers import VALUES, measure
 
 FRAMES = 4  # engine steps per step
 STEPS = 20  # per episode
@@ -24,19 +23,19 @@ def slice_of(options, num_envs):
     model = mujoco.MjModel.from_xml_path(options.model)
     batch = mjbatch.Batch(model, num_sims=num_envs, num_threads=options.threads)
     control = batch.bind("ctrl")
-    rows = max(VALUES // (num_envs * model.nu), 1)
-    random = numpy.random.default_rng(0).uniform(-1, 1, (rows, num_envs, model.nu))
-    actions = itertools.cycle(random)
-    counter = itertools.count()
-    batch.reset()
-
-    def step():
-        if next(counter) % STEPS == 0:
-            batch.reset()
-        control[:] = next(actions)
-        batch.step(nstep=FRAMES)
-
-    return {"num_envs": num_envs, **measure(options.seconds, num_envs, step)}
+    actions = numpy.random.default_rng(0).uniform(-1, 1, (STEPS, num_envs, model.nu))
+    for duration in (options.seconds / 4, options.seconds):  # the first is the warm-up
+        steps, wall = 0, 0.0
+        processor, begin = time.process_time(), time.perf_counter()
+        while wall < duration:
+            if steps % (STEPS * num_envs) == 0:
+                batch.reset()
+            control[:] = actions[steps // num_envs % STEPS]
+            batch.step(nstep=FRAMES)
+            steps += num_envs
+            wall = time.perf_counter() - begin
+        processor = time.process_time() - processor
+    return {"num_envs": num_envs, "steps": steps, "seconds": wall, "processor_seconds": processor}
 
 
 def main():
@@ -44,13 +43,11 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--model", required=True)
-    parser.add_argument(
-        "--num-envs", type=lambda text: [int(count) for count in text.split(",")], required=True
-    )
+    parser.add_argument("--num-envs", required=True)
     parser.add_argument("--threads", type=int, required=True)
     parser.add_argument("--seconds", type=float, required=True)
     options = parser.parse_args()
-    for num_envs in options.num_envs:
+    for num_envs in map(int, options.num_envs.split(",")):
         print(json.dumps(slice_of(options, num_envs)), flush=True)
 
 

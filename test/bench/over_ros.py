@@ -9,77 +9,58 @@ from ros import Master, await_true, call_service, diagnostics, place, stop
 
 WALKER, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 BATCHES = (1, 8, 64, 512)
-PLACEMENTS = {1: "1 core", 2: "2 cores"}
-# Bytes of ~step's request and response for BipedalWalker-v3, with length fields and flags.
-REQUEST, RESPONSE = 40, 300
-LEAST_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
+# Of ~step's request and response for BipedalWalker-v3, with length fields and flags.
+MESSAGE_SIZES = ("--request-bytes", 40, "--response-bytes", 300)
+MIN_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
 LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
 
 
 def lockstep(settings):
     """One environment stepped by service, client and server on one core or on two. The same without
     physics, beside a raw TCP connection with messages of the same size."""
-    plan = Plan("lockstep", "steps/s", steps_per_second, settings.folder)
-    seconds = ["--seconds", settings.seconds(0.6)]
-    rounds = settings.rounds(4)
     rows = []
     with Master(settings) as master:
-        walker, walker_process = master.server(mode="lockstep", env=WALKER)
-        null, null_process = master.server(
-            "walker_sim_null_server", "/null", mode="lockstep", env=WALKER, publish_clock="false"
-        )
-        sizes = ["--request-bytes", REQUEST, "--response-bytes", RESPONSE]
-        ping_pong = settings.programs / "walker_sim_ping_pong"
-        port, ping_pong_process = master.ping_pong([ping_pong, "serve", *sizes])
-        clients = settings.programs / "walker_sim_lockstep_client"
-        for cores in (settings.one_core, settings.two_cores):
-            plan.jobs.clear()
-            for process in (walker_process, null_process, ping_pong_process):
-                place(process, cores)
-
-            def add(side, command, cores=cores):
-                placement = PLACEMENTS[len(cores)]
-                return plan.add(side, WALKER, command, cores, placement=placement)
-
-            def client(kind, server):
-                return [clients, "--client", kind, "--server", server, *seconds]
-
-            served = [
-                add("our client", client("ours", walker)),
-                add("roscpp", client("roscpp", walker)),
-                add("rospy", [sys.executable, LOCKSTEP_ROSPY, "--server", walker, *seconds]),
-                add(
-                    "gymnasium.make",
-                    settings.python("lockstep", WALKER, "--server", walker, *seconds),
-                ),
-            ]
-            peer = settings.peer("gymnasium-lockstep", WALKER, *seconds)
-            gymnasium = add("Gymnasium in process", peer)
-            for ours in served:
-                against(ours, gymnasium)
-            ours = add("our client, no physics", client("ours", null))
-            peer = [ping_pong, "run", "--port", port, *sizes, *seconds]
-            against(ours, add("raw TCP", peer))
-            rows += plan.run(rounds)
-    return rows + lockstep_of_walker2d(settings)
+        null_options = {"mode": "lockstep", "env": WALKER, "publish_clock": "false"}
+        null = master.server("walker_sim_null_server", "/null", **null_options)
+        for env, core_sets in (
+            (WALKER, (settings.one_core, settings.two_cores)),
+            (WALKER2D, (settings.one_core,)),
+        ):
+            server = master.server(mode="lockstep", env=env, namespace=f"/{env[:8]}")
+            for cores in core_sets:
+                for _, process in (server, null):
+                    place(process, cores)
+                rows += lockstep_on(settings, env, cores, server[0], null[0])
+            stop(server[1])
+    return rows
 
 
-def lockstep_of_walker2d(settings):
+def lockstep_on(settings, env, cores, server, null):
     plan = Plan("lockstep", "steps/s", steps_per_second, settings.folder)
     seconds = ["--seconds", settings.seconds(0.6)]
-    cores = settings.one_core
-    with Master(settings) as master:
-        walker, process = master.server(mode="lockstep", env=WALKER2D)
-        place(process, cores)
 
-        def add(side, command):
-            return plan.add(side, WALKER2D, command, cores, placement=PLACEMENTS[len(cores)])
+    def add(side, command):
+        placement = f"{len(cores)} core{'s' if len(cores) > 1 else ''}"
+        return plan.add(side, env, command, cores, placement=placement)
 
-        client = settings.programs / "walker_sim_lockstep_client"
-        ours = add("our client", [client, "--client", "ours", "--server", walker, *seconds])
-        peer = settings.peer("gymnasium-lockstep", WALKER2D, *seconds)
-        against(ours, add("Gymnasium in process", peer))
-        return plan.run(settings.rounds(4))
+    def client(program, *options):
+        return [settings.programs / f"walker_sim_{program}", *options, *seconds]
+
+    sides = [add("our client", client("benchmark", "client", "--server", server))]
+    if env == WALKER:
+        rospy = [sys.executable, LOCKSTEP_ROSPY, "--server", server, *seconds]
+        python = settings.python("gymnasium", env, "--server", server, *seconds)
+        sides += [
+            add("roscpp", client("lockstep_roscpp", "--server", server)),
+            add("rospy", rospy),
+            add("gymnasium.make", python),
+        ]
+        ours = add("our client, no physics", client("benchmark", "client", "--server", null))
+        against(ours, add("raw TCP", client("ping_pong", *MESSAGE_SIZES)))
+    gymnasium = add("Gymnasium in process", settings.peer("gymnasium", env, *seconds))
+    for ours in sides:
+        against(ours, gymnasium)
+    return plan.run(settings.rounds(4))
 
 
 def step_batch(settings):
@@ -98,7 +79,8 @@ def step_batch(settings):
                 num_threads=len(cores),
                 publish_clock=str(size == BATCHES[0]).lower(),
             )
-            command = [settings.programs / "walker_sim_batch_client", "--server", name, *seconds]
+            command = [settings.programs / "walker_sim_benchmark", "batch", "--server", name]
+            command += seconds
             batches.update(plan.add("step_batch", WALKER, command, cores, (size,), **threads))
         command = ["--num-envs", ",".join(map(str, BATCHES)), "--threads", len(cores), *seconds]
         command = settings.ours("pool", WALKER, *command)
@@ -125,7 +107,7 @@ def free(settings):
 def watch(settings, env, factor, period, rows):
     """Appends the values of two reports to the rows, keyed by their names in the diagnostics. The
     first report of all covers the paused start-up: it has elapsed time but no intervals."""
-    period = max(settings.seconds(period), LEAST_PERIOD)
+    period = max(settings.seconds(period), MIN_PERIOD)
     parameters = {"env": env, "real_time_factor": factor, "diagnostic_period": period}
     try:
         with Master(settings) as master:
@@ -158,13 +140,13 @@ def start(settings):
 
 def seconds_to_the_first_step(settings, master, env):
     service = "/walker_sim/step_batch"
-    client = settings.programs / "walker_sim_batch_client"
     arguments = [f"env:={env}", "mode:=lockstep", "rviz:=false", "status:=false"]
     begin = time.perf_counter()
     process = master.process(["roslaunch", "walker_sim", "walker.launch", *arguments])
     try:
         master.await_service(service, process)
-        command = [client, "--server", "/walker_sim", "--seconds", "1e-6"]
+        command = [settings.programs / "walker_sim_benchmark", "batch", "--server", "/walker_sim"]
+        command += ["--seconds", "1e-6"]
         run_slice(command, settings.two_cores, settings.folder)
         seconds = time.perf_counter() - begin
     finally:

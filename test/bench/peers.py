@@ -1,76 +1,49 @@
-"""One slice of a peer: EnvPool or Gymnasium, in this process. Prints lines of JSON.
+"""One slice of a peer or of this package's Python environments. Prints a line of JSON per size.
 
-    peers.py envpool        --env ID --num-envs N[,N...] --threads K --seconds S
-    peers.py envpool-async  --env ID --num-envs N[,N...] --threads K --seconds S
-    peers.py envpool-reset  --env ID --seconds S
-    peers.py envpool-memory --env ID --num-envs N --steps M
-    peers.py gymnasium ...           a single environment, as are -lockstep, -reset and -memory
-    peers.py gymnasium-vector ...    AsyncVectorEnv: a process for each environment
+    peers.py envpool          --env ID --num-envs N[,N...] --threads K --seconds S
+    peers.py envpool-async    --env ID --num-envs N[,N...] --threads K --seconds S
+    peers.py envpool-reset    --env ID --seconds S
+    peers.py envpool-memory   --env ID --num-envs N --steps M
+    peers.py gymnasium        --env ID --seconds S [--server NAME]    gymnasium.make
+    peers.py gymnasium-reset  --env ID --seconds S
+    peers.py gymnasium-memory --env ID --num-envs N --steps M
+    peers.py gymnasium-vector --env ID --num-envs N --seconds S       AsyncVectorEnv
+    peers.py make_vec         --env ID --num-envs N --threads K --seconds S
 
-Random actions with float32 values, prepared beforehand in the type that the peer asks for. EnvPool
-resets an episode that has ended in place of its next step, and so does the loop around Gymnasium.
+Actions are random float32 values, prepared in the type that the peer asks for. In vector
+environments an ended episode is reset in place of its next step, which counts as a step; resets of
+single environments take time and do not count.
 """
 
 import argparse
 import ctypes
-import itertools
 import json
 import os
 import pathlib
-import time
 
-import numpy
+import gymnasium as gym
+from walker_sim.commands import bench
 
-VALUES = 32768  # number of prepared action values, at least one row
 WARM_UP = 0.25  # fraction of the slice
+RESETS = 16  # environments that envpool-reset resets per call, for less overhead per reset
+
+gym.logger.min_level = gym.logger.ERROR  # no warning that v4 is outdated
 
 
-def prepared(space, *shape):
-    rows = max(VALUES // (int(numpy.prod(shape)) * space.shape[0]), 1)
-    random = numpy.random.default_rng(0).uniform(-1, 1, (rows, *shape, *space.shape))
-    return itertools.cycle(random.astype(numpy.float32).astype(space.dtype))
+def measure(seconds, step):
+    """Measures after an uncounted warm-up, like slice.h."""
+    bench.measure(WARM_UP * seconds, step)
+    return bench.measure(seconds, step)._asdict()
 
 
-def measure(seconds, count_a_call, call):
-    """Calls for `seconds` after an uncounted warm-up, like slice.h."""
-    for duration in (WARM_UP * seconds, seconds):
-        steps = 0
-        processor, begin = time.process_time(), time.perf_counter()
-        while True:
-            call()
-            steps += count_a_call
-            wall = time.perf_counter() - begin
-            if wall >= duration:
-                break
-        processor = time.process_time() - processor
-    return {"steps": steps, "seconds": wall, "processor_seconds": processor}
+def counting(count, call):
+    """Returns a function that calls `call` and returns `count`."""
 
+    def step():
+        call()
+        return count
 
-class Gymnasium:
-    def __init__(self, env, actions=None, **options):
-        import gymnasium
-
-        gymnasium.logger.min_level = gymnasium.logger.ERROR  # no warning that v4 is outdated
-        self.env = gymnasium.make(env, **options)
-        self.actions = actions or prepared(self.env.action_space)
-        self.env.reset(seed=0)
-        self.has_ended = False
-
-    def step_or_reset(self):
-        if self.has_ended:
-            self.env.reset()
-            self.has_ended = False
-        else:
-            self.step()
-
-    def step_and_reset(self):
-        self.step()
-        if self.has_ended:
-            self.env.reset()
-
-    def step(self):
-        _, _, terminated, truncated, _ = self.env.step(next(self.actions))
-        self.has_ended = terminated or truncated
+    return step
 
 
 def make_envpool(env, num_envs, threads=1, **options):
@@ -86,51 +59,44 @@ def make_envpool(env, num_envs, threads=1, **options):
 
 
 def gymnasium(options, _):
-    return measure(options.seconds, 1, Gymnasium(options.env).step_or_reset)
+    remote = {"transport": "ros", "server": options.server} if options.server else {}
+    return measure(options.seconds, bench.single(options.env, **remote))
 
 
-def gymnasium_lockstep(options, _):
-    """As a server's client does: resets take time but are not counted as steps."""
-    return measure(options.seconds, 1, Gymnasium(options.env).step_and_reset)
+def make_vec(options, num_envs):
+    step = bench.vector(options.env, num_envs, num_threads=options.threads)
+    return measure(options.seconds, counting(num_envs, step))
 
 
 def gymnasium_vector(options, num_envs):
-    import gymnasium
-
-    gymnasium.logger.min_level = gymnasium.logger.ERROR
-    envs = gymnasium.make_vec(options.env, num_envs, vectorization_mode="async")
-    actions = prepared(envs.single_action_space, num_envs)
-    envs.reset(seed=0)
-    slice_ = measure(options.seconds, num_envs, lambda: envs.step(next(actions)))
-    envs.close()
-    return slice_
+    step = bench.vector(options.env, num_envs, vectorization_mode="async")
+    return measure(options.seconds, counting(num_envs, step))
 
 
 def envpool(options, num_envs):
     env = make_envpool(options.env, num_envs, options.threads)
-    actions = prepared(env.action_space, num_envs)
+    actions = bench.random_actions(env.action_space, num_envs)
     env.reset()
-    return measure(options.seconds, num_envs, lambda: env.step(next(actions)))
+    return measure(options.seconds, counting(num_envs, lambda: env.step(next(actions))))
 
 
 def envpool_async(options, num_envs):
     batch = (num_envs + 1) // 2
     env = make_envpool(options.env, num_envs, options.threads, batch_size=batch)
-    actions = prepared(env.action_space, batch)
+    actions = bench.random_actions(env.action_space, batch)
     env.async_reset()
-    return measure(
-        options.seconds, batch, lambda: env.send(next(actions), env.recv()[-1]["env_id"])
-    )
+    step = counting(batch, lambda: env.send(next(actions), env.recv()[-1]["env_id"]))
+    return measure(options.seconds, step)
 
 
 def gymnasium_reset(options, _):
-    return measure(options.seconds, 1, Gymnasium(options.env).env.reset)
+    env = gym.make(options.env)
+    env.reset(seed=0)
+    return measure(options.seconds, counting(1, env.reset))
 
 
 def envpool_reset(options, _):
-    """Resets 16 environments per call to reduce Python's overhead per reset."""
-    at_a_time = 16
-    return measure(options.seconds, at_a_time, make_envpool(options.env, at_a_time).reset)
+    return measure(options.seconds, counting(RESETS, make_envpool(options.env, RESETS).reset))
 
 
 def resident_bytes():
@@ -141,19 +107,27 @@ def resident_bytes():
 
 
 def gymnasium_memory(options, num_envs):
-    first = Gymnasium(options.env)
-    first.step_or_reset()
+    def make():
+        env = gym.make(options.env)
+        env.reset(seed=0)
+        return env
+
+    first = make()
+    actions = bench.random_actions(first.action_space)
+    first.step(next(actions))
     before = resident_bytes()
-    singles = [Gymnasium(options.env, first.actions) for _ in range(num_envs)]
+    envs = [make() for _ in range(num_envs)]
     for _ in range(options.steps):
-        for single in singles:
-            single.step_or_reset()
+        for env in envs:
+            _, _, terminated, truncated, _ = env.step(next(actions))
+            if terminated or truncated:
+                env.reset()
     return {"bytes_per_environment": (resident_bytes() - before) / num_envs}
 
 
 def envpool_memory(options, num_envs):
     first = make_envpool(options.env, 1)
-    actions = prepared(first.action_space, num_envs)
+    actions = bench.random_actions(first.action_space, num_envs)
     first.reset()
     first.step(next(actions)[:1])
     before = resident_bytes()
@@ -170,11 +144,15 @@ KINDS = {
     "envpool-reset": envpool_reset,
     "envpool-memory": envpool_memory,
     "gymnasium": gymnasium,
-    "gymnasium-lockstep": gymnasium_lockstep,
-    "gymnasium-vector": gymnasium_vector,
     "gymnasium-reset": gymnasium_reset,
     "gymnasium-memory": gymnasium_memory,
+    "gymnasium-vector": gymnasium_vector,
+    "make_vec": make_vec,
 }
+
+
+def parse_counts(text):
+    return [int(count) for count in text.split(",")]
 
 
 def main():
@@ -183,12 +161,11 @@ def main():
     )
     parser.add_argument("kind", choices=KINDS)
     parser.add_argument("--env", required=True)
-    parser.add_argument(
-        "--num-envs", type=lambda text: [int(count) for count in text.split(",")], default=[1]
-    )
+    parser.add_argument("--num-envs", type=parse_counts, default=[1])
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=1)
     parser.add_argument("--steps", type=int, default=100)
+    parser.add_argument("--server")
     options = parser.parse_args()
     for num_envs in options.num_envs:
         line = KINDS[options.kind](options, num_envs)

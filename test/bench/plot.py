@@ -1,7 +1,8 @@
 """Plots the benchmark for docs/benchmark.md."""
 
 from matplotlib.figure import Figure
-from targets import BIPEDAL, WALKER2D, find
+from measure import find
+from report import BIPEDAL, HARDCORE, WALKER2D
 
 OURS, OURS_2, OURS_3 = "#1f6fb4", "#5e9fd3", "#a3c8e6"
 ENVPOOL, ENVPOOL_2, GYMNASIUM = "#c9a27c", "#e2cbb3", "#9aa5ad"
@@ -30,68 +31,47 @@ def bars(axes, labels, sides):
     axes.legend(frameon=False, fontsize=8, loc="upper right", ncols=len(sides))
 
 
-def draw_core(axes, rows):
-    ids = (BIPEDAL, "BipedalWalkerHardcore-v3", WALKER2D)
-    sides = [("walker_sim", OURS, "pool, 64"), ("EnvPool", ENVPOOL, "EnvPool, 64")]
-    sides.append(("Gymnasium, one walker", GYMNASIUM, "Gymnasium"))
-    axes.set_title("One core, one thread, 64 walkers", loc="left")
-    bars(
-        axes,
-        [name.replace("Hardcore", "\nHardcore") for name in ids],
-        [
-            (name, colour, [find(rows, "core", e, side) for e in ids])
-            for name, colour, side in sides
-        ],
-    )
-
-
-def draw_pool(axes, rows, environment):
-    sizes = (16, 64, 256, 1024)
-    sides = [("walker_sim", OURS), ("EnvPool", ENVPOOL), ("EnvPool, async", ENVPOOL_2)]
-    axes.set_title(f"Two threads, by number of {environment.split('-')[0]}s", loc="left")
-    bars(
-        axes,
-        [str(size) for size in sizes],
-        [
-            (
-                side,
-                colour,
-                [find(rows, "pool", environment, side, num_envs=n, threads=2) for n in sizes],
-            )
-            for side, colour in sides
-        ],
-    )
-
-
-def draw_lockstep(axes, rows):
-    placements = ("1 core", "2 cores")
-    sides = [("our client", OURS), ("roscpp", OURS_2), ("rospy", OURS_3)]
-    sides.append(("Gymnasium in process", GYMNASIUM))
-    axes.set_title("One BipedalWalker, lock-step over ROS", loc="left")
-    bars(
-        axes,
-        ["client and server\non one core", "free to use two cores"],
-        [
-            (
-                side,
-                colour,
-                [
-                    find(rows, "lockstep", BIPEDAL, side, placement=placement)
-                    for placement in placements
-                ],
-            )
-            for side, colour in sides
-        ],
-    )
-
-
 def draw(rows, machine, path):
     figure = Figure(figsize=(11, 7.4), dpi=110, layout="constrained")
     axes = figure.subplots(2, 2)
-    draw_core(axes[0][0], rows)
-    draw_lockstep(axes[0][1], rows)
-    draw_pool(axes[1][0], rows, BIPEDAL)
-    draw_pool(axes[1][1], rows, WALKER2D)
+
+    ids = (BIPEDAL, HARDCORE, WALKER2D)
+    sides = (("pool, 64", "walker_sim", OURS), ("EnvPool, 64", "EnvPool", ENVPOOL))
+    sides += (("Gymnasium", "Gymnasium, one walker", GYMNASIUM),)
+    axes[0][0].set_title("One core, one thread, 64 walkers", loc="left")
+    bars(
+        axes[0][0],
+        [name.replace("Hardcore", "\nHardcore") for name in ids],
+        [(name, color, [find(rows, "core", e, side) for e in ids]) for side, name, color in sides],
+    )
+
+    placements = ("1 core", "2 cores")
+    sides = (("our client", OURS), ("roscpp", OURS_2), ("rospy", OURS_3))
+    sides += (("Gymnasium in process", GYMNASIUM),)
+    axes[0][1].set_title("One BipedalWalker, lock-step over ROS", loc="left")
+    bars(
+        axes[0][1],
+        ["client and server\non one core", "free to use two cores"],
+        [
+            (side, color, [find(rows, "lockstep", BIPEDAL, side, placement=p) for p in placements])
+            for side, color in sides
+        ],
+    )
+
+    sizes = (16, 64, 256, 1024)
+    sides = (("walker_sim", OURS), ("EnvPool", ENVPOOL), ("EnvPool, async", ENVPOOL_2))
+    two = [row for row in rows if row.threads == 2]
+    for place, env in zip(axes[1], (BIPEDAL, WALKER2D)):
+        place.set_title(f"Two threads, by number of {env.split('-')[0]}s", loc="left")
+        bars(
+            place,
+            [str(size) for size in sizes],
+            [
+                (side, color, [find(two, "pool", env, side, num_envs=size) for size in sizes])
+                for side, color in sides
+            ],
+        )
+
     figure.suptitle(
         f"walker_sim beside its peers, more is better; x: times EnvPool or Gymnasium\n"
         f"{machine['CPU']}; cores {machine['cores']}; {machine['date']}",

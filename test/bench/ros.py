@@ -107,13 +107,6 @@ class Master:
         self.await_service(f"{name}/get_spec", process)
         return name, process
 
-    def ping_pong(self, command):
-        file = self.folder / "ping_pong_port"
-        file.unlink(missing_ok=True)
-        process = self.process([*command, "--port-file", file])
-        await_true(lambda: file.exists() and file.read_text().strip(), "the raw server", process)
-        return int(file.read_text()), process
-
 
 def call_service(name):
     try:

@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <ctime>
 #include <iomanip>
-#include <ostream>
+#include <iostream>
 #include <vector>
 
 #include "base/random.h"
 
 namespace walker::bench {
+
+using Clock = std::chrono::steady_clock;
 
 struct Slice {
   std::uint64_t steps = 0;
@@ -31,7 +33,6 @@ inline double processor_time() {
 /// time, for caches, branch predictors and the clock frequency, is not counted.
 template <typename Step>
 Slice measure(double seconds, std::size_t steps_a_call, Step&& step) {
-  using Clock = std::chrono::steady_clock;
   constexpr double kWarmUp = 0.25;
   Slice slice;
   for (const double duration : {kWarmUp * seconds, seconds}) {
@@ -48,11 +49,41 @@ Slice measure(double seconds, std::size_t steps_a_call, Step&& step) {
   return slice;
 }
 
-inline void print(std::ostream& out, std::size_t num_envs, const Slice& slice) {
+/// Durations of calls.
+class Latencies {
+ public:
+  template <typename Call>
+  void time(const Call& call) {
+    const Clock::time_point begin = Clock::now();
+    call();
+    microseconds_.push_back(
+        std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+  }
+
+  bool is_empty() const { return microseconds_.empty(); }
+
+  /// @param fraction in [0, 1]
+  double quantile(double fraction) {
+    std::sort(microseconds_.begin(), microseconds_.end());
+    const auto last = static_cast<double>(microseconds_.size() - 1);
+    return microseconds_[static_cast<std::size_t>(fraction * last)];
+  }
+
+ private:
+  std::vector<double> microseconds_;
+};
+
+/// Prints a slice as one line of JSON.
+inline void print(std::size_t num_envs, const Slice& slice, Latencies latencies = {}) {
   constexpr int kDigits = 9;
-  out << std::setprecision(kDigits) << "{\"num_envs\": " << num_envs
-      << ", \"steps\": " << slice.steps << ", \"seconds\": " << slice.seconds
-      << ", \"processor_seconds\": " << slice.processor_seconds << "}\n";
+  std::cout << std::setprecision(kDigits) << "{\"num_envs\": " << num_envs
+            << ", \"steps\": " << slice.steps << ", \"seconds\": " << slice.seconds
+            << ", \"processor_seconds\": " << slice.processor_seconds;
+  if (!latencies.is_empty()) {
+    std::cout << ", \"latency_us\": {\"p50\": " << latencies.quantile(0.5)
+              << ", \"p99\": " << latencies.quantile(0.99) << "}";
+  }
+  std::cout << "}\n";
 }
 
 /// Rows of precomputed random float32 values in [-1, 1], returned cyclically.

@@ -1,22 +1,18 @@
 """bench: what is counted and how ratios are computed. No test depends on speed."""
 
-import numpy as np
 import pytest
 from walker_sim.commands import bench, main
 
 
-def test_sides_take_turns_both_ways():
+def test_sides_take_turns_in_both_orders():
     calls = []
-
-    def side(name):
-        return lambda seconds: calls.append(name) or float(len(calls))
-
-    speeds = bench.measure({"a": side("a"), "b": side("b")}, 1.0)
+    sides = {name: lambda name=name: calls.append(name) or 1 for name in "ab"}
+    speeds = bench.take_turns(sides, 0.0)
     assert "".join(calls) == "ab" + "abba" * 2 + "ab"
-    assert [*speeds.items()] == [("a", [3, 6, 7, 10, 11]), ("b", [4, 5, 8, 9, 12])]
+    assert [len(rounds) for rounds in speeds.values()] == [5, 5]
 
 
-def test_ratios_are_of_the_same_round():
+def test_ratios_compare_the_same_round():
     speeds = {
         bench.GYMNASIUM: [100.0, 200.0, 400.0],
         "ours": [300.0, 800.0, 800.0],
@@ -28,41 +24,9 @@ def test_ratios_are_of_the_same_round():
     assert "ratio" not in bench.table({"ours": speeds["ours"]})[0]
 
 
-class Clock:
-    def __init__(self):
-        self.now = 0
-
-    def __call__(self):
-        self.now += 1
-        return self.now
-
-
-class EndsEverySecondStep:
-    """Two environments in next_step mode. The second one's episodes have two steps."""
-
-    single_action_space = type("Space", (), {"low": -np.ones(1), "high": np.ones(1), "shape": (1,)})
-    calls = 0
-
-    @property
-    def unwrapped(self):
-        return self
-
-    def reset(self, seed):
-        pass
-
-    def step(self, actions):
-        assert actions.shape == (2, 1)
-        self.calls += 1
-        ended = np.array([False, self.calls % 3 == 2])
-        return None, None, ended, np.zeros(2, bool), {}
-
-
-def test_resets_are_no_steps(monkeypatch):
-    monkeypatch.setattr(bench.gymnasium, "make_vec", lambda name, num_envs: EndsEverySecondStep())
-    monkeypatch.setattr(bench.time, "perf_counter", Clock())
-    play = bench._vector("some walker", 2, {})
-    # Reads the clock at 1 s, then at 2, 3, ... before each call: 9 calls; every third resets one.
-    assert play(10.0) == pytest.approx((9 * 2 - 3) / 11)
+def test_resets_do_not_count_as_steps():
+    step = bench.vector("walker_sim/Walker2d-v5", 3, max_episode_steps=1)
+    assert [step() for _ in range(4)] == [3, 0, 3, 0]
 
 
 @pytest.mark.parametrize("env_id", ["BipedalWalker-v3", "Walker2d-v5"])

@@ -46,7 +46,7 @@ def by_count(seed):
 
 
 @pytest.mark.parametrize("num_envs", [1, 2, 5, 9])
-def test_each_seed_is_one_episode(num_envs):
+def test_plays_one_episode_per_seed(num_envs):
     seeds = [3, 7, 1, 4, 2]
     walkers = CountingWalkers(num_envs)
     episodes = sorted(play(walkers, seeds, by_count, keeps_steps=True))
@@ -61,25 +61,19 @@ def test_each_seed_is_one_episode(num_envs):
 
 
 @pytest.mark.parametrize("num_envs", [1, 2, 5, 9])
-def test_a_seed_whose_reset_fails_is_an_episode_without_a_step(num_envs):
+def test_failed_reset_is_an_episode_without_steps(num_envs):
     seeds = [3, 7, 1, 4, 2]
     walkers = CountingWalkers(num_envs, refused=(3, 1, 2))
     episodes = sorted(play(walkers, seeds, by_count))
     assert [episode.seed for episode in episodes] == seeds
     assert [episode.length for episode in episodes] == [0, 7, 0, 4, 0]
-    assert [episode.end for episode in episodes] == [
-        *("failed", "arrived", "failed", "arrived", "failed")
-    ]
-    assert [episode.error for episode in episodes] == [
-        "no ground",
-        "",
-        "no ground",
-        "",
-        "no ground",
+    failed, arrived = ("failed", "no ground"), ("arrived", "")
+    assert [(episode.end, episode.error) for episode in episodes] == [
+        *(failed, arrived, failed, arrived, failed)
     ]
 
 
-def test_who_has_nothing_to_do_gets_no_torque():
+def test_idle_environments_get_zero_actions():
     walkers = CountingWalkers(3)
     list(play(walkers, [2, 5], by_count))
     assert [bool(actions[0]) for actions in walkers.actions] == [True] * 2 + [False] * 3

@@ -1,16 +1,16 @@
-"""Bad input: a one-line error that names it, status 2, and no episode is played."""
+"""Invalid arguments give a one-line error, status 2, and no output."""
 
 import pytest
 from walker_sim.commands import main
 
 WALKER = "BipedalWalker-v3"
 IDS = "BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4, Walker2d-v5, Hopper-v4, Hopper-v5"
-SHOULD_BE = [
+ERRORS = [
     ("", "the following arguments are required: COMMAND"),
     ("fly", "invalid choice: 'fly'"),
-    ("evaluate", f"no ID is given; must be one of {IDS}"),
+    ("evaluate", f"ID is missing; must be one of {IDS}"),
     ("evaluate Ant-v5", f"ID = Ant-v5: must be one of {IDS}"),
-    (f"evaluate {WALKER} Walker2d-v4", f"{WALKER} Walker2d-v4: only one ID can be given"),
+    (f"evaluate {WALKER} Walker2d-v4", f"{WALKER} Walker2d-v4: only one ID is allowed"),
     (f"evaluate {WALKER} hard=1", "parameter hard = 1: unknown"),
     (f"evaluate {WALKER} hardcore=1", "parameter hardcore = 1: must be true or false"),
     (f"evaluate {WALKER} hardcore=true hardcore=true", "parameter hardcore: given twice"),
@@ -24,10 +24,17 @@ SHOULD_BE = [
     ),
     (f"evaluate {WALKER} --policy math:walk", "--policy math:walk: module 'math' has no attribute"),
     (f"evaluate {WALKER} --policy math:pi", "--policy math:pi: must be a function or a class"),
-    (f"evaluate {WALKER} --policy no_such.zip", "--policy no_such.zip: no model that Stable-Base"),
-    (f"evaluate {WALKER} --seeds 5:5", "--seeds: 5:5: must go upwards"),
+    (f"evaluate {WALKER} --policy no_such.zip", "--policy no_such.zip: not a model saved by Sta"),
+    *(
+        (
+            f"evaluate {WALKER} --policy {policy} --normalization my.pkl",
+            "--normalization my.pkl: only for --policy FILE.zip",
+        )
+        for policy in ("shipped", "heuristic", "my.safetensors", "math:sin")
+    ),
+    (f"evaluate {WALKER} --seeds 5:5", "--seeds: 5:5: must be ascending"),
     (f"evaluate {WALKER} --seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),
-    (f"evaluate {WALKER} --seeds 1;2", "--seeds: 1;2: must be seeds and ranges"),
+    (f"evaluate {WALKER} --seeds 1;2", "--seeds: 1;2: must be comma-separated seeds"),
     (f"evaluate {WALKER} --seeds 18446744073709551616", "with seeds from 0 to 2^64 - 1"),
     (f"evaluate {WALKER} --seeds 0:1000001", "must be at most 1000000 seeds"),
     (f"evaluate {WALKER} --seeds 1 --episodes 1", "--episodes: not allowed with argument --seeds"),
@@ -40,7 +47,7 @@ SHOULD_BE = [
         "--csv: /no/such/folder/file: must be a file",
     ),
     (f"evaluate {WALKER} --transport carrier", "invalid choice: 'carrier'"),
-    (f"evaluate {WALKER} --transport ros --num-threads 2", "the threads are the server's"),
+    (f"evaluate {WALKER} --transport ros --num-threads 2", "over ROS it is the server's parameter"),
     (f"evaluate {WALKER} reuse_world=true --num-envs 2", "must be 1 with reuse_world=true"),
     ("evaluate Walker2d-v5 frame_skip=0", "parameter frame_skip = 0: must be an integer in"),
     ("evaluate Walker2d-v5 frame_skip=two", "parameter frame_skip = two: must be"),
@@ -50,18 +57,28 @@ SHOULD_BE = [
     ),
     (f"record {WALKER}", "one of the arguments --output --check is required"),
     (f"record {WALKER} --output walk.zip", "--output walk.zip: must end in .npz"),
-    (f"record {WALKER} --check walk.npz", "walker cannot be given, is the file's"),
+    (f"record {WALKER} --check walk.npz", "--check walk.npz: not allowed with walker"),
     ("record --check /no/such.npz", "No such file or directory: '/no/such.npz'"),
     (f"train {WALKER} --seed x", "--seed: x: must be a whole number from 0"),
     (f"train {WALKER} --steps 0", "--steps: 0: must be a whole number above 0"),
     (f"bench {WALKER} --seconds 0", "--seconds: 0: must be a number above 0"),
     (f"bench {WALKER} --num-envs 1,x", "--num-envs: x: must be a whole number above 0"),
     (f"bench {WALKER} --num-envs 1048577", "num_envs = 1048577: must be in [1, 1048576]"),
+    (f"evaluate {WALKER} --plot returns.xyz", "--plot returns.xyz: must end in ."),
+    ("hash Walker3d", "ID = Walker3d: must be one of"),
+    ("hash Walker2d-v5 ctrl_cost_weight=1", "ctrl_cost_weight=1: parameters cannot be set"),
+    ("hash --steps 0", "--steps: 0: must be a whole number above 0"),
+    ("play Ant-v4", "Ant-v4: must be one of"),
+    ("play --speed 0", "0: must be a number above 0"),
+    ("play --speed 100", "--speed 100: must be between 0.015625 and 64"),
+    ("play --policy smoke", "--policy smoke: must be heuristic"),
+    ("play width=0", "width = 0: must be"),
+    ("play zoom=2", "zoom"),
 ]
 
 
-@pytest.mark.parametrize(("line", "message"), SHOULD_BE)
-def test_one_line_says_what_is_wrong(capsys, line, message):
+@pytest.mark.parametrize(("line", "message"), ERRORS)
+def test_one_line_names_invalid_argument(capsys, line, message):
     try:
         status = main(line.split())
     except SystemExit as end:
@@ -74,12 +91,7 @@ def test_one_line_says_what_is_wrong(capsys, line, message):
     assert captured.err.startswith(f"walker_sim{f' {line.split()[0]}' if ' ' in line else ''}")
 
 
-def test_plot_of_an_unknown_kind(capsys):
-    assert main(["evaluate", WALKER, "--plot", "returns.xyz"]) == 2
-    assert "--plot returns.xyz: must end in ." in capsys.readouterr().err
-
-
-def test_without_a_master(capsys, monkeypatch):
+def test_error_names_missing_master(capsys, monkeypatch):
     monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
     assert main(["evaluate", WALKER, "--transport", "ros"]) == 2
     error = capsys.readouterr().err

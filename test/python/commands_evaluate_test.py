@@ -42,7 +42,7 @@ def outcome_of(row):
     )
 
 
-def test_heuristic_is_gymnasiums(capsys, tmp_path):
+def test_heuristic_equals_gymnasiums(capsys, tmp_path):
     """40 episodes equal those of new Gymnasium environments in all digits."""
     file = tmp_path / "returns.csv"
     out = evaluate(capsys, "BipedalWalker-v3", "--seeds", "0:40", "--threshold", 200, "--csv", file)
@@ -56,7 +56,7 @@ def test_heuristic_is_gymnasiums(capsys, tmp_path):
     assert re.search(r"return >= 200 +15\.0% of the episodes$", out, re.MULTILINE)
 
 
-def test_info_is_that_of_the_last_step(capsys, tmp_path):
+def test_csv_has_the_info_of_the_last_step(capsys, tmp_path):
     file = tmp_path / "returns.csv"
     options = ["--policy", "zero", "--seeds", "3,1", "--csv", file]
     evaluate(capsys, "walker_sim/Walker2d-v5", *options, "reset_noise_scale=0.1")
@@ -74,9 +74,7 @@ def test_info_is_that_of_the_last_step(capsys, tmp_path):
     ("env_id", "policy", "count"),
     [("BipedalWalker-v3", "heuristic", 9), ("Walker2d-v5", "random", 40)],
 )
-def test_numbers_of_environments_and_threads_change_nothing(
-    capsys, tmp_path, env_id, policy, count
-):
+def test_result_does_not_depend_on_num_envs_or_threads(capsys, tmp_path, env_id, policy, count):
     results = set()
     for environments, threads in ((1, 1), (4, 3), (7, 2), (64, 1)):
         file = tmp_path / "returns.csv"
@@ -99,14 +97,14 @@ def test_ends(capsys, tmp_path):
     assert "none of one episode" in out
 
 
-def test_limit_of_the_users_own(capsys):
+def test_own_time_limit(capsys):
     options = ["max_episode_steps=10", "--episodes", 3]
     out = evaluate(capsys, "BipedalWalker-v3", *options)
     assert "mean 10.0, median 10, 10 to 10" in out
     assert "BipedalWalker-v3 max_episode_steps=10, policy heuristic, 3 episodes" in out
 
 
-def test_reused_world_is_gymnasiums(capsys, tmp_path):
+def test_reused_world_equals_gymnasiums(capsys, tmp_path):
     """One Gymnasium environment keeps its world between episodes."""
     file = tmp_path / "returns.csv"
     evaluate(capsys, "BipedalWalker-v3", "reuse_world=true", "--seeds", "1:5", "--csv", file)
@@ -116,7 +114,7 @@ def test_reused_world_is_gymnasiums(capsys, tmp_path):
         assert outcome_of(row) == theirs, row["seed"]
 
 
-def test_json_has_what_the_terminal_rounds(capsys, tmp_path):
+def test_json_has_all_digits(capsys, tmp_path):
     file = tmp_path / "summary.json"
     options = ["--policy", "random", "--episodes", 5, "--json", file, "--threshold", -1000]
     out = evaluate(capsys, "BipedalWalkerHardcore-v3", *options)

@@ -1,4 +1,4 @@
-"""hash prints the values of docs/reliability.md with any kernel, pool, batch or wrapper."""
+"""hash prints the values of docs/reliability.md with any kernel, C library and pool."""
 
 import functools
 import os
@@ -9,15 +9,8 @@ import sys
 import numpy as np
 import pytest
 from reference_hashes import HASHES, HASHES_WITHOUT_FMA, STEPS
-from walker_sim import WalkerEnv, WalkerVectorEnv
 from walker_sim.commands import main
-from walker_sim.commands.reference_run import (
-    NUM_WALKERS,
-    ReferenceWalker,
-    SimulationFailed,
-    hash_of,
-    reference_hash,
-)
+from walker_sim.commands.reference_run import NUM_WALKERS, SimulationFailed, reference_hash
 from walker_sim.in_process import InProcessWalkers
 from walkers import IDS
 
@@ -30,56 +23,48 @@ def printed(capsys, *arguments):
     return {line.split()[1].rstrip(","): line.split()[0] for line in lines}
 
 
+def printed_with(**variables):
+    """Runs the command in a new process, which selects kernel and library functions at its start.
+    Returns the lines of the hashes."""
+    done = subprocess.run(
+        [sys.executable, "-m", "walker_sim", "hash", "--steps", str(STEPS)],
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.splitlines()[1:]
+
+
 @functools.lru_cache(maxsize=None)
 def short_hash(environment_id, num_envs=NUM_WALKERS, num_threads=1):
     walkers = InProcessWalkers(environment_id, {}, num_envs, num_threads, "next_step")
     return reference_hash(walkers, SHORT)
 
 
-def new_run(environment_id):
-    size = WalkerEnv(environment_id).action_space.shape[0]
-    return [ReferenceWalker(environment_id, number, size) for number in range(NUM_WALKERS)]
-
-
-def test_all_are_those_of_the_page(capsys):
+def test_hashes_are_the_documented_ones(capsys):
     assert printed(capsys, "--steps", STEPS) == HASHES[STEPS]
     assert set(HASHES[STEPS]) == set(IDS)
 
 
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize(("num_envs", "num_threads"), [(1, 1), (3, 2), (16, 4), (40, 2)])
-def test_neither_threads_nor_how_many_at_once_change_it(environment_id, num_envs, num_threads):
+def test_hash_does_not_depend_on_num_envs_or_threads(environment_id, num_envs, num_threads):
     assert short_hash(environment_id, num_envs, num_threads) == short_hash(environment_id)
 
 
 @pytest.mark.parametrize("kernel", ["off", "sse2", "avx2", "avx512"])
-def test_no_vector_width_changes_it(kernel):
-    """Runs in a new process, because a process selects its kernel once."""
-    done = subprocess.run(
-        [sys.executable, "-m", "walker_sim", "hash", "--steps", str(STEPS)],
-        env={**os.environ, "WALKER_SIM_KERNEL": kernel},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert [line.split()[0] for line in done.stdout.splitlines()[1:]] == [*HASHES[STEPS].values()]
+def test_hash_does_not_depend_on_the_kernel(kernel):
+    lines = printed_with(WALKER_SIM_KERNEL=kernel)
+    assert [line.split()[0] for line in lines] == [*HASHES[STEPS].values()]
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one variant on others")
-def test_the_other_variant_of_the_c_library_has_the_other_documented_hashes():
+def test_libm_without_fma_has_its_documented_hashes():
     """GLIBC_TUNABLES hides the processor's FMA from glibc."""
-    done = subprocess.run(
-        [sys.executable, "-m", "walker_sim", "hash", "--steps", str(STEPS)],
-        env={
-            **os.environ,
-            "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable",
-        },
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    hidden = "-FMA,-AVX2,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable"
     found = {}
-    for line in done.stdout.splitlines()[1:]:
+    for line in printed_with(GLIBC_TUNABLES=f"glibc.cpu.hwcaps={hidden}"):
         digest, environment_id, engine = line.split(maxsplit=2)
         found[environment_id.rstrip(",")] = digest
         assert engine.endswith(", libm: no fma") == engine.startswith("MuJoCo")
@@ -87,83 +72,14 @@ def test_the_other_variant_of_the_c_library_has_the_other_documented_hashes():
     assert len(HASHES_WITHOUT_FMA[STEPS]) == 4
 
 
-@pytest.mark.parametrize("environment_id", IDS)
-@pytest.mark.parametrize("batch_size", [1, 5, 16])
-def test_the_order_of_arrival_does_not_change_it(environment_id, batch_size):
-    run = new_run(environment_id)
-    envs = WalkerVectorEnv(environment_id, NUM_WALKERS, num_threads=3, batch_size=batch_size)
-    envs.async_reset(seed=[walker.number for walker in run])
-    left = [SHORT + 1] * NUM_WALKERS  # reset and steps
-    while any(left):
-        observations, rewards, terminated, truncated, infos = envs.recv()
-        chosen = infos["env_id"].tolist()
-        for row, number in enumerate(chosen):
-            if left[number] == 0:
-                continue
-            info = info_row(envs, infos, row)
-            if left[number] == SHORT + 1:
-                run[number].begin(observations[row], info)
-            else:
-                numbers = rewards[row], terminated[row], truncated[row]
-                run[number].step(observations[row], *numbers, info)
-            left[number] -= 1
-        envs.send(np.array([run[number].action for number in chosen]), chosen)
-    assert hash_of(run) == short_hash(environment_id)
-
-
-def info_row(envs, infos, row):
-    """Converts one row of Gymnasium's infos to the core's array."""
-    names = envs._info_names
-    return np.array(
-        [infos[name][row] if name in infos and infos["_" + name][row] else np.nan for name in names]
-    )
-
-
-@pytest.mark.parametrize("environment_id", IDS)
-def test_neither_single_walkers_nor_pictures_change_it(environment_id):
-    run = new_run(environment_id)
-    for walker in run:
-        environment = WalkerEnv(environment_id, render_mode="rgb_array")
-        names = environment.unwrapped._info_names
-        ends = False
-
-        def row(info, names=names):
-            return np.array([info.get(name, np.nan) for name in names])
-
-        observation, info = environment.reset(seed=walker.number)
-        walker.begin(observation, row(info))
-        for step in range(SHORT):
-            if step % 25 == 0 and walker.number < 4:
-                environment.render()
-            if ends:
-                (observation, info), numbers = environment.reset(), (0.0, False, False)
-            else:
-                observation, *numbers, info = environment.step(walker.action)
-            ends = numbers[1] or numbers[2]
-            walker.step(observation, *numbers, row(info))
-    assert hash_of(run) == short_hash(environment_id)
-
-
-def test_a_bit_changes_it():
+def test_one_bit_changes_the_hash():
     changed = {"reset_noise_scale": np.nextafter(0.005, 1)}
     walkers = InProcessWalkers("Hopper-v5", changed, NUM_WALKERS, 1, "next_step")
     assert reference_hash(walkers, SHORT) != short_hash("Hopper-v5")
 
 
-def test_an_engine_that_gives_up_is_named(monkeypatch):
+def test_error_names_failed_walker(monkeypatch):
     walkers = InProcessWalkers("BipedalWalker-v3", {}, 2, 1, "next_step")
     monkeypatch.setattr(walkers, "error", lambda row: "broken" if row == 1 else "")
     with pytest.raises(SimulationFailed, match="walker 1, step 1: broken"):
         reference_hash(walkers, 5)
-
-
-def test_what_cannot_be_hashed_is_refused(capsys):
-    for arguments, words in (
-        (["Walker3d"], "ID = Walker3d: must be one of"),
-        (["Walker2d-v5", "ctrl_cost_weight=1"], "ctrl_cost_weight=1: no parameter can be given"),
-    ):
-        assert main(["hash", *arguments]) == 2
-        captured = capsys.readouterr()
-        assert words in captured.err and captured.err.count("\n") == 1
-    with pytest.raises(SystemExit):
-        main(["hash", "--steps", "0"])

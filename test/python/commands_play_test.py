@@ -42,7 +42,7 @@ def make_viewer(clock, policy="zero", **parameters):
 def press(pygame, viewer, *names):
     for name in names:
         pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=getattr(pygame, f"K_{name}")))
-    viewer.attend()
+    viewer.handle_events()
 
 
 def pass_time(viewer, clock, seconds):
@@ -56,7 +56,7 @@ def shown(pygame):
     return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
 
 
-def test_time_goes_by(viewer, clock):
+def test_steps_in_real_time(viewer, clock):
     pass_time(viewer, clock, 10 * DT)
     assert viewer.session.step_count == 10
     assert viewer.status().split("    ")[:3] == ["episode 1", "seed 3", "step 10"]
@@ -96,7 +96,7 @@ def test_speed(pygame, viewer, clock, keys, speed):
     assert viewer.session.step_count == pytest.approx(16, abs=1)
 
 
-def test_again_and_next(pygame, viewer, clock):
+def test_repeat_and_next(pygame, viewer, clock):
     first = shown(pygame)
     pass_time(viewer, clock, 10 * DT)
     press(pygame, viewer, "r")
@@ -125,7 +125,7 @@ def test_quitting(pygame, viewer, name):
     assert viewer.is_over
 
 
-def test_an_end_is_shown_for_a_while(capsys, clock):
+def test_shows_the_end_before_the_next_episode(capsys, clock):
     viewer = make_viewer(clock, max_episode_steps=5)
     pass_time(viewer, clock, 6 * DT)
     assert viewer.status().endswith("time limit")
@@ -138,7 +138,7 @@ def test_an_end_is_shown_for_a_while(capsys, clock):
     assert line.endswith(", 5 steps, time limit\n")
 
 
-def test_a_fall(pygame, clock, capsys):
+def test_paused_at_the_end_of_an_episode(pygame, clock, capsys):
     viewer = make_viewer(clock)
     while not viewer.session.end:
         press(pygame, viewer, "PERIOD")
@@ -165,43 +165,19 @@ def start(*arguments, **variables):
     )
 
 
-def test_the_command_plays_until_it_is_interrupted():
+@pytest.mark.parametrize(
+    ("number", "status", "message"),
+    [(signal.SIGINT, 130, "interrupted\n"), (signal.SIGTERM, -signal.SIGTERM, "")],
+)
+def test_plays_until_a_signal(number, status, message):
     process = start(
         *("max_episode_steps=3", "--policy", "random", "--seeds", "7", "--speed", "64"),
         *("width=200", "height=100"),
     )
     assert process.stdout.readline().startswith("episode 1, seed 7: return ")
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, errors = process.communicate()
-    assert (process.returncode, errors) == (130, "interrupted\n")
-
-
-def test_a_signal_to_end_ends_it():
-    process = start("max_episode_steps=3", "--speed", "64")
-    process.stdout.readline()
-    process.send_signal(signal.SIGTERM)
-    process.communicate()
-    assert process.returncode == -signal.SIGTERM
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["Ant-v4"], "Ant-v4: must be one of"),
-        (["--speed", "0"], "0: must be a number above 0"),
-        (["--speed", "100"], "--speed 100: must be from 0.015625 to 64"),
-        (["--policy", "smoke"], "--policy smoke: must be heuristic"),
-        (["width=0"], "width = 0: must be"),
-        (["zoom=2"], "zoom"),
-    ],
-)
-def test_bad_input(capsys, arguments, message):
-    try:
-        status = commands.main(["play", *arguments])
-    except SystemExit as end:
-        status = end.code
-    assert status == 2
-    assert message in capsys.readouterr().err
+    assert (process.returncode, errors) == (status, message)
 
 
 def test_without_a_display():

@@ -38,13 +38,13 @@ def policies(text):
     return make_policies(text, ID, {}, SPECIFICATION)
 
 
-def test_function_gets_the_observation_and_its_action_is_float32():
+def test_function_action_is_rounded_to_float32():
     action = policies(f"{__name__}:first_four")(0)(OBSERVATION.astype(np.float64) / 3)
     assert action.dtype == np.float32
     assert (action == (OBSERVATION.astype(np.float64) / 3)[:4].astype(np.float32)).all()
 
 
-def test_class_remembers_one_episode():
+def test_class_is_instantiated_per_episode():
     make = policies(f"{__name__}:Counting")
     one, other = make(0), make(1)
     assert one(OBSERVATION)[0] == np.float32(0.1)
@@ -52,7 +52,7 @@ def test_class_remembers_one_episode():
     assert other(OBSERVATION)[0] == np.float32(0.1)
 
 
-def test_random_depends_on_the_seed_alone():
+def test_random_depends_only_on_the_seed():
     def draw(seed):
         policy = policies("random")(seed)
         return [policy(OBSERVATION).tolist() for _ in range(3)]
@@ -66,7 +66,7 @@ def raising(observation):
     return observation[100]
 
 
-def test_a_failing_function_shows_where():
+def test_error_names_seed_of_failing_function():
     with pytest.raises(PolicyFailed, match="raising failed in the episode of seed 7") as caught:
         main(["evaluate", ID, "--policy", f"{__name__}:raising", "--seeds", "7"])
     assert isinstance(caught.value.__cause__, IndexError)
@@ -92,84 +92,73 @@ def not_finite(observation):
         (not_finite, "action = [0, 0, 0, nan]: must be finite"),
     ],
 )
-def test_an_action_that_is_none_is_told_in_one_line(capsys, function, words):
+def test_error_names_invalid_action(capsys, function, words):
     policy = f"{__name__}:{function.__name__}"
     assert main(["evaluate", ID, "--policy", policy, "--seeds", "3"]) == 1
     assert capsys.readouterr().err == f"walker_sim evaluate: --policy {policy}, seed 3: {words}\n"
 
 
-def model_file(path, module, **data):
-    """Writes the parts of a saved model that are read without the library."""
-    with zipfile.ZipFile(path, "w") as file:
-        data = {"policy_class": {"__module__": module}, **data}
-        file.writestr("data", json.dumps(data))
-    return str(path)
+@pytest.fixture
+def model(tmp_path, monkeypatch):
+    """Writes the part of a saved model that is read without the library, and fakes the library."""
 
+    def write(module="stable_baselines3.common.policies", observations=24, name="A2C", **data):
+        class Algorithm:
+            observation_space = SimpleNamespace(shape=(observations,))
+            action_space = SimpleNamespace(shape=(4,))
 
-def library(loaded, observations=24):
+            @classmethod
+            def load(cls, path, device):
+                assert (path, device) == (file, "cpu")
+                return cls()
 
-    class Algorithm:
-        observation_space = SimpleNamespace(shape=(observations,))
-        action_space = SimpleNamespace(shape=(4,))
+            def predict(self, observation, deterministic):
+                assert deterministic
+                return observation[4:8], None
 
-        @classmethod
-        def load(cls, path, device):
-            loaded.append((path, device))
-            return cls()
+        package = "sb3_contrib" if module.startswith("sb3_contrib") else "stable_baselines3"
+        monkeypatch.setitem(sys.modules, package, SimpleNamespace(**{name: Algorithm}))
+        monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(set_num_threads=threads.append))
+        file = str(tmp_path / "model.zip")
+        with zipfile.ZipFile(file, "w") as archive:
+            data = {"policy_class": {"__module__": module}, **data}
+            archive.writestr("data", json.dumps(data))
+        return file
 
-        def predict(self, observation, deterministic):
-            assert deterministic
-            return observation[4:8], None
-
-    return Algorithm
+    threads = write.threads = []
+    return write
 
 
 @pytest.mark.parametrize(
-    ("module", "data", "package", "name"),
+    ("module", "data", "name"),
     [
-        ("stable_baselines3.common.policies", {"clip_range": 0.2}, "stable_baselines3", "PPO"),
-        ("stable_baselines3.common.policies", {}, "stable_baselines3", "A2C"),
-        ("stable_baselines3.sac.policies", {}, "stable_baselines3", "SAC"),
-        ("stable_baselines3.td3.policies", {}, "stable_baselines3", "TD3"),
-        ("sb3_contrib.crossq.policies", {}, "sb3_contrib", "CrossQ"),
-        ("my_own.networks", {"clip_range": 0.2}, "stable_baselines3", "PPO"),
+        ("stable_baselines3.common.policies", {"clip_range": 0.2}, "PPO"),
+        ("stable_baselines3.common.policies", {}, "A2C"),
+        ("stable_baselines3.sac.policies", {}, "SAC"),
+        ("stable_baselines3.td3.policies", {}, "TD3"),
+        ("sb3_contrib.crossq.policies", {}, "CrossQ"),
+        ("my_own.networks", {"clip_range": 0.2}, "PPO"),
     ],
 )
-def test_a_model_is_loaded_by_who_saved_it(tmp_path, monkeypatch, module, data, package, name):
-    loaded = []
-    monkeypatch.setitem(sys.modules, package, SimpleNamespace(**{name: library(loaded)}))
-    torch = SimpleNamespace(set_num_threads=lambda count: loaded.append(count))
-    monkeypatch.setitem(sys.modules, "torch", torch)
-    file = model_file(tmp_path / "model.zip", module, **data)
-    action = policies(file)(0)(OBSERVATION)
+def test_model_is_loaded_by_its_algorithm(model, module, data, name):
+    action = policies(model(module, name=name, **data))(0)(OBSERVATION)
     assert (action == OBSERVATION[4:8]).all()
-    assert loaded == [1, (file, "cpu")]
+    assert model.threads == [1]
 
 
-def test_a_model_for_another_walker(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "stable_baselines3", SimpleNamespace(A2C=library([], 17)))
-    monkeypatch.setitem(sys.modules, "torch", SimpleNamespace(set_num_threads=lambda count: None))
-    file = model_file(tmp_path / "model.zip", "stable_baselines3.common.policies")
+def test_rejects_model_of_other_sizes(model):
     with pytest.raises(InputError, match=r"shapes \(17,\) and \(4,\); must be \(24,\) and \(4,\)"):
-        policies(file)
+        policies(model(observations=17))
 
 
-def test_a_model_without_its_library(tmp_path, monkeypatch):
+def test_error_names_missing_library(model, monkeypatch):
+    file = model()
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    file = model_file(tmp_path / "model.zip", "stable_baselines3.common.policies")
     with pytest.raises(InputError, match="pip install stable-baselines3"):
         policies(file)
 
 
-def test_a_zip_that_is_no_model(tmp_path):
-    path = tmp_path / "other.zip"
-    with zipfile.ZipFile(path, "w") as file:
-        file.writestr("readme", "nothing")
-    with pytest.raises(InputError, match="no model that Stable-Baselines3 has saved"):
-        policies(str(path))
-
-
-def test_a_network_that_comes_along_acts():
+def test_shipped_network_acts():
     shipped = policies("shipped")(0)(OBSERVATION)
     file = policies(str(shipped_policy(ID)))(1)(OBSERVATION)
     assert shipped.shape == (4,)
@@ -178,7 +167,7 @@ def test_a_network_that_comes_along_acts():
     assert (shipped == shipped.astype(np.float32)).all()
 
 
-def test_a_network_for_another_walker_or_none_is_refused(tmp_path):
+def test_rejects_unfit_network(tmp_path):
     path = tmp_path / "broken.safetensors"
     path.write_bytes(b"nothing")
     for text, words in (
@@ -190,9 +179,7 @@ def test_a_network_for_another_walker_or_none_is_refused(tmp_path):
             policies(text)
 
 
-def test_where_none_comes_along_it_says_so(monkeypatch):
+def test_error_without_a_shipped_network(monkeypatch):
     monkeypatch.setattr("walker_sim.commands.policies.package_file", lambda name: None)
-    with pytest.raises(
-        InputError, match="no policy comes with BipedalWalker-v3; `train` makes one"
-    ):
+    with pytest.raises(InputError, match="there is none for BipedalWalker-v3; `train` makes one"):
         policies("shipped")

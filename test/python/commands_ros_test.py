@@ -16,9 +16,7 @@ def outputs(capsys, *arguments):
 
 @pytest.mark.parametrize(("env_id", "words", "parameters"), WALKERS)
 @pytest.mark.parametrize("num_envs", [1, 3])
-def test_evaluation_is_that_in_process(
-    capsys, tmp_path, serve, env_id, words, parameters, num_envs
-):
+def test_evaluation_equals_in_process(capsys, tmp_path, serve, env_id, words, parameters, num_envs):
     name, _ = serve(env=env_id, num_envs=num_envs, **parameters)
     command = ["evaluate", env_id, *words, "--policy", "random", "--episodes", 7]
     results = []
@@ -30,7 +28,7 @@ def test_evaluation_is_that_in_process(
     assert results[0] == results[1]
 
 
-def test_a_recording_repeats_on_a_server_and_back(capsys, tmp_path, serve):
+def test_recording_repeats_over_ros_and_in_process(capsys, tmp_path, serve):
     name, _ = serve(env="BipedalWalkerHardcore-v3", num_envs=2)
     ros = ["--transport", "ros", "--server", name, "--num-envs", 2]
     here, there = tmp_path / "here.npz", tmp_path / "there.npz"
@@ -43,7 +41,7 @@ def test_a_recording_repeats_on_a_server_and_back(capsys, tmp_path, serve):
         )
 
 
-def test_bench_measures_the_server_too(capsys, serve):
+def test_bench_measures_the_server(capsys, serve):
     name, _ = serve(env="BipedalWalker-v3", num_envs=3)
     options = ["--seconds", 0.2, "--num-envs", 3, "--transport", "ros", "--server", name]
     out = outputs(capsys, "bench", "BipedalWalker-v3", *options)
@@ -51,7 +49,7 @@ def test_bench_measures_the_server_too(capsys, serve):
 
 
 @pytest.mark.parametrize("command", ["evaluate", "bench"])
-def test_another_server_is_refused(capsys, serve, command):
+def test_error_names_server_differences(capsys, serve, command):
     name, _ = serve(env="BipedalWalker-v3", num_envs=3)
     arguments = ["BipedalWalker-v3", "hardcore=true", "--transport", "ros", "--server", name]
     assert main([command, *arguments, "--num-envs", "2"]) == 2

@@ -15,7 +15,7 @@ def episodes_of(returns, ends=None):
     ]
 
 
-def test_interval_of_a_normal_sample_is_the_textbooks():
+def test_interval_of_a_normal_sample():
     values = np.random.default_rng(1).normal(100, 20, 2000)
     low, high = bootstrap_interval(values)
     error = values.std(ddof=1) / np.sqrt(len(values))
@@ -25,7 +25,7 @@ def test_interval_of_a_normal_sample_is_the_textbooks():
     assert high == pytest.approx(values.mean() + 1.96 * error, abs=bound)
 
 
-def test_interval_holds_the_mean_as_often_as_it_says():
+def test_interval_covers_the_mean_in_95_percent():
     """The returns are bimodal, as of a walker that either falls or arrives."""
     random = np.random.default_rng(2)
     hits = 0
@@ -37,7 +37,7 @@ def test_interval_holds_the_mean_as_often_as_it_says():
     assert 0.91 <= hits / 200 <= 0.98
 
 
-def test_interval_is_the_same_every_time():
+def test_interval_is_deterministic():
     values = np.random.default_rng(3).normal(0, 1, 150_000)  # resampled in several blocks
     assert bootstrap_interval(values[:50]) == bootstrap_interval(values[:50])
     low, high = bootstrap_interval(np.array([7.0, 7.0]))

@@ -52,14 +52,14 @@ def assert_no_child_is_left():
 
 
 @pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
-def test_ctrl_c_ends_it(make, tmp_path):
+def test_ctrl_c_interrupts_compilation(make, tmp_path):
     with Compilation(tmp_path, [signal.SIGINT]) as compilation, pytest.raises(KeyboardInterrupt):
         make(str(compilation.path))
     assert_no_child_is_left()
     gymnasium.make(ID, xml_file=str(MODELS["Walker2d-v5"])).close()
 
 
-def test_handlers_of_other_signals_run_meanwhile(tmp_path):
+def test_signal_handlers_run_during_compilation(tmp_path):
     came = []
 
     def raise_it(number, _):
@@ -79,7 +79,7 @@ def test_handlers_of_other_signals_run_meanwhile(tmp_path):
     assert_no_child_is_left()
 
 
-def test_other_threads_make_walkers_meanwhile(tmp_path):
+def test_other_threads_make_walkers_during_compilation(tmp_path):
     """A compiling thread holds no lock that others need."""
     made = []
 
@@ -103,7 +103,7 @@ def test_other_threads_make_walkers_meanwhile(tmp_path):
 @pytest.mark.parametrize(
     "closed", [each for count in (1, 2, 3) for each in itertools.combinations(range(3), count)]
 )
-def test_standard_descriptors_may_be_closed(closed):
+def test_compiles_with_closed_standard_streams(closed):
     saved = {number: fcntl.fcntl(number, fcntl.F_DUPFD_CLOEXEC, 3) for number in closed}
     try:
         for number in closed:
@@ -115,7 +115,7 @@ def test_standard_descriptors_may_be_closed(closed):
             os.close(copy)
 
 
-def test_a_model_of_too_many_elements_is_refused(tmp_path):
+def test_rejects_model_with_too_many_elements(tmp_path):
     path = tmp_path / "model.xml"
     path.write_text("<mujoco><worldbody>" + 100000 * "<geom size='1'/>" + "</worldbody></mujoco>")
     words = "xml_file = .*: has 100002 elements, included files counted; must have at most 20000"

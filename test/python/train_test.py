@@ -20,6 +20,7 @@ from walker_sim import _core
 from walker_sim.commands import main
 from walker_sim.sb3 import VecEnv
 from walker_sim.training import evaluation
+from walker_sim.training.environments import wrap
 from walker_sim.training.learner import actor_arrays
 from walker_sim.training.run import Training
 from walker_sim.training.settings import (
@@ -29,7 +30,6 @@ from walker_sim.training.settings import (
     settings_from,
     write_settings,
 )
-from walker_sim.training.walkers import GymnasiumSource, NormalizedVecEnv, PoolSource
 
 ROOT = pathlib.Path(__file__).parents[2]
 ID = "BipedalWalker-v3"
@@ -68,10 +68,19 @@ def curve(folder):
         return list(csv.DictReader(file))
 
 
+def error_of(capsys, *arguments):
+    """Runs a command that fails; returns its one line on standard error."""
+    assert main([str(argument) for argument in arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"walker_sim {arguments[0]}: ")
+    assert error.count("\n") == 1
+    return error
+
+
 # ---------------------------------------------------------------- settings
 
 
-def test_settings_that_come_along_are_read_and_known_by_their_hash(tmp_path):
+def test_shipped_settings_survive_writing(tmp_path):
     files = sorted((ROOT / "config/training").glob("*.yaml"))
     assert [file.stem for file in files] == sorted(_core.ids())
     hashes = set()
@@ -83,6 +92,10 @@ def test_settings_that_come_along_are_read_and_known_by_their_hash(tmp_path):
         assert again.hash() == settings.hash()
         hashes.add(settings.hash())
     assert len(hashes) > 3
+
+
+def test_every_setting_has_a_default():
+    assert settings_from({}) == Settings()
 
 
 @pytest.mark.parametrize(
@@ -103,7 +116,7 @@ def test_settings_that_come_along_are_read_and_known_by_their_hash(tmp_path):
         ({"parameters": {"hardcore": None}}, "parameters: hardcore = None: must be true or false,"),
     ],
 )
-def test_a_wrong_setting_is_named_with_what_is_allowed(given, words):
+def test_error_names_invalid_setting(given, words):
     with pytest.raises(SettingsError) as caught:
         settings_from(given)
     assert words in str(caught.value)
@@ -120,38 +133,32 @@ def test_a_wrong_setting_is_named_with_what_is_allowed(given, words):
         (b"parameters: {hardcore: " + b"[" * 50 + b"]" * 50 + b"}", "or a list of numbers"),
     ],
 )
-def test_a_file_that_is_no_settings_is_named_with_the_reason(tmp_path, capsys, content, words):
+def test_error_names_invalid_settings_file(tmp_path, capsys, content, words):
     file = tmp_path / "mine.yaml"
     file.write_bytes(content)
-    out = tmp_path / "run"
-    assert main(["train", ID, "--settings", str(file), "--out", str(out)]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("walker_sim train: ")
-    assert words in told
-    assert told.count("\n") == 1
+    given = ["--settings", file, "--out", tmp_path / "run"]
+    assert words in error_of(capsys, "train", ID, *given)
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("[" * 200000, "nested too deep"),
-        ("", "state.json: no JSON: Expecting value"),
-        ("[]", "state.json: must be an object with the environment's id"),
-        ("{}", "state.json: must be an object with the environment's id"),
+        ("[" * 200000, "state.json: not a checkpoint: RecursionError: "),
+        ("", "state.json: not a checkpoint: JSONDecodeError: Expecting value"),
+        ("[]", "state.json: not a checkpoint: TypeError: "),
+        ("{}", "state.json: not a checkpoint: KeyError: 'id'"),
     ],
 )
-def test_a_checkpoint_that_is_none_is_named_with_the_reason(tmp_path, capsys, content, words):
+def test_error_names_invalid_checkpoint(tmp_path, capsys, content, words):
     (tmp_path / "checkpoint").mkdir()
     (tmp_path / "checkpoint" / "state.json").write_text(content)
     write_settings(small(), tmp_path / "settings.yaml")
-    assert main(["train", "--resume", str(tmp_path)]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith(f"walker_sim train: --resume {tmp_path}: ")
-    assert words in told
-    assert told.count("\n") == 1
+    error = error_of(capsys, "train", "--resume", tmp_path)
+    assert error.startswith(f"walker_sim train: --resume {tmp_path}: ")
+    assert words in error
 
 
-def test_settings_change_where_they_say():
+def test_changes_apply_from_their_step():
     settings = small(gamma=0.9, changes={100: {"gamma": 0.95}, 200: {"least_reward": -1}})
     found = [
         (settings.at(steps).gamma, settings.at(steps).least_reward) for steps in (99, 100, 250)
@@ -159,58 +166,30 @@ def test_settings_change_where_they_say():
     assert found == [(0.9, None), (0.95, None), (0.95, -1.0)]
 
 
-# ---------------------------------------------------------------- what the learner sees
+# ---------------------------------------------------------------- environments
 
 
-def test_our_walkers_are_gymnasiums_to_the_learner(promotion):
-    """Gymnasium keeps the Box2D world between episodes, as does reuse_world."""
-    settings = small(num_envs=3, parameters={}, least_reward=-5)
-    ours = NormalizedVecEnv(
-        PoolSource(ID, small(num_envs=3, parameters={"reuse_world": True}), 1), settings
-    )
-    theirs = NormalizedVecEnv(GymnasiumSource(ID, settings), settings)
-    assert np.array_equal(ours.reset(), theirs.reset())
-    random = np.random.default_rng(0)
-    ends = 0
-    for _ in range(300):
-        actions = random.uniform(-1, 1, (3, 4)).astype(np.float32)
-        outcomes = [walkers.step(actions) for walkers in (ours, theirs)]
-        for one, other in zip(outcomes[0][:3], outcomes[1][:3]):
-            assert np.array_equal(one, other)
-        for one, other in zip(outcomes[0][3], outcomes[1][3]):
-            assert one.keys() == other.keys()
-            if one:
-                ends += 1
-                assert np.array_equal(one["terminal_observation"], other["terminal_observation"])
-                assert one["episode"] == other["episode"]
-    assert ends > 0
-    ours.close()
-    theirs.close()
-
-
-def test_rewards_are_divided_and_a_fall_counts_as_much_as_is_said():
-    settings = small(num_envs=1, parameters={}, least_reward=-2)
-    walkers = NormalizedVecEnv(PoolSource(ID, settings, 1), settings)
+def wrapped(**changes):
+    settings = small(num_envs=2, parameters={}, **changes)
+    walkers = wrap(VecEnv(ID, settings.num_envs, num_threads=1), settings)
+    walkers.seed(0)
     walkers.reset()
-    least, done = 0.0, False
-    while not done:
-        _, rewards, dones, infos = walkers.step(np.array([[1, 1, 1, 1]], np.float32))
-        done = bool(dones[0])
-        scale = np.sqrt(walkers.return_statistics.var + 1e-8)
-        least = min(least, float(rewards[0] * scale))
-    assert least == pytest.approx(-2, rel=1e-5)
+    return walkers
+
+
+def test_learner_gets_bounded_rewards_and_monitor_does_not():
+    walkers = wrapped()
+    walkers.venv.least_reward = -2
+    rewards, dones = [], [False]
+    while not dones[0]:
+        _, _, dones, infos = walkers.step(np.ones((2, 4), np.float32))
+        rewards.append(walkers.get_original_reward()[0])
+    assert min(rewards) == -2
     assert infos[0]["episode"]["r"] < -100
-    walkers.close()
 
 
-def test_a_delayed_action_is_the_one_before():
-    settings = small(num_envs=2, parameters={}, action_delay=1.0)
-    late = NormalizedVecEnv(PoolSource(ID, settings, 1), settings)
-    prompt = NormalizedVecEnv(
-        PoolSource(ID, small(num_envs=2, parameters={}), 1), small(num_envs=2)
-    )
-    late.reset()
-    prompt.reset()
+def test_delayed_action_is_the_previous_one():
+    late, prompt = wrapped(action_delay=1.0), wrapped()
     actions = np.random.default_rng(1).uniform(-0.3, 0.3, (5, 2, 4)).astype(np.float32)
     for step in range(5):
         observations = late.step(actions[step])[0]
@@ -221,7 +200,7 @@ def test_a_delayed_action_is_the_one_before():
 # ---------------------------------------------------------------- trainings
 
 
-def test_a_training_leaves_a_policy_that_evaluate_takes(tmp_path, capsys, monkeypatch):
+def test_evaluate_repeats_the_best_evaluation(tmp_path, capsys, monkeypatch):
     """evaluate's returns equal the training's to the bit."""
     seen = []
 
@@ -248,11 +227,11 @@ def test_a_training_leaves_a_policy_that_evaluate_takes(tmp_path, capsys, monkey
     returns = [each["return"] for each in json.loads(file.read_text())["outcomes"]]
     assert np.mean(returns) == pytest.approx(best, abs=1e-3)
     assert returns == max(seen, key=np.mean).tolist()
-    assert main([*given]) == 2
-    assert "--resume" in capsys.readouterr().err
+    capsys.readouterr()
+    assert "--resume" in error_of(capsys, *given)
 
 
-def test_the_same_seed_gives_the_same_policy_with_any_threads(tmp_path):
+def test_policy_does_not_depend_on_threads(tmp_path):
     policies = []
     for num_threads in (1, 2):
         folder = tmp_path / str(num_threads)
@@ -262,7 +241,7 @@ def test_the_same_seed_gives_the_same_policy_with_any_threads(tmp_path):
 
 
 @pytest.mark.parametrize("algorithm", ["ppo", "sac", "tqc"])
-def test_each_algorithm_learns_stops_and_goes_on(tmp_path, algorithm):
+def test_each_algorithm_stops_and_resumes(tmp_path, algorithm):
     settings = small(
         algorithm=algorithm, activation="relu", learning_starts=100, buffer_size=5000, log_std=None
     )
@@ -278,8 +257,12 @@ def test_each_algorithm_learns_stops_and_goes_on(tmp_path, algorithm):
     assert second.steps == first.steps
     for one, other in zip(first.model.policy.parameters(), second.model.policy.parameters()):
         assert torch.equal(one, other)
-    mean = first.walkers.observation_statistics.mean
-    assert np.array_equal(mean, second.walkers.observation_statistics.mean)
+    for name in ("obs_rms", "ret_rms"):
+        for part in ("mean", "var", "count"):
+            one, other = (getattr(getattr(each.walkers, name), part) for each in (first, second))
+            assert np.array_equal(one, other)
+    for one, other in zip(first.networks, second.networks):
+        assert all(map(np.array_equal, one, other))
     second.run()
     second.close()
     assert second.is_done
@@ -289,7 +272,7 @@ def test_each_algorithm_learns_stops_and_goes_on(tmp_path, algorithm):
         Training(ID, settings, tmp_path, num_threads=1).resume()
 
 
-def test_exploration_moves_on_its_line_and_changes_take_place(tmp_path):
+def test_exploration_fades_linearly_and_changes_apply(tmp_path):
     settings = small(log_std=[-0.5, -2.5], gamma=0.9, changes={1000: {"gamma": 0.95}})
     seen = []
 
@@ -313,7 +296,7 @@ def tensor_of(path, name):
     return np.frombuffer(content[8 + size :][begin:end], "<f4").reshape(entry["shape"])
 
 
-def test_the_mean_of_the_last_networks_is_kept(tmp_path):
+def test_policy_is_the_mean_of_the_last_networks(tmp_path):
     networks = []
 
     def look(training, point):
@@ -328,7 +311,7 @@ def test_the_mean_of_the_last_networks_is_kept(tmp_path):
     assert not np.allclose(weight, networks[-1][0], rtol=0, atol=1e-7)
 
 
-def test_ctrl_c_saves(tmp_path):
+def test_ctrl_c_saves_a_checkpoint(tmp_path):
     settings = small(steps=10_000_000, evaluate_every=10_000_000)
     write_settings(settings, tmp_path / "long.yaml")
     folder = tmp_path / "run"
@@ -351,26 +334,26 @@ def wait_for_file(path):
         if path.exists():
             return
         time.sleep(0.1)
-    raise AssertionError(f"{path} does not come")
+    raise AssertionError(f"{path}: not written")
 
 
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (["train", "Walker3d-v5"], "Walker3d-v5"),
-        (["train", ID, "--settings", "missing.yaml"], "missing.yaml"),
-        (["train", "--resume", "nowhere"], "--resume nowhere: has no checkpoint"),
-        (["train", ID, "--resume", "nowhere"], "walker cannot be given too"),
-        (["train", ID, "max_episode_steps=-3"], "max_episode_steps"),
+        (["Walker3d-v5"], "Walker3d-v5"),
+        ([ID, "--settings", "missing.yaml"], "missing.yaml"),
+        (["--resume", "nowhere"], "--resume nowhere: has no checkpoint"),
+        ([ID, "--resume", "nowhere"], "--resume nowhere: not allowed with walker"),
+        ([ID, "max_episode_steps=-3"], "max_episode_steps"),
+        ([ID, "zoom=2"], "zoom"),
     ],
 )
-def test_wrong_input_is_named(given, words, capsys, tmp_path, monkeypatch):
+def test_error_names_invalid_argument(given, words, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(given) == 2
-    assert words in capsys.readouterr().err
+    assert words in error_of(capsys, "train", *given)
 
 
-# ---------------------------------------------------------------- the file beside the network
+# ---------------------------------------------------------------- policy files
 
 
 def actions_of(path, observations, env_id=ID):
@@ -381,10 +364,10 @@ def actions_of(path, observations, env_id=ID):
     return actions
 
 
-def test_actions_are_the_networks_within_a_millionth(tmp_path):
+def test_file_acts_as_the_network_within_a_millionth(tmp_path):
     training = train(tmp_path / "run", small(layers=[256, 256], evaluate_every=2048))
     observations = np.random.default_rng(0).normal(0, 1, (100_000, 24))
-    normal = training.walkers.normal(observations)
+    normal = training.walkers.normalize_obs(observations)
     expected = training.model.predict(normal, deterministic=True)[0]
     found = actions_of(tmp_path / "run" / "policy.safetensors", observations)
     assert np.abs(found - expected).max() < 1e-6
@@ -392,7 +375,7 @@ def test_actions_are_the_networks_within_a_millionth(tmp_path):
 
 
 @pytest.mark.parametrize("algorithm", [PPO, A2C, SAC, TQC])
-def test_models_are_converted(tmp_path, capsys, algorithm):
+def test_converts_sb3_models(tmp_path, capsys, algorithm):
     walkers = VecNormalize(VecEnv(ID, 2))
     walkers.reset()
     for _ in range(50):
@@ -410,33 +393,28 @@ def test_models_are_converted(tmp_path, capsys, algorithm):
 
 
 @pytest.mark.parametrize("ends_in_tanh", [False, True])
-def test_onnx_is_converted(tmp_path, ends_in_tanh, capsys):
+def test_converts_onnx(tmp_path, ends_in_tanh, capsys):
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
     random = np.random.default_rng(0)
-    sizes, names = [17, 20, 6], []
+    sizes = [17, 20, 6]
     nodes, values, last = [], [], "observation"
     for index in range(2):
         weight = random.normal(0, 0.3, sizes[index : index + 2]).astype(np.float32)
         bias = random.normal(0, 0.3, sizes[index + 1]).astype(np.float32)
-        values += [numpy_helper.from_array(weight, f"w{index}")]
-        values += [numpy_helper.from_array(bias, f"b{index}")]
-        out = f"layer{index}"
-        nodes.append(helper.make_node("Gemm", [last, f"w{index}", f"b{index}"], [out]))
-        names.append(out)
-        last = out
+        values.append(numpy_helper.from_array(weight, f"w{index}"))
+        values.append(numpy_helper.from_array(bias, f"b{index}"))
+        nodes.append(helper.make_node("Gemm", [last, f"w{index}", f"b{index}"], [f"layer{index}"]))
+        last = f"layer{index}"
         if index == 0 or ends_in_tanh:
             nodes.append(helper.make_node("Tanh", [last], [last + "_tanh"]))
             last += "_tanh"
-    make = helper.make_tensor_value_info
-    graph = helper.make_graph(
-        nodes,
-        "walker",
-        [make("observation", TensorProto.FLOAT, ["n", 17])],
-        [make(last, TensorProto.FLOAT, ["n", 6])],
-        values,
-    )
+    ends = [
+        helper.make_tensor_value_info(name, TensorProto.FLOAT, ["n", size])
+        for name, size in (("observation", 17), (last, 6))
+    ]
+    graph = helper.make_graph(nodes, "walker", ends[:1], ends[1:], values)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     onnx.save(model, tmp_path / "model.onnx")
     out = tmp_path / "walker.safetensors"
@@ -444,7 +422,7 @@ def test_onnx_is_converted(tmp_path, ends_in_tanh, capsys):
     assert "Walker2d-v5, 2 layers; actions differ by at most" in capsys.readouterr().out
 
 
-def test_what_cannot_be_converted_is_named(tmp_path, capsys):
+def test_error_names_unsupported_model(tmp_path, capsys):
     class Elu(torch.nn.ELU):
         pass
 
@@ -452,37 +430,18 @@ def test_what_cannot_be_converted_is_named(tmp_path, capsys):
     model.save(tmp_path / "model.zip")
     (tmp_path / "other.zip").write_bytes(b"nothing")
     (tmp_path / "other.onnx").write_bytes(b"nothing")
-    out = str(tmp_path / "walker.safetensors")
+    out = tmp_path / "walker.safetensors"
     for name, words in (
         ("model.zip", "Elu; must be Linear, Tanh or ReLU"),
-        ("other.zip", "no model that Stable-Baselines3 has saved"),
+        ("other.zip", "not a model saved by Stable-Baselines3"),
         ("other.onnx", "ONNX"),
-        ("none.zip", "there is no such file"),
-        ("model.pt", "there is no such file"),
+        ("none.zip", "no such file"),
+        ("model.pt", "no such file"),
     ):
-        assert main(["convert", str(tmp_path / name), out, "--id", ID]) == 2
-        error = capsys.readouterr().err
+        error = error_of(capsys, "convert", tmp_path / name, out, "--id", ID)
         assert words in error
         assert name in error
-    assert not pathlib.Path(out).exists()
-    assert main(["convert", str(tmp_path / "model.zip"), "walker.bin"]) == 2
-
-
-def test_settings_have_a_default_for_everything():
-    assert settings_from({}) == Settings()
-
-
-def test_an_evaluation_plays_every_seed_whatever_runs_at_once(monkeypatch):
-    random = np.random.default_rng(0)
-    content = bytearray((ROOT / "assets/policies" / f"{ID}.safetensors").read_bytes())
-    last_bias = np.frombuffer(content, "<f4", offset=len(content) - 4 * 4)  # the file's last tensor
-    last_bias += random.normal(0, 0.3, 4).astype(np.float32)  # makes the walker fall sometimes
-    policy = _core.Policy.from_bytes("with noise", bytes(content))
-    returns = []
-    for at_once in (7, 3):
-        monkeypatch.setattr(evaluation, "_AT_ONCE", at_once)
-        plays = evaluation.Evaluation(ID, {"max_episode_steps": 200}, 7, 1)
-        returns.append(plays.returns(policy))
-        plays.close()
-    assert np.array_equal(returns[0], returns[1])
-    assert len(set(returns[0])) == 7
+    assert not out.exists()
+    assert "walker.bin: must end in" in error_of(
+        capsys, "convert", tmp_path / "model.zip", "walker.bin"
+    )

@@ -14,13 +14,13 @@ from walker_sim.commands.policies import PolicyFailed
 from walker_sim.errors import ConnectionError, RequestRefused, ServerMismatch
 
 COMMANDS = {
-    "evaluate": "plays a policy over many seeds; statistics, plot, CSV",
-    "play": "shows a walker in a window, with the keyboard for pause and speed",
-    "record": "writes episodes to a file, and checks that they repeat to the bit",
-    "train": "learns a policy with Stable-Baselines3, on many walkers at once",
-    "convert": "makes a policy's file of a model of Stable-Baselines3, or in ONNX",
-    "bench": "measures steps per second, beside Gymnasium's own",
-    "hash": "one number for all bits of a fixed run, to be compared between machines",
+    "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
+    "play": "shows a walker in a window, in real time",
+    "record": "writes episodes to a file, or checks that a file's episodes repeat to the bit",
+    "train": "trains a policy with Stable-Baselines3 on many walkers at once",
+    "convert": "converts a model of Stable-Baselines3 or ONNX to a policy file",
+    "bench": "measures steps per second beside Gymnasium's own walker",
+    "hash": "prints one number for all bits of a fixed run, to compare machines",
 }
 
 EPILOG = """\
@@ -35,8 +35,8 @@ examples:
   python3 -m walker_sim record Walker2d-v5 --episodes 10 --output gait.npz
   python3 -m walker_sim bench BipedalWalker-v3
 
-Each command has a --help of its own. Exit status: 0 done, 1 a check found a difference or a policy
-failed, 2 bad input or no connection, 130 interrupted.
+Each command has --help. Exit status: 0 done, 1 a check found a difference or a policy failed, 2 bad
+input or no connection, 130 interrupted.
 """
 
 
@@ -55,7 +55,7 @@ def _parser() -> Parser:
     return parser
 
 
-def _complain(command: str, error: Exception) -> None:
+def _print_error(command: str, error: Exception) -> None:
     """Prints an error to standard error in one line, with unprintable characters escaped."""
     text = "".join(
         character if character.isprintable() else repr(character)[1:-1] for character in str(error)
@@ -99,12 +99,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PolicyFailed as error:
         if error.__cause__ is not None:
             raise
-        _complain(command, error)
+        _print_error(command, error)
         return 1
     except BrokenPipeError:
         # The reader has closed the pipe. The interpreter's last flush must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except (InputError, OSError, ConnectionError, RequestRefused, ServerMismatch) as error:
-        _complain(command, error)
+        _print_error(command, error)
         return 2

@@ -25,6 +25,17 @@ class Steps(NamedTuple):
     truncated: list[bool]  # n
     infos: list[NDArray[np.float64]]  # n + 1 x (info names,), NaN where absent
 
+    def begin(self, observation: NDArray[Any], info: NDArray[np.float64]) -> None:
+        self.observations.append(observation.copy())
+        self.infos.append(info.copy())
+
+    def add(self, action: NDArray[Any], batch: Batch, environment: int) -> None:
+        self.begin(batch.observations[environment], batch.info[environment])
+        self.actions.append(action.astype(np.float32))
+        self.rewards.append(float(batch.rewards[environment]))
+        self.terminated.append(bool(batch.terminated[environment]))
+        self.truncated.append(bool(batch.truncated[environment]))
+
 
 @dataclass(order=True)
 class Episode:
@@ -66,12 +77,57 @@ def play(
     Episode
         Episodes in the order in which they end.
     """
-    player = _Player(walkers, seeds, policy_of, keeps_steps)
+    waiting = iter(enumerate(seeds))
+    running: dict[int, tuple[Episode, Policy]] = {}  # by environment
+    free = list(range(walkers.num_envs))
+    actions = np.zeros((walkers.num_envs, len(walkers.specification["action_low"])))
     if walkers.num_envs > len(seeds):
-        walkers.reset([], [])  # walkers without a seed are stepped, too, so they need an episode
-    yield from player.begin(list(range(walkers.num_envs)))
-    while player.running:
-        yield from player.step()
+        walkers.reset([], [])  # environments without a seed are stepped, too: with zero actions
+    while True:
+        actions[free] = 0
+        begun = dict(zip(free, waiting))
+        free = []
+        if begun:
+            observations, info = walkers.reset([*begun], [seed for _, seed in begun.values()])
+        for environment, (order, seed) in begun.items():
+            episode = Episode(order, seed, error=walkers.reset_error(environment))
+            if keeps_steps:
+                episode.steps.begin(observations[environment], info[environment])
+            if episode.error:
+                episode.terminated, episode.end = True, "failed"
+                free.append(environment)
+                yield episode
+            else:
+                running[environment] = episode, policy_of(seed)
+        if free:
+            continue
+        if not running:
+            return
+        for environment, (_, policy) in running.items():
+            actions[environment] = policy(observations[environment])
+        batch = walkers.step(actions)
+        observations = batch.observations
+        rewards = batch.rewards.tolist()
+        for environment, (episode, _) in running.items():
+            episode.episode_return += rewards[environment]
+            episode.length += 1
+            if keeps_steps:
+                episode.steps.add(actions[environment], batch, environment)
+        has_ended = (batch.terminated | batch.truncated).tolist()
+        free = [environment for environment in running if has_ended[environment]]
+        for environment in free:
+            episode, _ = running.pop(environment)
+            _conclude(episode, walkers, batch, environment)
+            yield episode
+
+
+def _conclude(episode: Episode, walkers: Walkers, batch: Batch, environment: int) -> None:
+    episode.terminated = bool(batch.terminated[environment])
+    episode.truncated = bool(batch.truncated[environment])
+    episode.end = end_of(walkers, batch, environment)
+    names = walkers.specification["info_names"]
+    episode.info = by_name(names, batch.info[environment].tolist())
+    episode.error = walkers.error(environment)
 
 
 def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
@@ -86,81 +142,3 @@ def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
     if failure_reward is None:
         return "terminated"
     return "fell" if reward == failure_reward else "arrived"
-
-
-class _Player:
-    def __init__(
-        self,
-        walkers: Walkers,
-        seeds: Sequence[int],
-        policy_of: Callable[[int], Policy],
-        keeps_steps: bool,
-    ) -> None:
-        self.running: dict[int, tuple[Episode, Policy]] = {}  # by environment
-        self._walkers, self._policy_of, self._keeps_steps = walkers, policy_of, keeps_steps
-        self._waiting = iter(enumerate(seeds))
-        specification = walkers.specification
-        self._info_names: list[str] = specification["info_names"]
-        self._actions = np.zeros((walkers.num_envs, len(specification["action_low"])))
-
-    def begin(self, environments: list[int]) -> list[Episode]:
-        """Resets environments with the next seeds; those without a seed keep stepping with zero
-        actions. Returns the episodes whose reset failed in the engine."""
-        for environment in environments:
-            self._actions[environment] = 0
-        refused = []
-        while environments:
-            begun = dict(zip(environments, self._waiting))
-            if not begun:
-                break
-            observations, info = self._walkers.reset(
-                list(begun), [seed for _, seed in begun.values()]
-            )
-            self._observations = observations
-            environments = []
-            for environment, (order, seed) in begun.items():
-                episode = Episode(order, seed)
-                if self._keeps_steps:
-                    episode.steps.observations.append(observations[environment].copy())
-                    episode.steps.infos.append(info[environment].copy())
-                episode.error = self._walkers.reset_error(environment)
-                if episode.error:
-                    episode.terminated, episode.end = True, "failed"
-                    refused.append(episode)
-                    environments.append(environment)
-                else:
-                    self.running[environment] = episode, self._policy_of(seed)
-        return refused
-
-    def step(self) -> list[Episode]:
-        """Steps all environments; begins new episodes where one ended. Returns the ended ones."""
-        for environment, (_, policy) in self.running.items():
-            self._actions[environment] = policy(self._observations[environment])
-        batch = self._walkers.step(self._actions)
-        self._observations = batch.observations
-        rewards = batch.rewards.tolist()
-        for environment, (episode, _) in self.running.items():
-            episode.episode_return += rewards[environment]
-            episode.length += 1
-            if self._keeps_steps:
-                self._keep(episode.steps, batch, environment)
-        flags = (batch.terminated | batch.truncated).tolist()
-        ended = [environment for environment in self.running if flags[environment]]
-        episodes = [self._conclude(self.running.pop(e)[0], batch, e) for e in ended]
-        return episodes + self.begin(ended)
-
-    def _keep(self, steps: Steps, batch: Batch, environment: int) -> None:
-        steps.observations.append(batch.observations[environment].copy())
-        steps.actions.append(self._actions[environment].astype(np.float32))
-        steps.rewards.append(float(batch.rewards[environment]))
-        steps.terminated.append(bool(batch.terminated[environment]))
-        steps.truncated.append(bool(batch.truncated[environment]))
-        steps.infos.append(batch.info[environment].copy())
-
-    def _conclude(self, episode: Episode, batch: Batch, environment: int) -> Episode:
-        episode.terminated = bool(batch.terminated[environment])
-        episode.truncated = bool(batch.truncated[environment])
-        episode.end = end_of(self._walkers, batch, environment)
-        episode.info = by_name(self._info_names, batch.info[environment].tolist())
-        episode.error = self._walkers.error(environment)
-        return episode

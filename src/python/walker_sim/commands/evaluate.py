@@ -20,17 +20,17 @@ from walker_sim.commands.table import Table
 EPISODES = 100
 
 DESCRIPTION = """\
-Plays one episode for each seed and says how good the policy is: mean return with its 95 %
-confidence interval over seeds, median, standard deviation, lengths, and how the episodes end. A
-seed decides its episode: --num-envs, --num-threads and --transport change how long it takes and no
-digit of the result.
+Plays one episode for each seed and prints the policy's mean return with its 95 % confidence
+interval over seeds, median, standard deviation, lengths, and how the episodes ended. A seed
+determines its episode: --num-envs, --num-threads and --transport change the duration and no digit
+of the result.
 """
 
 EPILOG = f"""\
 {common.WALKER_HELP}
 {POLICY_HELP}
-Ends of an episode: arrived, fell (BipedalWalker), terminated (Walker2d: unhealthy), time limit,
-failed (the engine gave up; the CSV says why).
+An episode ends as arrived or fell (BipedalWalker), terminated (Walker2d, Hopper: unhealthy), time
+limit, or failed (engine error, which the CSV contains).
 
 examples:
   python3 -m walker_sim evaluate BipedalWalker-v3
@@ -48,14 +48,16 @@ def _parser() -> common.Parser:
         "--threshold",
         type=common.number,
         metavar="RETURN",
-        help="say how many episodes return at least this (default: what solves the environment)",
+        help="print the fraction of episodes with at least this return (default: the environment's "
+        "reward threshold, if any)",
     )
     files = parser.add_argument_group("files")
     files.add_argument(
         "--csv",
         type=common.output_file,
         metavar="FILE",
-        help="a line per episode, all digits; written as they end, so Ctrl-C keeps those that have",
+        help="one line per episode with all digits, written as episodes end, so that Ctrl-C keeps "
+        "them",
     )
     files.add_argument(
         "--json", type=common.output_file, metavar="FILE", help="the summary and the episodes"
@@ -64,7 +66,7 @@ def _parser() -> common.Parser:
         "--plot",
         type=common.output_file,
         metavar="FILE",
-        help="returns, their spread and their order: .png, .svg or .pdf (needs matplotlib)",
+        help="returns by seed and their histogram: .png, .svg or .pdf (needs matplotlib)",
     )
     common.add_walker_options(parser)
     common.add_num_envs(parser)
@@ -116,9 +118,9 @@ def run(arguments: Sequence[str]) -> int:
     if table:
         table.finish(episodes)
     if options.json:
-        head = {"id": env_id, "parameters": walkers.specification["parameters"]}
         head = {
-            **head,
+            "id": env_id,
+            "parameters": walkers.specification["parameters"],
             "policy": policy_text(options),
             "engine": walkers.specification["engine_version"],
         }

@@ -7,30 +7,25 @@ from typing import Sequence
 import walker_sim
 from walker_sim import _core
 from walker_sim.commands import options as common
-from walker_sim.commands.reference_run import (
-    NUM_WALKERS,
-    RUN,
-    SimulationFailed,
-    reference_hash,
-)
+from walker_sim.commands.reference_run import NUM_WALKERS, RUN, SimulationFailed, reference_hash
 from walker_sim.registration import without_namespace
 from walker_sim.transport import libm_of
 
 STEPS = 10_000
 
 DESCRIPTION = f"""\
-Plays a run that is fixed to the bit and prints the SHA-256 of all observations, rewards, flags and
-infos: {NUM_WALKERS} walkers of each environment with the seeds 0 to {NUM_WALKERS - 1}. The even
-ones walk by the heuristic, the odd ones at random. Threads, environments at once, the processor,
-the compiler and the transport change no digit; docs/reliability.md has what it must be. Walker2d's
-and Hopper's depend on the C library's sin, cos and pow, whose variant is printed as "libm".
+Plays a run in which every bit is fixed and prints the SHA-256 of all observations, rewards, flags
+and infos: {NUM_WALKERS} walkers of each environment with the seeds 0 to {NUM_WALKERS - 1}. Even
+seeds act by the heuristic, odd seeds at random. Threads, environments at once, processor, compiler
+and transport do not change the hash; docs/reliability.md lists the expected ones. Those of Walker2d
+and Hopper depend on the C library's sin, cos and pow, whose variant is printed as "libm".
 """
 
 EPILOG = f"""\
 ID, with or without "walker_sim/" before it, is one of
-{", ".join(_core.ids())}; none: all.
+{", ".join(_core.ids())} (default: all of them).
 
-The variable WALKER_SIM_KERNEL (off, sse2, avx2, avx512) chooses the vector instructions.
+The variable WALKER_SIM_KERNEL (off, sse2, avx2, avx512) selects the vector instructions.
 
 examples:
   python3 -m walker_sim hash
@@ -46,7 +41,7 @@ def _parser() -> common.Parser:
         type=common.count,
         default=STEPS,
         metavar="N",
-        help=f"of each walker (default: {STEPS:,}); it has a hash of its own for each number",
+        help=f"steps of each walker (default: {STEPS:,}); each number has its own hash",
     )
     common.add_walker_options(parser)
     common.add_num_envs(parser)
@@ -76,5 +71,5 @@ def run(arguments: Sequence[str]) -> int:
 
 def _id_of(word: str) -> str:
     if "=" in word:
-        raise common.InputError(f"{word}: no parameter can be given; the run has the defaults")
+        raise common.InputError(f"{word}: parameters cannot be set; the run has the defaults")
     return common.walker_of([without_namespace(word)])[0]

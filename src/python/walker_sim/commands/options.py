@@ -14,7 +14,8 @@ from walker_sim import _core, transport
 from walker_sim.registration import without_namespace
 from walker_sim.transport import TRANSPORTS, ServerAddress, Walkers
 
-AT_ONCE = 16  # default number of environments in process
+DEFAULT_NUM_ENVS = 16  # in process
+MAX_SEEDS = 1_000_000
 
 WALKER_HELP = f"""\
 ID, with or without "walker_sim/" before it, is one of
@@ -50,21 +51,24 @@ def add_walker_options(parser: Parser) -> None:
     parser.add_argument(
         "walker", nargs="*", metavar="ID|NAME=VALUE", help="the environment; see below"
     )
-    where = parser.add_argument_group("where the walkers are")
+    where = parser.add_argument_group("transport")
     where.add_argument(
         "--transport",
         choices=TRANSPORTS,
         default="inprocess",
-        help="here (default), or on a server in lock-step, on the master of ROS_MASTER_URI",
+        help="in this process (default), or on a lock-step server of the master ROS_MASTER_URI",
     )
     where.add_argument(
-        "--server", default="/walker_sim", metavar="NAME", help="its node (default: /walker_sim)"
+        "--server",
+        default="/walker_sim",
+        metavar="NAME",
+        help="the server's node name (default: /walker_sim)",
     )
     where.add_argument(
         "--num-threads",
         type=count,
         metavar="N",
-        help="that step, in process (default: one per processor)",
+        help="threads that step walkers in process (default: one per processor)",
     )
 
 
@@ -74,32 +78,33 @@ def add_num_envs(parser: Parser) -> None:
         "--num-envs",
         type=count,
         metavar="N",
-        help=f"environments stepped at once; changes no result (default: {AT_ONCE}; over ROS 1, "
-        "and it must be the server's number)",
+        help=f"environments stepped at once, which changes no result (default: {DEFAULT_NUM_ENVS}; "
+        "over ROS 1, and it must be the server's number)",
     )
 
 
 def add_episodes(parser: Parser, episodes: int) -> None:
-    parser.add_argument("--policy", default="heuristic", help="who walks; see below")
+    parser.add_argument("--policy", default="heuristic", help="see below (default: heuristic)")
     parser.add_argument(
         "--normalization",
         type=Path,
         metavar="FILE.pkl",
-        help="of observations, for a policy FILE.zip: what VecNormalize.save wrote beside it. Such "
-        "a file can run code, too",
+        help="file of VecNormalize.save, with the statistics of a policy FILE.zip's observations. "
+        "Opening such a file can run code",
     )
     group = parser.add_mutually_exclusive_group()
     group.add_argument(
         "--seeds",
         type=_seeds,
         metavar="SEEDS",
-        help="one episode for each: FIRST:END, without END, and single ones: 0:100 or 3,7,20:30",
+        help="one episode for each seed, given as ranges FIRST:END, without END, and single seeds: "
+        "0:100 or 3,7,20:30",
     )
     group.add_argument(
         "--episodes",
         type=count,
         metavar="N",
-        help=f"the same as --seeds 0:N (default: {episodes})",
+        help=f"short for --seeds 0:N (default: {episodes})",
     )
     parser.set_defaults(default_episodes=episodes)
 
@@ -109,16 +114,18 @@ def chosen_seeds(options: argparse.Namespace) -> list[int]:
     return list(range(options.episodes or options.default_episodes)) if seeds is None else seeds
 
 
-def count(text: str, least: int = 1) -> int:
-    """Parses an integer above 0, or from 0 if `least` is 0, for argparse."""
-    if not re.fullmatch(r"[0-9]+", text) or int(text) < least:
-        allowed = "above 0" if least else "from 0"
-        raise argparse.ArgumentTypeError(f"{text}: must be a whole number {allowed}")
+def count_or_zero(text: str) -> int:
+    """Parses an integer from 0, for argparse."""
+    if not re.fullmatch(r"[0-9]+", text):
+        raise argparse.ArgumentTypeError(f"{text}: must be a whole number from 0")
     return int(text)
 
 
-def count_or_zero(text: str) -> int:
-    return count(text, least=0)
+def count(text: str) -> int:
+    """Parses an integer above 0, for argparse."""
+    if not re.fullmatch(r"[0-9]+", text) or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"{text}: must be a whole number above 0")
+    return int(text)
 
 
 def counts(text: str) -> list[int]:
@@ -142,33 +149,32 @@ positive = functools.partial(number, above=0)
 
 
 def _seeds(text: str) -> list[int]:
-    most = 1_000_000
     seeds: list[int] = []
     for part in text.split(","):
         found = re.fullmatch(r" *([0-9]+)(?::([0-9]+))? *", part)
         if not found:
             raise argparse.ArgumentTypeError(
-                f"{text}: must be seeds and ranges with commas between, e.g. 0:100 or 3,7,20:30"
+                f"{text}: must be comma-separated seeds and ranges, e.g. 0:100 or 3,7,20:30"
             )
         first = int(found[1])
         end = first + 1 if found[2] is None else int(found[2])
         if not first < end <= 1 << 64:
             raise argparse.ArgumentTypeError(
-                f"{part}: must go upwards, with seeds from 0 to 2^64 - 1"
+                f"{part}: must be ascending, with seeds from 0 to 2^64 - 1"
             )
-        if len(seeds) + end - first > most:
-            raise argparse.ArgumentTypeError(f"{text}: must be at most {most} seeds")
+        if len(seeds) + end - first > MAX_SEEDS:
+            raise argparse.ArgumentTypeError(f"{text}: must be at most {MAX_SEEDS} seeds")
         seeds.extend(range(first, end))
-    twice = [seed for seed, count in Counter(seeds).items() if count > 1]
-    if twice:
-        raise argparse.ArgumentTypeError(f"{text}: must have seed {twice[0]} once")
+    seed, number_of = Counter(seeds).most_common(1)[0]
+    if number_of > 1:
+        raise argparse.ArgumentTypeError(f"{text}: must have seed {seed} once")
     return seeds
 
 
 def read_value(text: str, default: Any) -> Any:
     """Parses a parameter's value as the type of its default.
 
-    If that fails, returns the text, which the core refuses in an error that names the parameter.
+    Returns an invalid text unchanged: the core's error then names the parameter.
     """
     try:
         if isinstance(default, bool):
@@ -178,11 +184,8 @@ def read_value(text: str, default: Any) -> Any:
         if isinstance(default, float):
             return _to_number(text)
         if isinstance(default, list) and text.startswith("[") and text.endswith("]"):
-            return (
-                [_to_number(part.strip(" ")) for part in text[1:-1].split(",")]
-                if text[1:-1]
-                else []
-            )
+            parts = text[1:-1].split(",") if text[1:-1] else []
+            return [_to_number(part.strip(" ")) for part in parts]
     except ValueError:
         pass
     return text
@@ -202,7 +205,7 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
     """Parses ID and NAME=VALUE. Returns the id without its namespace, and the parameters."""
     ids = [word for word in words if "=" not in word]
     if len(ids) != 1:
-        what = "no ID is given" if not ids else f"{' '.join(ids)}: only one ID can be given"
+        what = f"{' '.join(ids)}: only one ID is allowed" if ids else "ID is missing"
         raise InputError(f"{what}; must be one of {', '.join(_core.ids())}")
     try:
         env_id = without_namespace(ids[0])
@@ -210,20 +213,14 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
         raise InputError(str(error)) from error
     if env_id not in _core.ids():
         raise InputError(f"ID = {ids[0]}: must be one of {', '.join(_core.ids())}")
-    pairs = [word.partition("=") for word in words if "=" in word]
-    texts: dict[str, str] = {}
-    for name, _, text in pairs:
-        if name in texts:
-            raise InputError(f"parameter {name}: given twice")
-        texts[name] = text
-    return env_id, read_parameters(env_id, texts)
-
-
-def read_parameters(env_id: str, texts: dict[str, str]) -> dict[str, Any]:
-    """Parses parameters of the environment and its camera as the types of their defaults."""
     known = (*_core.parameters_of(env_id), *_core.camera_parameters_of(env_id))
     defaults = {one["name"]: one["default"] for one in known}
-    return {name: read_value(text, defaults.get(name)) for name, text in texts.items()}
+    parameters: dict[str, Any] = {}
+    for name, _, text in (word.partition("=") for word in words if "=" in word):
+        if name in parameters:
+            raise InputError(f"parameter {name}: given twice")
+        parameters[name] = read_value(text, defaults.get(name))
+    return env_id, parameters
 
 
 def make_walkers(
@@ -231,21 +228,21 @@ def make_walkers(
     env_id: str,
     parameters: dict[str, Any],
     num_envs: int | None,
-    most: int,
+    max_envs: int,
 ) -> Walkers:
-    """Makes the walkers of the options: in process at most `most`, over ROS all of the server's.
+    """Makes the walkers of the options: in process at most `max_envs`, over ROS the server's.
 
     Their autoreset mode is next_step, so that an idle environment keeps stepping without a reset by
     the caller.
     """
     if options.transport == "ros" and options.num_threads is not None:
         raise InputError(
-            f"--num-threads {options.num_threads}: over ROS the threads are the server's"
+            f"--num-threads {options.num_threads}: over ROS it is the server's parameter"
         )
     reuses = parameters.get("reuse_world") is True
     count = num_envs or 1
     if options.transport == "inprocess":
-        count = min(num_envs or (1 if reuses else AT_ONCE), most)
+        count = min(num_envs or (1 if reuses else DEFAULT_NUM_ENVS), max_envs)
     try:
         walkers = transport.make_walkers(
             *(env_id, count, "next_step", parameters),
@@ -256,8 +253,8 @@ def make_walkers(
         raise InputError(str(error)) from error
     if reuses and walkers.num_envs > 1:
         raise InputError(
-            f"{walkers.num_envs} environments at once: must be 1 with reuse_world=true, for an "
-            "episode then depends on those before it in its world"
+            f"{walkers.num_envs} environments at once: must be 1 with reuse_world=true, because an "
+            "episode then depends on the earlier ones in its world"
         )
     return walkers
 
@@ -266,5 +263,5 @@ def output_file(text: str) -> Path:
     """Parses the path of an output file, whose folder must exist, for argparse."""
     path = Path(text)
     if path.is_dir() or not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"{text}: must be a file in a folder that exists")
+        raise argparse.ArgumentTypeError(f"{text}: must be a file in an existing folder")
     return path

@@ -20,22 +20,22 @@ from walker_sim.window import Pace, load_pygame, open_window, to_surface
 
 EPISODES = 100
 END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
-SLOWEST, FASTEST = 1 / 64, 64.0  # simulation time per wall time
+MIN_SPEED, MAX_SPEED = 1 / 64, 64.0  # simulation time per wall time
 POLL_INTERVAL = 0.01  # keyboard polling interval [s of wall time]
 
 KEYS = """\
-Space            pause, and go on
+Space            pause or continue
 Right, .         one step
-R                the same episode again
-N                the next episode
-+, F             twice as fast
--, S             half as fast
-H                these lines
+R                repeat the episode
+N                next episode
++, F             double the speed
+-, S             halve the speed
+H                show or hide this help
 Q, Esc           quit"""
 
 DESCRIPTION = """\
-Shows a walker in a window, one episode for each seed and then from the first again, in real time.
-Below the picture stand the episode, its seed, step and return, the speed, and how it ended. Needs
+Shows a walker in a window in real time, one episode for each seed, repeatedly. A line below the
+picture has the episode, its seed, step and return, the speed, and how the episode ended. Needs
 pygame: pip install "walker_sim[window]".
 """
 
@@ -43,8 +43,8 @@ EPILOG = f"""\
 keys:
   {KEYS.replace(chr(10), chr(10) + "  ")}
 
-{common.WALKER_HELP}The picture's own are width=960 and height=640 and, of Walker2d,
-camera_name=track or camera_id=0.
+{common.WALKER_HELP}width=960 and height=640 set the picture's size, and for Walker2d and Hopper
+camera_name=track or camera_id=0 the camera.
 
 {POLICY_HELP}
 examples:
@@ -100,7 +100,7 @@ class Screen:
     """Window with a picture, a line of text below it, and help over it."""
 
     LINE = 26  # height of a line [pixels]
-    TEXT, GROUND = (235, 235, 235), (40, 40, 40)  # colours
+    TEXT, BACKGROUND = (235, 235, 235), (40, 40, 40)  # colours
 
     def __init__(self, title: str, width: int, height: int) -> None:
         self._size = (width, height)
@@ -112,12 +112,12 @@ class Screen:
 
     def show(self, rgb: NDArray[np.uint8], line: str, help_lines: Sequence[str]) -> None:
         pygame = load_pygame()
-        self._surface.fill(self.GROUND)
+        self._surface.fill(self.BACKGROUND)
         self._surface.blit(to_surface(rgb), (0, 0))
         self._write(line, 8, self._size[1] + 6)
         if help_lines:
             shade = pygame.Surface((self._size[0], len(help_lines) * self.LINE + 12))
-            shade.fill(self.GROUND)
+            shade.fill(self.BACKGROUND)
             shade.set_alpha(200)
             self._surface.blit(shade, (0, 0))
         for row, text in enumerate(help_lines):
@@ -125,9 +125,6 @@ class Screen:
             self._write(key, 16, row * self.LINE + 12)
             self._write(meaning.strip(), 130, row * self.LINE + 12)
         pygame.display.flip()
-
-    def events(self) -> list[Any]:
-        return list(load_pygame().event.get())
 
     def close(self) -> None:
         load_pygame().display.quit()
@@ -151,35 +148,35 @@ class Viewer:
         self.is_over, self.is_paused, self.has_help = False, False, False
         self._draw, self._screen, self._now = draw, screen, now
         self._ended_at = 0.0
-        self._keys = self._actions_by_key()
         self._show()
 
     def run(self) -> None:
         while not self.is_over:
-            self.attend()
+            self.handle_events()
             self.advance()
-            time.sleep(
-                min(POLL_INTERVAL, self.pace.time_left()) if self._is_running() else POLL_INTERVAL
-            )
+            is_running = not self.is_paused and not self.session.end
+            time.sleep(min(POLL_INTERVAL, self.pace.time_left()) if is_running else POLL_INTERVAL)
 
-    def attend(self) -> None:
+    def handle_events(self) -> None:
         pygame = load_pygame()
-        for event in self._screen.events():
+        for event in pygame.event.get():
             if event.type == pygame.QUIT:
                 self.is_over = True
-            elif event.type == pygame.KEYDOWN and event.key in self._keys:
-                self._keys[event.key]()
+            elif event.type == pygame.KEYDOWN:
+                self._handle_key(pygame, event.key)
                 self._show()
             elif event.type == pygame.VIDEOEXPOSE:
                 self._show()
 
     def advance(self) -> None:
         """Steps if a step is due; begins the next episode END_SHOWN after the end of one."""
-        if self._is_running():
+        if self.is_paused:
+            return
+        if not self.session.end:
             if self.pace.time_left() == 0:
                 self._step()
-        elif not self.is_paused and self._now() >= self._ended_at + END_SHOWN:
-            self._next()
+        elif self._now() >= self._ended_at + END_SHOWN:
+            self._begin(self.session.begin_next)
             self._show()
 
     def status(self) -> str:
@@ -195,69 +192,52 @@ class Viewer:
         )
         return "    ".join(words)
 
-    def _actions_by_key(self) -> dict[int, Callable[[], None]]:
-        pygame = load_pygame()
-        faster, slower = (functools.partial(self._change_speed, by) for by in (2.0, 0.5))
-        return {
-            pygame.K_SPACE: self._pause,
-            pygame.K_RIGHT: self._single_step,
-            pygame.K_PERIOD: self._single_step,
-            pygame.K_r: self._again,
-            pygame.K_n: self._next,
-            **dict.fromkeys((pygame.K_PLUS, pygame.K_EQUALS, pygame.K_KP_PLUS, pygame.K_f), faster),
-            **dict.fromkeys((pygame.K_MINUS, pygame.K_KP_MINUS, pygame.K_s), slower),
-            pygame.K_h: self._toggle_help,
-            pygame.K_q: self._quit,
-            pygame.K_ESCAPE: self._quit,
-        }
+    def _handle_key(self, pygame: Any, key: int) -> None:
+        if key == pygame.K_SPACE:
+            self.is_paused = not self.is_paused
+            self.pace.begin()
+        elif key in (pygame.K_RIGHT, pygame.K_PERIOD):
+            self.is_paused = True
+            if not self.session.end:
+                self._step()
+        elif key == pygame.K_r:
+            self._begin(self.session.begin)
+        elif key == pygame.K_n:
+            self._begin(self.session.begin_next)
+        elif key in (pygame.K_PLUS, pygame.K_EQUALS, pygame.K_KP_PLUS, pygame.K_f):
+            self._set_speed(2 * self.pace.speed)
+        elif key in (pygame.K_MINUS, pygame.K_KP_MINUS, pygame.K_s):
+            self._set_speed(self.pace.speed / 2)
+        elif key == pygame.K_h:
+            self.has_help = not self.has_help
+        elif key in (pygame.K_q, pygame.K_ESCAPE):
+            self.is_over = True
 
-    def _is_running(self) -> bool:
-        return not self.is_paused and not self.session.end
+    def _begin(self, begin: Callable[[], None]) -> None:
+        begin()
+        self.pace.begin()
+
+    def _set_speed(self, speed: float) -> None:
+        self.pace.speed = min(max(speed, MIN_SPEED), MAX_SPEED)
+        self.pace.begin()
 
     def _step(self) -> None:
-        self.session.step()
+        session = self.session
+        session.step()
         is_due = self.pace.is_picture_due()
-        if self.session.end:
+        if session.end:
             self._ended_at = self._now()
             print(
-                f"episode {self.session.episode}, seed {self.session.seed}: "
-                f"return {self.session.episode_return:.1f}, {self.session.step_count} steps, "
-                f"{self.session.end}"
+                f"episode {session.episode}, seed {session.seed}: "
+                f"return {session.episode_return:.1f}, {session.step_count} steps, {session.end}"
             )
-        if is_due or self.session.end:
+        if is_due or session.end:
             self._show()
 
     def _show(self) -> None:
         if self.session.end != "failed":  # a failed engine has no state to draw
             self._picture = self._draw()
         self._screen.show(self._picture, self.status(), KEYS.split("\n") * self.has_help)
-
-    def _pause(self) -> None:
-        self.is_paused = not self.is_paused
-        self.pace.begin()
-
-    def _single_step(self) -> None:
-        self.is_paused = True
-        if not self.session.end:
-            self._step()
-
-    def _again(self) -> None:
-        self.session.begin()
-        self.pace.begin()
-
-    def _next(self) -> None:
-        self.session.begin_next()
-        self.pace.begin()
-
-    def _change_speed(self, by: float) -> None:
-        self.pace.speed = min(max(self.pace.speed * by, SLOWEST), FASTEST)
-        self.pace.begin()
-
-    def _toggle_help(self) -> None:
-        self.has_help = not self.has_help
-
-    def _quit(self) -> None:
-        self.is_over = True
 
 
 def _parser() -> common.Parser:
@@ -268,18 +248,17 @@ def _parser() -> common.Parser:
         type=common.positive,
         default=1.0,
         metavar="FACTOR",
-        help="simulation time per wall time at the start (default: 1)",
+        help="initial simulation time per wall time (default: 1)",
     )
     common.add_walker_options(parser)
     return parser
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Plays until the user quits. Returns the exit status."""
     options = _parser().parse_intermixed_args(arguments)
-    if not SLOWEST <= options.speed <= FASTEST:
+    if not MIN_SPEED <= options.speed <= MAX_SPEED:
         raise common.InputError(
-            f"--speed {options.speed:g}: must be from {SLOWEST:g} to {FASTEST:g}"
+            f"--speed {options.speed:g}: must be between {MIN_SPEED:g} and {MAX_SPEED:g}"
         )
     words = options.walker
     if all("=" in word for word in words):

@@ -33,9 +33,9 @@ def _figure(**keywords: Any) -> Any:
 
 def check_format(path: Path) -> None:
     """Raises InputError if matplotlib cannot write this file format."""
-    kinds = sorted(_figure().canvas.get_supported_filetypes())
-    if path.suffix[1:] not in kinds:
-        raise InputError(f"--plot {path}: must end in .{', .'.join(kinds)}")
+    formats = sorted(_figure().canvas.get_supported_filetypes())
+    if path.suffix[1:] not in formats:
+        raise InputError(f"--plot {path}: must end in .{', .'.join(formats)}")
 
 
 def write_plot(
@@ -96,21 +96,11 @@ def _draw_mean(axes: Any, summary: Summary, threshold: float | None) -> None:
         axes.axhspan(low, high, color=MEAN, alpha=0.18, linewidth=0, zorder=0)
         label += f", 95 % {low:,.1f} to {high:,.1f}"
     axes.axhline(summary.mean, color=MEAN, linewidth=1.2, label=label)
-    axes.axhline(
-        summary.median,
-        color=MEAN,
-        linewidth=1.0,
-        linestyle=":",
-        label=f"median {summary.median:,.1f}",
-    )
+    label = f"median {summary.median:,.1f}"
+    axes.axhline(summary.median, color=MEAN, linewidth=1.0, linestyle=":", label=label)
     if threshold is not None and threshold <= 1.2 * summary.most:
-        axes.axhline(
-            threshold,
-            color="#999999",
-            linewidth=1.0,
-            linestyle="--",
-            label=f"threshold {threshold:g}",
-        )
+        label = f"threshold {threshold:g}"
+        axes.axhline(threshold, color="#999999", linewidth=1.0, linestyle="--", label=label)
     axes.spines[["top", "right"]].set_visible(False)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.transport import Batch, Walkers
+from walker_sim.transport import Walkers
 
 RUN = 1  # increment if a change below changes a hash
 NUM_WALKERS = 16
@@ -28,61 +28,37 @@ class ReferenceWalker:
 
     The hash is over all states in order, including resets: the observation's bytes, the reward
     (float64), terminated and truncated (one byte each), and info (float64, with one fixed NaN for
-    absent values). At a reset the reward is 0 and the flags are false.
+    absent values). At a reset the reward is 0 and the flags are false. The hash of a run is that of
+    its walkers' hashes in the order of their numbers.
     """
 
     def __init__(self, env_id: str, number: int, num_actions: int) -> None:
         self.number = number
         self.action = np.zeros(num_actions)
-        self._env_id, self._episode, self._ends = env_id, 0, False
-        self._hash = hashlib.sha256()
-        self._policy = self._new_policy()
+        self._env_id, self._episode = env_id, -1
+        self._ends = True  # the next state is a reset's
+        self.hash = hashlib.sha256()
 
-    def _new_policy(self) -> _core.Agent:
-        seed = self.number + NUM_WALKERS * self._episode
-        return _core.Agent("random" if self.number % 2 else "heuristic", self._env_id, {}, seed)
-
-    def begin(self, observation: NDArray[Any], info: NDArray[np.float64]) -> None:
-        """Hashes the state after the first reset and chooses the first action."""
-        self._take(observation, 0.0, False, False, info)
-
-    def step(
+    def add(
         self,
         observation: NDArray[Any],
-        reward: float,
-        terminated: bool,
-        truncated: bool,
         info: NDArray[np.float64],
+        reward: float = 0.0,
+        terminated: bool = False,
+        truncated: bool = False,
     ) -> None:
-        """Hashes the state after `action` or an autoreset, and chooses the next action."""
+        """Hashes the state after a reset or after `action`, and chooses the next action."""
         if self._ends:
             self._episode += 1
-            self._policy = self._new_policy()
+            seed = self.number + NUM_WALKERS * self._episode
+            name = "random" if self.number % 2 else "heuristic"
+            self._policy = _core.Agent(name, self._env_id, {}, seed)
             reward, terminated, truncated = 0.0, False, False
-        self._take(observation, reward, terminated, truncated, info)
-
-    def _take(
-        self,
-        observation: NDArray[Any],
-        reward: float,
-        terminated: bool,
-        truncated: bool,
-        info: NDArray[np.float64],
-    ) -> None:
         known = np.where(np.isnan(info), np.nan, info)
         numbers = np.float64(reward).tobytes() + bytes([bool(terminated), bool(truncated)])
-        self._hash.update(observation.tobytes() + numbers + known.tobytes())
+        self.hash.update(observation.tobytes() + numbers + known.tobytes())
         self._ends = bool(terminated or truncated)
         self._policy.act(np.ascontiguousarray(observation, np.float64), self.action)
-
-    @property
-    def digest(self) -> bytes:
-        return self._hash.digest()
-
-
-def hash_of(walkers: Sequence[ReferenceWalker]) -> str:
-    """Returns the hash of a run, given its walkers in the order of their numbers."""
-    return hashlib.sha256(b"".join(walker.digest for walker in walkers)).hexdigest()
 
 
 def reference_hash(walkers: Walkers, steps: int) -> str:
@@ -100,17 +76,14 @@ def reference_hash(walkers: Walkers, steps: int) -> str:
     SimulationFailed
         If the engine fails. Names the walker and the engine's error.
     """
+    num_actions = len(walkers.specification["action_low"])
     run = [
-        ReferenceWalker(walkers.specification["id"], number, _num_actions(walkers))
+        ReferenceWalker(walkers.specification["id"], number, num_actions)
         for number in range(NUM_WALKERS)
     ]
     for first in range(0, NUM_WALKERS, walkers.num_envs):
         _play(walkers, run[first : first + walkers.num_envs], steps)
-    return hash_of(run)
-
-
-def _num_actions(walkers: Walkers) -> int:
-    return len(walkers.specification["action_low"])
+    return hashlib.sha256(b"".join(walker.hash.digest() for walker in run)).hexdigest()
 
 
 def _play(walkers: Walkers, group: Sequence[ReferenceWalker], steps: int) -> None:
@@ -118,28 +91,21 @@ def _play(walkers: Walkers, group: Sequence[ReferenceWalker], steps: int) -> Non
     idle = [0] * (walkers.num_envs - len(group))
     observations, info = walkers.reset([], [walker.number for walker in group] + idle)
     for row, walker in enumerate(group):
-        _refuse(walker, 0, walkers.reset_error(row))
-        walker.begin(observations[row], info[row])
-    actions = np.zeros((walkers.num_envs, _num_actions(walkers)))
+        _check(walker, 0, walkers.reset_error(row))
+        walker.add(observations[row], info[row])
+    actions = np.zeros((walkers.num_envs, len(group[0].action)))
     for step in range(1, steps + 1):
         for row, walker in enumerate(group):
             actions[row] = walker.action
         batch = walkers.step(actions)
         for row, walker in enumerate(group):
-            _refuse(walker, step, walkers.error(row) or walkers.reset_error(row))
-            walker.step(*_row(batch, row))
+            _check(walker, step, walkers.error(row) or walkers.reset_error(row))
+            walker.add(
+                *(batch.observations[row], batch.info[row], batch.rewards[row]),
+                *(batch.terminated[row], batch.truncated[row]),
+            )
 
 
-def _row(batch: Batch, row: int) -> tuple[Any, float, bool, bool, Any]:
-    return (
-        batch.observations[row],
-        float(batch.rewards[row]),
-        bool(batch.terminated[row]),
-        bool(batch.truncated[row]),
-        batch.info[row],
-    )
-
-
-def _refuse(walker: ReferenceWalker, step: int, error: str) -> None:
+def _check(walker: ReferenceWalker, step: int, error: str) -> None:
     if error:
         raise SimulationFailed(f"walker {walker.number}, step {step}: {error}")

@@ -13,9 +13,7 @@ FIELDS = ("seed", "return", "length", "terminated", "truncated", "end")
 
 
 class Table:
-    """CSV file that has only complete lines at any time.
-
-    Lines are in the order in which episodes end and, after `finish`, in the order of their seeds.
+    """CSV file that has only whole lines at any time, in the order in which episodes end.
 
     Parameters
     ----------
@@ -28,34 +26,33 @@ class Table:
     def __init__(self, path: Path, info_names: Sequence[str]) -> None:
         self._names = info_names
         self._file = path.open("wb")
-        self._head = self._lines([[*FIELDS, *info_names, "error"]])
-        self._put(self._head)
+        self._head = _line([*FIELDS, *info_names, "error"])
+        self._append(self._head)
 
     def add(self, episode: Episode) -> None:
-        self._put(self._lines([self._row(episode)]))
+        self._append(self._line_of(episode))
 
     def finish(self, episodes: Iterable[Episode]) -> None:
         """Rewrites the file with the same episodes in this order, and closes it."""
-        lines = self._head + self._lines(self._row(episode) for episode in episodes)
         if self._file.seekable():
-            self._file.seek(0)  # one write of the same length
-        self._file.write(lines)
+            self._file.seek(0)
+        self._file.write(self._head + b"".join(map(self._line_of, episodes)))
         self._file.close()
 
-    def _put(self, line: bytes) -> None:
+    def _append(self, line: bytes) -> None:
         if self._file.seekable():
             self._file.write(line)
             self._file.flush()
 
-    def _row(self, episode: Episode) -> list[object]:
-        """Returns a row, with all digits of numbers; absent info is empty."""
+    def _line_of(self, episode: Episode) -> bytes:
+        """Returns a line, with all digits of numbers; absent info is empty."""
         info = [episode.info.get(name, "") for name in self._names]
         outcome = (episode.terminated, episode.truncated, episode.end)
         row = (episode.seed, episode.episode_return, episode.length, *outcome)
-        return [*row, *info, episode.error]
+        return _line([*row, *info, episode.error])
 
-    @staticmethod
-    def _lines(rows: Iterable[Sequence[object]]) -> bytes:
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(rows)
-        return text.getvalue().encode()
+
+def _line(row: Sequence[object]) -> bytes:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(row)
+    return text.getvalue().encode()

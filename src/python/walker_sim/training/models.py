@@ -51,7 +51,16 @@ def to_policy(
         )
     mean, deviation = np.zeros(sizes[0]), np.ones(sizes[0])
     if normalization is not None:
-        mean, deviation = _read_normalization(normalization, sizes[0])
+        statistics = read_vec_normalize(normalization, sizes[0])
+        if not statistics.norm_obs:
+            raise ModelError(f"--normalization {normalization}: does not normalise observations")
+        if statistics.clip_obs != OBSERVATION_CLIP:
+            raise ModelError(
+                f"--normalization {normalization}: clips at {statistics.clip_obs}; must be"
+                f" {OBSERVATION_CLIP:g}"
+            )
+        mean = statistics.obs_rms.mean
+        deviation = np.sqrt(statistics.obs_rms.var + statistics.epsilon)
     return PolicyFile(
         env_id=env_id,
         parameters={},
@@ -66,69 +75,75 @@ def to_policy(
     )
 
 
-def sb3_algorithm(data: dict[str, Any]) -> tuple[str, str]:
-    """Returns package and class of the algorithm that saved a model.
+def load_sb3(path: Path) -> tuple[str, Any]:
+    """Loads a model that Stable-Baselines3 or its contrib has saved. Returns its class and itself.
 
     The file names the policy class, not the algorithm. Most algorithms have a policy class in a
     module of their own name. PPO and A2C share one in ``common``: a file with clip_range is PPO's.
     To act, A2C is equivalent.
+
+    Raises
+    ------
+    ModelError
+        If it is another file, or cannot be loaded.
+    ImportError
+        If the library that saved it is not installed.
     """
-    home = str(data["policy_class"]["__module__"])
-    package, _, rest = home.partition(".")
-    algorithm = rest.partition(".")[0]
-    if package in ("stable_baselines3", "sb3_contrib") and algorithm not in ("", "common"):
-        return package, {"tqc": "TQC", "crossq": "CrossQ"}.get(algorithm, algorithm.upper())
-    return "stable_baselines3", "PPO" if "clip_range" in data else "A2C"
-
-
-def read_sb3(path: Path) -> Model:
-    """Reads a file of PPO, A2C, SAC or TQC; ModelError if it is another file or its network is
-    unsupported, ImportError without the library that saved it."""
     try:
         with zipfile.ZipFile(path) as file:
             data = json.loads(file.read("data"))
-        package, name = sb3_algorithm(data)
-    except OSError:
-        raise
+        module = str(data["policy_class"]["__module__"])
     except Exception as error:  # damaged archives raise many types
-        raise ModelError(f"no model that Stable-Baselines3 has saved: {error}") from error
-    if name not in ("PPO", "A2C", "SAC", "TQC"):
-        raise ModelError(f"of {name}; must be of PPO, A2C, SAC or TQC")
-    algorithm = getattr(importlib.import_module(package), name)
+        raise ModelError(f"not a model saved by Stable-Baselines3: {error}") from error
+    package, _, rest = module.partition(".")
+    algorithm = rest.partition(".")[0]
+    if package in ("stable_baselines3", "sb3_contrib") and algorithm not in ("", "common"):
+        name = {"crossq": "CrossQ"}.get(algorithm, algorithm.upper())
+    else:
+        package, name = "stable_baselines3", "PPO" if "clip_range" in data else "A2C"
     try:
-        model = algorithm.load(path, device="cpu")
+        loader = getattr(importlib.import_module(package), name)
+    except (ImportError, AttributeError) as error:
+        raise ImportError(
+            f"needs {package}: pip install {package.replace('_', '-')} ({error})"
+        ) from error
+    try:
+        return name, loader.load(str(path), device="cpu")
     except Exception as error:
         raise ModelError(f"{package} does not load it: {error}") from error
-    policy = model.policy
-    if name in ("PPO", "A2C"):
-        parts = [*policy.mlp_extractor.policy_net, policy.action_net]
-    else:
-        parts = [*policy.actor.latent_pi, policy.actor.mu]
-    layers, activation = _torch_layers(parts)
-    output = "clip" if name in ("PPO", "A2C") else "tanh"
-    if getattr(policy, "squash_output", False):
-        output = "tanh"
+
+
+def actor_layers(policy: Any) -> list[Any]:
+    """Returns the modules of an actor of Stable-Baselines3, from observation to action."""
+    if hasattr(policy, "mlp_extractor"):
+        return [*policy.mlp_extractor.policy_net, policy.action_net]
+    return [*policy.actor.latent_pi, policy.actor.mu]
+
+
+def read_sb3(path: Path) -> Model:
+    """Reads a file of PPO, A2C, SAC or TQC. Raises as `load_sb3`, and ModelError if the algorithm
+    or a layer is unsupported."""
+    name, model = load_sb3(path)
+    if name not in ("PPO", "A2C", "SAC", "TQC"):
+        raise ModelError(f"of {name}; must be of PPO, A2C, SAC or TQC")
+    layers: list[tuple[Array, Array]] = []
+    activations = set()
+    for part in actor_layers(model.policy):
+        kind = type(part).__name__
+        if kind == "Linear":
+            layers.append((part.weight.detach().numpy(), part.bias.detach().numpy()))
+        elif kind in ("Tanh", "ReLU"):
+            activations.add(kind.lower())
+        else:
+            raise ModelError(f"has a layer {kind}; must be Linear, Tanh or ReLU")
+    is_squashed = name in ("SAC", "TQC") or getattr(model.policy, "squash_output", False)
 
     def act(observations: Array) -> Array:
         actions: Array = model.predict(observations, deterministic=True)[0]
         return actions
 
-    return Model(layers, activation, output, act, {"algorithm": name.lower()})
-
-
-def _torch_layers(parts: list[Any]) -> tuple[list[tuple[Array, Array]], str]:
-    layers: list[tuple[Array, Array]] = []
-    activations = set()
-    for part in parts:
-        kind = type(part).__name__
-        if kind == "Linear":
-            bias = part.bias.detach().numpy()
-            layers.append((part.weight.detach().numpy().copy(), bias.copy()))
-        elif kind in ("Tanh", "ReLU"):
-            activations.add(kind.lower())
-        else:
-            raise ModelError(f"has a layer {kind}; must be Linear, Tanh or ReLU")
-    return layers, _only(activations)
+    output = "tanh" if is_squashed else "clip"
+    return Model(layers, _only(activations), output, act, {"algorithm": name.lower()})
 
 
 def _only(activations: set[str]) -> str:
@@ -137,43 +152,33 @@ def _only(activations: set[str]) -> str:
     return activations.pop() if activations else "tanh"
 
 
-def read_vec_normalize(path: Path) -> Any:
-    """Reads a file of `VecNormalize.save`; ModelError for any other file."""
+def read_vec_normalize(path: Path, size: int) -> Any:
+    """Reads a file of `VecNormalize.save`; ModelError for any other file or observation size."""
     try:
         with path.open("rb") as file:
-            found = pickle.load(file)
+            normalization = pickle.load(file)
     except Exception as error:  # unpickling can raise any type
-        raise ModelError(f"no VecNormalize: {error}") from error
-    if not hasattr(found, "normalize_obs"):
-        raise ModelError(f"no VecNormalize, but {type(found).__name__}")
-    return found
-
-
-def _read_normalization(path: Path, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    try:
-        normalize = read_vec_normalize(path)
-        statistics, epsilon = normalize.obs_rms, normalize.epsilon
-        clip, is_used = normalize.clip_obs, normalize.norm_obs
-        mean, variance = np.array(statistics.mean), np.array(statistics.var)
-    except (ModelError, AttributeError) as error:
-        raise ModelError(f"--normalization {path}: {error}") from error
-    if mean.shape != (size,):
-        raise ModelError(f"--normalization {path}: has shape {mean.shape}; must be ({size},)")
-    if not is_used:
-        raise ModelError(f"--normalization {path}: it does not normalise observations")
-    if clip != OBSERVATION_CLIP:
-        raise ModelError(f"--normalization {path}: clips at {clip}; must be {OBSERVATION_CLIP:g}")
-    return mean, np.sqrt(variance + epsilon)
+        raise ModelError(f"--normalization {path}: not a VecNormalize: {error}") from error
+    if not hasattr(normalization, "normalize_obs"):
+        kind = type(normalization).__name__
+        raise ModelError(f"--normalization {path}: not a VecNormalize, but {kind}")
+    shape = normalization.obs_rms.mean.shape if normalization.norm_obs else (size,)
+    if shape != (size,):
+        raise ModelError(f"--normalization {path}: has shape {shape}; must be ({size},)")
+    return normalization
 
 
 def read_onnx(path: Path) -> Model:
     """Reads an ONNX graph of fully connected layers; ModelError if it is another file or graph,
     ImportError without onnx."""
-    onnx: Any = importlib.import_module("onnx")
+    try:
+        onnx: Any = importlib.import_module("onnx")
+    except ImportError as error:
+        raise ImportError(f"needs onnx: pip install onnx ({error})") from error
     try:
         graph = onnx.load(str(path)).graph
     except Exception as error:  # protobuf raises several types
-        raise ModelError(f"no ONNX: {error}") from error
+        raise ModelError(f"not an ONNX file: {error}") from error
     values = {each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer}
     layers: list[tuple[Array, Array]] = []
     kinds: list[str] = []

@@ -18,7 +18,6 @@ FORMAT = "walker_sim policy 1"
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped to plus and minus this value, the default of
 Stable-Baselines3's VecNormalize. src/policy/network.cpp does the same."""
-_TYPES: dict[str, np.dtype[Any]] = {"F32": np.dtype("<f4"), "F64": np.dtype("<f8")}
 
 
 @dataclass
@@ -56,6 +55,8 @@ class PolicyFile:
 
 
 def to_bytes(policy: PolicyFile) -> bytes:
+    """Returns the file's content, the same bytes for the same policy: the safetensors package
+    would write the metadata in random order."""
     tensors: dict[str, NDArray[Any]] = {
         "observation.mean": policy.mean.astype("<f8"),
         "observation.deviation": policy.deviation.astype("<f8"),
@@ -76,21 +77,19 @@ def to_bytes(policy: PolicyFile) -> bytes:
             **policy.notes,
         }
     }
-    names = {dtype: name for name, dtype in _TYPES.items()}
-    begin = 0
+    end = 0
     for name, tensor in tensors.items():
-        end = begin + tensor.nbytes
+        begin, end = end, end + tensor.nbytes
         header[name] = {
-            "dtype": names[tensor.dtype],
+            "dtype": f"F{8 * tensor.itemsize}",
             "shape": list(tensor.shape),
             "data_offsets": [begin, end],
         }
-        begin = end
     text = json.dumps(header, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 8)
-    parts = [struct.pack("<Q", len(text)), text]
-    parts += [np.ascontiguousarray(tensor).tobytes() for tensor in tensors.values()]
-    return b"".join(parts)
+    return b"".join(
+        [struct.pack("<Q", len(text)), text, *(tensor.tobytes() for tensor in tensors.values())]
+    )
 
 
 def write_policy(policy: PolicyFile, path: Path) -> None:

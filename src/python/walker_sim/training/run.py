@@ -6,20 +6,22 @@ import json
 import shutil
 import signal
 import time
+from collections import deque
 from pathlib import Path
-from typing import Any, Callable
+from typing import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from walker_sim import _core
+from walker_sim import _core, sb3
 from walker_sim.training import learner
-from walker_sim.training.average import Average
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
+from walker_sim.training.environments import FIRST_TRAINING_SEED, wrap
 from walker_sim.training.evaluation import Evaluation
 from walker_sim.training.policy_file import to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
-from walker_sim.training.walkers import GymnasiumSource, NormalizedVecEnv, PoolSource, Source
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
 CURVE, PICTURE = "curve.csv", "curve.png"
@@ -37,8 +39,8 @@ class Training:
         settings.yaml, curve.csv, curve.png and the checkpoint.
     num_threads
         Number of threads that step walkers; 0: one per processor. Results do not depend on it.
-    environments
-        ``walker_sim``, or ``gymnasium``: Gymnasium's own in a DummyVecEnv, for comparison.
+    walkers
+        Environments to learn on; None: this package's.
     report
         Called with the training and None after each rollout, with the training and the new point
         after each evaluation.
@@ -51,18 +53,20 @@ class Training:
         folder: Path,
         *,
         num_threads: int = 0,
-        environments: str = "walker_sim",
+        walkers: VecEnv | None = None,
         report: Callable[[Training, Point | None], None] = lambda training, point: None,
     ) -> None:
         self.env_id, self.settings, self.folder, self.report = env_id, settings, folder, report
-        source: Source = (
-            PoolSource(env_id, settings, num_threads)
-            if environments == "walker_sim"
-            else GymnasiumSource(env_id, settings)
+        self.walkers = wrap(
+            walkers
+            or sb3.VecEnv(
+                env_id, settings.num_envs, num_threads=num_threads, **settings.parameters
+            ),
+            settings,
         )
-        self.walkers = NormalizedVecEnv(source, settings)
         self.model = learner.make_learner(settings, self.walkers)
-        self.average = Average(settings.average_updates)
+        self.walkers.seed(FIRST_TRAINING_SEED + (settings.seed << 20))
+        self.networks: deque[Sequence[NDArray[np.float32]]] = deque(maxlen=settings.average_updates)
         self.points: list[Point] = []
         self.best = -np.inf
         self.wants_to_stop = False
@@ -86,17 +90,21 @@ class Training:
     def is_done(self) -> bool:
         return self.steps >= self.settings.steps
 
+    @property
+    def mean_return(self) -> float:
+        """Mean return of the last 100 training episodes; NaN before the first has ended."""
+        returns = [episode["r"] for episode in self.model.ep_info_buffer or ()]
+        return float(np.mean(returns)) if returns else float("nan")
+
     def resume(self) -> None:
         """Restores the folder's checkpoint; OSError if none. Walkers begin new episodes."""
         folder = self.folder / CHECKPOINT
         state = json.loads((folder / "state.json").read_text())
         learner.load_model(self.model, folder)
-        with np.load(folder / "statistics.npz") as file:
-            for name in ("observation_statistics", "return_statistics"):
-                statistics = getattr(self.walkers, name)
-                statistics.mean, statistics.var = file[f"{name}.mean"], file[f"{name}.var"]
-                statistics.count = float(file[f"{name}.count"])
-        self.average.load(folder / "average.npz")
+        saved = VecNormalize.load(str(folder / "normalization.pkl"), self.walkers.venv)
+        self.walkers.obs_rms, self.walkers.ret_rms = saved.obs_rms, saved.ret_rms
+        with np.load(folder / "networks.npz") as file:
+            self.networks.extend(zip(*(file[name] for name in file.files)))
         self.points = read_curve(self.folder / CURVE) if (self.folder / CURVE).exists() else []
         self.best = state["best"]
         self.model.num_timesteps = state["steps"]
@@ -107,9 +115,10 @@ class Training:
         """Learns until the last step, `wants_to_stop`, SIGINT or SIGTERM; saves a checkpoint."""
         self._began = time.monotonic()
         write_settings(self.settings, self.folder / SETTINGS)
-        handlers = {each: signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)}
-        for each in handlers:
-            signal.signal(each, self._stop_soon)
+        handlers = {
+            number: signal.signal(number, self._stop_soon)
+            for number in (signal.SIGINT, signal.SIGTERM)
+        }
         try:
             if self.steps == 0:
                 self.after_update()  # an early interrupt also needs a network to save
@@ -125,36 +134,36 @@ class Training:
                 self.evaluate()
             self.save_checkpoint()
         finally:
-            for each, handler in handlers.items():
-                signal.signal(each, handler)
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
 
     def close(self) -> None:
         self.walkers.close()
         self._evaluation.close()
 
     def before_rollout(self) -> None:
+        """Applies the settings of this number of steps."""
         now = self.settings.at(self.steps)
-        self.walkers.settings = now
-        self.model.gamma = now.gamma
+        self.walkers.gamma = self.model.gamma = now.gamma
+        self.walkers.venv.least_reward = now.least_reward
         if self.settings.algorithm == "ppo":
             self.model.rollout_buffer.gamma = now.gamma
         learner.set_exploration(self.settings, self.model, self.steps)
 
     def after_update(self) -> None:
-        self.average.add(learner.actor_arrays(self.model))
+        self.networks.append(learner.actor_arrays(self.model))
 
     def evaluate(self) -> None:
         """Adds a point to the curve; saves the policy if it is the best so far."""
         began = time.monotonic()
         seconds = self.seconds
-        arrays = self.average.mean()
+        arrays = [np.asarray(np.mean(each, axis=0)) for each in zip(*self.networks)]
         policy = learner.to_policy(self.env_id, self.settings, self.walkers, arrays, self.steps)
         returns = self._evaluation.returns(
             _core.Policy.from_bytes(f"after {self.steps} steps", to_bytes(policy))
         )
-        training = float(np.mean(self.walkers.returns)) if self.walkers.returns else float("nan")
         outcome = (float(returns.mean()), float(returns.std()), float(returns.min()))
-        point = Point(self.steps, seconds, training, *outcome)
+        point = Point(self.steps, seconds, self.mean_return, *outcome)
         self.points.append(point)
         if point.evaluation_return > self.best:
             self.best = point.evaluation_return
@@ -171,12 +180,8 @@ class Training:
         shutil.rmtree(unfinished, ignore_errors=True)
         unfinished.mkdir()
         learner.save_model(self.model, unfinished)
-        arrays: dict[str, Any] = {}
-        for name in ("observation_statistics", "return_statistics"):
-            for part in ("mean", "var", "count"):
-                arrays[f"{name}.{part}"] = getattr(getattr(self.walkers, name), part)
-        np.savez(unfinished / "statistics.npz", **arrays)
-        self.average.save(unfinished / "average.npz")
+        self.walkers.save(str(unfinished / "normalization.pkl"))
+        np.savez(unfinished / "networks.npz", *(np.stack(each) for each in zip(*self.networks)))
         state = {
             "id": self.env_id,
             "steps": self.steps,

@@ -8,58 +8,143 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Mapping
+from typing import Any, Callable, Mapping
 
-ALGORITHMS = ("ppo", "sac", "tqc")
-ACTIVATIONS = ("tanh", "relu")
+Check = Callable[[str, Any], Any]
+"""Returns the value of a setting, given its name and content; SettingsError if invalid."""
 
 
 class SettingsError(ValueError):
     """A setting is invalid. The message names it, its value and what is allowed."""
 
 
+def _number(low: float, high: float, kind: type[float] = float) -> Check:
+    def check(name: str, value: Any) -> float:
+        is_number = isinstance(value, (int, kind)) and not isinstance(value, bool)
+        if not is_number or not low <= value <= high:
+            what = "whole number" if kind is int else "number"
+            raise SettingsError(f"{name} = {value!r}: must be a {what} from {low} to {high}")
+        return kind(value)
+
+    return check
+
+
+def _whole(low: int, high: int = 2**40) -> Check:
+    return _number(low, high, int)
+
+
+def _pair(low: float, high: float) -> Check:
+    def check(name: str, value: Any) -> tuple[float, ...]:
+        if not isinstance(value, (list, tuple)) or len(value) != 2:
+            raise SettingsError(
+                f"{name} = {value!r}: must be two numbers, at the beginning and the end"
+            )
+        return tuple(_number(low, high)(name, each) for each in value)
+
+    return check
+
+
+def _one_of(*allowed: str) -> Check:
+    def check(name: str, value: Any) -> str:
+        if value not in allowed:
+            raise SettingsError(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
+        return str(value)
+
+    return check
+
+
+def _optional(check: Check) -> Check:
+    return lambda name, value: None if value is None else check(name, value)
+
+
+def _layers(name: str, value: Any) -> tuple[int, ...]:
+    if not isinstance(value, (list, tuple)) or not 1 <= len(value) <= 8:
+        raise SettingsError(f"{name} = {value!r}: must be a list of 1 to 8 whole numbers")
+    return tuple(_whole(1, 4096)(name, size) for size in value)
+
+
+def _mapping(name: str, value: Any) -> dict[Any, Any]:
+    if not isinstance(value, dict):
+        raise SettingsError(f"{name} = {value!r}: must be a mapping")
+    return value
+
+
+def _parameters(name: str, value: Any) -> dict[str, Any]:
+    for parameter, given in _mapping(name, value).items():
+        elements = given if isinstance(given, (list, tuple)) else [given]
+        is_text = isinstance(given, str)
+        if not (is_text or all(isinstance(element, (int, float)) for element in elements)):
+            raise SettingsError(
+                f"{name}: {parameter} = {given!r}: must be true or false, a number, a text or a "
+                "list of numbers"
+            )
+    return {str(parameter): given for parameter, given in value.items()}
+
+
+def _changes(name: str, value: Any) -> dict[int, dict[str, Any]]:
+    changes: dict[int, dict[str, Any]] = {}
+    for step, change in _mapping(name, value).items():
+        for setting in _mapping(f"{name}: {step!r}", change):
+            if setting not in CHANGEABLE:
+                raise SettingsError(f"{name}: {setting!r}: must be one of {', '.join(CHANGEABLE)}")
+        changes[_whole(1)(name, step)] = {
+            setting: CHANGEABLE[setting](setting, changed) for setting, changed in change.items()
+        }
+    return changes
+
+
+CHANGEABLE = {"gamma": _number(0, 1), "least_reward": _optional(_number(-math.inf, 0))}
+
+
+def _setting(default: Any, check: Check) -> Any:
+    """Returns a dataclass field with this default, whose values from a file are checked."""
+    if isinstance(default, dict):
+        return field(default_factory=dict, metadata={"check": check})
+    return field(default=default, metadata={"check": check})
+
+
 @dataclass(frozen=True)
 class Settings:
     """Settings of one training, each a line of the file. docs/training.md describes them."""
 
-    algorithm: str = "ppo"
-    steps: int = 10_000_000
+    algorithm: str = _setting("ppo", _one_of("ppo", "sac", "tqc"))
+    steps: int = _setting(10_000_000, _whole(1))
     """Total number of steps of all walkers."""
-    seed: int = 0
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = _setting(0, _whole(0))
+    parameters: Mapping[str, Any] = _setting({}, _parameters)
     """Parameters of the environment by name."""
-    num_envs: int = 256
-    rollout: int = 64
+    num_envs: int = _setting(256, _whole(1))
+    rollout: int = _setting(64, _whole(1))
     """Steps of each walker between two updates (PPO) or learning phases (SAC, TQC)."""
-    batch_size: int = 4096
-    epochs: int = 6
+    batch_size: int = _setting(4096, _whole(2))
+    epochs: int = _setting(6, _whole(1))
     """PPO: epochs over each rollout. SAC, TQC: gradient steps after each rollout."""
-    learning_rate: tuple[float, float] = (7e-4, 5e-5)
+    learning_rate: tuple[float, float] = _setting((7e-4, 5e-5), _pair(0, 1))
     """Values at the beginning and at the end, linear in between."""
-    gamma: float = 0.99
-    gae_lambda: float = 0.95
-    clip_range: float = 0.2
-    entropy: float = 0.0
-    layers: tuple[int, ...] = (64, 64)
-    activation: str = "tanh"
-    log_std: tuple[float, float] | None = (-0.5, -2.0)
+    gamma: float = _setting(0.99, CHANGEABLE["gamma"])
+    gae_lambda: float = _setting(0.95, _number(0, 1))
+    clip_range: float = _setting(0.2, _number(0, 1))
+    entropy: float = _setting(0.0, _number(0, 1))
+    layers: tuple[int, ...] = _setting((64, 64), _layers)
+    activation: str = _setting("tanh", _one_of("tanh", "relu"))
+    log_std: tuple[float, float] | None = _setting((-0.5, -2.0), _optional(_pair(-20, 2)))
     """PPO: logarithm of the exploration noise's standard deviation at the beginning and at the end,
     linear between; None: learnt, from -0.5."""
-    least_reward: float | None = None
+    least_reward: float | None = _setting(None, CHANGEABLE["least_reward"])
     """Lower bound of the learner's rewards, e.g. -25 in place of a fall's -100; None: no bound.
     Reported returns have no bound."""
-    action_delay: float = 0.0
+    action_delay: float = _setting(0.0, _number(0, 1))
     """Probability per step that a walker gets the learner's previous action instead of the new."""
-    average_updates: int = 1
+    average_updates: int = _setting(1, _whole(1))
     """The evaluated and saved policy is the mean of the networks after this many latest updates."""
-    buffer_size: int = 1_000_000
+    buffer_size: int = _setting(1_000_000, _whole(1))
     """SAC, TQC: size of the replay buffer [steps]."""
-    learning_starts: int = 10_000
+    learning_starts: int = _setting(10_000, _whole(0))
     """SAC, TQC: initial steps with random actions."""
-    evaluate_every: int = 1_000_000
+    evaluate_every: int = _setting(1_000_000, _whole(1))
     """Steps between two evaluations, on seeds that the training never uses."""
-    evaluation_episodes: int = 100
-    changes: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+    evaluation_episodes: int = _setting(100, _whole(1))
+    changes: Mapping[int, Mapping[str, Any]] = _setting({}, _changes)
     """Maps a number of steps to values of gamma and least_reward that apply from there on."""
 
     def at(self, steps: int) -> Settings:
@@ -72,11 +157,8 @@ class Settings:
 
     def hash(self) -> str:
         """Returns the SHA-256 of the settings, independent of the file's order and layout."""
-        text = json.dumps(as_plain(self), sort_keys=True)
+        text = json.dumps(dataclasses.asdict(self), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
-
-
-CHANGEABLE = ("gamma", "least_reward")
 
 
 def read_settings(path: Path) -> Settings:
@@ -86,12 +168,9 @@ def read_settings(path: Path) -> Settings:
     try:
         given = yaml.safe_load(path.read_text(encoding="utf-8"))
     except RecursionError as error:
-        raise SettingsError(f"{path}: no YAML: nested too deep") from error
-    except (
-        yaml.YAMLError,
-        ValueError,
-    ) as error:  # ValueError: not UTF-8, or a date such as 2026-13-01
-        raise SettingsError(f"{path}: no YAML: {error}") from error
+        raise SettingsError(f"{path}: not YAML: nested too deep") from error
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: not UTF-8, or an impossible date
+        raise SettingsError(f"{path}: not YAML: {error}") from error
     if not isinstance(given, dict):
         raise SettingsError(f"{path}: must be a mapping of settings")
     try:
@@ -103,17 +182,9 @@ def read_settings(path: Path) -> Settings:
 def write_settings(settings: Settings, path: Path) -> None:
     import yaml
 
-    text = yaml.safe_dump(as_plain(settings), sort_keys=False, default_flow_style=None)
-    path.write_text(text, encoding="utf-8")
-
-
-def as_plain(settings: Settings) -> dict[str, Any]:
-    """Converts settings to the types of YAML and JSON."""
     plain = dataclasses.asdict(settings)
-    for name in ("learning_rate", "layers", "log_std"):
-        plain[name] = None if plain[name] is None else list(plain[name])
-    plain["changes"] = {int(step): dict(change) for step, change in plain["changes"].items()}
-    return plain
+    text = yaml.safe_dump(plain, sort_keys=False, default_flow_style=None)
+    path.write_text(text, encoding="utf-8")
 
 
 def settings_from(given: Mapping[str, Any]) -> Settings:
@@ -123,99 +194,5 @@ def settings_from(given: Mapping[str, Any]) -> Settings:
     for name, value in given.items():
         if name not in known:
             raise SettingsError(f"{name}: unknown; must be one of {', '.join(known)}")
-        values[name] = _checked(str(name), value)
+        values[name] = known[name].metadata["check"](name, value)
     return Settings(**values)
-
-
-_WHOLE = {
-    "steps": 1,
-    "seed": 0,
-    "num_envs": 1,
-    "rollout": 1,
-    "batch_size": 2,
-    "epochs": 1,
-    "average_updates": 1,
-    "buffer_size": 1,
-    "learning_starts": 0,
-    "evaluate_every": 1,
-    "evaluation_episodes": 1,
-}
-_WITHIN = {
-    "gamma": (0.0, 1.0),
-    "gae_lambda": (0.0, 1.0),
-    "clip_range": (0.0, 1.0),
-    "entropy": (0.0, 1.0),
-    "action_delay": (0.0, 1.0),
-}
-
-
-def _checked(name: str, value: Any) -> Any:
-    if name in _WHOLE:
-        return _whole(name, value, _WHOLE[name])
-    if name in _WITHIN:
-        low, high = _WITHIN[name]
-        return _number(name, value, low, high)
-    if name in ("algorithm", "activation"):
-        allowed = ALGORITHMS if name == "algorithm" else ACTIVATIONS
-        if value not in allowed:
-            raise SettingsError(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
-        return value
-    if name == "least_reward":
-        return None if value is None else _number(name, value, -math.inf, 0)
-    if name == "learning_rate":
-        return _pair(name, value, 0, 1)
-    if name == "log_std":
-        return None if value is None else _pair(name, value, -20, 2)
-    if name == "layers":
-        if not isinstance(value, (list, tuple)) or not 1 <= len(value) <= 8:
-            raise SettingsError(f"{name} = {value!r}: must be a list of 1 to 8 whole numbers")
-        return tuple(_whole(name, size, 1, 4096) for size in value)
-    if not isinstance(value, dict):
-        raise SettingsError(f"{name} = {value!r}: must be a mapping")
-    return _changes(value) if name == "changes" else _parameters(value)
-
-
-def _parameters(value: Mapping[Any, Any]) -> dict[str, Any]:
-    for name, given in value.items():
-        elements = given if isinstance(given, (list, tuple)) else ()
-        is_known = isinstance(given, (bool, int, float, str, list, tuple))
-        if not (is_known and all(isinstance(element, (int, float)) for element in elements)):
-            raise SettingsError(
-                f"parameters: {name} = {given!r}: must be true or false, a number, a text or a "
-                "list of numbers"
-            )
-    return {str(name): given for name, given in value.items()}
-
-
-def _changes(value: Mapping[Any, Any]) -> dict[int, dict[str, Any]]:
-    changes: dict[int, dict[str, Any]] = {}
-    for step, change in value.items():
-        if not isinstance(change, dict):
-            raise SettingsError(f"changes: at {step!r} is {change!r}; must be a mapping")
-        for name in change:
-            if name not in CHANGEABLE:
-                raise SettingsError(f"changes: {name!r}: must be one of {', '.join(CHANGEABLE)}")
-        changes[_whole("changes", step, 1)] = {
-            name: _checked(name, changed) for name, changed in change.items()
-        }
-    return changes
-
-
-def _whole(name: str, value: Any, least: int, most: int = 2**40) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise SettingsError(f"{name} = {value!r}: must be a whole number from {least} to {most}")
-    return value
-
-
-def _number(name: str, value: Any, low: float, high: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-        raise SettingsError(f"{name} = {value!r}: must be a number from {low:g} to {high:g}")
-    return float(value)
-
-
-def _pair(name: str, value: Any, low: float, high: float) -> tuple[float, float]:
-    if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise SettingsError(
-            f"{name} = {value!r}: must be two numbers, at the beginning and the end"
-        )
-    return _number(name, value[0], low, high), _number(name, value[1], low, high)

@@ -1,0 +1,218 @@
+"""The commands as processes: signals, terminals, pipes, closed standard streams."""
+
+import csv
+import fcntl
+import itertools
+import os
+import pathlib
+import pty
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+
+import pytest
+import walker_sim
+from walker_sim.commands import main
+
+COMMAND = [sys.executable, "-m", "walker_sim"]
+ID = "Walker2d-v5"
+ZERO = ["evaluate", "BipedalWalker-v3", "--policy", "zero", "--episodes", "3"]
+PATIENCE = 120.0  # timeout that only a failing test reaches [s]
+
+
+def run(*arguments, **keywords):
+    return subprocess.run([*COMMAND, *arguments], timeout=PATIENCE, **keywords)
+
+
+def test_version_and_help():
+    shown = run("--version", capture_output=True, text=True)
+    assert (shown.returncode, shown.stdout) == (0, f"walker_sim {walker_sim.__version__}\n")
+    overview = run("--help", capture_output=True, text=True).stdout
+    for command in ("evaluate", "record", "bench"):
+        assert f"\n  {command}" in overview
+        shown = run(command, "--help", capture_output=True, text=True)
+        assert shown.returncode == 0
+        assert f"python3 -m walker_sim {command} BipedalWalker-v3" in shown.stdout
+
+
+# ---------------------------------------------------------------- evaluate's CSV
+
+
+def rows_of(path):
+    text = path.read_text()
+    assert text.endswith("\n")
+    return [*csv.DictReader(text.splitlines())]
+
+
+def walk_slowly(observation):
+    time.sleep(0.001)
+    return [0.0] * 6
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "killed"])
+def test_interrupted_csv_has_whole_lines_of_ended_episodes(tmp_path, number):
+    path = tmp_path / "returns.csv"
+    policy = f"{__name__}:walk_slowly"
+    options = ["--policy", policy, "--csv", str(path), "--json", str(tmp_path / "summary.json")]
+    here = str(pathlib.Path(__file__).parent)
+    process = subprocess.Popen(
+        [*COMMAND, "evaluate", ID, "--seeds", "0:100000", *options],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([here, os.environ["PYTHONPATH"]])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell that starts the tests in the background makes them ignore SIGINT.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    try:
+        end = time.monotonic() + PATIENCE
+        while not path.exists() or path.read_text().count("\n") < 21:
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        process.send_signal(number)
+        out, error = process.communicate(timeout=PATIENCE)
+    finally:
+        process.kill()
+    kept = rows_of(path)
+    assert 20 <= len(kept) < 100000
+    if number == signal.SIGINT:
+        assert process.returncode == 130
+        assert error == f"{path}: {len(kept)} of 100000 episodes\ninterrupted\n"
+        assert out == ""
+    seeds = [int(row["seed"]) for row in kept]
+    assert len({*seeds}) == len(seeds)
+    # The kept rows equal those of an uninterrupted run with the same seeds.
+    whole = tmp_path / "whole.csv"
+    words = [",".join(map(str, sorted(seeds[:20]))), "--policy", "zero", "--csv", str(whole)]
+    assert main(["evaluate", ID, "--seeds", *words]) == 0
+    assert rows_of(whole) == sorted(kept[:20], key=lambda row: int(row["seed"]))
+
+
+def test_csv_replaces_a_longer_file(tmp_path):
+    path = tmp_path / "returns.csv"
+    path.write_text("something much longer\n" * 1000)
+    assert main(["evaluate", ID, "--seeds", "3,1,2", "--csv", str(path)]) == 0
+    assert [row["seed"] for row in rows_of(path)] == ["3", "1", "2"]
+
+
+def test_csv_to_a_pipe_is_sorted(tmp_path):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    process = subprocess.Popen([*COMMAND, "evaluate", ID, "--seeds", "3,1,2", "--csv", str(path)])
+    try:
+        with path.open() as file:
+            rows = [*csv.DictReader(file)]
+        assert process.wait(PATIENCE) == 0
+    finally:
+        process.kill()
+    assert [row["seed"] for row in rows] == ["3", "1", "2"]
+
+
+# ---------------------------------------------------------------- standard streams
+
+
+def open_terminal():
+    try:
+        return pty.openpty()
+    except OSError as error:
+        pytest.skip(f"no pseudo-terminal: {error}")
+
+
+@pytest.mark.parametrize("on_terminal", [True, False])
+def test_only_a_terminal_shows_a_progress_bar(on_terminal):
+    ours, theirs = open_terminal() if on_terminal else os.pipe()
+    if on_terminal:
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 100, 0, 0))
+    process = subprocess.Popen([*COMMAND, *ZERO], stdout=subprocess.DEVNULL, stderr=theirs)
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            part = os.read(ours, 4096)
+        except OSError:  # the terminal's other end is closed
+            break
+        if not part:
+            break
+        shown += part
+    os.close(ours)
+    assert process.wait(PATIENCE) == 0
+    assert (b"0/3" in shown and b" episodes" in shown) == on_terminal
+    assert b"a second, policy included" in shown
+
+
+def test_encoding_without_block_characters():
+    environment = {**os.environ, "PYTHONIOENCODING": "latin-1"}
+    shown = run(*ZERO, env=environment, stdout=subprocess.PIPE)
+    assert shown.returncode == 0
+    assert b"  ????" in shown.stdout
+
+
+def test_closed_pipe_is_no_error():
+    reading, writing = os.pipe()
+    os.close(reading)
+    environment = {name: text for name, text in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    ended = run(*ZERO, env=environment, stdout=writing, stderr=subprocess.PIPE, text=True)
+    os.close(writing)
+    assert ended.returncode == 0
+    assert "Broken" not in ended.stderr
+    assert "Traceback" not in ended.stderr
+
+
+CLOSED = [streams for count in (1, 2, 3) for streams in itertools.combinations(range(3), count)]
+# Arguments of each command that needs no learner, and the file that it writes.
+ARGUMENTS = {
+    "evaluate": (f"{ID} --episodes 2 --csv made --plot plot.png", "made"),
+    "record": (f"{ID} --episodes 1 --output made.npz", "made.npz"),
+    "hash": (f"{ID} --steps 10", None),
+    "bench": (f"{ID} --seconds 0.01 --num-envs 1", None),
+    "play": (f"{ID} --help", None),
+    "train": ("--help", None),
+    "convert": ("--help", None),
+}
+
+
+def run_closed(closed, command, folder):
+    """Runs a command line with these standard streams closed."""
+    closing = " ".join(f"{number}{'<' if number == 0 else '>'}&-" for number in closed)
+    return subprocess.run(
+        ["bash", "-c", f'exec "$@" {closing}', "bash", *command],
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("command", ARGUMENTS)
+def test_works_with_closed_standard_streams(command, tmp_path):
+    arguments, made = ARGUMENTS[command]
+    for closed in CLOSED if command == "evaluate" else [(0,), (1,), (2,), (0, 1, 2)]:
+        ended = run_closed(closed, [*COMMAND, command, *arguments.split()], tmp_path)
+        assert ended.returncode == 0, (closed, ended.stdout, ended.stderr)
+        assert b"Traceback" not in ended.stderr
+        if 1 not in closed:
+            assert ended.stdout, closed
+        if made:
+            (tmp_path / made).unlink()
+
+
+def test_closed_standard_streams_change_no_status_or_output(tmp_path):
+    for closed in CLOSED:
+        assert run_closed(closed, [*COMMAND, "evaluate", "Ant-v5"], tmp_path).returncode == 2
+    command = [*COMMAND, "evaluate", ID, "--episodes", "2"]
+    whole = run_closed((), command, tmp_path).stdout
+    assert run_closed((0, 2), command, tmp_path).stdout == whole
+
+
+def test_a_call_from_python_opens_no_standard_stream(tmp_path):
+    code = (
+        "import os, sys, walker_sim, walker_sim.commands\n"
+        "walker_sim.commands.main(['hash', 'Hopper-v5', '--steps', '1'])\n"
+        "try:\n    os.fstat(0)\nexcept OSError:\n    sys.exit(7)\n"
+    )
+    assert run_closed((0,), [sys.executable, "-c", code], tmp_path).returncode == 7
