@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/shortest_text.h"
 #include "description/link_tree.h"
 #include "description/planar_shapes.h"
 #include "description/poses.h"
-#include "description/urdf_text.h"
 
 namespace walker {
 namespace {
@@ -35,6 +35,21 @@ constexpr const char* kExactNotes =
     "     joint turns a link without mass, NAME_hinge, on which the body is fixed. Numbers read\n"
     "     back as the engine's own, double. The motors give their torque at any speed; URDF\n"
     "     demands a velocity limit, and 10000 stands for none.\n";
+
+/// Returns the shortest text that reads back as the same float or double; 0 for -0.
+std::string number_text(double value, bool is_single) {
+  if (value == 0) value = 0;
+  return is_single ? shortest_text(static_cast<float>(value)) : shortest_text(value);
+}
+
+template <typename Numbers>
+std::string list_text(const Numbers& numbers, bool is_single) {
+  std::string text;
+  for (const double number : numbers) {
+    text += (text.empty() ? "" : " ") + number_text(number, is_single);
+  }
+  return text;
+}
 
 struct Element {
   const char* name;
@@ -167,7 +182,7 @@ class Writer {
   }
 
   static Element visual(const Link& link, const Element& pose, const Element& geometry) {
-    const Element color{"color", {{"rgba", list_text(link.color, Precision::in_single)}}};
+    const Element color{"color", {{"rgba", list_text(link.color, true)}}};
     return {"visual",
             {},
             {pose, {"geometry", {}, {geometry}}, {"material", {{"name", link.name}}, {color}}}};
@@ -208,12 +223,12 @@ class Writer {
 
   // ---------------------------------------------------------------- text
 
-  Precision precision() const {
-    return specification_.joints_are_exact ? Precision::in_double : Precision::in_single;
+  std::string text(double value) const {
+    return number_text(value, !specification_.joints_are_exact);
   }
-
-  std::string text(double value) const { return number_text(value, precision()); }
-  std::string list(const Vector3& vector) const { return list_text(vector, precision()); }
+  std::string list(const Vector3& vector) const {
+    return list_text(vector, !specification_.joints_are_exact);
+  }
 
   Element origin(const Vector3& xyz) const { return {"origin", {{"xyz", list(xyz)}}}; }
   Element origin(const Vector3& xyz, const Vector3& rpy) const {
