@@ -5,13 +5,11 @@
 #include <urdf/model.h>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <memory>
-#include <random>
-#include <sstream>
 #include <string>
 
+#include "description/source_file.h"
 #include "description/urdf.h"
 #include "description/urdf_geometry.h"
 #include "walker_sim/registry.h"
@@ -129,9 +127,9 @@ class MadeUpUrdf : public testing::Test {
   urdf::Model model_;
 };
 
-TEST_F(MadeUpUrdf, HasTheMassesToTheLastBit) { expect_masses(specification_, model_); }
+TEST_F(MadeUpUrdf, HasExactMasses) { expect_masses(specification_, model_); }
 
-TEST_F(MadeUpUrdf, HasTheJointsAndTheFramesOfTheLinks) {
+TEST_F(MadeUpUrdf, HasTheJointsAndLinkFrames) {
   expect_joints(specification_, model_);
   EXPECT_EQ(model_.getJoint("free")->child_link_name, "limb");
   EXPECT_EQ(model_.getJoint("free")->limits->velocity, 10000) << "stands for none";
@@ -139,12 +137,12 @@ TEST_F(MadeUpUrdf, HasTheJointsAndTheFramesOfTheLinks) {
   EXPECT_EQ(model_.links_.size(), 4U);
 }
 
-TEST_F(MadeUpUrdf, ShowsNothingOfALinkWithoutShapes) {
+TEST_F(MadeUpUrdf, ALinkWithoutShapesIsInvisible) {
   EXPECT_TRUE(model_.getLink("limb")->visual_array.empty());
   EXPECT_TRUE(model_.getLink("limb")->collision_array.empty());
 }
 
-TEST_F(MadeUpUrdf, ShowsEverySolidAndCollidesWithIt) {
+TEST_F(MadeUpUrdf, HasEverySolidAsVisualAndCollision) {
   const urdf::LinkConstSharedPtr trunk = model_.getLink("trunk");
   ASSERT_EQ(trunk->visual_array.size(), 6U) << "a capsule is three";
   ASSERT_EQ(trunk->collision_array.size(), 6U);
@@ -182,7 +180,7 @@ TEST_F(MadeUpUrdf, ShowsEverySolidAndCollidesWithIt) {
   EXPECT_EQ(dynamic_cast<const urdf::Sphere&>(*trunk->visual_array[5]->geometry).radius, 0.7);
 }
 
-TEST_F(MadeUpUrdf, TakesNamesThatXmlWouldReadAsItsOwn) {
+TEST_F(MadeUpUrdf, EscapesNames) {
   specification_.links[1].name = specification_.joints[0].child = "a<b & \"c\"";
   specification_.joints[1].parent = specification_.links[1].name;
   urdf::Model model;
@@ -212,12 +210,7 @@ std::string without_comment(const std::string& urdf) { return urdf.substr(urdf.f
 class Walker2dUrdf : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-    std::ifstream file(std::string(WALKER_SIM_SOURCE_DIR) + "/urdf/walker2d.urdf",
-                       std::ios::binary);
-    ASSERT_TRUE(file) << "urdf/walker2d.urdf cannot be read";
-    std::ostringstream content;
-    content << file.rdbuf();
-    text_ = content.str();
+    text_ = read_source("urdf/walker2d.urdf");
     ASSERT_TRUE(model_.initString(text_));
   }
 
@@ -228,7 +221,7 @@ class Walker2dUrdf : public testing::TestWithParam<std::string> {
   urdf::Model model_;
 };
 
-TEST_P(Walker2dUrdf, IsWhatTheRunningWorldGives) {
+TEST_P(Walker2dUrdf, EqualsTheGeneratedOne) {
   const UrdfFiles files = make_urdf(specification(), robot_name(GetParam()));
   EXPECT_EQ(without_comment(files.urdf), without_comment(text_));
   EXPECT_TRUE(files.meshes.empty());
