@@ -128,10 +128,9 @@ TEST(Connection, RejectsMalformedAnswers) {
       {test::answer(body + "x"), "the answer is longer than its type"},
       {test::answer(""), "the answer ends within a field"},
       {test::answer(long_array), "the answer ends within a field"},
-      {example_answer() + "x", "it speaks unasked"},
-      {"HTTP/1.1 400 Bad request", "it answers neither 0 nor 1; is it a ROS node?"},
-      {"\1\xff\xff\xff\xff",
-       "it announces an answer of 4294967295 bytes; at most 1048616 are taken"},
+      {example_answer() + "x", "it sent unrequested bytes"},
+      {"HTTP/1.1 400 Bad request", "its answer begins with neither 0 nor 1; is it a ROS node?"},
+      {"\1\xff\xff\xff\xff", "its answer has 4294967295 bytes; must have at most 1048616"},
   };
   for (const auto& [answer, reason] : cases) {
     EXPECT_EQ(broken_step(answering({answer})), ": " + reason + kLost);
@@ -171,13 +170,13 @@ TEST(Connection, RejectsMalformedHeaders) {
   const std::string gone =
       ", as the ROS master has it: the server has closed the connection" + kHint;
   const std::pair<std::string, std::string> cases[] = {
-      {test::header({{"error", "another MD5"}}), ": it says: another MD5"},
-      {test::header({{"error", "no\n\x1b[2J\xFF"}}), ": it says: no\\n\\x1b[2J\\xff"},
+      {test::header({{"error", "another MD5"}}), ": its error: another MD5"},
+      {test::header({{"error", "no\n\x1b[2J\xFF"}}), ": its error: no\\n\\x1b[2J\\xff"},
       {test::header({{"md5sum", "0"}}), ": its walker_sim/Step has the MD5 0; here it is " +
                                             md5sum + ", so it is another version of walker_sim"},
       {test::framed("rubbish"), ": connection header: a field is longer than the header"},
       {std::string(4, '\xff'), ": it sent a header of 4294967295 bytes; is it a ROS node?"},
-      {test::header({{"md5sum", md5sum}}) + "x", ": it speaks unasked"},
+      {test::header({{"md5sum", md5sum}}) + "x", ": it sent unrequested bytes"},
       {"", gone},
       {std::string("\x10\0\0\0half", 8), gone},
   };
@@ -197,7 +196,7 @@ TEST(Connection, RejectsALongSpecification) {
   ScriptedServer master({test::master_of(server.address())});
   EXPECT_EQ(message_of<ConnectionError>([&] { Client client(test::options_for(master)); }),
             "service /walker_sim/get_spec at " + server.address() +
-                ": it announces an answer of 33554432 bytes; at most 16777216 are taken" + kLost);
+                ": its answer has 33554432 bytes; must have at most 16777216" + kLost);
 }
 
 TEST(Connection, SendsNoCallTwice) {

@@ -1,9 +1,8 @@
-// The client against real servers: bit-identical episodes, two clients, a killed server.
+// The client against real servers: bit-identical episodes, and two clients.
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <memory>
 #include <random>
 #include <string>
@@ -11,12 +10,8 @@
 #include <vector>
 
 #include <ros/init.h>
-#include <ros/master.h>
-#include <ros/network.h>
 #include <ros/node_handle.h>
 #include <ros/service_client.h>
-#include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpcClient.h>
 
 #include "error_message.h"
 #include "server/twin.h"
@@ -156,53 +151,6 @@ TEST(Episodes, AreSharedWithRoscpp) {
       EXPECT_TRUE(twin.equals(received));
     }
   }
-}
-
-/// Returns the PID of a node on this machine, or 0 if the master does not know it.
-int process_of(const std::string& node) {
-  XmlRpc::XmlRpcValue request;
-  request[0] = ros::this_node::getName();
-  request[1] = node;
-  XmlRpc::XmlRpcValue response;
-  XmlRpc::XmlRpcValue uri;
-  if (!ros::master::execute("lookupNode", request, response, uri, false)) return 0;
-  std::string host;
-  std::uint32_t port = 0;
-  if (!ros::network::splitURI(static_cast<std::string>(uri), host, port)) return 0;
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  XmlRpc::XmlRpcValue caller;
-  caller[0] = ros::this_node::getName();
-  XmlRpc::XmlRpcValue answer;
-  return client.execute("getPid", caller, answer) ? static_cast<int>(answer[2]) : 0;
-}
-
-TEST(Episodes, AreLostWithTheServer) {
-  const std::string server = "/killed/walker_sim";
-  const std::unique_ptr<Client> client = connect(server);
-  Twin twin("BipedalWalker-v3");
-  for (int round = 0; round < 2; ++round) {
-    compare_episode(*client, twin, 6, 1);
-    Transition received;
-    client->reset(6, received);
-    const int process = process_of(server);
-    ASSERT_GT(process, 0);
-    ASSERT_EQ(kill(process, SIGKILL), 0);
-    const std::vector<double> action{0.5, -0.5, 0.25, 0};
-    const std::string error = message_of<ConnectionError>([&] {
-      client->step(action.data(), action.size(), received);
-      client->step(action.data(), action.size(), received);  // the first call may have succeeded
-    });
-    EXPECT_EQ(error.rfind("service " + server + "/step at ", 0), 0U) << error;
-    EXPECT_NE(error.find("has lost its episode: reset before the next step"), std::string::npos)
-        << error;
-    std::string refusal;
-    until_connected([&] {
-      refusal =
-          message_of<RequestRefused>([&] { client->step(action.data(), action.size(), received); });
-    });
-    EXPECT_NE(refusal.find("reset"), std::string::npos) << refusal;
-  }
-  compare_episode(*client, twin, 6, 1);
 }
 
 }  // namespace
