@@ -118,8 +118,7 @@ TEST(PoolStates, ChangeNothingIfRejected) {
   Pool& pool = rollout.pool;
   const Batch batch = rollout.arrays.batch();
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({}, states, batch); }),
-            "environment 2: the state is damaged: its bytes do not have the checksum that its "
-            "header tells");
+            "environment 2: the state is damaged: its checksum does not match");
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({0}, states, batch); }),
             "3 states; must be 1 as the environments");
   EXPECT_EQ(message_of<std::invalid_argument>([&] {

@@ -49,7 +49,7 @@ class PolicyTest : public testing::Test {
   Folder folder_;
 };
 
-TEST_F(PolicyTest, SaysWhatItIs) {
+TEST_F(PolicyTest, HasItsMetadata) {
   const Policy policy(write(small_policy()));
   EXPECT_EQ(policy.id(), "Toy-v0");
   EXPECT_EQ(policy.notes(), (std::map<std::string, std::string>{{"steps", "12"}}));
@@ -57,14 +57,14 @@ TEST_F(PolicyTest, SaysWhatItIs) {
   EXPECT_EQ(policy.action_size(), 1U);
 }
 
-TEST_F(PolicyTest, NormalisesThenGoesThroughItsLayers) {
+TEST_F(PolicyTest, NormalisesAndAppliesItsLayers) {
   // The normalised observations are (2 - 1) / 2 and (-0.9 + 1) / 0.5.
   const double first = std::tanh(0.5 + 2 * 0.2 + 0.1);
   const double second = std::tanh(3 * 0.5 + 4 * 0.2 - 0.2);
   EXPECT_NEAR(act(small_policy(), {2, -0.9}), 0.5 * first - 0.25 * second + 0.05, 1e-6);
 }
 
-TEST_F(PolicyTest, ReluIsZeroBelowZero) {
+TEST_F(PolicyTest, AppliesRelu) {
   PolicyBytes relu = small_policy();
   relu.metadata["activation"] = "relu";
   EXPECT_NEAR(act(relu, {2, -0.9}), 0.5 * 1.0 - 0.25 * 2.1 + 0.05, 1e-6);
@@ -104,7 +104,7 @@ TEST_F(PolicyTest, ActionsAreSinglePrecision) {
   EXPECT_EQ(action, double{static_cast<float>(action)});
 }
 
-TEST_F(PolicyTest, RefusesAFileThatCannotBeRead) {
+TEST_F(PolicyTest, RejectsUnreadableFiles) {
   const std::string missing = folder_.path("none.safetensors");
   EXPECT_EQ(message_of<PolicyError>([&] { Policy policy(missing); }),
             "policy " + missing + ": it cannot be read as a file");
@@ -126,7 +126,7 @@ TEST_F(PolicyTest, ReadsTheContentOfAFile) {
             "policy toy: it has 3 bytes");
 }
 
-TEST_F(PolicyTest, RefusesEveryFileCutShort) {
+TEST_F(PolicyTest, RejectsEveryTruncatedFile) {
   const std::string whole = small_policy().bytes();
   const std::string path = folder_.path("cut.safetensors");
   for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -137,7 +137,7 @@ TEST_F(PolicyTest, RefusesEveryFileCutShort) {
   EXPECT_NO_THROW(Policy policy(path));
 }
 
-TEST_F(PolicyTest, RefusesWhatItsHeaderMayNotSay) {
+TEST_F(PolicyTest, RejectsInvalidMetadata) {
   using P = PolicyBytes;
   EXPECT_EQ(refusal([](P& p) { p.metadata["format"] = "other"; }),
             "its format is other; must be walker_sim policy 1");
@@ -160,7 +160,7 @@ std::string policy_of(const std::string& json) {
   return bytes + json;
 }
 
-TEST(PolicyHeader, RefusesOtherJson) {
+TEST(PolicyHeader, RejectsOtherJson) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "ends early at byte 0"},
       {"[]", "has no { at byte 0"},
@@ -184,7 +184,7 @@ TEST(PolicyHeader, RefusesOtherJson) {
 }
 
 /// A 1 MB header could declare 17,000 tensors of 8 MiB that share the bytes of a small file.
-TEST_F(PolicyTest, RefusesTensorsThatShareTheirBytes) {
+TEST_F(PolicyTest, RejectsOverlappingTensors) {
   std::string bytes = small_policy().bytes();
   std::uint64_t size = 0;
   std::memcpy(&size, bytes.data(), sizeof(size));
@@ -198,7 +198,7 @@ TEST_F(PolicyTest, RefusesTensorsThatShareTheirBytes) {
             "policy toy: again has 4 bytes; of all 76 the other tensors leave 0");
 }
 
-TEST_F(PolicyTest, RefusesTensorsThatDoNotFit) {
+TEST_F(PolicyTest, RejectsUnsuitableTensors) {
   using P = PolicyBytes;
   EXPECT_EQ(refusal([](P& p) { p.tensors.erase("action.low"); }), "it has no tensor action.low");
   EXPECT_EQ(refusal([](P& p) {
@@ -232,7 +232,7 @@ TEST_F(PolicyTest, RefusesTensorsThatDoNotFit) {
             "its last layer has 1 outputs; its action 2");
 }
 
-TEST_F(PolicyTest, RefusesAnotherEnvironment) {
+TEST_F(PolicyTest, RejectsAnotherEnvironment) {
   const std::string path = write(small_policy());
   const Specification walker = make("Walker2d-v5")->specification();
   EXPECT_EQ(message_of<PolicyError>([&] { make_policy_agent(path, walker); }),
