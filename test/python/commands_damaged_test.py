@@ -180,7 +180,7 @@ def test_json_that_is_nested_deeply_is_named(tmp_path, capsys):
         assert status == 2
         assert str(file) in captured.err
         assert words in captured.err
-    reason = re.escape(f"policy {policy}: its header has no {")
+    reason = re.escape(f"policy {policy}: its header has no {{")
     with pytest.raises(ValueError, match=reason):
         _core.Policy(str(policy))
 
