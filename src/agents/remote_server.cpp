@@ -62,7 +62,7 @@ RemoteServer::RemoteServer(const ros::NodeHandle& node, const std::string& name)
 
 std::optional<Specification> RemoteServer::specification() {
   if (!wait_for_server()) return std::nullopt;
-  return to_specification(*first_);
+  return to_specification(*first_specification_);
 }
 
 bool RemoteServer::call(const std::function<void(Client&)>& request) {
@@ -91,19 +91,19 @@ bool RemoteServer::connect() {
   try {
     auto client = std::make_unique<Client>(options_);
     const ServerSpecification received = client->specification();
-    if (!first_) first_ = received;
-    if (!is_same_environment(received, *first_)) {
-      throw std::runtime_error(name() +
-                               " was started again with another environment: " + received.id +
-                               " after " + first_->id + "; start the agent again as well");
+    if (!first_specification_) first_specification_ = received;
+    if (!is_same_environment(received, *first_specification_)) {
+      throw std::runtime_error(
+          name() + " was started again with another environment: " + received.id + " after " +
+          first_specification_->id + "; start the agent again as well");
     }
     client_ = std::move(client);
-    reason_.clear();
+    waiting_reason_.clear();
     return true;
   } catch (const ConnectionError& error) {
-    if (reason_ != error.what()) {
-      reason_ = error.what();
-      ROS_INFO_STREAM("Waiting for " << name() << ": " << reason_);
+    if (waiting_reason_ != error.what()) {
+      waiting_reason_ = error.what();
+      ROS_INFO_STREAM("Waiting for " << name() << ": " << waiting_reason_);
     }
   } catch (const Interrupted&) {
     return false;  // the node shuts down

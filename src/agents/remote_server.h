@@ -40,9 +40,9 @@ class RemoteServer {
   bool connect();
 
   ClientOptions options_;
-  std::unique_ptr<Client> client_;            // null: not connected
-  std::optional<ServerSpecification> first_;  // of the first connection
-  std::string reason_;                        // last logged reason for not being connected
+  std::unique_ptr<Client> client_;                          // null: not connected
+  std::optional<ServerSpecification> first_specification_;  // of the first connection
+  std::string waiting_reason_;  // last logged reason for not being connected
 };
 
 }  // namespace walker
