@@ -17,24 +17,20 @@ std::vector<ParameterDescription> agent_parameters() {
   constexpr double kMaxTolerance = 1;
   constexpr double kMaxSeed = 2147483647.0;  // XML-RPC integers have 32 bits
   return {
-      {"agent", std::string("heuristic"), "", "Who decides: policy, heuristic or random.", 0, 0},
-      {"policy", std::string(), "",
-       "File of the agent policy; empty: the one that the package brings for the environment.", 0,
-       0},
-      {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
-      {"env", std::string(), "",
-       "Id of the environment that the policy was made for; empty: the server is asked.", 0, 0},
-      {"seeds", std::string(), "",
-       "Seeds of the episodes, in turn, as decimal texts with blanks between; empty: the server's.",
+      {"agent", std::string("heuristic"), "", "Agent: policy, heuristic or random.", 0, 0},
+      {"policy", std::string(), "", "Policy file; empty: the policy shipped for the environment.",
        0, 0},
+      {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
+      {"env", std::string(), "", "Id of the environment; empty: the server's.", 0, 0},
+      {"seeds", std::string(), "",
+       "Seeds of the episodes, used in turn, separated by spaces; empty: the server's.", 0, 0},
       {"agent_seed", std::int64_t{0}, "", "Seed of the random agent.", 0, kMaxSeed},
-      {"episodes", std::int64_t{0}, "", "How many; 0: no end.", 0, kMaxEpisodes},
+      {"episodes", std::int64_t{0}, "", "Number of episodes; 0: unlimited.", 0, kMaxEpisodes},
       {"real_time_factor", 0.0, "",
-       "Simulation time over wall time in lock-step; 0: as fast as it goes.", 0,
+       "Simulation time over wall time in lock-step; 0: as fast as possible.", 0,
        kMaxRealTimeFactor},
       {"stamp_tolerance", 0.0, "s",
-       "How far apart the stamps of sensors of one instant may be; 0: equal stamps.", 0,
-       kMaxTolerance},
+       "Largest difference between the stamps of one instant; 0: equal stamps.", 0, kMaxTolerance},
   };
 }
 

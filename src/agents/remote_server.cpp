@@ -19,15 +19,16 @@ constexpr double kPause = 0.25;  // between attempts to connect [s]
 
 /// Makes the server's environment here for its complete specification: the server publishes only a
 /// part of it.
-Specification to_specification(const ServerSpecification& told) {
-  if (told.num_envs > 1) {
-    throw std::invalid_argument("the server has num_envs = " + std::to_string(told.num_envs) +
-                                "; an agent drives 1, and several are driven by ~step_batch");
+Specification to_specification(const ServerSpecification& server) {
+  if (server.num_envs > 1) {
+    throw std::invalid_argument("the server has num_envs = " + std::to_string(server.num_envs) +
+                                "; an agent drives 1; for several, call ~step_batch");
   }
   Specification made;
   try {
-    made = make(told.id, parameters_of(told.id, told.parameter_names, told.parameter_values))
-               ->specification();
+    made =
+        make(server.id, parameters_of(server.id, server.parameter_names, server.parameter_values))
+            ->specification();
   } catch (const Interrupted&) {
     throw;
   } catch (const std::exception& error) {
@@ -35,10 +36,11 @@ Specification to_specification(const ServerSpecification& told) {
                                 printable(error.what()));
   }
   // The client checks answers against the server's sizes; the agent reads the sizes made here.
-  if (told.observation_size != made.observation_size() || told.action_size != made.action_size()) {
+  if (server.observation_size != made.observation_size() ||
+      server.action_size != made.action_size()) {
     throw std::invalid_argument(
-        "the server's " + told.id + " has " + std::to_string(told.observation_size) +
-        " observations and " + std::to_string(told.action_size) + " actions; here it has " +
+        "the server's " + server.id + " has " + std::to_string(server.observation_size) +
+        " observations and " + std::to_string(server.action_size) + " actions; here it has " +
         std::to_string(made.observation_size()) + " and " + std::to_string(made.action_size()));
   }
   return made;
@@ -59,12 +61,12 @@ RemoteServer::RemoteServer(const ros::NodeHandle& node, const std::string& name)
 }
 
 std::optional<Specification> RemoteServer::specification() {
-  if (!wait_for_it()) return std::nullopt;
-  return to_specification(*at_first_);
+  if (!wait_for_server()) return std::nullopt;
+  return to_specification(*first_specification_);
 }
 
 bool RemoteServer::call(const std::function<void(Client&)>& request) {
-  if (!wait_for_it()) return false;
+  if (!wait_for_server()) return false;
   try {
     request(*client_);
     return true;
@@ -78,7 +80,7 @@ bool RemoteServer::call(const std::function<void(Client&)>& request) {
   return false;
 }
 
-bool RemoteServer::wait_for_it() {
+bool RemoteServer::wait_for_server() {
   // On the wall clock: simulation time stands still until the server's first step.
   while (ros::ok() && !client_ && !connect()) ros::WallDuration(kPause).sleep();
   return ros::ok();
@@ -88,19 +90,20 @@ bool RemoteServer::wait_for_it() {
 bool RemoteServer::connect() {
   try {
     auto client = std::make_unique<Client>(options_);
-    const ServerSpecification told = client->specification();
-    if (!at_first_) at_first_ = told;
-    if (!is_same_environment(told, *at_first_)) {
-      throw std::runtime_error(name() + " was started again with another environment: " + told.id +
-                               " after " + at_first_->id + "; start the agent again as well");
+    const ServerSpecification received = client->specification();
+    if (!first_specification_) first_specification_ = received;
+    if (!is_same_environment(received, *first_specification_)) {
+      throw std::runtime_error(
+          name() + " was started again with another environment: " + received.id + " after " +
+          first_specification_->id + "; start the agent again as well");
     }
     client_ = std::move(client);
-    absence_.clear();
+    waiting_reason_.clear();
     return true;
   } catch (const ConnectionError& error) {
-    if (absence_ != error.what()) {
-      absence_ = error.what();
-      ROS_INFO_STREAM("Waiting for " << name() << ": " << absence_);
+    if (waiting_reason_ != error.what()) {
+      waiting_reason_ = error.what();
+      ROS_INFO_STREAM("Waiting for " << name() << ": " << waiting_reason_);
     }
   } catch (const Interrupted&) {
     return false;  // the node shuts down

@@ -36,13 +36,13 @@ class RemoteServer {
   const std::string& name() const { return options_.server; }
 
  private:
-  bool wait_for_it();
+  bool wait_for_server();
   bool connect();
 
   ClientOptions options_;
-  std::unique_ptr<Client> client_;               // null: not connected
-  std::optional<ServerSpecification> at_first_;  // of the first connection
-  std::string absence_;                          // last logged reason for not being connected
+  std::unique_ptr<Client> client_;                          // null: not connected
+  std::optional<ServerSpecification> first_specification_;  // of the first connection
+  std::string waiting_reason_;  // last logged reason for not being connected
 };
 
 }  // namespace walker

@@ -91,36 +91,36 @@ void SensorTopics::receive(const boost::shared_ptr<const Messages>&... messages)
   try {
     (take(*messages, specification_, measurements_), ...);
   } catch (const std::invalid_argument& error) {
-    complain(error.what());
+    set_warning(error.what());
     return;
   }
   receiver_(std::min({messages->header.stamp...}), measurements_);
 }
 
 void SensorTopics::report() {
-  if (complaint_.empty() && !has_received_) complaint_ = what_is_missing();
-  if (!complaint_.empty()) ROS_WARN_STREAM("No observation: " << complaint_);
-  complaint_.clear();
+  if (warning_.empty() && !has_received_) warning_ = missing_text();
+  if (!warning_.empty()) ROS_WARN_STREAM("No observation: " << warning_);
+  warning_.clear();
   has_received_ = false;
   for (const std::unique_ptr<Input>& input : inputs_) input->unmatched = 0;
 }
 
 /// Empty if all topics have publishers and are silent: the server is paused or waits for a reset.
-std::string SensorTopics::what_is_missing() const {
-  const auto is_alive = [](const std::unique_ptr<Input>& input) {
-    constexpr int kEnough = 2;  // the set of a single message may still be in transit
-    return input->unmatched >= kEnough;
+std::string SensorTopics::missing_text() const {
+  const auto is_active = [](const std::unique_ptr<Input>& input) {
+    constexpr int kMinUnmatched = 2;  // the set of a single message may still be in transit
+    return input->unmatched >= kMinUnmatched;
   };
-  const bool is_any_alive = std::any_of(inputs_.begin(), inputs_.end(), is_alive);
+  const bool is_any_active = std::any_of(inputs_.begin(), inputs_.end(), is_active);
   std::string missing;
   for (const std::unique_ptr<Input>& input : inputs_) {
     const bool is_silent = input->unmatched == 0;
-    if (is_silent && (is_any_alive || input->subscriber.getNumPublishers() == 0)) {
+    if (is_silent && (is_any_active || input->subscriber.getNumPublishers() == 0)) {
       missing += " " + input->subscriber.getTopic();
     }
   }
-  if (!missing.empty()) return "nothing comes on" + missing;
-  if (!is_any_alive) return "";
+  if (!missing.empty()) return "no messages on" + missing;
+  if (!is_any_active) return "";
   const auto [oldest, newest] = std::minmax_element(
       inputs_.begin(), inputs_.end(),
       [](const auto& one, const auto& other) { return one->newest < other->newest; });

@@ -32,7 +32,7 @@ class SensorTopics {
   bool are_connected() const;
 
   /// Sets the message of the next report, replacing an earlier one.
-  void complain(const std::string& complaint) { complaint_ = complaint; }
+  void set_warning(const std::string& warning) { warning_ = warning; }
 
  private:
   /// A topic, and its messages since the last report or complete set.
@@ -50,7 +50,7 @@ class SensorTopics {
   template <typename... Messages>
   void receive(const boost::shared_ptr<const Messages>&... messages);
   void report();
-  std::string what_is_missing() const;
+  std::string missing_text() const;
 
   Specification specification_;
   double stamp_tolerance_;
@@ -63,7 +63,7 @@ class SensorTopics {
   message_filters::PassThrough<sensor_msgs::LaserScan> scan_;  // idle without a range finder
   std::shared_ptr<void> synchronizer_;  // its type depends on the topics and the tolerance
   Measurements measurements_;
-  std::string complaint_;      // for the next report
+  std::string warning_;        // for the next report
   bool has_received_ = false;  // a complete set since the last report
   ros::WallTimer timer_;
 };

@@ -67,7 +67,7 @@ class TopicAgent {
   }
 
   void on_measurements(ros::Time stamp, const Measurements& measurements) {
-    if (stamp < begun_at_) return;
+    if (stamp < began_at_) return;
     measured_at_ = stamp;
     measurements_ = measurements;
     if (!has_ended_) act();
@@ -76,7 +76,7 @@ class TopicAgent {
   /// The topic has a connection of its own, so its message may arrive before or after the sensor
   /// messages of the same instant.
   void on_episode(const walker_sim::Episode& episode) {
-    if (episode.header.stamp < begun_at_) return;
+    if (episode.header.stamp < began_at_) return;
     if (episode.end_reason.empty()) {
       begin_episode(episode);
     } else if (episode.episode == episode_ && !has_ended_) {
@@ -86,14 +86,14 @@ class TopicAgent {
 
   void begin_episode(const walker_sim::Episode& episode) {
     // A latched message arrives again after a reconnection.
-    if (episode.episode == episode_ && episode.header.stamp == begun_at_) return;
+    if (episode.episode == episode_ && episode.header.stamp == began_at_) return;
     episode_ = episode.episode;
-    begun_at_ = episode.header.stamp;
+    began_at_ = episode.header.stamp;
     has_ended_ = false;
     builder_->reset();
     agent_->reset();
     // If the episode's first measurements arrived before this message, acts on them now.
-    if (!measured_at_.isZero() && measured_at_ >= begun_at_) act();
+    if (!measured_at_.isZero() && measured_at_ >= began_at_) act();
   }
 
   void finish_episode(const walker_sim::Episode& episode) {
@@ -109,7 +109,7 @@ class TopicAgent {
     try {
       builder_->build(measurements_, observation_.data());
     } catch (const std::invalid_argument& error) {
-      sensors_.complain(error.what());
+      sensors_.set_warning(error.what());
       return;
     }
     const std::vector<double>& action = agent_->act(observation_);
@@ -127,7 +127,7 @@ class TopicAgent {
     try {
       while (ros::ok() && !server_.call(request)) {
       }
-      begun_at_.fromNSec(transition.stamp);
+      began_at_.fromNSec(transition.stamp);
     } catch (const RequestRefused& error) {
       ROS_ERROR_STREAM(server_.name() << "/reset: " << printable(error.what()));
     }
@@ -141,7 +141,7 @@ class TopicAgent {
   std::vector<double> observation_;
   Measurements measurements_;  // the last ones
   ros::Time measured_at_;      // their stamp; zero: none yet
-  ros::Time begun_at_;         // older messages belong to earlier episodes
+  ros::Time began_at_;         // older messages belong to earlier episodes
   bool has_ended_ = false;     // the present episode
   std::uint32_t episode_ = 0;  // number of the present one; 0: unknown
   std::size_t finished_ = 0;

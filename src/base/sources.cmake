@@ -1,2 +1,2 @@
 walker_sim_sources(core_sources
-  checks forks interruption pacer parameter_text parameters printable_text random shared_library)
+  checks interruption pacer parameter_text parameters printable_text random shared_library)

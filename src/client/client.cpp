@@ -105,7 +105,7 @@ class Client::Implementation {
  private:
   /// @throws ConnectionError in a forked child, which could receive its parent's answers
   void refuse_in_fork() const {
-    if (num_forks() != num_forks_) throw ConnectionError(kForked);
+    if (num_forks() != num_forks_) throw ConnectionError(kForkedClientError);
   }
 
   Deadline deadline() const {
@@ -150,7 +150,8 @@ class Client::Implementation {
   std::array<Endpoint, kServiceTypes.size()> endpoints_;
   std::array<std::optional<ServiceConnection>, kServiceTypes.size()> connections_;
   tcpros::Bytes request_;  // these two keep their memory between calls
-  std::tuple<Transition, RepeatedStep, BatchTransition, BatchReset> results_;
+  std::tuple<Transition, RepeatedStep, BatchTransition, BatchReset, std::vector<std::uint8_t>>
+      results_;
 };
 
 Client::Client(const ClientOptions& options)
@@ -161,10 +162,10 @@ Client::Client(const ClientOptions& options)
 Client::~Client() = default;
 
 ServerSpecification Client::specification() {
-  ServerSpecification told;
+  ServerSpecification received;
   implementation_->call(
-      kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, told); });
-  return implementation_->server = std::move(told);
+      kGetSpec, [](Writer&) {}, [&](Reader& reader) { read(reader, received); });
+  return implementation_->server = std::move(received);
 }
 
 void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
@@ -196,12 +197,7 @@ void Client::step_many(const double* action, std::size_t size, std::uint32_t ste
 
 void Client::snapshot(std::vector<std::uint8_t>& record) {
   implementation_->call(
-      kSnapshot, [](Writer&) {},
-      [&](Reader& reader) {
-        std::vector<std::uint8_t> told;
-        read_record(reader, told);
-        record.swap(told);
-      });
+      kSnapshot, [](Writer&) {}, implementation_->into(record));
 }
 
 void Client::restore(const std::vector<std::uint8_t>& record, Transition& transition) {

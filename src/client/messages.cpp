@@ -22,13 +22,20 @@ void check_size(const char* field, std::size_t size, std::size_t wanted) {
        std::to_string(wanted));
 }
 
-std::string element(const char* field, std::size_t index, std::uint64_t value) {
-  return std::string(field) + "[" + std::to_string(index) + "] is " + std::to_string(value);
+std::string element(const char* field, std::size_t index) {
+  return std::string(field) + "[" + std::to_string(index) + "]";
+}
+
+[[noreturn]] void fail_index(const std::string& field, std::uint32_t environment,
+                             std::size_t num_envs) {
+  fail(field + " is " + std::to_string(environment) +
+       "; must be below num_envs = " + std::to_string(num_envs));
 }
 
 void check_flags(const char* field, const std::vector<std::uint8_t>& flags) {
   for (std::size_t i = 0; i < flags.size(); ++i) {
-    if (flags[i] > 1) fail(element(field, i, flags[i]) + "; must be 0 or 1");
+    if (flags[i] <= 1) continue;
+    fail(element(field, i) + " is " + std::to_string(flags[i]) + "; must be 0 or 1");
   }
 }
 
@@ -37,11 +44,9 @@ void check_environments(const char* field, const std::vector<std::uint32_t>& env
                         std::size_t num_envs) {
   for (std::size_t i = 0; i < environments.size(); ++i) {
     const std::uint32_t index = environments[i];
-    if (index >= num_envs) {
-      fail(element(field, i, index) + "; must be below num_envs = " + std::to_string(num_envs));
-    }
+    if (index >= num_envs) fail_index(element(field, i), index, num_envs);
     if (i > 0 && index <= environments[i - 1]) {
-      fail(element(field, i, index) + "; must be above the one before, " +
+      fail(element(field, i) + " is " + std::to_string(index) + "; must be above the one before, " +
            std::to_string(environments[i - 1]));
     }
   }
@@ -52,8 +57,7 @@ void check_failures(const std::vector<std::uint32_t>& environments,
   check_size("failures", failures.size(), environments.size());
   for (std::size_t i = 0; i < environments.size(); ++i) {
     if (environments[i] < num_envs) continue;
-    fail(element("failed_environments", i, environments[i]) +
-         "; must be below num_envs = " + std::to_string(num_envs));
+    fail_index(element("failed_environments", i), environments[i], num_envs);
   }
 }
 
@@ -95,20 +99,19 @@ void check(const ServerSpecification& server, const Transition& transition) {
   check_size("observation", transition.observation.size(), server.observation_size);
   check_size("info", transition.info.size(), server.info_names.size());
   if (transition.environment >= server.num_envs) {
-    fail("environment is " + std::to_string(transition.environment) +
-         "; must be below num_envs = " + std::to_string(server.num_envs));
+    fail_index("environment", transition.environment, server.num_envs);
   }
   check_size("action", transition.action.size(), transition.step == 0 ? 0 : server.action_size);
 }
 
 /// Checks a picture's width or height, if the request set it.
-void check_asked(const Parameters& camera, const char* name, std::uint32_t told) {
+void check_requested(const Parameters& camera, const char* name, std::uint32_t received) {
   const auto found = camera.find(name);
   if (found == camera.end()) return;
-  const auto* const asked = std::get_if<std::int64_t>(&found->second);
-  if (asked == nullptr || *asked == told) return;
-  throw std::runtime_error(std::string("the picture's ") + name + " is " + std::to_string(told) +
-                           " instead of " + std::to_string(*asked));
+  const auto* const requested = std::get_if<std::int64_t>(&found->second);
+  if (requested == nullptr || *requested == received) return;
+  throw std::runtime_error(std::string("the picture's ") + name + " is " +
+                           std::to_string(received) + " instead of " + std::to_string(*requested));
 }
 
 }  // namespace
@@ -131,24 +134,25 @@ std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& se
   return std::min(bytes, tcpros::kMaxMessageBytes);
 }
 
-void read(Reader& reader, ServerSpecification& told) {
-  reader.read(told.interface_version, told.id, told.num_envs, told.parameter_names,
-              told.parameter_values, told.observation_size, told.observation_dtype,
-              told.observation_low, told.observation_high, told.action_size, told.action_low,
-              told.action_high, told.dt, told.max_episode_steps, told.reward_threshold,
-              told.joint_names, told.info_names, told.mode, told.autoreset_mode, told.engine,
-              told.engine_version, told.engine_path, told.version);
+void read(Reader& reader, ServerSpecification& server) {
+  reader.read(server.interface_version, server.id, server.num_envs, server.parameter_names,
+              server.parameter_values, server.observation_size, server.observation_dtype,
+              server.observation_low, server.observation_high, server.action_size,
+              server.action_low, server.action_high, server.dt, server.max_episode_steps,
+              server.reward_threshold, server.joint_names, server.info_names, server.mode,
+              server.autoreset_mode, server.engine, server.engine_version, server.engine_path,
+              server.version);
   reader.finish();
-  if (told.num_envs < 1 || told.num_envs > kMaxEnvironments) {
-    fail("num_envs is " + std::to_string(told.num_envs) + "; must be in [1, " +
+  if (server.num_envs < 1 || server.num_envs > kMaxEnvironments) {
+    fail("num_envs is " + std::to_string(server.num_envs) + "; must be in [1, " +
          std::to_string(kMaxEnvironments) + "]");
   }
-  check_size("parameter_values", told.parameter_values.size(), told.parameter_names.size());
-  check_size("observation_low", told.observation_low.size(), told.observation_size);
-  check_size("observation_high", told.observation_high.size(), told.observation_size);
-  check_size("action_low", told.action_low.size(), told.action_size);
-  check_size("action_high", told.action_high.size(), told.action_size);
-  check_size("joint_names", told.joint_names.size(), told.action_size);
+  check_size("parameter_values", server.parameter_values.size(), server.parameter_names.size());
+  check_size("observation_low", server.observation_low.size(), server.observation_size);
+  check_size("observation_high", server.observation_high.size(), server.observation_size);
+  check_size("action_low", server.action_low.size(), server.action_size);
+  check_size("action_high", server.action_high.size(), server.action_size);
+  check_size("joint_names", server.joint_names.size(), server.action_size);
 }
 
 void read(Reader& reader, const ServerSpecification& server, Transition& transition) {
@@ -171,7 +175,8 @@ void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps
   }
 }
 
-void read_record(Reader& reader, std::vector<std::uint8_t>& record) {
+void read(Reader& reader, const ServerSpecification& /*server*/,
+          std::vector<std::uint8_t>& record) {
   read_outcome(reader);
   const std::size_t size = reader.size();
   const std::uint8_t* const begin = reader.bytes(size);
@@ -221,19 +226,19 @@ void read(Reader& reader, const std::string& encoding, const Parameters& camera,
   read_header(reader);
   std::uint32_t height = 0;
   std::uint32_t width = 0;
-  std::string told_encoding;
+  std::string received_encoding;
   bool is_bigendian = false;
   std::uint32_t row_bytes = 0;
-  reader.read(height, width, told_encoding, is_bigendian, row_bytes);
+  reader.read(height, width, received_encoding, is_bigendian, row_bytes);
   const bool is_depth = encoding == kDepthEncoding;
   const std::string wanted_encoding = is_depth ? kDepthEncoding : kColorEncoding;
-  if (told_encoding != wanted_encoding || is_bigendian) {
-    throw std::runtime_error("the picture's encoding is " + printable(told_encoding) +
+  if (received_encoding != wanted_encoding || is_bigendian) {
+    throw std::runtime_error("the picture's encoding is " + printable(received_encoding) +
                              (is_bigendian ? ", big-endian" : "") + " instead of " +
                              wanted_encoding);
   }
-  check_asked(camera, "width", width);
-  check_asked(camera, "height", height);
+  check_requested(camera, "width", width);
+  check_requested(camera, "height", height);
   const std::size_t wanted_bytes = std::size_t{width} * (is_depth ? sizeof(float) : kChannels);
   if (row_bytes != wanted_bytes) {
     throw std::runtime_error("the picture's rows have " + std::to_string(row_bytes) +

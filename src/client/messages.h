@@ -100,7 +100,7 @@ class Reader : public MessageReader {
 // server's message if the server refused the request, and std::runtime_error naming the field, its
 // value and what is allowed if the answer is malformed. The result is then unspecified.
 
-void read(Reader& reader, ServerSpecification& told);
+void read(Reader& reader, ServerSpecification& server);
 
 /// Upper bound of a service's answer [bytes], given the server's specification; at most TCPROS's.
 std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& server);
@@ -116,7 +116,7 @@ void read(Reader& reader, const ServerSpecification& server, std::uint32_t steps
 void read(Reader& reader, const ServerSpecification& server, std::size_t rows, BatchReset& reset);
 
 /// Reads an EpisodeRecord.msg without deserializing it.
-void read_record(Reader& reader, std::vector<std::uint8_t>& record);
+void read(Reader& reader, const ServerSpecification& server, std::vector<std::uint8_t>& record);
 
 /// Reads a sensor_msgs/Image. If it throws, `image` is unchanged.
 /// @param encoding requested encoding: 32FC1, or else rgb8

@@ -22,7 +22,7 @@ ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string
   socket_.send_all(header.data(), header.size(), deadline);
   const tcpros::Fields answer = receive_header(deadline);
   const auto error = answer.find("error");
-  if (error != answer.end()) throw std::runtime_error("it says: " + printable(error->second));
+  if (error != answer.end()) throw std::runtime_error("its error: " + printable(error->second));
   const auto md5sum = answer.find("md5sum");
   if (md5sum != answer.end() && md5sum->second != type.md5sum) {
     throw std::runtime_error("its " + std::string(type.type) + " has the MD5 " +
@@ -39,7 +39,8 @@ tcpros::Fields ServiceConnection::receive_header(const Deadline& deadline) {
                              " bytes; is it a ROS node?");
   }
   receive_at_least(tcpros::kLengthBytes + size, deadline);
-  if (received_ != tcpros::kLengthBytes + size) throw std::runtime_error("it speaks unasked");
+  if (received_ != tcpros::kLengthBytes + size)
+    throw std::runtime_error("it sent unrequested bytes");
   received_ = 0;
   return tcpros::parse_header(input_.data() + tcpros::kLengthBytes, size);
 }
@@ -51,13 +52,14 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t max_ans
   received_ = 0;
   receive_at_least(kHeadBytes, deadline);
   const std::size_t size = tcpros::load_length(&input_[1]);
-  if (input_[0] > 1) throw std::runtime_error("it answers neither 0 nor 1; is it a ROS node?");
+  if (input_[0] > 1)
+    throw std::runtime_error("its answer begins with neither 0 nor 1; is it a ROS node?");
   if (size > max_answer_bytes) {
-    throw std::runtime_error("it announces an answer of " + std::to_string(size) +
-                             " bytes; at most " + std::to_string(max_answer_bytes) + " are taken");
+    throw std::runtime_error("its answer has " + std::to_string(size) +
+                             " bytes; must have at most " + std::to_string(max_answer_bytes));
   }
   receive_at_least(kHeadBytes + size, deadline);
-  if (received_ != kHeadBytes + size) throw std::runtime_error("it speaks unasked");
+  if (received_ != kHeadBytes + size) throw std::runtime_error("it sent unrequested bytes");
   const std::uint8_t* const body = input_.data() + kHeadBytes;
   if (input_[0] == 0) refuse({reinterpret_cast<const char*>(body), size});
   return {body, size};

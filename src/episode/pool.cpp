@@ -221,7 +221,8 @@ struct Pool::Implementation {
                            " environments are under way; receive them first");
   }
 
-  void require_at_rest(std::size_t index) const {
+  /// @throws std::invalid_argument if the index is out of range, std::logic_error if under way
+  Slot& slot_at_rest(std::size_t index) {
     if (index >= options.num_envs) {
       throw std::invalid_argument(name_of(index) + "must be in [0, " +
                                   std::to_string(options.num_envs - 1) + "]");
@@ -229,30 +230,33 @@ struct Pool::Implementation {
     if (is_under_way[index] != 0) {
       throw std::logic_error(name_of(index) + "is under way; receive it first");
     }
-  }
-
-  const Slot& slot_at_rest(std::size_t index) const {
-    require_at_rest(index);
     return slots[index];
   }
 
   void check_list(const std::uint32_t* environments, std::size_t count) {
     ++num_lists;
     for (const std::uint32_t* index = environments; index != environments + count; ++index) {
-      require_at_rest(*index);
+      slot_at_rest(*index);
       if (std::exchange(last_list[*index], num_lists) == num_lists) {
         throw std::invalid_argument(name_of(*index) + "listed twice");
       }
     }
   }
 
+  /// Returns the listed environments, or all for an empty list.
+  const std::vector<std::uint32_t>& checked_list(const std::vector<std::uint32_t>& environments) {
+    const std::vector<std::uint32_t>& listed = environments.empty() ? all : environments;
+    check_list(listed.data(), listed.size());
+    return listed;
+  }
+
   void check_steps(const double* given, const std::uint32_t* environments, std::size_t count) {
     // Once every episode has begun, only `disabled` refuses steps. Skipping the check then avoids
     // reading cache lines that other threads have written.
-    const bool is_looked_at = !all_have_begun || options.autoreset_mode == AutoresetMode::disabled;
+    const bool is_checked = !all_have_begun || options.autoreset_mode == AutoresetMode::disabled;
     for (std::size_t i = 0; i < count; ++i) {
       check_action_of(environments[i], specification(), given + i * action_size);
-      if (is_looked_at) require_episode(environments[i]);
+      if (is_checked) require_episode(environments[i]);
     }
     all_have_begun = all_have_begun || count == slots.size();
   }
@@ -296,8 +300,7 @@ void Pool::reset(const std::vector<std::uint32_t>& environments,
                  const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch) {
   Implementation& pool = *implementation_;
   pool.require_none_under_way("reset");
-  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
-  pool.check_list(listed.data(), listed.size());
+  const std::vector<std::uint32_t>& listed = pool.checked_list(environments);
   if (!seeds.empty() && seeds.size() != listed.size()) {
     throw std::invalid_argument(std::to_string(seeds.size()) + " seeds; must be 0, or " +
                                 std::to_string(listed.size()) + " as the environments");
@@ -341,8 +344,7 @@ void Pool::send(const double* actions, const std::uint32_t* environments, std::s
 
 void Pool::send_resets(const std::vector<std::uint32_t>& environments) {
   Implementation& pool = *implementation_;
-  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
-  pool.check_list(listed.data(), listed.size());
+  const std::vector<std::uint32_t>& listed = pool.checked_list(environments);
   for (const std::uint32_t index : listed) pool.slots[index].wants_reset = true;
   pool.put_under_way(listed.data(), listed.size());
   pool.all_have_begun = pool.all_have_begun || listed.size() == pool.slots.size();
@@ -372,8 +374,7 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
                        const std::vector<std::vector<std::byte>>& states, const Batch& batch) {
   Implementation& pool = *implementation_;
   pool.require_none_under_way("load_states");
-  const std::vector<std::uint32_t>& listed = environments.empty() ? pool.all : environments;
-  pool.check_list(listed.data(), listed.size());
+  const std::vector<std::uint32_t>& listed = pool.checked_list(environments);
   if (states.size() != listed.size()) {
     throw std::invalid_argument(std::to_string(states.size()) + " states; must be " +
                                 std::to_string(listed.size()) + " as the environments");

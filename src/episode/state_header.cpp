@@ -95,7 +95,7 @@ StateReader StateOrigin::open(const std::byte* state, std::size_t size) const {
                  std::to_string(body_size));
   }
   if (sum != checksum(reader.next(), reader.size())) {
-    refuse_state("its bytes do not have the checksum that its header tells");
+    refuse_state("its checksum does not match");
   }
   if (reader.size() < text_.size() || std::memcmp(reader.next(), text_.data(), text_.size()) != 0) {
     throw_difference(reader);

@@ -22,7 +22,7 @@ static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t));
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 
 /// Hints to the processor that the thread is spinning.
-void relax() {
+void cpu_pause() {
 #ifdef __x86_64__
   __builtin_ia32_pause();
 #elif defined(__aarch64__)
@@ -34,14 +34,15 @@ void relax() {
 /// @param keeps_processor if false, yields the processor in each round; the scheduler may then run
 ///                        another thread for milliseconds
 /// @return whether the number changed
-bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, bool keeps_processor) {
+bool spin_while_equal(const std::atomic<std::uint32_t>& number, std::uint32_t old,
+                      bool keeps_processor) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::microseconds kMaxSpin(150);  // measured in docs/pool.md
   const Clock::time_point end = Clock::now() + kMaxSpin;
   do {
     if (number.load(std::memory_order_acquire) != old) return true;
     if (keeps_processor) {
-      relax();
+      cpu_pause();
     } else {
       std::this_thread::yield();
     }
@@ -49,12 +50,12 @@ bool wait_awake(const std::atomic<std::uint32_t>& number, std::uint32_t old, boo
   return false;
 }
 
-/// Sleeps until `wake` if `number` equals `old`. May wake spuriously.
-void sleep_while(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
+/// Sleeps until `futex_wake` if `number` equals `old`. May wake spuriously.
+void futex_wait(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
   syscall(SYS_futex, &number, FUTEX_WAIT_PRIVATE, old, nullptr, nullptr, 0);
 }
 
-void wake(const std::atomic<std::uint32_t>& number, int count) {
+void futex_wake(const std::atomic<std::uint32_t>& number, int count) {
   syscall(SYS_futex, &number, FUTEX_WAKE_PRIVATE, count, nullptr, nullptr, 0);
 }
 
@@ -106,7 +107,7 @@ void ThreadPool::make_slices(std::size_t num_threads) {
 void ThreadPool::stop() {
   is_stopping_.store(true, std::memory_order_relaxed);
   num_starts_.fetch_add(1);
-  wake(num_starts_, std::numeric_limits<int>::max());
+  futex_wake(num_starts_, std::numeric_limits<int>::max());
   for (std::thread& thread : threads_) thread.join();
 }
 
@@ -116,7 +117,7 @@ void ThreadPool::start(std::size_t num_wanted) {
   // its futex call: either the sleeper sees the start, or this thread counts the sleeper.
   num_starts_.fetch_add(1);
   const std::size_t num_woken = std::min<std::size_t>(num_wanted, num_sleepers_.load());
-  if (num_woken != 0) wake(num_starts_, static_cast<int>(num_woken));
+  if (num_woken != 0) futex_wake(num_starts_, static_cast<int>(num_woken));
 }
 
 void ThreadPool::run(std::size_t thread) {
@@ -127,9 +128,9 @@ void ThreadPool::run(std::size_t thread) {
   while (true) {
     const std::uint32_t num_starts = num_starts_.load();
     if (is_stopping_.load(std::memory_order_relaxed)) return;
-    if (work_once(thread) || wait_awake(num_starts_, num_starts, has_processors_)) continue;
+    if (work_once(thread) || spin_while_equal(num_starts_, num_starts, has_processors_)) continue;
     num_sleepers_.fetch_add(1);
-    sleep_while(num_starts_, num_starts);
+    futex_wait(num_starts_, num_starts);
     num_sleepers_.fetch_sub(1);
   }
 }
@@ -155,7 +156,7 @@ void ThreadPool::report(const std::uint32_t* items, std::size_t count) {
   // As in `start`: either the caller sees the new count, or this thread sees that it sleeps.
   const auto more = static_cast<std::uint32_t>(count);
   const std::uint32_t num_done = num_done_.fetch_add(more) + more;
-  if (caller_sleeps_.load() && !is_before(num_done, awaited_.load())) wake(num_done_, 1);
+  if (caller_sleeps_.load() && !is_before(num_done, awaited_.load())) futex_wake(num_done_, 1);
 }
 
 void ThreadPool::collect(std::size_t count, std::uint32_t* items) {
@@ -170,10 +171,10 @@ void ThreadPool::await(std::uint32_t awaited) {
   while (true) {
     const std::uint32_t num_done = num_done_.load();
     if (!is_before(num_done, awaited)) return;
-    if (wait_awake(num_done_, num_done, has_processors_)) continue;
+    if (spin_while_equal(num_done_, num_done, has_processors_)) continue;
     awaited_.store(awaited);
     caller_sleeps_.store(true);
-    sleep_while(num_done_, num_done);
+    futex_wait(num_done_, num_done);
     caller_sleeps_.store(false);
   }
 }

@@ -259,7 +259,7 @@ class RemoteWalkers {
 
   /// @throws ConnectionError in the child of a fork, where the mutex may stay locked forever
   Unlocked enter() {
-    if (is_forked()) throw ConnectionError(kForked);
+    if (is_forked()) throw ConnectionError(kForkedClientError);
     return Unlocked(mutex_);
   }
 

@@ -14,7 +14,7 @@ namespace walker {
 namespace {
 
 /// Returns "NAME = VALUE" of the variable that sets the node's host name; empty if none does.
-std::string name_giver() {
+std::string name_variable() {
   for (const char* name : {"ROS_HOSTNAME", "ROS_IP"}) {
     const char* value = std::getenv(name);
     if (value != nullptr) return std::string(name) + " = " + value;
@@ -35,13 +35,13 @@ bool is_loopback_only() {
 }
 
 std::string listening_addresses() {
-  const std::string giver = name_giver();
+  const std::string variable = name_variable();
   if (is_loopback_only()) {
-    return "Listens on this machine alone" + (giver.empty() ? "" : " (" + giver + ")");
+    return "Listens on this machine alone" + (variable.empty() ? "" : " (" + variable + ")");
   }
   return "Listens on every address of this machine, as " + ros::network::getHost() + " (" +
-         (giver.empty() ? "ROS_HOSTNAME and ROS_IP are not set" : giver) +
-         "): whoever reaches it can command it; ROS_HOSTNAME=localhost keeps it here";
+         (variable.empty() ? "ROS_HOSTNAME and ROS_IP are not set" : variable) +
+         "): any client that reaches it can command it; ROS_HOSTNAME=localhost keeps it here";
 }
 
 }  // namespace walker

@@ -112,7 +112,7 @@ class EndOnSignals {
       ros::requestShutdown();  // again: ros::start clears an earlier request
       if (!master_hangs()) continue;
       is_done_within(kShutdownTimeout, [] {  // a full pipe may block this, too
-        std::fputs("The ROS master does not answer: the node ends without taking itself off it\n",
+        std::fputs("The ROS master does not answer: the node exits without unregistering\n",
                    stderr);
         std::fflush(nullptr);
       });

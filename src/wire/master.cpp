@@ -13,12 +13,11 @@
 namespace walker {
 namespace {
 
-// ---------------------------------------------------------------- the subset of HTTP/1.1 in use
+// ---------------------------------------------------------------- the subset of HTTP/1.0 in use
 
-// A master's answer has a few hundred bytes and five header fields.
+// A master's answer has a few hundred bytes.
 constexpr std::size_t kMaxBodyBytes = 1 << 20;
 constexpr std::size_t kMaxHeadBytes = 1 << 16;
-constexpr std::size_t kMaxFields = 100;
 
 class HttpReader {
  public:
@@ -27,33 +26,22 @@ class HttpReader {
   std::string body() {
     check_status(line());
     std::string length;
-    bool is_chunked = false;
-    std::size_t count = 0;
     for (std::string field = line(); !field.empty(); field = line()) {
-      if (++count > kMaxFields) fail("more than 100 header fields");
       const std::size_t colon = field.find(':');
       if (colon == std::string::npos) fail("a header field without a colon: " + field);
       const std::string name = lowered(field.substr(0, colon));
       const std::string value = trimmed(field.substr(colon + 1));
-      if (name == "content-length") {
-        if (!length.empty() && length != value) {
-          fail(length.insert(0, "two lengths, ").append(" and ").append(value));
-        }
-        length = value;
+      if (name == "transfer-encoding") fail("the transfer encoding " + value);
+      if (name != "content-length") continue;
+      if (!length.empty() && length != value) {
+        fail(std::string("two lengths, ").append(length).append(" and ").append(value));
       }
-      if (name == "transfer-encoding") {
-        if (lowered(value) != "chunked") fail("the transfer encoding " + value);
-        is_chunked = true;
-      }
+      length = value;
     }
-    if (is_chunked) return chunks();
-    return length.empty() ? rest() : take(to_size(length, kDecimal));
+    return length.empty() ? rest() : take(to_size(length));
   }
 
  private:
-  static constexpr int kDecimal = 10;
-  static constexpr int kHexadecimal = 16;
-
   [[noreturn]] static void fail(const std::string& what) {
     throw std::runtime_error("not an HTTP answer: " + what);
   }
@@ -78,37 +66,23 @@ class HttpReader {
     }
   }
 
-  static std::size_t to_size(const std::string& text, int base) {
+  static std::size_t to_size(const std::string& text) {
     std::size_t size = 0;
     const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, size, base);
+    const auto [stop, error] = std::from_chars(text.data(), end, size);
     if (error != std::errc() || stop != end) fail("the length \"" + text + "\"");
-    if (size > kMaxBodyBytes) fail("a length of " + std::to_string(size) + " bytes");
+    if (size > kMaxBodyBytes) fail("a length of " + text + " bytes");
     return size;
   }
 
-  std::string chunks() {
-    std::string body;
-    while (true) {
-      const std::string head = line();
-      const std::size_t size = to_size(trimmed(head.substr(0, head.find(';'))), kHexadecimal);
-      if (size == 0) return body;
-      body += take(size);
-      if (body.size() > kMaxBodyBytes) fail("more than 1 MiB");
-      if (!line().empty()) fail("a chunk that does not end where it should");
-    }
-  }
-
-  /// Reads a line of the header or around a chunk, and drops its end.
+  /// Reads a line of the header without its end.
   std::string line() {
-    constexpr std::size_t kMaxLineBytes = 8192;
     std::size_t end = 0;
     while ((end = input_.find('\n')) == std::string::npos) {
-      if (input_.size() > kMaxLineBytes) fail("a line of more than 8 KiB");
-      if (!receive()) fail("it ends in its header");
+      if (head_bytes_ + input_.size() > kMaxHeadBytes) fail("a header of more than 64 KiB");
+      if (!receive()) fail("EOF in its header");
     }
-    line_bytes_ += end + 1;
-    if (line_bytes_ > kMaxHeadBytes) fail("lines of more than 64 KiB around its body");
+    head_bytes_ += end + 1;
     std::string line = input_.substr(0, end);
     input_.erase(0, end + 1);
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -118,13 +92,11 @@ class HttpReader {
   std::string take(std::size_t size) {
     while (input_.size() < size) {
       if (!receive()) {
-        fail("it ends after " + std::to_string(input_.size()) + " of " + std::to_string(size) +
+        fail("EOF after " + std::to_string(input_.size()) + " of " + std::to_string(size) +
              " bytes");
       }
     }
-    std::string taken = input_.substr(0, size);
-    input_.erase(0, size);
-    return taken;
+    return input_.substr(0, size);
   }
 
   std::string rest() {
@@ -145,20 +117,21 @@ class HttpReader {
   Socket& socket_;
   const Deadline& deadline_;
   std::string input_;
-  std::size_t line_bytes_ = 0;  // sum over all lines
+  std::size_t head_bytes_ = 0;  // of the header's lines so far
 };
 
-/// Posts `body`, an XML document, to a server's root over a new connection.
-/// @return the answer's body: of Content-Length bytes, chunked, or up to EOF
+/// Posts `body`, an XML document, to a server's root over a new connection. HTTP/1.0 excludes
+/// chunked answers.
+/// @return the answer's body: Content-Length bytes, or all up to EOF
 /// @throws SocketError, Interrupted; std::runtime_error for a malformed answer or non-200 status
 std::string http_post(const Endpoint& server, const std::string& body, const Deadline& deadline) {
   Socket socket(server.host, server.port, deadline);
   const bool is_ipv6 = server.host.find(':') != std::string::npos;
   const std::string name = is_ipv6 ? "[" + server.host + "]" : server.host;
   const std::string message =
-      "POST / HTTP/1.1\r\nHost: " + name + ":" + std::to_string(server.port) +
-      "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
-      "\r\nConnection: close\r\n\r\n" + body;
+      "POST / HTTP/1.0\r\nHost: " + name + ":" + std::to_string(server.port) +
+      "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" +
+      body;
   socket.send_all(message.data(), message.size(), deadline);
   return HttpReader(socket, deadline).body();
 }

@@ -56,7 +56,7 @@ class AgentNodesTest(ServerTest):
         for word in words:
             self.assertIn(word, fatal[0])
 
-    def test_bad_parameters_end_the_agent_with_a_message_that_names_them(self):
+    def test_invalid_parameters_are_named(self):
         self.serve(mode="lockstep")
         for node_type in ("service_agent", "topic_agent"):
             self.assert_refused(
@@ -74,7 +74,7 @@ class AgentNodesTest(ServerTest):
                 node_type, ["real_time_factor = 1001.0", "1000.0]"], real_time_factor="1.001e3"
             )
 
-    def test_a_policy_that_cannot_walk_here_is_named_with_the_reason(self):
+    def test_an_unsuitable_policy_is_named(self):
         self.serve(mode="lockstep")
         with tempfile.TemporaryDirectory() as folder:
             broken = os.path.join(folder, "broken.safetensors")
@@ -94,19 +94,19 @@ class AgentNodesTest(ServerTest):
                     node_type, [broken, "agent = random"], agent="random", policy=broken
                 )
 
-    def test_of_many_walkers_it_says_that_it_drives_one(self):
+    def test_several_environments_are_refused(self):
         self.serve(mode="lockstep", num_envs=3)
         for node_type in ("service_agent", "topic_agent"):
             self.assert_refused(node_type, ["num_envs = 3", "drives 1", "~step_batch"])
 
-    def test_without_a_server_there_are_no_seeds(self):
+    def test_env_excludes_seeds(self):
         self.assert_refused("topic_agent", ["Walker2d-v6", "Walker2d-v5"], env="Walker2d-v6")
         self.assert_refused(
             "topic_agent", ["seeds = 1 2", "server", "Walker2d-v5"], env="Walker2d-v5", seeds="1 2"
         )
         self.assert_refused("service_agent", ["env = Walker2d-v5"], env="Walker2d-v5")
 
-    def test_by_topics_it_hears_what_a_robot_tells_and_nothing_else(self):
+    def test_the_topic_agent_subscribes_to_sensors_only(self):
         self.serve()
         transitions = self.record("/transition", Transition)
         for parameters in ({}, {"env": "BipedalWalker-v3"}):
@@ -123,7 +123,7 @@ class AgentNodesTest(ServerTest):
             transitions.wait(lambda m: m.step > 0 and not any(m.action), "the command's timeout")
             transitions.clear()
 
-    def test_messages_that_are_none_take_no_memory(self):
+    def test_malformed_messages_allocate_no_memory(self):
         """roscpp's own deserializer would allocate the claimed number of elements first."""
         sensors = {"joint_states": JointState, "scan": LaserScan, "contacts": Contacts}
         states = {"transition": Transition, "spec": EnvironmentSpec, "odom": Odometry}
@@ -151,7 +151,7 @@ class AgentNodesTest(ServerTest):
             for publisher in publishers.values():
                 publisher.unregister()
 
-    def test_it_ends_after_the_episodes_it_was_given(self):
+    def test_the_service_agent_ends_after_its_episodes(self):
         self.serve(mode="lockstep")
         episodes = self.record("/episode", Episode)
         agent = self.start_agent("service_agent", episodes=2, seeds="5")
@@ -159,7 +159,7 @@ class AgentNodesTest(ServerTest):
         ended = [message for message in episodes.wait_count(4) if message.length > 0]
         self.assertEqual([message.seed for message in ended], [5, 5])
 
-    def test_by_topics_only_the_episodes_that_it_began_count(self):
+    def test_the_topic_agent_counts_its_own_episodes(self):
         self.serve(auto_reset=False, max_episode_steps=20)
         episodes = self.record("/episode", Episode)
         agent = self.start_agent("topic_agent", episodes=2, seeds="5 7")
@@ -168,7 +168,7 @@ class AgentNodesTest(ServerTest):
         ended = [message for message in episodes.messages() if message.length > 0]
         self.assertEqual([(m.episode, m.seed) for m in ended if m.episode > 1], [(2, 5), (3, 7)])
 
-    def test_by_topics_it_begins_no_episode_whose_commands_nobody_hears(self):
+    def test_the_topic_agent_waits_for_a_subscriber_of_its_commands(self):
         self.serve(auto_reset=False)
         transitions = self.record("/transition", Transition)
         agent = self.start_agent("topic_agent", ["effort_command:=/elsewhere"], seeds="5")
@@ -186,7 +186,7 @@ class AgentNodesTest(ServerTest):
         transitions.wait(lambda m: m.episode == 2, "the agent's first episode")
         self.assertTrue(agent.is_running(), agent.output())
 
-    def test_an_agent_waits_for_its_server_and_for_the_next(self):
+    def test_an_agent_reconnects_to_its_server(self):
         agent = self.start_agent("service_agent", agent="random")
         for end in ("kill", "stop", "stop"):
             self.serve(mode="lockstep")
@@ -197,7 +197,7 @@ class AgentNodesTest(ServerTest):
             transitions.close()
         self.assertTrue(agent.is_running(), agent.output())
 
-    def test_a_server_that_stands_still_is_waited_for(self):
+    def test_an_agent_waits_for_a_halted_server(self):
         self.serve(mode="lockstep")
         transitions = self.record("/transition", Transition)
         agent = self.start_agent("service_agent", agent="random")
@@ -213,7 +213,7 @@ class AgentNodesTest(ServerTest):
         transitions.wait(lambda m: m.step > 3, "steps of the agent")
         self.assertEqual(agent.stop(signal.SIGINT, PROMPT), 0, agent.output())
 
-    def test_a_server_that_tells_of_other_sizes_than_it_has(self):
+    def test_a_server_with_other_sizes_is_reported(self):
         self.serve(mode="lockstep")
         spec = self.call("get_spec").spec
         short = Transition(observation=[0.0] * 3, action=[0.0] * 4)
@@ -233,7 +233,7 @@ class AgentNodesTest(ServerTest):
         spec.observation_low, spec.observation_high = [-1.0] * 3, [1.0] * 3
         self.assert_refused("service_agent", ["3 observations", "here it has 24"], server="/liar")
 
-    def test_it_ends_promptly(self):
+    def test_signals_end_an_agent_promptly(self):
         for node_type, mode in (("service_agent", "lockstep"), ("topic_agent", "free")):
             for end in (signal.SIGINT, signal.SIGTERM):
                 waiting = self.start_agent(node_type)
@@ -246,7 +246,7 @@ class AgentNodesTest(ServerTest):
                 self.assertEqual(acting.stop(end, PROMPT), 0, acting.output())
                 self.server.stop()
 
-    def test_by_step_against_a_free_running_server_it_says_what_is_wrong(self):
+    def test_the_service_agent_refuses_a_free_running_server(self):
         self.serve()
         agent = self.start_agent("service_agent")
         self.assertEqual(agent.wait(), 1)

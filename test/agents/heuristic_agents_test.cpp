@@ -153,20 +153,5 @@ TEST(TopicAgent, WalksFurtherThanAnyFall) {
   EXPECT_TRUE(far);
 }
 
-TEST(TopicAgent, BeginsEpisodesWithItsSeedsInTurn) {
-  ros::NodeHandle node;
-  Inbox<walker_sim::Episode> episodes(node, "/short/episode");
-  ASSERT_TRUE(
-      episodes.find([](const walker_sim::Episode& message) { return message.episode > 8; }));
-  std::vector<std::uint64_t> seeds;
-  for (const walker_sim::Episode& told : episodes.messages()) {
-    // Episode 1 is the server's own, from before the agent's start.
-    if (told.length != 0 || told.episode == 1) continue;
-    EXPECT_TRUE(told.has_seed);
-    seeds.push_back(told.seed);
-  }
-  for (std::size_t i = 1; i < seeds.size(); ++i) EXPECT_EQ(seeds[i], seeds[i - 1] == 3 ? 5U : 3U);
-}
-
 }  // namespace
 }  // namespace walker::test

@@ -93,7 +93,7 @@ class ObservationTopics : public testing::TestWithParam<Case> {
   int compared_ = 0;
 };
 
-TEST_P(ObservationTopics, MakeTheObservationOfEveryStepOverResets) {
+TEST_P(ObservationTopics, EqualTheServersOwn) {
   for (const char* name : {"heuristic", "random"}) {
     const std::unique_ptr<Agent> agent = make_agent(name, specification_, 1);
     for (const std::uint64_t seed : {3, 6, 9}) {

@@ -16,6 +16,6 @@ def test_no_symbol_of_box2d_is_exported():
     assert any("walker::make(" in line for line in defined), "else the listing was not understood"
 
 
-def test_the_pinned_engine_is_inside():
+def test_box2d_is_linked_statically():
     needed = [line for line in symbols("--undefined-only") if "b2World" in line]
     assert needed == [], "it would be asked of another library"

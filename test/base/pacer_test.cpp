@@ -50,7 +50,7 @@ class Loop {
   std::uint64_t missed = 0;
 };
 
-TEST(Pacer, DoesNotDriftWhateverStepsAndWakeUpsTake) {
+TEST(Pacer, DoesNotDrift) {
   constexpr int kSteps = 1'000'000;
   std::mt19937_64 draws(1);
   // Each step is late by up to one period, exclusive.
@@ -75,7 +75,7 @@ TEST(Pacer, TheFactorDividesThePeriod) {
   }
 }
 
-TEST(Pacer, TheSmallestFactorsAndShortestStepsStayWithinTheClock) {
+TEST(Pacer, SmallFactorsDoNotOverflow) {
   for (const double factor : {1e-12, 1e-300, 5e-324}) {
     Pacer pacer(kDt, factor);
     pacer.restart(kStart);
@@ -85,7 +85,7 @@ TEST(Pacer, TheSmallestFactorsAndShortestStepsStayWithinTheClock) {
   EXPECT_GT(pacer.period(), Duration::zero()) << "zero means as fast as it goes";
 }
 
-TEST(Pacer, AStallIsNotMadeUpFor) {
+TEST(Pacer, DoesNotCatchUpAfterAStall) {
   Loop loop(1);
   loop.run_step(milliseconds(0), seconds(1));  // due at 20 ms; the step of 40 ms begins at 1020 ms
   EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(1020));
@@ -96,7 +96,7 @@ TEST(Pacer, AStallIsNotMadeUpFor) {
   EXPECT_EQ(loop.missed, 49U);
 }
 
-TEST(Pacer, AStepLessThanAPeriodLateLeavesTheSchedule) {
+TEST(Pacer, ALateStepKeepsTheSchedule) {
   Loop loop(1);
   EXPECT_EQ(loop.run_step(milliseconds(20) - nanoseconds(1), milliseconds(0)),
             kStart + milliseconds(40) - nanoseconds(1));
@@ -107,7 +107,7 @@ TEST(Pacer, AStepLessThanAPeriodLateLeavesTheSchedule) {
   EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(100));
 }
 
-TEST(Pacer, StepsAreNeverMoreThanOneCloserTogetherThanPlanned) {
+TEST(Pacer, BoundsTheDistanceOfSteps) {
   std::mt19937_64 draws(2);
   std::exponential_distribution<double> late(1 / 0.03);  // often more than a period
   Loop loop(1);
@@ -125,7 +125,7 @@ TEST(Pacer, StepsAreNeverMoreThanOneCloserTogetherThanPlanned) {
   }
 }
 
-TEST(Pacer, AMachineThatCannotKeepUpMakesStepAfterStep) {
+TEST(Pacer, StepsBackToBackIfTooSlow) {
   // Steps of 1.05, 1.5, 2 and 7.3 periods are back to back, except for one wait of less than a
   // period after each slip.
   for (const Duration step : {Duration(milliseconds(21)), Duration(milliseconds(30)),
@@ -144,7 +144,7 @@ TEST(Pacer, AMachineThatCannotKeepUpMakesStepAfterStep) {
   }
 }
 
-TEST(Pacer, ZeroIsAsFastAsItGoes) {
+TEST(Pacer, ZeroMeansNoPacing) {
   Loop loop(0);
   for (int i = 0; i < 100; ++i) {
     ASSERT_LE(loop.pacer.remaining(loop.now), Duration::zero());
@@ -172,7 +172,7 @@ TEST(Pacer, ANewFactorCountsFromTheLastStep) {
   EXPECT_EQ(loop.missed, 0U);
 }
 
-TEST(Pacer, ANewFactorDoesNotMissWhatTheOldOneHadNotPlanned) {
+TEST(Pacer, ANewFactorMissesNoDeadline) {
   Loop loop(0.01);  // a step every two seconds
   loop.run_step(milliseconds(0), milliseconds(0));
   loop.now += seconds(1);
@@ -183,7 +183,7 @@ TEST(Pacer, ANewFactorDoesNotMissWhatTheOldOneHadNotPlanned) {
   EXPECT_EQ(loop.missed, 0U);
 }
 
-TEST(Pacer, AFactorSetWithoutEndDoesNotHoldUpTheSteps) {
+TEST(Pacer, StepsWhileTheFactorChangesOften) {
   Loop loop(1);
   int steps = 0;
   for (int i = 0; i < 1000; ++i, loop.now += milliseconds(1)) {
@@ -196,7 +196,7 @@ TEST(Pacer, AFactorSetWithoutEndDoesNotHoldUpTheSteps) {
   EXPECT_LE(steps, 100);
 }
 
-TEST(Pacer, ARestartForgetsThePause) {
+TEST(Pacer, ARestartIgnoresThePause) {
   Loop loop(1);
   loop.run_step(milliseconds(0), milliseconds(0));
   loop.now += seconds(10);

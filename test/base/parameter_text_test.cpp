@@ -26,7 +26,7 @@ ParameterValue parse_one(const std::string& name, const std::string& text) {
   return parse_assignments(kDescriptions, {name + "=" + text}).at(name);
 }
 
-TEST(ParameterText, IsReadInTheTypeOfTheDefault) {
+TEST(ParameterText, HasTheTypeOfTheDefault) {
   EXPECT_EQ(parse_one("flag", "true"), ParameterValue(true));
   EXPECT_EQ(parse_one("flag", "false"), ParameterValue(false));
   EXPECT_EQ(parse_one("count", "-12"), ParameterValue(std::int64_t{-12}));
@@ -40,13 +40,13 @@ TEST(ParameterText, IsReadInTheTypeOfTheDefault) {
   EXPECT_EQ(parse_one("range", "[-.inf , 2]"), ParameterValue(std::vector<double>{-kInfinity, 2}));
 }
 
-TEST(ParameterText, SeveralAreReadTogether) {
+TEST(ParameterText, MayHoldSeveralAssignments) {
   EXPECT_TRUE(parse_assignments(kDescriptions, {}).empty());
   EXPECT_EQ(parse_assignments(kDescriptions, {"count=1", "flag=true"}).size(), 2U);
 }
 
 /// Unparsable text gets the same error message as any other invalid value.
-TEST(ParameterText, WhatCannotBeReadIsRefusedWithItsNameValueAndType) {
+TEST(ParameterText, RejectsUnparsableValues) {
   const auto message = [](const std::string& assignment) {
     return message_of<std::invalid_argument>([&] {
       complete_parameters(kDescriptions, parse_assignments(kDescriptions, {assignment}));
@@ -73,7 +73,7 @@ TEST(ParameterText, WhatCannotBeReadIsRefusedWithItsNameValueAndType) {
 }
 
 /// C string functions would stop at the NUL byte.
-TEST(ParameterText, WhatFollowsAZeroByteIsReadAsWell) {
+TEST(ParameterText, ReadsBeyondZeroBytes) {
   using std::string_literals::operator""s;
   EXPECT_EQ(parse_one("flag", "true\0junk"s), ParameterValue("true\0junk"s));
   EXPECT_EQ(parse_one("count", "7\0junk"s), ParameterValue("7\0junk"s));
@@ -84,7 +84,7 @@ TEST(ParameterText, WhatFollowsAZeroByteIsReadAsWell) {
   EXPECT_EQ(parse_one("range", "[1, 2\0junk]"s), ParameterValue("[1, 2\0junk]"s));
 }
 
-TEST(ParameterText, WhatIsNoAssignmentIsRefused) {
+TEST(ParameterText, RejectsTextsWithoutAssignment) {
   const auto message = [](const std::vector<std::string>& assignments) {
     return message_of<std::invalid_argument>(
         [&] { parse_assignments(kDescriptions, assignments); });

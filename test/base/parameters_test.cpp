@@ -30,7 +30,7 @@ std::string refusal(const std::string& name, const ParameterValue& value) {
   return message_of<std::invalid_argument>([&] { complete({{name, value}}); });
 }
 
-TEST(Parameters, DefaultsFillWhatIsNotGiven) {
+TEST(Parameters, AreCompletedByDefaults) {
   const Parameters completed = complete({{"count", std::int64_t{3}}});
   ASSERT_EQ(completed.size(), 5U);
   EXPECT_EQ(completed.at("count"), ParameterValue(std::int64_t{3}));
@@ -40,12 +40,12 @@ TEST(Parameters, DefaultsFillWhatIsNotGiven) {
   }
 }
 
-TEST(Parameters, NumbersConvertWhereNothingIsLost) {
+TEST(Parameters, ConvertExactNumbers) {
   EXPECT_EQ(complete({{"count", 3.0}}).at("count"), ParameterValue(std::int64_t{3}));
   EXPECT_EQ(complete({{"weight", std::int64_t{2}}}).at("weight"), ParameterValue(2.0));
 }
 
-TEST(Parameters, LimitsAreAllowedValues) {
+TEST(Parameters, IncludeTheirLimits) {
   EXPECT_NO_THROW(complete({{"count", std::int64_t{1}}}));
   EXPECT_NO_THROW(complete({{"count", std::int64_t{10}}}));
   EXPECT_NO_THROW(complete({{"weight", 0.0}}));
@@ -53,7 +53,7 @@ TEST(Parameters, LimitsAreAllowedValues) {
   EXPECT_NO_THROW(complete({{"range", std::vector<double>{-5, 5}}}));
 }
 
-TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
+TEST(Parameters, RejectOtherTypesAndValues) {
   EXPECT_EQ(refusal("flag", std::int64_t{1}), "parameter flag = 1: must be true or false");
   EXPECT_EQ(refusal("flag", std::string("yes")), "parameter flag = yes: must be true or false");
   EXPECT_EQ(refusal("count", std::int64_t{0}),
@@ -81,7 +81,7 @@ TEST(Parameters, RefusalsNameParameterValueAndWhatIsAllowed) {
 }
 
 /// An error message is a C string of one line.
-TEST(Parameters, WhatCannotBePrintedIsShownAsCodesAndWhatIsLongShortened) {
+TEST(Parameters, AreEscapedAndTruncatedInMessages) {
   using std::string_literals::operator""s;
   EXPECT_EQ(refusal("count", "7\0junk\n"s), "parameter count = 7\\x00junk\\n: must be an integer");
   const std::string half(500, 'x');
@@ -91,7 +91,7 @@ TEST(Parameters, WhatCannotBePrintedIsShownAsCodesAndWhatIsLongShortened) {
   EXPECT_LT(refusal(std::string(1000000, 'x'), 1.0).size(), 1200U);
 }
 
-TEST(Parameters, UnknownNamesGetASuggestion) {
+TEST(Parameters, SuggestAKnownName) {
   EXPECT_EQ(refusal("wieght", 1.0),
             "parameter wieght = 1.0: unknown; did you mean weight? "
             "Known: flag count weight file range");

@@ -7,7 +7,7 @@
 namespace walker {
 namespace {
 
-TEST(PrintableText, LeavesTextAsItIs) {
+TEST(PrintableText, KeepsValidText) {
   for (const std::string text : {"", "plain", "a \\ b", "\xC3\xA9", "\xE2\x82\xAC 5",
                                  "\xF0\x9F\x90\xBE", "\xED\x9F\xBF", "\xF4\x8F\xBF\xBF"}) {
     EXPECT_EQ(printable(text), text);
@@ -16,7 +16,7 @@ TEST(PrintableText, LeavesTextAsItIs) {
   }
 }
 
-TEST(PrintableText, EscapesWhatATerminalOrALogObeys) {
+TEST(PrintableText, EscapesControlCharacters) {
   EXPECT_EQ(printable("a\nb\r\t\x1b[31m\x7f"), "a\\nb\\x0d\\t\\x1b[31m\\x7f");
   EXPECT_EQ(printable("\xC2\x9B"
                       "31m"),
@@ -26,7 +26,7 @@ TEST(PrintableText, EscapesWhatATerminalOrALogObeys) {
   EXPECT_EQ(to_utf8(std::string("a\0b", 3)), "a\\x00b");
 }
 
-TEST(PrintableText, EscapesBytesThatAreNoUtf8) {
+TEST(PrintableText, EscapesInvalidUtf8) {
   const std::pair<std::string, std::string> cases[] = {
       {"\xFF", "\\xff"},
       {"a\x80z", "a\\x80z"},
@@ -47,7 +47,7 @@ TEST(PrintableText, EscapesBytesThatAreNoUtf8) {
   }
 }
 
-TEST(PrintableText, LeavesOutTheMiddleOfALongText) {
+TEST(PrintableText, TruncatesTheMiddle) {
   EXPECT_EQ(printable("0123456789", 10), "0123456789");
   EXPECT_EQ(printable("01234567890", 10), "01234 [... 1 bytes left out ...] 67890");
   const std::string huge(1 << 20, 'x');

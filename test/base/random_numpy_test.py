@@ -32,6 +32,6 @@ def test_draws_and_states_equal_numpys(rollout):
 
 
 @pytest.mark.parametrize("draw", ["integers 2 2", "integers 3 2", "integers 0 4294967296"])
-def test_ranges_that_hold_nothing_or_too_much_are_refused(rollout, draw):
+def test_empty_and_too_large_ranges_are_rejected(rollout, draw):
     with pytest.raises(Exception, match=r"must hold 1 \.\. 2\^32 - 1 values"):
         rollout.random(1, [draw])

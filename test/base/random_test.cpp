@@ -17,7 +17,7 @@ GeneratorState next_state(Recording& recording) {
   return state;
 }
 
-TEST(Random, DrawsWhatNumpyDraws) {
+TEST(Random, EqualsNumpy) {
   Recording recording("random.txt");
   Generator generator(0);
   std::uint64_t seed = 0;
@@ -47,7 +47,7 @@ TEST(Random, DrawsWhatNumpyDraws) {
   EXPECT_GT(draws, 1500);
 }
 
-TEST(Random, ContinuesFromAStateWithHalfADrawLeft) {
+TEST(Random, ContinuesFromAStateWithABufferedHalf) {
   Generator generator(5);
   generator.integers(0, 10);
   Generator copy(generator.state());
@@ -58,7 +58,7 @@ TEST(Random, ContinuesFromAStateWithHalfADrawLeft) {
   EXPECT_EQ(copy.random(), generator.random());
 }
 
-TEST(Random, AStateThatNoGeneratorHasIsRefused) {
+TEST(Random, RejectsInvalidStates) {
   const GeneratorState state = Generator(5).state();
   const auto refusal = [&](std::size_t word, std::uint64_t value) {
     GeneratorState wrong = state;
@@ -72,7 +72,7 @@ TEST(Random, AStateThatNoGeneratorHasIsRefused) {
   EXPECT_EQ(refusal(5, 4294967295), "nothing thrown");
 }
 
-TEST(Random, ARangeOfOneValueDrawsNothing) {
+TEST(Random, ARangeOfOneValueDoesNotAdvance) {
   Generator generator(5);
   const GeneratorState before = generator.state();
   EXPECT_EQ(generator.integers(4, 5), 4);
@@ -81,7 +81,7 @@ TEST(Random, ARangeOfOneValueDrawsNothing) {
   EXPECT_NE(generator.state(), before);
 }
 
-TEST(Random, RefusesEmptyAndTooLargeRanges) {
+TEST(Random, RejectsEmptyAndTooLargeRanges) {
   Generator generator(5);
   const GeneratorState before = generator.state();
   EXPECT_THROW(generator.integers(3, 3), std::invalid_argument);
@@ -93,14 +93,14 @@ TEST(Random, RefusesEmptyAndTooLargeRanges) {
   EXPECT_EQ(generator.state(), before);
 }
 
-TEST(Random, AllSeedBitsCount) {
+TEST(Random, UsesAllSeedBits) {
   const GeneratorState first = Generator(0).state();
   for (unsigned bit = 0; bit < 64; ++bit) {
     EXPECT_NE(Generator(std::uint64_t{1} << bit).state(), first) << "bit " << bit;
   }
 }
 
-TEST(Random, DrawnSeedsUseTheUpperBitsAndDiffer) {
+TEST(Random, DrawsDifferentSeedsOf64Bits) {
   std::uint64_t together = 0;
   for (int i = 0; i < 16; ++i) together |= draw_seed();
   EXPECT_GT(together >> 48U, 0U);

@@ -18,14 +18,14 @@ TEST(SharedLibraryTest, FindsFunctions) {
   EXPECT_EQ(floor(-1.5), -2);
 }
 
-TEST(SharedLibraryTest, MissingLibraryIsNamedWithItsPackage) {
+TEST(SharedLibraryTest, NamesAMissingLibraryAndItsPackage) {
   const std::string message = message_of<std::runtime_error>(
       [] { const SharedLibrary library("libnowhere.so.7", "libnowhere7"); });
   EXPECT_EQ(message.find("libnowhere.so.7 cannot be loaded ("), 0U) << message;
   EXPECT_NE(message.find("; install the package libnowhere7"), std::string::npos) << message;
 }
 
-TEST(SharedLibraryTest, MissingFunctionIsNamed) {
+TEST(SharedLibraryTest, NamesAMissingFunction) {
   const SharedLibrary library(kMathematics, "libc6");
   const std::string message =
       message_of<std::runtime_error>([&library] { library.function("square_circle"); });

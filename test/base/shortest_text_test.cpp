@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <cstdlib>
 #include <optional>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -62,6 +64,17 @@ TEST(ShortestText, IsTheSameInAnyLocale) {
   EXPECT_EQ(parse_number("0.5"), 0.5);
   EXPECT_EQ(parse_number("0,5"), std::nullopt);
   EXPECT_EQ(parse_number("1.234,5"), std::nullopt);
+}
+
+TEST(ShortestText, ReadsBackAsTheSameNumber) {
+  std::mt19937_64 draws(1);
+  std::lognormal_distribution<double> sizes(0, 20);
+  for (int i = 0; i < 1000; ++i) {
+    const double value = i % 2 == 0 ? sizes(draws) : -sizes(draws);
+    EXPECT_EQ(std::strtod(shortest_text(value).c_str(), nullptr), value);
+    const auto single = static_cast<float>(value);
+    EXPECT_EQ(std::strtof(shortest_text(single).c_str(), nullptr), single);
+  }
 }
 
 }  // namespace

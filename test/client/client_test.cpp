@@ -1,22 +1,18 @@
-// The client against scripted masters and servers, both correct and faulty.
+// The client's calls, with a scripted master and server.
 #include "walker_sim/client.h"
 
 #include <gtest/gtest.h>
-#include <pthread.h>
-#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
-#include <atomic>
 #include <chrono>
-#include <csignal>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "base/limits.h"
-#include "bits.h"
+#include "base/forks.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
 #include "error_message.h"
@@ -24,65 +20,29 @@
 namespace walker {
 namespace {
 
-using test::kLost;
 using test::Peer;
 using test::ScriptedServer;
 using test::ScriptedWalker;
 
-void expect_equal(const Transition& told, const Transition& meant) {
-  EXPECT_EQ(told.stamp, meant.stamp);
-  EXPECT_EQ(told.environment, meant.environment);
-  EXPECT_EQ(told.episode, meant.episode);
-  EXPECT_EQ(told.step, meant.step);
-  EXPECT_EQ(to_bits(told.action), to_bits(meant.action));
-  EXPECT_EQ(to_bits(told.observation), to_bits(meant.observation));
-  EXPECT_EQ(told.reward, meant.reward);
-  EXPECT_EQ(told.episode_return, meant.episode_return);
-  EXPECT_EQ(told.terminated, meant.terminated);
-  EXPECT_EQ(told.truncated, meant.truncated);
-  EXPECT_EQ(to_bits(told.info), to_bits(meant.info));
-  EXPECT_EQ(told.error, meant.error);
+void expect_example(const Transition& transition) {
+  EXPECT_EQ(test::to_bytes(transition), test::to_bytes(test::example_transition()));
 }
 
-ScriptedServer::Script answering(const std::vector<std::string>& answers) {
-  return test::answering(kStep, answers);
-}
-
-std::string good_answer() { return test::answer(test::to_bytes(test::example_transition())); }
-
-/// Returns the ConnectionError of a step on such a connection; expects the next step to succeed.
-std::string broken_step(const ScriptedServer::Script& script, double timeout = 30) {
-  ScriptedWalker walker({script, answering({good_answer()})}, timeout);
-  const std::string error = message_of<ConnectionError>([&] { walker.step(); });
-  walker.step();
-  EXPECT_EQ(walker.transition.step, 9U);
-  const std::string whom = "service /walker_sim/step at " + walker.address();
-  EXPECT_EQ(error.rfind(whom, 0), 0U) << error;
-  return error.substr(whom.size());
-}
-
-// ---------------------------------------------------------------- success
-
-TEST(Client, TellsTheSpecification) {
-  ScriptedServer server({[](Peer& peer) {
-    test::tell_specification(peer);
-    peer.take_frame();
-    peer.give(test::answer(test::to_bytes(test::example_specification())));
-  }});
+TEST(Client, ReadsTheSpecification) {
+  const std::string specification = test::to_bytes(test::example_specification());
+  ScriptedServer server(
+      {test::answering(kGetSpec, {test::answer(specification), test::answer(specification)})});
   ScriptedServer master({test::master_of(server.address())});
-  ClientOptions options;
-  options.master_uri = "http://" + master.address();
-  EXPECT_EQ(test::to_bytes(Client(options).specification()),
-            test::to_bytes(test::example_specification()));
+  EXPECT_EQ(test::to_bytes(Client(test::options_for(master)).specification()), specification);
 }
 
-TEST(Client, IntroducesItself) {
+TEST(Client, SendsItsHeader) {
   tcpros::Fields fields;
   ScriptedWalker walker({[&](Peer& peer) {
     fields = test::take_header(peer);
     peer.give(test::header({{"md5sum", kServiceTypes[kStep].md5sum}}));
     peer.take_frame();
-    peer.give(good_answer());
+    peer.give(test::example_answer());
   }});
   walker.step();
   EXPECT_EQ(fields, (tcpros::Fields{{"callerid", "/walker_sim_client_" + std::to_string(getpid())},
@@ -92,106 +52,129 @@ TEST(Client, IntroducesItself) {
                                     {"type", "walker_sim/Step"}}));
 }
 
+/// Calls once. @return the request's payload
+template <typename Call>
+std::string request_of(ServiceIndex service, const std::string& answer, const Call& call) {
+  std::vector<std::string> requests;
+  ScriptedWalker walker({test::answering(service, {test::answer(answer)}, &requests)});
+  call(walker.client());
+  return requests.at(0);
+}
+
 TEST(Client, Steps) {
-  std::string request;
-  ScriptedWalker walker({[&](Peer& peer) {
-    test::open(peer, kStep);
-    request = peer.take_frame();
-    peer.give(good_answer());
-    peer.sees_end();
-  }});
   const std::vector<double> action{0.5, -0.0, std::numeric_limits<double>::quiet_NaN()};
-  walker.client().step(action.data(), action.size(), walker.transition);
-  EXPECT_EQ(request, test::Message().array(action).bytes());
-  expect_equal(walker.transition, test::example_transition());
+  Transition transition;
+  EXPECT_EQ(
+      request_of(kStep, test::to_bytes(test::example_transition()),
+                 [&](Client& client) { client.step(action.data(), action.size(), transition); }),
+      test::Message().array(action).bytes());
+  expect_example(transition);
 }
 
 TEST(Client, RepeatsAStep) {
-  std::string request;
   const RepeatedStep meant{test::example_transition(), 2, -0.25};
-  ScriptedWalker walker({[&](Peer& peer) {
-    test::open(peer, kStepMany);
-    request = peer.take_frame();
-    peer.give(test::answer(test::to_bytes(meant)));
-    peer.sees_end();
-  }});
   const std::vector<double> action{0.5, -0.0};
   RepeatedStep repeated;
-  walker.client().step_many(action.data(), action.size(), 4, repeated);
-  EXPECT_EQ(request, test::Message().array(action).number(std::uint32_t{4}).bytes());
-  expect_equal(repeated.transition, meant.transition);
-  EXPECT_EQ(repeated.steps, meant.steps);
-  EXPECT_EQ(repeated.total_reward, meant.total_reward);
+  EXPECT_EQ(request_of(kStepMany, test::to_bytes(meant),
+                       [&](Client& client) {
+                         client.step_many(action.data(), action.size(), 4, repeated);
+                       }),
+            test::Message().array(action).number(std::uint32_t{4}).bytes());
+  EXPECT_EQ(test::to_bytes(repeated), test::to_bytes(meant));
 }
 
 TEST(Client, Resets) {
-  std::vector<std::string> requests;
-  ScriptedWalker walker({[&](Peer& peer) {
-    test::open(peer, kReset);
-    for (int i = 0; i < 2; ++i) {
-      requests.push_back(peer.take_frame());
-      peer.give(good_answer());
-    }
-    peer.sees_end();
-  }});
-  const std::uint64_t seed = std::numeric_limits<std::uint64_t>::max();
-  walker.client().reset(seed, walker.transition);
-  walker.client().reset(std::nullopt, walker.transition);
-  EXPECT_EQ(requests[0], test::Message().number(std::uint8_t{1}).number(seed).bytes());
-  EXPECT_EQ(requests[1], test::Message().number(std::uint8_t{0}).number(std::uint64_t{0}).bytes());
-  expect_equal(walker.transition, test::example_transition());
+  const std::uint64_t max = std::numeric_limits<std::uint64_t>::max();
+  for (const std::optional<std::uint64_t> seed : {std::optional<std::uint64_t>(max), {}}) {
+    Transition transition;
+    EXPECT_EQ(
+        request_of(kReset, test::to_bytes(test::example_transition()),
+                   [&](Client& client) { client.reset(seed, transition); }),
+        test::Message().number(std::uint8_t{seed.has_value()}).number(seed.value_or(0)).bytes());
+    expect_example(transition);
+  }
 }
 
 TEST(Client, ResetsABatch) {
-  std::string request;
-  ScriptedWalker walker({[&](Peer& peer) {
-    test::open(peer, kResetBatch);
-    request = peer.take_frame();
-    peer.give(
-        test::answer(test::to_bytes(BatchReset{{1, 2, 3, 4, 5, 6}, {7, 8}, {1}, {"the engine"}})));
-    peer.sees_end();
-  }});
+  const BatchReset meant{{1, 2, 3, 4, 5, 6}, {7, 8}, {1}, {"the engine"}};
   BatchReset reset;
-  walker.client().reset_batch({1, 0}, {std::uint64_t{5}, std::nullopt}, reset);
-  EXPECT_EQ(request, test::Message()
-                         .array<std::uint32_t>({1, 0})
-                         .array<std::uint8_t>({1, 0})
-                         .array<std::uint64_t>({5, 0})
-                         .bytes());
-  EXPECT_EQ(reset.observations, (std::vector<double>{1, 2, 3, 4, 5, 6}));
-  EXPECT_EQ(reset.info, (std::vector<double>{7, 8}));
-  EXPECT_EQ(reset.failed_environments, (std::vector<std::uint32_t>{1}));
-  EXPECT_EQ(reset.failures, (std::vector<std::string>{"the engine"}));
+  EXPECT_EQ(request_of(kResetBatch, test::to_bytes(meant),
+                       [&](Client& client) {
+                         client.reset_batch({1, 0}, {std::uint64_t{5}, std::nullopt}, reset);
+                       }),
+            test::Message()
+                .array<std::uint32_t>({1, 0})
+                .array<std::uint8_t>({1, 0})
+                .array<std::uint64_t>({5, 0})
+                .bytes());
+  EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+}
+
+/// An empty list resets all environments of the server.
+TEST(Client, ResetsAllOrOne) {
+  for (const std::vector<std::uint32_t>& environments : {std::vector<std::uint32_t>{}, {1}}) {
+    const std::size_t rows = environments.empty() ? 2 : 1;
+    const BatchReset meant{
+        std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), {}, {}};
+    BatchReset reset;
+    request_of(kResetBatch, test::to_bytes(meant),
+               [&](Client& client) { client.reset_batch(environments, {}, reset); });
+    EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+  }
 }
 
 TEST(Client, StepsABatch) {
-  std::string request;
-  ScriptedWalker walker({[&](Peer& peer) {
-    test::open(peer, kStepBatch);
-    request = peer.take_frame();
-    peer.give(test::answer(test::to_bytes(test::example_batch())));
-    peer.sees_end();
-  }});
-  BatchTransition told;
+  BatchTransition received;
   const std::vector<double> actions{0.5, -0.5};
-  walker.client().step_batch(actions.data(), actions.size(), told);
-  EXPECT_EQ(request, test::Message().array(actions).bytes());
-  EXPECT_EQ(told.observations, (std::vector<double>{1, 2, 3, 4, 5, 6}));
-  EXPECT_EQ(told.rewards, (std::vector<double>{-1, -2}));
-  EXPECT_EQ(told.terminated, (std::vector<std::uint8_t>{0, 1}));
-  EXPECT_EQ(told.truncated, (std::vector<std::uint8_t>{1, 0}));
-  EXPECT_EQ(told.episodes, (std::vector<std::uint32_t>{5, 6}));
-  EXPECT_EQ(told.steps, (std::vector<std::uint32_t>{7, 8}));
-  EXPECT_EQ(told.info, (std::vector<double>{9, 10}));
-  EXPECT_EQ(told.failed_environments, (std::vector<std::uint32_t>{1}));
-  EXPECT_EQ(told.failed_at_reset, (std::vector<std::uint8_t>{0}));
-  EXPECT_EQ(told.failures, (std::vector<std::string>{"the engine"}));
-  EXPECT_EQ(told.final_environments, (std::vector<std::uint32_t>{1}));
-  EXPECT_EQ(told.final_observations, (std::vector<double>{11, 12, 13}));
-  EXPECT_EQ(told.final_info, (std::vector<double>{14}));
+  EXPECT_EQ(request_of(kStepBatch, test::to_bytes(test::example_batch()),
+                       [&](Client& client) {
+                         client.step_batch(actions.data(), actions.size(), received);
+                       }),
+            test::Message().array(actions).bytes());
+  EXPECT_EQ(test::to_bytes(received), test::to_bytes(test::example_batch()));
 }
 
-TEST(Client, TakesAnswersInPiecesAndLongOnes) {
+TEST(Client, RendersAPicture) {
+  Image image;
+  image.depth = {1};
+  EXPECT_EQ(request_of(kRender, test::Picture().bytes(),
+                       [&](Client& client) {
+                         client.render(
+                             7, "rgb8",
+                             {{"width", std::int64_t{2}}, {"camera_name", std::string("track")}},
+                             image);
+                       }),
+            test::Message()
+                .number(std::uint32_t{7})
+                .text("rgb8")
+                .texts({"camera_name", "width"})
+                .texts({"track", "2"})
+                .bytes());
+  EXPECT_EQ(image.width, 2U);
+  EXPECT_EQ(image.height, 1U);
+  EXPECT_EQ(image.rgb, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 255}));
+  EXPECT_TRUE(image.depth.empty());
+}
+
+TEST(Client, RendersDepth) {
+  test::Picture picture;
+  picture.encoding = "32FC1";
+  picture.height = 2;
+  picture.width = 1;
+  picture.row_bytes = 4;
+  picture.data = test::Message().number(0.5F).number(-3.0F).bytes();
+  Image image;
+  image.rgb = {1};
+  EXPECT_EQ(request_of(kRender, picture.bytes(),
+                       [&](Client& client) { client.render(0, "32FC1", {}, image); }),
+            test::Message().number(std::uint32_t{0}).text("32FC1").texts({}).texts({}).bytes());
+  EXPECT_EQ(image.width, 1U);
+  EXPECT_EQ(image.height, 2U);
+  EXPECT_EQ(image.depth, (std::vector<float>{0.5F, -3.0F}));
+  EXPECT_TRUE(image.rgb.empty());
+}
+
+TEST(Client, AcceptsLongAnswersInPieces) {
   constexpr std::uint32_t kSize = 500000;
   ServerSpecification specification = test::example_specification();
   specification.observation_size = kSize;
@@ -213,9 +196,9 @@ TEST(Client, TakesAnswersInPiecesAndLongOnes) {
                         }},
                         30, {}, specification);
   walker.step();
-  expect_equal(walker.transition, in_pieces);
+  EXPECT_EQ(test::to_bytes(walker.transition), test::to_bytes(in_pieces));
   walker.step();
-  expect_equal(walker.transition, meant);
+  EXPECT_EQ(test::to_bytes(walker.transition), test::to_bytes(meant));
 }
 
 TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
@@ -225,364 +208,119 @@ TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
     test::open(peer, kStep);
     std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the buffer fills
     size = peer.take_frame().size();
-    peer.give(good_answer());
+    peer.give(test::example_answer());
     peer.sees_end();
   }});
   walker.client().step(actions.data(), actions.size(), walker.transition);
   EXPECT_EQ(size, 4 + actions.size() * sizeof(double));
 }
 
-/// Makes SIGUSR1 interrupt this thread's system calls without any other effect.
-class Signals {
- public:
-  Signals() : thread_(pthread_self()) {
-    struct sigaction interrupt {};
-    interrupt.sa_handler = [](int) {};  // without SA_RESTART
-    sigaction(SIGUSR1, &interrupt, &before_);
-  }
-  Signals(const Signals&) = delete;
-  Signals& operator=(const Signals&) = delete;
-  ~Signals() { sigaction(SIGUSR1, &before_, nullptr); }
-
-  void raise() const { pthread_kill(thread_, SIGUSR1); }
-
-  /// Raises repeatedly: the first signal may arrive before the client waits.
-  void raise_until_end(Peer& peer) const {
-    while (!peer.has_ended()) {
-      raise();
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  }
-
- private:
-  pthread_t thread_;
-  struct sigaction before_ {};
-};
-
-TEST(Client, GoesOnAfterASignal) {
-  const Signals signals;
-  std::atomic<int> asked{0};
-  const auto never = [&] {
-    ++asked;
-    return false;
-  };
-  for (const std::function<bool()>& is_interrupted : {std::function<bool()>(), {never}}) {
-    ScriptedWalker walker({[&](Peer& peer) {
-                            test::open(peer, kStep);
-                            peer.take_frame();
-                            while (is_interrupted && asked == 0) signals.raise();
-                            for (const char c : good_answer()) {
-                              signals.raise();
-                              peer.give(std::string(1, c));
-                            }
-                            peer.sees_end();
-                          }},
-                          30, is_interrupted);
-    walker.step();
-    expect_equal(walker.transition, test::example_transition());
-  }
-  EXPECT_GT(asked, 0);
-}
-
-TEST(Client, IsInterruptedByASignalThatMeansIt) {
-  const Signals signals;
-  const std::thread::id caller = std::this_thread::get_id();
-  bool is_meant = false;
-  const auto is_interrupted = [&] {
-    EXPECT_EQ(std::this_thread::get_id(), caller);
-    return is_meant;
-  };
-  const auto silent = [&](Peer& peer) {
-    test::open(peer, kStep);
-    peer.take_frame();
-    signals.raise_until_end(peer);
-  };
-  ScriptedWalker walker({silent, answering({good_answer()})}, 30, is_interrupted);
-  is_meant = true;
-  EXPECT_THROW(walker.step(), Interrupted);
-  is_meant = false;
-  walker.step();  // on a new connection
-  expect_equal(walker.transition, test::example_transition());
-}
-
-TEST(Client, IsInterruptedWhileItConnects) {
-  const Signals signals;
-  ClientOptions options;
-  options.is_interrupted = [] { return true; };
-  ScriptedServer master({[&](Peer& peer) {
-    peer.take_post();
-    signals.raise_until_end(peer);
-  }});
-  options.master_uri = "http://" + master.address();
-  EXPECT_THROW(Client{options}, Interrupted);
-  ScriptedServer server({[&](Peer& peer) {
-    peer.take_frame();
-    signals.raise_until_end(peer);
-  }});
-  ScriptedServer other_master({test::master_of(server.address())});
-  options.master_uri = "http://" + other_master.address();
-  EXPECT_THROW(Client{options}, Interrupted);
-}
-
 // ---------------------------------------------------------------- refusals
 
-TEST(Client, PassesOnWhyTheServerRefuses) {
-  const Transition before = test::example_transition();
+TEST(Client, ThrowsTheServersReason) {
   Transition other;
   other.step = 1;
-  ScriptedWalker walker(
-      {answering({good_answer(), test::answer(test::to_bytes(other, false, "action has ...")),
-                  test::answer("not this request", 0), good_answer()})});
+  const auto refusal = [&](const std::string& reason) {
+    return test::answer(test::to_bytes(other, false, reason));
+  };
+  const std::string no_reason = "the server gives no reason";
+  const std::pair<std::string, std::string> cases[] = {
+      {refusal("action has ..."), "action has ..."},
+      {test::answer("not this request", 0), "not this request"},
+      {refusal("no\xFE"), "no\\xfe"},
+      {test::answer("\x80!", 0), "\\x80!"},
+      {refusal(""), no_reason},
+      {test::answer("", 0), no_reason},
+  };
+  std::vector<std::string> answers{test::example_answer()};
+  for (const auto& row : cases) answers.push_back(row.first);
+  answers.push_back(test::example_answer());
+  ScriptedWalker walker({test::answering(kStep, answers)});
   walker.step();
-  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "action has ...");
-  EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), "not this request");
-  expect_equal(walker.transition, before);
+  for (const auto& [answer, reason] : cases) {
+    EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), reason);
+    expect_example(walker.transition);
+  }
   walker.step();  // on the same connection
 }
 
-// ---------------------------------------------------------------- broken connections
-
-TEST(Client, SaysThatTheServerHasGone) {
-  EXPECT_EQ(broken_step(answering({""})), ": the server has closed the connection" + kLost);
-  const std::string good = good_answer();
-  for (const std::size_t size : {std::size_t{1}, std::size_t{4}, std::size_t{5}, good.size() - 1}) {
-    EXPECT_EQ(broken_step([&](Peer& peer) {
-                test::open(peer, kStep);
-                peer.take_frame();
-                peer.give(good.substr(0, size));
-              }),
-              ": the server has closed the connection" + kLost);
-  }
-}
-
-TEST(Client, GivesUpAtTheTimeout) {
-  constexpr double kTimeout = 2;  // [s] enough for every real answer on a busy machine
-  const auto silent = [](Peer& peer) {
-    test::open(peer, kStep);
-    peer.take_frame();
-    peer.sees_end();
-  };
-  // Bytes that trickle in do not extend the timeout.
-  const auto dripping = [](Peer& peer) {
-    test::open(peer, kStep);
-    peer.take_frame();
-    peer.give(test::answer(std::string(1 << 20, 'x')).substr(0, 5));
-    while (!peer.has_ended()) {
-      peer.give("x");
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  };
-  for (const ScriptedServer::Script& script :
-       {ScriptedServer::Script(silent), ScriptedServer::Script(dripping)}) {
-    EXPECT_EQ(broken_step(script, kTimeout), ": timed out" + kLost);
-  }
-  const auto dripping_header = [](Peer& peer) {
-    test::take_header(peer);
-    peer.give(test::Message().number(std::uint32_t{60000}).bytes());
-    while (!peer.has_ended()) {
-      peer.give("x");
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-  };
-  EXPECT_EQ(broken_step(dripping_header, kTimeout),
-            ", as the ROS master has it: timed out; has the server died, or can its host not be "
-            "reached under this name (its ROS_HOSTNAME or ROS_IP)?");
-}
-
-/// Master and server each answer within the timeout, but together they exceed it.
-TEST(Client, LooksUpAndCallsWithinOneTimeout) {
-  const auto linger = [] { std::this_thread::sleep_for(std::chrono::milliseconds(600)); };
-  ScriptedServer server({test::tell_specification, [&](Peer& peer) {
-                           test::open(peer, kStep);
-                           peer.take_frame();
-                           linger();
-                           peer.give(good_answer());
-                         }});
-  ScriptedServer master({test::master_of(server.address()), [&](Peer& peer) {
-                           linger();
-                           test::master_of(server.address())(peer);
-                         }});
-  ClientOptions options;
-  options.master_uri = "http://" + master.address();
-  options.timeout = 1;
-  Client client(options);
-  Transition transition;
-  const std::string error =
-      message_of<ConnectionError>([&] { client.step(nullptr, 0, transition); });
-  EXPECT_NE(error.find("timed out"), std::string::npos) << error;
-}
-
-TEST(Client, RefusesAnswersThatAreNone) {
-  const std::string body = test::to_bytes(test::example_transition());
-  const auto outcome = [](const std::string& answer) { return broken_step(answering({answer})); };
-  EXPECT_EQ(outcome(test::answer(body.substr(0, body.size() - 1))),
-            ": the answer ends within a field" + kLost);
-  EXPECT_EQ(outcome(test::answer(body + "x")), ": the answer is longer than its type" + kLost);
-  EXPECT_EQ(outcome(test::answer("")), ": the answer ends within a field" + kLost);
-  EXPECT_EQ(outcome(good_answer() + "x"), ": it speaks unasked" + kLost);
-  EXPECT_EQ(outcome("HTTP/1.1 400 Bad request"),
-            ": it answers neither 0 nor 1; is it a ROS node?" + kLost);
-  EXPECT_EQ(outcome("\1\xff\xff\xff\xff"),
-            ": it announces an answer of 4294967295 bytes; at most 1048616 are taken" + kLost);
-  // An array length beyond the end of the answer causes no allocation.
-  const std::string many = "\xff\xff\xff\xff";
-  const std::string begin = test::Message().number(std::uint8_t{1}).text("").bytes() +
-                            std::string(12, '\0') + test::framed("odom") + std::string(12, '\0');
-  EXPECT_EQ(outcome(test::answer(begin + many)), ": the answer ends within a field" + kLost);
-}
-
-/// Peak resident set size of this process [bytes].
-std::int64_t largest_memory() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  constexpr std::int64_t kKibi = 1024;
-  return usage.ru_maxrss * kKibi;
-}
-
-TEST(Client, GivesMemoryToWhatComesOnly) {
-  ServerSpecification large = test::example_specification();
-  large.num_envs = kMaxEnvironments;
-  large.observation_size = 500;
-  large.observation_low.assign(500, -1);
-  large.observation_high.assign(500, 1);
-  constexpr std::uint32_t kAnnounced = 900000000;
+TEST(Client, LeavesTheResultIfTheAnswerIsMalformed) {
+  BatchTransition changed = test::example_batch();
+  changed.rewards[0] = 5;
+  changed.final_environments = {2};
   ScriptedWalker walker(
-      {test::answering(kStepBatch, {test::Message().number('\1').number(kAnnounced).bytes()})}, 30,
-      {}, large);
-  const std::vector<double> actions(kMaxEnvironments);
+      {test::answering(kStepBatch, {test::answer(test::to_bytes(test::example_batch())),
+                                    test::answer(test::to_bytes(changed))})});
   BatchTransition batch;
-  const std::int64_t before = largest_memory();
-  EXPECT_EQ(message_of<ConnectionError>(
-                [&] { walker.client().step_batch(actions.data(), actions.size(), batch); }),
+  const std::vector<double> actions{0.25, -0.25};
+  const auto step = [&] { walker.client().step_batch(actions.data(), actions.size(), batch); };
+  step();
+  EXPECT_EQ(message_of<ConnectionError>(step),
             "service /walker_sim/step_batch at " + walker.address() +
-                ": the server has closed the connection" + kLost);
-  EXPECT_LT(largest_memory() - before, kAnnounced / 4);
+                ": its answer's final_environments[0] is 2; must be below num_envs = 2" +
+                test::kLost);
+  EXPECT_EQ(test::to_bytes(batch), test::to_bytes(test::example_batch()));
 }
 
-TEST(Client, SaysWhatIsWrongWithTheServersHeader) {
-  const auto outcome = [](const std::string& header) {
-    return broken_step([header](Peer& peer) {
-      test::take_header(peer);
-      peer.give(header);
-    });
-  };
-  EXPECT_EQ(outcome(test::header({{"error", "another MD5"}})), ": it says: another MD5");
-  EXPECT_EQ(outcome(test::header({{"md5sum", "0"}})),
-            std::string(": its walker_sim/Step has the MD5 0; here it is ") +
-                kServiceTypes[kStep].md5sum + ", so it is another version of walker_sim");
-  EXPECT_EQ(outcome(test::framed("rubbish")),
-            ": connection header: a field is longer than the header");
-  EXPECT_EQ(outcome(std::string(4, '\xff')),
-            ": it sent a header of 4294967295 bytes; is it a ROS node?");
-  EXPECT_EQ(outcome(test::header({{"md5sum", kServiceTypes[kStep].md5sum}}) + "x"),
-            ": it speaks unasked");
-  const std::string gone =
-      ", as the ROS master has it: the server has closed the connection; has "
-      "the server died, or can its host not be reached under this name (its "
-      "ROS_HOSTNAME or ROS_IP)?";
-  EXPECT_EQ(outcome(""), gone);
-  EXPECT_EQ(outcome(std::string("\x10\0\0\0half", 8)), gone);
+/// After a restart with other parameters, a client that fetches the specification works again.
+TEST(Client, ChecksAnswersByTheLastSpecification) {
+  ServerSpecification other = test::example_specification();
+  other.observation_size = 4;
+  other.observation_low.push_back(-4);
+  other.observation_high.push_back(4);
+  Transition longer = test::example_transition();
+  longer.observation.push_back(0.125);
+  const auto steps = test::answering(kStep, {test::answer(test::to_bytes(longer))});
+  ScriptedWalker walker({steps, test::telling(other), steps});
+  EXPECT_THROW(walker.step(), ConnectionError);
+  EXPECT_EQ(walker.client().specification().observation_size, 4U);
+  walker.step();
+  EXPECT_EQ(walker.transition.observation, longer.observation);
 }
 
-TEST(Client, NeverSendsACallTwice) {
-  std::atomic<int> requests{0};
-  const auto swallow = [&](Peer& peer) {
-    test::open(peer, kStep);
-    if (!peer.take_frame().empty()) ++requests;
-  };
-  ScriptedWalker walker({swallow, swallow, swallow});
-  for (int i = 1; i <= 3; ++i) {
-    EXPECT_THROW(walker.step(), ConnectionError);
-    EXPECT_EQ(requests, i);
-  }
-}
-
-TEST(Client, LooksTheServerUpAnewOnceItBroke) {
-  ScriptedServer second({answering({good_answer()})});
-  ScriptedServer first({test::tell_specification, answering({})});
-  ScriptedServer master({test::master_of(first.address()), test::master_of(first.address()),
-                         test::master_of(second.address())});
-  ClientOptions options;
-  options.master_uri = "http://" + master.address();
-  Client client(options);
+TEST(Client, StepsAServerThatDoesNotRender) {
+  ScriptedServer server({test::tell_specification,
+                         test::answering(kStep, {test::example_answer(), test::example_answer()})});
+  const ScriptedServer::Script known = test::master_of(server.address());
+  ScriptedServer master({known, known, test::unknowing_master("no provider")});
+  Client client(test::options_for(master));
   Transition transition;
-  EXPECT_THROW(client.step(nullptr, 0, transition), ConnectionError);
   client.step(nullptr, 0, transition);
-  expect_equal(transition, test::example_transition());
-}
-
-// ---------------------------------------------------------------- options
-
-std::string option_error(const ClientOptions& options) {
-  return message_of<std::invalid_argument>([&] { Client client(options); });
-}
-
-TEST(ClientOptions, AreChecked) {
-  for (const char* server : {"", "/", "walker_sim", "/walker_sim/"}) {
-    ClientOptions options;
-    options.server = server;
-    EXPECT_EQ(option_error(options), "server = \"" + std::string(server) +
-                                         "\"; must be a node's full name, e.g. /walker_sim");
-  }
-  for (const double timeout : {0.0, -1.0, 1e7, std::numeric_limits<double>::quiet_NaN()}) {
-    ClientOptions options;
-    options.timeout = timeout;
-    EXPECT_EQ(option_error(options),
-              "timeout = " + std::to_string(timeout) + " s; must be above 0 and at most 1000000");
-  }
-  ClientOptions options;
-  options.master_uri = "localhost:11311";
-  EXPECT_EQ(option_error(options), "master_uri = \"localhost:11311\"; must be http://HOST:PORT");
-}
-
-TEST(ClientOptions, AServersNameMayBeALetter) {
-  ScriptedServer server({test::tell_specification});
-  ScriptedServer master({test::master_of(server.address())});
-  ClientOptions options;
-  options.server = "/a";
-  options.master_uri = "http://" + master.address();
-  EXPECT_NO_THROW(Client{options});
-}
-
-TEST(ClientOptions, TheMasterComesFromTheEnvironment) {
-  const char* const set = std::getenv("ROS_MASTER_URI");
-  const std::string before = set != nullptr ? set : "";
-  setenv("ROS_MASTER_URI", "nonsense", 1);
-  EXPECT_EQ(option_error({}), "ROS_MASTER_URI = \"nonsense\"; must be http://HOST:PORT");
-  ScriptedServer server({test::tell_specification});
-  ScriptedServer master({test::master_of(server.address())});
-  setenv("ROS_MASTER_URI", ("http://" + master.address()).c_str(), 1);
-  EXPECT_NO_THROW(Client());
-  if (set != nullptr) {
-    setenv("ROS_MASTER_URI", before.c_str(), 1);
-  } else {
-    unsetenv("ROS_MASTER_URI");
-  }
-}
-
-TEST(ClientOptions, AServerThatNobodyKnowsIsNamed) {
-  ScriptedServer master({[](Peer& peer) {
-    peer.take_post();
-    peer.give(test::http_answer(test::xml_answer(-1, "no provider", "")));
-  }});
-  ClientOptions options;
-  options.server = "/gone";
-  options.master_uri = "http://" + master.address();
-  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
-            "ROS master " + options.master_uri +
-                ": it does not know /gone/get_spec (no provider): is the server running, under "
+  Image image;
+  EXPECT_EQ(message_of<ConnectionError>([&] { client.render(0, "", {}, image); }),
+            "ROS master http://" + master.address() +
+                ": it does not know /walker_sim/render (no provider): is the server running, under "
                 "this name, and in a version that has this service?");
+  client.step(nullptr, 0, transition);  // on the same connection
 }
 
-TEST(ClientOptions, AServerThatDiedWithoutAWordIsNamed) {
-  const std::string address = "127.0.0.1:" + std::to_string(test::dead_port());
-  ScriptedServer master({test::master_of(address)});
-  ClientOptions options;
-  options.master_uri = "http://" + master.address();
-  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
-            "service /walker_sim/get_spec at " + address +
-                ", as the ROS master has it: Connection refused; has the server died, or can its "
-                "host not be reached under this name (its ROS_HOSTNAME or ROS_IP)?");
+// ---------------------------------------------------------------- forks
+
+bool holds_in_child(const std::function<bool()>& condition) {
+  const pid_t child = fork();
+  if (child == 0) _exit(condition() ? 0 : 1);
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+TEST(Forks, AreCountedInTheChild) {
+  const unsigned before = num_forks();
+  EXPECT_TRUE(holds_in_child([&] { return num_forks() == before + 1; }));
+  EXPECT_EQ(num_forks(), before);
+}
+
+TEST(Forks, RefuseTheChildsCallsOnly) {
+  const std::string good = test::example_answer();
+  ScriptedWalker walker({test::answering(kStep, {good, good})});
+  walker.step();
+  EXPECT_TRUE(holds_in_child([&] {
+    return message_of<ConnectionError>([&] { walker.step(); }) == kForkedClientError &&
+           message_of<ConnectionError>([&] { walker.client().specification(); }) ==
+               kForkedClientError;
+  }));
+  walker.step();
+  EXPECT_EQ(walker.transition.step, 9U);
 }
 
 }  // namespace

@@ -130,6 +130,14 @@ inline std::string xml_answer(int code, const std::string& text, const std::stri
          "</string></value>\n</data></array></value>\n</param>\n</params>\n</methodResponse>\n";
 }
 
+/// Script of a master that does not know the service.
+inline ScriptedServer::Script unknowing_master(const std::string& reason) {
+  return [reason](Peer& peer) {
+    peer.take_post();
+    peer.give(http_answer(xml_answer(-1, reason, "")));
+  };
+}
+
 /// Script of a master that answers one look-up with this address.
 inline ScriptedServer::Script master_of(const std::string& address) {
   return [address](Peer& peer) {

@@ -133,6 +133,24 @@ inline std::string to_bytes(const RepeatedStep& repeated) {
          Message().number(repeated.steps).number(repeated.total_reward).bytes();
 }
 
+/// Response of ~render: the success fields, then a sensor_msgs/Image.
+struct Picture {
+  std::string encoding = "rgb8";
+  std::uint32_t width = 2;
+  std::uint32_t height = 1;
+  std::uint32_t row_bytes = 6;
+  std::string data = "\1\2\3\4\5\xff";
+  std::uint8_t is_bigendian = 0;
+
+  std::string bytes() const {
+    Message message;
+    message.number(std::uint8_t{1}).text("");
+    message.number(std::uint32_t{0}).number(std::uint32_t{3}).number(std::uint32_t{20});
+    message.text("camera").number(height).number(width).text(encoding).number(is_bigendian);
+    return message.number(row_bytes).text(data).bytes();
+  }
+};
+
 inline tcpros::Fields take_header(Peer& peer) {
   const std::string header = peer.take_frame();
   return tcpros::parse_header(reinterpret_cast<const std::uint8_t*>(header.data()), header.size());
@@ -144,15 +162,27 @@ inline void open(Peer& peer, ServiceIndex service) {
 }
 
 /// Script of a connection that answers each request with the next of `answers`.
+/// @param requests receives the requests' payloads, if not null
 inline ScriptedServer::Script answering(ServiceIndex service,
-                                        const std::vector<std::string>& answers) {
-  return [service, answers](Peer& peer) {
+                                        const std::vector<std::string>& answers,
+                                        std::vector<std::string>* requests = nullptr) {
+  return [service, answers, requests](Peer& peer) {
     open(peer, service);
     for (const std::string& answer : answers) {
-      peer.take_frame();
+      const std::string request = peer.take_frame();
+      if (requests != nullptr) requests->push_back(request);
       peer.give(answer);
     }
   };
+}
+
+/// Frame of the example transition, as ~reset and ~step answer.
+inline std::string example_answer() { return answer(to_bytes(example_transition())); }
+
+inline ClientOptions options_for(const ScriptedServer& master) {
+  ClientOptions options;
+  options.master_uri = "http://" + master.address();
+  return options;
 }
 
 /// Script of the get_spec connection that the client's constructor opens.
@@ -171,8 +201,7 @@ class ScriptedWalker {
                           const ServerSpecification& specification = example_specification())
       : server_(after(telling(specification), std::move(scripts))),
         master_(std::vector<ScriptedServer::Script>(kMaxLookUps, master_of(server_.address()))) {
-    ClientOptions options;
-    options.master_uri = "http://" + master_.address();
+    ClientOptions options = options_for(master_);
     options.timeout = timeout;
     options.is_interrupted = std::move(is_interrupted);
     client_ = std::make_unique<Client>(options);

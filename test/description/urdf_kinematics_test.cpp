@@ -3,23 +3,21 @@
 #include <gtest/gtest.h>
 #include <urdf/model.h>
 
-#include <unistd.h>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <random>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "description/description_transforms.h"
 #include "description/poses.h"
+#include "description/source_file.h"
 #include "description/urdf.h"
 #include "description/urdf_geometry.h"
 #include "server/topics/converters.h"
 #include "stepper.h"
+#include "temporary_folder.h"
 
 namespace walker {
 namespace {
@@ -86,17 +84,14 @@ void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
   }
 }
 
-TEST(UrdfKinematics, AreTheEnginesForWalker2d) {
+TEST(UrdfKinematics, EqualTheEnginesForWalker2d) {
   expect_poses_of_the_engine("Walker2d-v4", {});
   expect_poses_of_the_engine("Walker2d-v5", {});
 }
 
 /// A user's model: rotated and displaced bodies, bodies without a joint, nonzero reference angles.
-TEST(UrdfKinematics, AreTheEnginesForAModelOfOnesOwn) {
-  std::ifstream builtin(std::string(WALKER_SIM_SOURCE_DIR) + "/assets/walker2d_v5.xml");
-  std::ostringstream content;
-  content << builtin.rdbuf();
-  std::string text = content.str();
+TEST(UrdfKinematics, EqualTheEnginesForAUsersModel) {
+  std::string text = read_source("assets/walker2d_v5.xml");
   for (const auto& [old, changed] : std::vector<std::pair<std::string, std::string>>{
            {"<body name=\"thigh\" pos", "<body name=\"thigh\" euler=\"0 20 0\" pos"},
            {"<body name=\"leg_left\" pos", "<body name=\"shin &amp; co\" euler=\"0 -35 0\" pos"},
@@ -115,11 +110,8 @@ TEST(UrdfKinematics, AreTheEnginesForAModelOfOnesOwn) {
     ASSERT_NE(place, std::string::npos) << old;
     text.replace(place, old.size(), changed);
   }
-  const std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("walker_" + std::to_string(getpid()) + ".xml");
-  std::ofstream(path) << text;
-  expect_poses_of_the_engine("Walker2d-v5", {{"xml_file", path.string()}});
-  std::filesystem::remove(path);
+  const Folder folder;
+  expect_poses_of_the_engine("Walker2d-v5", {{"xml_file", folder.write("walker.xml", text)}});
 }
 
 /// Box2D's joints are compliant, so the poses are the bodies'; sensors_test compares them.

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -20,6 +19,7 @@
 #include <vector>
 
 #include "description/link_tree.h"
+#include "description/source_file.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -29,18 +29,6 @@ namespace {
 constexpr double kTolerance = 2e-7;  // relative
 // Sizes and angles of shapes, derived from several single-precision numbers [m, rad].
 constexpr double kShapeTolerance = 1e-6;
-
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) ADD_FAILURE() << path << ": cannot be read";
-  std::ostringstream content;
-  content << file.rdbuf();
-  return content.str();
-}
-
-std::string source(const std::string& path) {
-  return std::string(WALKER_SIM_SOURCE_DIR) + "/" + path;
-}
 
 /// Corners (x, z) of a cross-section.
 using Corners = std::vector<std::array<double, 2>>;
@@ -75,7 +63,7 @@ Mesh read_stl(const std::string& path) {
   constexpr std::size_t kHeader = 80;
   constexpr std::size_t kFacet = 50;
   constexpr std::size_t kNormal = 12;
-  const std::string file = read_file(path);
+  const std::string file = read_source(path);
   EXPECT_NE(file.compare(0, 5, "solid"), 0) << "readers would take it for a text";
   std::uint32_t count = 0;
   std::memcpy(&count, file.data() + kHeader, sizeof(count));
@@ -99,7 +87,7 @@ std::vector<double> numbers_in(const std::string& file, const std::string& begin
 }
 
 Mesh read_collada(const std::string& path) {
-  const std::string file = read_file(path);
+  const std::string file = read_source(path);
   EXPECT_NE(file.find("<up_axis>Z_UP</up_axis>"), std::string::npos);
   const std::vector<double> corners = numbers_in(file, "<float_array id=\"corners_values\"");
   const std::vector<double> normals = numbers_in(file, "<float_array id=\"normals_values\"");
@@ -164,7 +152,7 @@ double area_of(const Prism& prism) {
 class CommittedUrdf : public testing::Test {
  protected:
   void SetUp() override {
-    text_ = read_file(source("urdf/bipedal_walker.urdf"));
+    text_ = read_source("urdf/bipedal_walker.urdf");
     ASSERT_TRUE(model_.initString(text_));
   }
 
@@ -179,12 +167,12 @@ class CommittedUrdf : public testing::Test {
   urdf::Model model_;
 };
 
-TEST_F(CommittedUrdf, IsWhatTheRunningWorldGives) {
+TEST_F(CommittedUrdf, EqualsTheGeneratedOne) {
   const UrdfFiles files = make_urdf(specification(), "bipedal_walker");
   EXPECT_EQ(files.urdf, text_);
   ASSERT_EQ(files.meshes.size(), specification().links.size() + 1) << "to be seen, and to collide";
   for (const std::string& name : files.meshes) {
-    EXPECT_TRUE(std::ifstream(source("assets/" + name))) << name << " cannot be read";
+    EXPECT_FALSE(read_source("assets/" + name).empty());
   }
 }
 
@@ -197,7 +185,7 @@ TEST_F(CommittedUrdf, FitsTheHardcoreVariantToo) {
             body(make_urdf(specification(), "bipedal_walker")));
 }
 
-TEST_F(CommittedUrdf, HasTheLinksAndJointsOfTheSpecificationAndNoOthers) {
+TEST_F(CommittedUrdf, HasExactlyTheSpecifiedLinksAndJoints) {
   EXPECT_EQ(model_.getName(), "bipedal_walker");
   EXPECT_EQ(model_.getRoot()->name, specification().links.front().name);
   EXPECT_EQ(model_.links_.size(), specification().links.size());
@@ -221,7 +209,7 @@ TEST_F(CommittedUrdf, HasTheMassesOfTheWorld) {
 
 // Any two principal moments of a rigid body sum to at least the third. y is a principal axis, so
 // the x-z block is diagonalised.
-TEST_F(CommittedUrdf, HasInertiasThatABodyCanHave) {
+TEST_F(CommittedUrdf, HasPhysicalInertias) {
   for (const auto& [name, link] : model_.links_) {
     const urdf::Inertial& body = *link->inertial;
     EXPECT_EQ(body.ixy, 0) << name;
@@ -268,7 +256,7 @@ TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
       EXPECT_EQ(pose.position.x, 0);
       EXPECT_EQ(pose.position.z, 0);
       EXPECT_EQ(pose.rotation.w, 1);
-      const Mesh mesh = read_mesh(source(url.substr(package.size())));
+      const Mesh mesh = read_mesh(url.substr(package.size()));
       expect_same_corners(link.prisms[0].vertices, corners_of(mesh), link.name);
       const double depth = link.name == "hull" ? kTrunkDepth : kLimbDepth;
       EXPECT_NEAR(volume_of(mesh), area_of(link.prisms[0]) * depth, kShapeTolerance);
@@ -280,7 +268,7 @@ TEST_F(CommittedUrdf, HasTheShapesOfTheWorld) {
 TEST_F(CommittedUrdf, MeshesHaveTheLinksColours) {
   for (const Link& link : specification().links) {
     SCOPED_TRACE(link.name);
-    const std::string file = read_file(source("assets/bipedal_walker_" + link.name + ".dae"));
+    const std::string file = read_source("assets/bipedal_walker_" + link.name + ".dae");
     const std::vector<double> own = numbers_in(file, "<emission><color");
     const std::vector<double> lit = numbers_in(file, "<diffuse><color");
     ASSERT_EQ(own.size(), 4U);
@@ -340,19 +328,19 @@ TEST_F(CommittedUrdf, HasGymnasiumsLimits) {
 
 // ---------------------------------------------------------------- make_urdf
 
-TEST(MakeUrdf, RefusesAJointWithoutParent) {
+TEST(MakeUrdf, RejectsAJointWithoutParent) {
   Specification specification = make("BipedalWalker-v3")->specification();
   specification.joints.front().parent = "tail";
   EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
 }
 
-TEST(MakeUrdf, RefusesACircleOfJoints) {
+TEST(MakeUrdf, RejectsACycleOfJoints) {
   Specification specification = make("BipedalWalker-v3")->specification();
   specification.joints[0].parent = specification.joints[1].child;
   EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
 }
 
-TEST(MakeUrdf, RefusesALinkWithoutShape) {
+TEST(MakeUrdf, RejectsALinkWithoutShape) {
   Specification specification = make("BipedalWalker-v3")->specification();
   specification.links.back().prisms.clear();
   EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);

@@ -1,7 +1,7 @@
 // A walker without an engine, whose episodes and failures the test controls.
 #pragma once
 
-#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -15,8 +15,9 @@ namespace walker {
 /// The info is the seed below 100 that the generator began with; -1 for none and after a step.
 class FakeWalker : public BareRobot {
  public:
-  FakeWalker() {
+  explicit FakeWalker(std::uint32_t max_episode_steps = 0) {
     specification_.id = "Fake-v0";
+    specification_.max_episode_steps = max_episode_steps;
     specification_.observation_low = {0, 0};
     specification_.action_low = {-1, -1};
     specification_.joints.resize(2);
@@ -45,6 +46,7 @@ class FakeWalker : public BareRobot {
     observation[0] = episode;
     observation[1] = steps;
   }
+  void sense(Sensors& /*sensors*/) override { ++num_senses; }
 
   int length = 1000;  ///< steps of an episode
   bool reset_fails = false;
@@ -52,6 +54,7 @@ class FakeWalker : public BareRobot {
   int episode = 0;
   int steps = 0;
   int all_steps = 0;
+  int num_senses = 0;
 
  private:
   static int seed_of(const Generator& generator) {

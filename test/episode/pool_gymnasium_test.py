@@ -109,17 +109,17 @@ def compare(pool, mode, num_threads, step):
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("num_threads", [1, 3])
-def test_steps_are_gymnasiums(pool, mode, num_threads):
+def test_steps_equal_gymnasium(pool, mode, num_threads):
     reference = compare(pool, mode, num_threads, pool.step)
     assert reference.num_terminated > 5 and reference.num_truncated > 5
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_what_is_sent_and_received_is_gymnasiums(pool, mode):
+def test_send_and_recv_equal_gymnasium(pool, mode):
     compare(pool, mode, 2, pool.send_and_receive)
 
 
-def test_disabled_refuses_where_gymnasium_asserts(pool):
+def test_disabled_refuses_steps_after_the_end(pool):
     reference = Reference("disabled")
     pool.make(ENVIRONMENT_ID, "disabled", NUM_ENVS, 2, max_episode_steps=MAX_EPISODE_STEPS)
     seeds = dict.fromkeys(range(NUM_ENVS), 2)

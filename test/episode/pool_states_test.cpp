@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "episode/fake_walker.h"
-#include "episode/pool_arrays.h"
+#include "episode/rollout.h"
 #include "error_message.h"
 #include "kernel_variable.h"
 #include "saved_states.h"
@@ -15,66 +15,13 @@
 namespace walker {
 namespace {
 
-class Rollout {
- public:
-  Rollout(const std::string& id, const PoolOptions& options, const Parameters& parameters = {})
-      : pool([&] { return make(id, parameters); }, options),
-        arrays(pool.specification(), options.num_envs),
-        actions_(options.num_envs * pool.specification().action_size()) {}
-
-  void reset(std::uint64_t first_seed) {
-    std::vector<std::optional<std::uint64_t>> seeds(pool.options().num_envs);
-    for (std::size_t i = 0; i < seeds.size(); ++i) seeds[i] = first_seed + i;
-    pool.reset({}, seeds, arrays.batch());
-  }
-
-  void step(std::mt19937& random) {
-    std::uniform_real_distribution<double> unit(-1, 1);
-    for (double& action : actions_) action = unit(random);
-    for (std::uint32_t i = 0; i < pool.options().num_envs; ++i) arrays.forget_final(i);
-    if (pool.options().autoreset_mode == AutoresetMode::disabled) reset_ended();
-    pool.step(actions_.data(), actions_.size(), arrays.batch());
-  }
-
-  void play(std::mt19937& random, int num_steps) {
-    for (int i = 0; i < num_steps; ++i) step(random);
-  }
-
-  std::vector<State> save() const {
-    std::vector<State> states(pool.options().num_envs);
-    for (std::size_t i = 0; i < states.size(); ++i) pool.save_state(i, states[i]);
-    return states;
-  }
-
-  /// Bits of a row, without the number of episodes.
-  std::vector<std::uint64_t> row(std::size_t index) const {
-    std::vector<double> row = arrays.row(index);
-    row[3] = 0;
-    return to_bits(row);
-  }
-
-  Pool pool;
-  PoolArrays arrays;
-
- private:
-  void reset_ended() {
-    std::vector<std::uint32_t> ended;
-    for (std::uint32_t i = 0; i < pool.options().num_envs; ++i) {
-      if (arrays.terminated[i] == 1 || arrays.truncated[i] == 1) ended.push_back(i);
-    }
-    if (!ended.empty()) pool.reset(ended, {}, arrays.batch());
-  }
-
-  std::vector<double> actions_;
-};
-
 class PoolStatesTest
     : public testing::TestWithParam<std::tuple<std::string, const char*, AutoresetMode>> {
  protected:
   static constexpr std::size_t kCount = 19;  // not a multiple of the number of lanes
 };
 
-TEST_P(PoolStatesTest, GoOnAlike) {
+TEST_P(PoolStatesTest, ContinueAlike) {
   const auto& [id, kernel, mode] = GetParam();
   const KernelVariable variable(kernel);
   PoolOptions options;
@@ -115,16 +62,14 @@ std::string name_of(const testing::TestParamInfo<PoolStatesTest::ParamType>& inf
   return name;
 }
 
-std::vector<std::string> ids_that_can_be_saved() {
+std::vector<std::string> all_ids() {
   std::vector<std::string> ids;
-  for (const Registration& registration : registrations()) {
-    ids.push_back(registration.id);
-  }
+  for (const Registration& registration : registrations()) ids.push_back(registration.id);
   return ids;
 }
 
 INSTANTIATE_TEST_SUITE_P(Pools, PoolStatesTest,
-                         testing::Combine(testing::ValuesIn(ids_that_can_be_saved()),
+                         testing::Combine(testing::ValuesIn(all_ids()),
                                           testing::Values(nullptr, "off"),
                                           testing::Values(AutoresetMode::next_step,
                                                           AutoresetMode::same_step,
@@ -138,7 +83,7 @@ PoolOptions options_of(std::size_t num_envs) {
   return options;
 }
 
-TEST(PoolStates, AreThoseOfSingleEnvironments) {
+TEST(PoolStates, EqualThoseOfSingleEnvironments) {
   Rollout rollout("Walker2d-v5", options_of(3));
   rollout.reset(1);
   Stepper single("Walker2d-v5", {{"max_episode_steps", std::int64_t{0}}});  // no limit
@@ -162,7 +107,7 @@ TEST(PoolStates, AreThoseOfSingleEnvironments) {
   EXPECT_EQ(save(single), state);
 }
 
-TEST(PoolStates, WhatIsRefusedChangesNothing) {
+TEST(PoolStates, ChangeNothingIfRejected) {
   Rollout rollout("Walker2d-v5", options_of(3));
   rollout.reset(1);
   const std::vector<State> before = rollout.save();
@@ -173,8 +118,7 @@ TEST(PoolStates, WhatIsRefusedChangesNothing) {
   Pool& pool = rollout.pool;
   const Batch batch = rollout.arrays.batch();
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({}, states, batch); }),
-            "environment 2: the state is damaged: its bytes do not have the checksum that its "
-            "header tells");
+            "environment 2: the state is damaged: its checksum does not match");
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({0}, states, batch); }),
             "3 states; must be 1 as the environments");
   EXPECT_EQ(message_of<std::invalid_argument>([&] {
@@ -186,7 +130,7 @@ TEST(PoolStates, WhatIsRefusedChangesNothing) {
   EXPECT_EQ(rollout.save(), before);
 }
 
-TEST(PoolStates, UnderWayThereIsNone) {
+TEST(PoolStates, AreNotSavedUnderWay) {
   Rollout rollout("Walker2d-v5", options_of(2));
   rollout.reset(1);
   const std::vector<State> states = rollout.save();
@@ -199,7 +143,7 @@ TEST(PoolStates, UnderWayThereIsNone) {
 }
 
 /// The state of an environment before its first reset needs a reset after loading, too.
-TEST(PoolStates, BeforeTheFirstReset) {
+TEST(PoolStates, NeedAResetIfSavedBeforeOne) {
   Rollout rollout("Hopper-v5", options_of(2));
   const std::vector<State> none = rollout.save();
   rollout.reset(1);
@@ -208,7 +152,7 @@ TEST(PoolStates, BeforeTheFirstReset) {
   EXPECT_THROW(rollout.pool.step(actions.data(), actions.size(), {}), ResetNeeded);
 }
 
-TEST(PoolStates, AnEngineWithoutThemSaysSo) {
+TEST(PoolStates, AreRefusedByTheEngine) {
   Fakes<> fakes;
   Pool pool(fakes, options_of(1));
   State state;

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <stdexcept>
-#include <thread>
+#include <utility>
 
 #include "base/interruption.h"
+#include "bits.h"
 #include "episode/fake_walker.h"
 #include "episode/pool_arrays.h"
 #include "error_message.h"
@@ -17,9 +19,12 @@
 namespace walker {
 namespace {
 
+using List = std::vector<std::uint32_t>;
+using Flags = std::vector<std::uint8_t>;
 using Values = std::vector<double>;
 
 constexpr std::size_t kCount = 3;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class PoolTest : public testing::Test {
  protected:
@@ -35,19 +40,23 @@ class PoolTest : public testing::Test {
   }
   void SetUp() override { make(AutoresetMode::next_step); }
 
-  void reset(const std::vector<std::uint32_t>& environments = {},
+  void reset(const List& environments = {},
              const std::vector<std::optional<std::uint64_t>>& seeds = {}) {
     pool_->reset(environments, seeds, arrays_->batch());
   }
   void step(const Values& actions = Values(kCount * 2)) {
     pool_->step(actions.data(), actions.size(), arrays_->batch());
   }
-  void send(const std::vector<std::uint32_t>& environments) {
+  void send(const List& environments) {
     const Values actions(environments.size() * 2, 0.5);
     pool_->send(actions.data(), environments.data(), environments.size());
   }
-  std::vector<std::uint32_t> recv() {
-    std::vector<std::uint32_t> environments(pool_->options().batch_size);
+  void step_some(const List& environments) {
+    const Values actions(kCount * 2);
+    pool_->step(actions.data(), environments.data(), environments.size(), arrays_->batch());
+  }
+  List recv() {
+    List environments(pool_->options().batch_size);
     pool_->recv(arrays_->batch(), environments.data());
     return environments;
   }
@@ -56,6 +65,13 @@ class PoolTest : public testing::Test {
     steps.reserve(kCount);
     for (std::size_t i = 0; i < kCount; ++i) steps.push_back(fakes_[i].all_steps);
     return steps;
+  }
+
+  /// @param row reward, terminated, truncated, episode, step; observation, info; the final ones
+  void expect_row(std::size_t index, Values row) const {
+    if (row.size() == 8) row.resize(11, PoolArrays::kUntouched);
+    EXPECT_EQ(to_bits(arrays_->row(index)), to_bits(row))
+        << "row " << index << ": " << testing::PrintToString(arrays_->row(index));
   }
 
   template <typename Exception, typename Call>
@@ -75,7 +91,7 @@ std::string refused_options(const PoolOptions& options) {
   return message_of<std::invalid_argument>([&] { Pool(Fakes<>{}, options); });
 }
 
-TEST_F(PoolTest, OptionsAreCompletedOrRefusedByName) {
+TEST_F(PoolTest, CompletesAndChecksOptions) {
   PoolOptions options;
   options.num_envs = 5;
   const Pool pool(Fakes<>{}, options);
@@ -92,7 +108,7 @@ TEST_F(PoolTest, OptionsAreCompletedOrRefusedByName) {
 }
 
 /// A signal interrupts the construction between any two environments.
-TEST(PoolInterruption, EndsTheMakingOfEnvironments) {
+TEST(PoolInterruption, EndsTheConstruction) {
   constexpr std::size_t kMade = 3;
   static Fakes<> fakes;
   fakes = {};
@@ -113,7 +129,7 @@ TEST_F(PoolTest, ModesHaveGymnasiumsNames) {
   EXPECT_STREQ(to_text(AutoresetMode::disabled), "disabled");
 }
 
-TEST_F(PoolTest, EnvironmentsMustBeAlike) {
+TEST_F(PoolTest, RejectsDifferentEnvironments) {
   class Other : public FakeWalker {
    public:
     Other() { specification_.info_names = {"seed", "more"}; }
@@ -134,12 +150,12 @@ TEST_F(PoolTest, StepsEachWithItsOwnAction) {
   step({1, 2, 30, 40, 500, 600});
   EXPECT_EQ(arrays_->rewards, (Values{3, 70, 1100}));
   EXPECT_EQ(arrays_->observations, (Values{1, 1, 1, 1, 1, 1}));
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
-  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 0, 0}));
+  EXPECT_EQ(arrays_->steps, (List{1, 1, 1}));
+  EXPECT_EQ(arrays_->terminated, (Flags{0, 0, 0}));
   EXPECT_EQ(arrays_->final_info, Values(kCount, PoolArrays::kUntouched));
 }
 
-TEST_F(PoolTest, WhatIsNullIsLeftOut) {
+TEST_F(PoolTest, LeavesOutNullArrays) {
   make(AutoresetMode::same_step);
   fakes_[0].length = 1;
   pool_->reset({}, {}, {});
@@ -153,29 +169,29 @@ TEST_F(PoolTest, NextStepResetsInTheFollowingStepAndIgnoresItsAction) {
   reset();
   step();
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->row(1), (Values{2, 1, 0, 1, 2, /**/ 1, 2, -1, /**/ -12345, -12345, -12345}));
+  expect_row(1, {2, 1, 0, 1, 2, /**/ 1, 2, -1});
   EXPECT_STREQ(pool_->end_reason(1), "fell");
   EXPECT_STREQ(pool_->end_reason(0), "");
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->row(1), (Values{0, 0, 0, 2, 0, /**/ 2, 0, -1, /**/ -12345, -12345, -12345}));
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
+  expect_row(1, {0, 0, 0, 2, 0, /**/ 2, 0, -1});
+  EXPECT_EQ(arrays_->steps, (List{3, 0, 3}));
   EXPECT_STREQ(pool_->end_reason(1), "");
   step();
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{4, 1, 4}));
+  EXPECT_EQ(arrays_->steps, (List{4, 1, 4}));
 }
 
-TEST_F(PoolTest, SameStepResetsAtOnceAndShowsTheLastOfTheOldEpisode) {
+TEST_F(PoolTest, SameStepResetsAtOnceAndReturnsTheFinalRow) {
   make(AutoresetMode::same_step);
   fakes_[1].length = 2;
   reset({}, {5, 6, 7});
   step();
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->row(1), (Values{2, 1, 0, 2, 0, /**/ 2, 0, -1, /**/ 1, 2, -1}));
+  expect_row(1, {2, 1, 0, 2, 0, /**/ 2, 0, -1, /**/ 1, 2, -1});
   EXPECT_STREQ(pool_->end_reason(1), "fell");
   EXPECT_EQ(arrays_->final_info[0], PoolArrays::kUntouched);
   arrays_->forget_final(1);
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->row(1), (Values{2, 0, 0, 2, 1, /**/ 2, 1, -1, /**/ -12345, -12345, -12345}));
+  expect_row(1, {2, 0, 0, 2, 1, /**/ 2, 1, -1});
   EXPECT_STREQ(pool_->end_reason(1), "");
 }
 
@@ -189,22 +205,19 @@ TEST_F(PoolTest, DisabledRefusesTheWholeStepUntilTheReset) {
             "environment 1: the episode ended after 2 steps; reset first");
   reset({1}, {8});
   EXPECT_EQ(arrays_->info, (Values{-1, 8, -1}));
-  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
+  EXPECT_EQ(arrays_->episodes, (List{1, 2, 1}));
   step();
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 1, 3}));
+  EXPECT_EQ(arrays_->steps, (List{3, 1, 3}));
 }
 
-TEST_F(PoolTest, NobodyStepsBeforeTheFirstReset) {
+TEST_F(PoolTest, RefusesStepsBeforeTheFirstReset) {
   reset({0, 2});
-  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
-            "environment 1: there is no episode yet; reset first");
-  EXPECT_EQ(refusal<ResetNeeded>([&] {
-              send({0, 1});
-            }),
-            "environment 1: there is no episode yet; reset first");
+  const std::string reason = "environment 1: there is no episode yet; reset first";
+  EXPECT_EQ(refusal<ResetNeeded>([this] { step(); }), reason);
+  EXPECT_EQ(refusal<ResetNeeded>([this] { send({0, 1}); }), reason);
 }
 
-TEST_F(PoolTest, ABatchIsCheckedWholeBeforeAnythingMoves) {
+TEST_F(PoolTest, ChecksAllActionsBeforeAnyStep) {
   reset();
   EXPECT_EQ(refusal<InvalidAction>([&] { step(Values(5)); }),
             "actions have 5 values; must have 6, 2 for each of 3 environments");
@@ -213,58 +226,72 @@ TEST_F(PoolTest, ABatchIsCheckedWholeBeforeAnythingMoves) {
             }),
             "environment 2: action[1] (knee) = nan; must be finite");
   const Values infinite{0, 0, -std::numeric_limits<double>::infinity(), 0};
-  const std::vector<std::uint32_t> environments{2, 0};
+  const List environments{2, 0};
   EXPECT_EQ(refusal<InvalidAction>([&] { pool_->send(infinite.data(), environments.data(), 2); }),
             "environment 0: action[0] (hip) = -inf; must be finite");
   step();
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
+  EXPECT_EQ(arrays_->steps, (List{1, 1, 1}));
 }
 
-TEST_F(PoolTest, ResetsOnlyThoseListedWithTheirSeeds) {
+TEST_F(PoolTest, ResetsTheListedEnvironmentsWithTheirSeeds) {
   reset({2, 0}, {7, std::nullopt});
   EXPECT_EQ(arrays_->info, (Values{-1, PoolArrays::kUntouched, 7}));
-  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 999, 1}));
-  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 9, 0}));
+  EXPECT_EQ(arrays_->episodes, (List{1, 999, 1}));
+  EXPECT_EQ(arrays_->terminated, (Flags{0, 9, 0}));
 }
 
-TEST_F(PoolTest, MalformedListsAreRefusedByName) {
+TEST_F(PoolTest, RejectsMalformedLists) {
   reset();
-  const auto refused = [this](const std::vector<std::uint32_t>& environments,
-                              const std::vector<std::optional<std::uint64_t>>& seeds = {}) {
-    return refusal<std::invalid_argument>([&] { reset(environments, seeds); });
+  const std::function<void(const List&)> calls[] = {
+      [this](const List& list) { reset(list); },
+      [this](const List& list) { step_some(list); },
+      [this](const List& list) { send(list); },
+      [this](const List& list) { pool_->send_resets(list); },
   };
-  EXPECT_EQ(refused({0, 3}), "environment 3: must be in [0, 2]");
-  EXPECT_EQ(refused({0, 1, 0}), "environment 0: listed twice");
-  EXPECT_EQ(refused({0, 1}, {7}), "1 seeds; must be 0, or 2 as the environments");
-  EXPECT_EQ(refused({}, {7, 8}), "2 seeds; must be 0, or 3 as the environments");
-  EXPECT_EQ(fakes_[0].episode, 1);
-  EXPECT_EQ(refusal<std::invalid_argument>([&] { send({2, 2}); }), "environment 2: listed twice");
+  for (const auto& call : calls) {
+    EXPECT_EQ(refusal<std::invalid_argument>([&] {
+                call({0, 3});
+              }),
+              "environment 3: must be in [0, 2]");
+    EXPECT_EQ(refusal<std::invalid_argument>([&] {
+                call({0, 1, 0});
+              }),
+              "environment 0: listed twice");
+  }
+  EXPECT_EQ(refusal<std::invalid_argument>([&] {
+              reset({0, 1}, {7});
+            }),
+            "1 seeds; must be 0, or 2 as the environments");
+  EXPECT_EQ(refusal<std::invalid_argument>([&] {
+              reset({}, {7, 8});
+            }),
+            "2 seeds; must be 0, or 3 as the environments");
+  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({}); }),
+            "step: no environment is listed");
   EXPECT_EQ(refusal<std::invalid_argument>([&] { pool_->environment(3); }),
             "environment 3: must be in [0, 2]");
+  EXPECT_EQ(fakes_[0].episode, 1);
 }
 
-TEST_F(PoolTest, AnEngineThatFailsEndsItsOwnEpisodeOnly) {
+TEST_F(PoolTest, AFailedStepEndsItsOwnEpisodeOnly) {
   make(AutoresetMode::same_step);
   reset({}, {1, 2, 3});
   step();
   fakes_[1].step_fails = true;
   step({1, 1, 1, 1, 1, 1});
+  expect_row(0, {2, 0, 0, 1, 2, /**/ 1, 2, -1});
+  expect_row(1, {0, 1, 0, 2, 0, /**/ 2, 0, -1, /**/ 1, 1, kNan});
+  expect_row(2, {2, 0, 0, 1, 2, /**/ 1, 2, -1});
   EXPECT_STREQ(pool_->error(1), "the engine gave up");
   EXPECT_STREQ(pool_->end_reason(1), "the simulation failed");
   EXPECT_STREQ(pool_->error(0), "");
-  EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
-  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
-  EXPECT_EQ(arrays_->observations, (Values{1, 2, 2, 0, 1, 2}));
-  EXPECT_EQ(arrays_->final_observations[2], 1);
-  EXPECT_EQ(arrays_->final_observations[3], 1) << "the last that was observed";
-  EXPECT_TRUE(std::isnan(arrays_->final_info[1])) << "absent";
   fakes_[1].step_fails = false;
   step();
   EXPECT_STREQ(pool_->error(1), "");
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 1, 3}));
+  EXPECT_EQ(arrays_->steps, (List{3, 1, 3}));
 }
 
-TEST_F(PoolTest, AfterAFailureTheLastObservationIsShownInWhicheverArrays) {
+TEST_F(PoolTest, AFailedStepKeepsTheLastObservationInAnyArrays) {
   reset();
   step();
   fakes_[2].step_fails = true;
@@ -274,111 +301,92 @@ TEST_F(PoolTest, AfterAFailureTheLastObservationIsShownInWhicheverArrays) {
   EXPECT_EQ(others.observations, (Values{1, 2, 1, 2, 1, 1}));
 }
 
-TEST_F(PoolTest, AResetThatFailsIsAnEpisodeThatHasEnded) {
+TEST_F(PoolTest, AFailedResetIsAnEndedEpisode) {
   for (const AutoresetMode mode :
        {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
     make(mode);
     fakes_[1].reset_fails = true;
     reset({}, {5, 6, 7});
-    EXPECT_EQ(arrays_->observations, (Values{1, 0, 0, 0, 1, 0}));
-    EXPECT_EQ(arrays_->rewards, (Values{0, 0, 0}));
-    EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
-    EXPECT_EQ(arrays_->truncated, (std::vector<std::uint8_t>{0, 0, 0}));
-    EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 1, 1}));
-    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{0, 0, 0}));
-    EXPECT_EQ(arrays_->info[0], 5);
-    EXPECT_TRUE(std::isnan(arrays_->info[1])) << "absent";
+    const bool has_final = mode == AutoresetMode::same_step;
+    expect_row(0, {0, 0, 0, 1, 0, /**/ 1, 0, 5});
+    expect_row(1, has_final ? Values{0, 1, 0, 1, 0, /**/ 0, 0, kNan, /**/ 0, 0, kNan}
+                            : Values{0, 1, 0, 1, 0, /**/ 0, 0, kNan});
+    expect_row(2, {0, 0, 0, 1, 0, /**/ 1, 0, 7});
     EXPECT_STREQ(pool_->reset_error(1), "no ground");
     EXPECT_STREQ(pool_->error(1), "");
     EXPECT_STREQ(pool_->end_reason(1), "the simulation failed at its reset");
     EXPECT_STREQ(pool_->reset_error(0), "");
     fakes_[1].reset_fails = false;
+    arrays_->forget_final(1);
     reset({1}, {8});
-    EXPECT_EQ(arrays_->row(1)[3], 2) << "the second reset";
-    EXPECT_EQ(arrays_->info, (Values{5, 8, 7}));
+    expect_row(1, {0, 0, 0, 2, 0, /**/ 1, 0, 8});
     EXPECT_STREQ(pool_->reset_error(1), "");
     EXPECT_STREQ(pool_->end_reason(1), "");
     step();
-    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 1}));
+    EXPECT_EQ(arrays_->steps, (List{1, 1, 1}));
   }
 }
 
-TEST_F(PoolTest, WhoFailedAtItsResetIsResetInItsNextStep) {
+TEST_F(PoolTest, AFailedResetIsRepeatedByTheNextStep) {
   for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
     make(mode);
     fakes_[1].reset_fails = true;
     reset();
+    arrays_->forget_final(1);
     step({1, 1, 1, 1, 1, 1});
-    EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
-    EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
-    EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
-    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 0, 1}));
+    const bool has_final = mode == AutoresetMode::same_step;
+    expect_row(0, {2, 0, 0, 1, 1, /**/ 1, 1, -1});
+    expect_row(1, has_final ? Values{0, 1, 0, 2, 0, /**/ 0, 0, kNan, /**/ 0, 0, kNan}
+                            : Values{0, 1, 0, 2, 0, /**/ 0, 0, kNan});
     EXPECT_STREQ(pool_->reset_error(1), "no ground");
-    EXPECT_EQ(arrays_->final_observations[2] == PoolArrays::kUntouched,
-              mode == AutoresetMode::next_step)
-        << "in same_step every end has its final row";
     fakes_[1].reset_fails = false;
     arrays_->forget_final(1);
     step({1, 1, 1, 1, 1, 1});
-    EXPECT_EQ(arrays_->row(1), (Values{0, 0, 0, 3, 0, /**/ 1, 0, -1, /**/ -12345, -12345, -12345}))
-        << "its action is ignored";
+    expect_row(1, {0, 0, 0, 3, 0, /**/ 1, 0, -1});  // its action is ignored
     EXPECT_STREQ(pool_->reset_error(1), "");
     step({1, 1, 1, 1, 1, 1});
-    EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 1, 3}));
+    EXPECT_EQ(arrays_->steps, (List{3, 1, 3}));
   }
 }
 
-TEST_F(PoolTest, DisabledRefusesAStepAfterAResetThatFailed) {
+TEST_F(PoolTest, DisabledRefusesAStepAfterAFailedReset) {
   make(AutoresetMode::disabled);
   fakes_[1].reset_fails = true;
   reset();
-  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
-            "environment 1: the simulation failed at its reset; reset first");
-  EXPECT_EQ(refusal<ResetNeeded>([&] {
-              send({0, 1});
-            }),
-            "environment 1: the simulation failed at its reset; reset first");
+  const std::string reason = "environment 1: the simulation failed at its reset; reset first";
+  EXPECT_EQ(refusal<ResetNeeded>([this] { step(); }), reason);
+  EXPECT_EQ(refusal<ResetNeeded>([this] { send({0, 1}); }), reason);
 }
 
-TEST_F(PoolTest, AnAutoresetThatFailsInTheFollowingStepLeavesTheOthersAlone) {
+TEST_F(PoolTest, AFailedAutoresetLeavesTheOthersAlone) {
   fakes_[1].length = 2;
   reset();
   step();
   step();
   fakes_[1].reset_fails = true;
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->rewards, (Values{2, 0, 2}));
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
-  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
-  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
-  EXPECT_EQ(arrays_->observations, (Values{1, 3, 0, 0, 1, 3}));
+  expect_row(0, {2, 0, 0, 1, 3, /**/ 1, 3, -1});
+  expect_row(1, {0, 1, 0, 2, 0, /**/ 0, 0, kNan});
   EXPECT_STREQ(pool_->reset_error(1), "no ground");
 }
 
 /// Reward and flags are those of the old episode's last step.
-TEST_F(PoolTest, AnAutoresetThatFailsInTheSameStepLeavesTheEndAsItWas) {
+TEST_F(PoolTest, AFailedAutoresetInTheSameStepKeepsTheEnd) {
   make(AutoresetMode::same_step);
   fakes_[1].length = 2;
   reset({}, {5, 6, 7});
   step();
   fakes_[1].reset_fails = true;
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->rewards, (Values{2, 2, 2}));
-  EXPECT_EQ(arrays_->terminated, (std::vector<std::uint8_t>{0, 1, 0}));
-  EXPECT_EQ(arrays_->episodes, (std::vector<std::uint32_t>{1, 2, 1}));
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{2, 0, 2}));
-  EXPECT_EQ(arrays_->observations, (Values{1, 2, 0, 0, 1, 2}));
-  EXPECT_TRUE(std::isnan(arrays_->info[1])) << "absent";
-  EXPECT_EQ(arrays_->final_observations[2], 1);
-  EXPECT_EQ(arrays_->final_observations[3], 2);
-  EXPECT_EQ(arrays_->final_info[1], -1);
+  expect_row(0, {2, 0, 0, 1, 2, /**/ 1, 2, -1});
+  expect_row(1, {2, 1, 0, 2, 0, /**/ 0, 0, kNan, /**/ 1, 2, -1});
   EXPECT_STREQ(pool_->end_reason(1), "fell");
   EXPECT_STREQ(pool_->error(1), "");
   EXPECT_STREQ(pool_->reset_error(1), "no ground");
   fakes_[1].reset_fails = false;
   step({1, 1, 1, 1, 1, 1});
-  EXPECT_EQ(arrays_->row(1)[3], 3);
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{3, 0, 3}));
+  EXPECT_EQ(arrays_->episodes[1], 3U);
+  EXPECT_EQ(arrays_->steps, (List{3, 0, 3}));
 }
 
 TEST_F(PoolTest, AStepAndTheResetAfterItMayBothFail) {
@@ -392,7 +400,7 @@ TEST_F(PoolTest, AStepAndTheResetAfterItMayBothFail) {
   EXPECT_STREQ(pool_->end_reason(1), "the simulation failed");
 }
 
-TEST_F(PoolTest, ReceivesEachThatWasSentOnce) {
+TEST_F(PoolTest, ReceivesEachOnce) {
   make(AutoresetMode::next_step, 1);
   reset();
   send({2, 0});
@@ -401,7 +409,7 @@ TEST_F(PoolTest, ReceivesEachThatWasSentOnce) {
   for (std::size_t i = 0; i < kCount; ++i) {
     const std::uint32_t environment = recv()[0];
     ++received[environment];
-    EXPECT_EQ(arrays_->row(0), (Values{1, 0, 0, 1, 1, /**/ 1, 1, -1, /**/ -12345, -12345, -12345}));
+    expect_row(0, {1, 0, 0, 1, 1, /**/ 1, 1, -1});
   }
   EXPECT_EQ(received, (std::vector<int>{1, 1, 1}));
 }
@@ -409,10 +417,10 @@ TEST_F(PoolTest, ReceivesEachThatWasSentOnce) {
 TEST_F(PoolTest, SendingCopiesTheActions) {
   reset();
   Values actions{1, 2, 3, 4, 5, 6};
-  const std::vector<std::uint32_t> environments{2, 1, 0};
+  const List environments{2, 1, 0};
   pool_->send(actions.data(), environments.data(), 3);
   actions.assign(6, 100);
-  const std::vector<std::uint32_t> arrived = recv();
+  const List arrived = recv();
   for (std::size_t row = 0; row < kCount; ++row) {
     EXPECT_EQ(arrays_->rewards[row], 11 - 4.0 * arrived[row]) << arrived[row];
   }
@@ -426,73 +434,47 @@ TEST_F(PoolTest, ResetsAreSentAndReceivedInEveryMode) {
     std::vector<int> received(kCount);
     for (std::size_t i = 0; i < kCount; ++i) {
       ++received[recv()[0]];
-      EXPECT_EQ(arrays_->row(0),
-                (Values{0, 0, 0, 1, 0, /**/ 1, 0, -1, /**/ -12345, -12345, -12345}));
+      expect_row(0, {0, 0, 0, 1, 0, /**/ 1, 0, -1});
     }
     EXPECT_EQ(received, (std::vector<int>{1, 1, 1}));
     send({2});
     recv();
     pool_->send_resets({2});
-    EXPECT_EQ(message_of<std::logic_error>([&] { pool_->send_resets({2}); }),
-              "environment 2: is under way; receive it first");
-    EXPECT_EQ(recv(), (std::vector<std::uint32_t>{2}));
-    EXPECT_EQ(arrays_->row(0), (Values{0, 0, 0, 2, 0, /**/ 2, 0, -1, /**/ -12345, -12345, -12345}));
-    EXPECT_EQ(message_of<std::invalid_argument>([&] {
-                pool_->send_resets({1, 1});
-              }),
-              "environment 1: listed twice");
+    EXPECT_EQ(recv(), List{2});
+    expect_row(0, {0, 0, 0, 2, 0, /**/ 2, 0, -1});
   }
 }
 
-TEST_F(PoolTest, StepsSomeInTheOrderInWhichTheyAreListed) {
+TEST_F(PoolTest, StepsSomeInTheirOrder) {
   reset();
   const Values actions{0.5, 0, -0.25, 0};
-  const std::vector<std::uint32_t> environments{2, 0};
+  const List environments{2, 0};
   pool_->step(actions.data(), environments.data(), 2, arrays_->batch());
   EXPECT_EQ(steps_of_all(), (std::vector<int>{1, 0, 1}));
   EXPECT_EQ(arrays_->rewards, (Values{0.5, -0.25, 0}));
-  EXPECT_EQ(arrays_->steps, (std::vector<std::uint32_t>{1, 1, 0}));
+  EXPECT_EQ(arrays_->steps, (List{1, 1, 0}));
 }
 
-TEST_F(PoolTest, SomeAreCheckedBeforeAnythingMoves) {
-  reset();
-  const Values actions(kCount * 2);
-  const auto step_some = [&](const std::vector<std::uint32_t>& environments) {
-    pool_->step(actions.data(), environments.data(), environments.size(), arrays_->batch());
-  };
-  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({}); }),
-            "step: no environment is listed");
-  EXPECT_EQ(refusal<std::invalid_argument>([&] {
-              step_some({0, 3});
-            }),
-            "environment 3: must be in [0, 2]");
-  EXPECT_EQ(refusal<std::invalid_argument>([&] {
-              step_some({1, 0, 1});
-            }),
-            "environment 1: listed twice");
-  send({1});
-  EXPECT_EQ(message_of<std::logic_error>([&] { step_some({0}); }),
-            "step: 1 environments are under way; receive them first");
-}
-
-TEST_F(PoolTest, MixedUseIsRefused) {
+TEST_F(PoolTest, RejectsCallsWhileEnvironmentsAreUnderWay) {
   make(AutoresetMode::next_step, 2);
   reset();
-  EXPECT_EQ(message_of<std::logic_error>([&] { recv(); }),
-            "recv: 0 environments are under way; must be at least 2, the batch size");
   send({0});
-  EXPECT_EQ(message_of<std::logic_error>([&] { step(); }),
-            "step: 1 environments are under way; receive them first");
-  EXPECT_EQ(message_of<std::logic_error>([&] { reset({1}); }),
-            "reset: 1 environments are under way; receive them first");
-  EXPECT_EQ(message_of<std::logic_error>([&] {
-              send({1, 0});
-            }),
-            "environment 0: is under way; receive it first");
-  EXPECT_EQ(message_of<std::logic_error>([&] { pool_->environment(0); }),
-            "environment 0: is under way; receive it first");
-  EXPECT_EQ(message_of<std::logic_error>([&] { recv(); }),
-            "recv: 1 environments are under way; must be at least 2, the batch size");
+  const std::string receive_first = ": 1 environments are under way; receive them first";
+  const std::string first = "environment 0: is under way; receive it first";
+  const std::pair<std::function<void()>, std::string> cases[] = {
+      {[this] { step(); }, "step" + receive_first},
+      {[this] { step_some({1}); }, "step" + receive_first},
+      {[this] { reset({1}); }, "reset" + receive_first},
+      {[this] {
+         send({1, 0});
+       },
+       first},
+      {[this] { pool_->send_resets({0}); }, first},
+      {[this] { pool_->environment(0); }, first},
+      {[this] { recv(); },
+       "recv: 1 environments are under way; must be at least 2, the batch size"},
+  };
+  for (const auto& [call, message] : cases) EXPECT_EQ(message_of<std::logic_error>(call), message);
   EXPECT_NO_THROW(pool_->environment(1));
   send({1});
   recv();
@@ -500,14 +482,14 @@ TEST_F(PoolTest, MixedUseIsRefused) {
   EXPECT_EQ(steps_of_all(), (std::vector<int>{2, 2, 1}));
 }
 
-TEST_F(PoolTest, AResetThatFailsArrivesLikeAnyOther) {
+TEST_F(PoolTest, ReceivesFailedResets) {
   make(AutoresetMode::same_step);
   fakes_[1].length = 1;
   reset();
   fakes_[1].reset_fails = true;
   for (int round = 0; round < 2; ++round) {  // a failed reset, then another
     send({0, 1, 2});
-    const std::vector<std::uint32_t> arrived = recv();
+    const List arrived = recv();
     EXPECT_STREQ(pool_->reset_error(1), "no ground");
     const std::size_t row = std::find(arrived.begin(), arrived.end(), 1U) - arrived.begin();
     EXPECT_EQ(arrays_->terminated[row], 1);

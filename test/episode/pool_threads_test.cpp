@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
+#include <optional>
 #include <ostream>
 #include <string>
 
@@ -14,7 +16,7 @@
 namespace walker {
 namespace {
 
-constexpr std::size_t kCount = 7;
+constexpr std::size_t kCount = 11;  // more than a SIMD group
 constexpr std::size_t kSteps = 75;
 
 struct Case {
@@ -50,7 +52,9 @@ class Player {
         needs_reset_(kCount) {
     Generator generator(3);
     for (double& value : actions_) value = generator.uniform(-1.2, 1.2);
-    pool_.reset({}, {50, 51, 52, 53, 54, 55, 56}, arrays_.batch());
+    std::vector<std::optional<std::uint64_t>> seeds;
+    for (std::size_t i = 0; i < kCount; ++i) seeds.emplace_back(50 + i);
+    pool_.reset({}, seeds, arrays_.batch());
     for (std::uint32_t i = 0; i < kCount; ++i) keep(i, i);
   }
 
@@ -68,7 +72,8 @@ class Player {
 
   /// Each environment gets the same actions as in step_all.
   History send_and_receive() {
-    std::vector<std::uint32_t> at_rest{0, 1, 2, 3, 4, 5, 6};
+    std::vector<std::uint32_t> at_rest(kCount);
+    std::iota(at_rest.begin(), at_rest.end(), 0U);
     std::uint32_t arrived = 0;
     while (true) {
       if (at_rest.size() == kCount) reset_ended();
@@ -125,7 +130,7 @@ void PrintTo(const Case& chosen, std::ostream* stream) { *stream << chosen.id; }
 
 class PoolThreadsTest : public testing::TestWithParam<Case> {};
 
-TEST_P(PoolThreadsTest, DecideOnNothing) {
+TEST_P(PoolThreadsTest, DoNotChangeResults) {
   const History one = Player(GetParam(), 1).step_all();
   std::size_t num_words = 0;
   for (const auto& words : one) num_words += words.size();

@@ -59,13 +59,13 @@ class TogetherTest : public testing::Test {
   std::unique_ptr<PoolArrays> arrays_;
 };
 
-TEST_F(TogetherTest, GroupsOfTheTypesSizeReachIt) {
+TEST_F(TogetherTest, StepsInGroupsOfItsSize) {
   step();
   EXPECT_EQ(counts_, (std::vector<std::size_t>{3, 3, 1}));
   EXPECT_EQ(arrays().rewards, (Values{1001, 1005, 1009, 1013, 1017, 1021, 1025}));
 }
 
-TEST_F(TogetherTest, WhoIsResetIsNotInTheGroup) {
+TEST_F(TogetherTest, LeavesOutResetEnvironments) {
   fakes_[1].length = 1;
   step();
   step();
@@ -74,14 +74,14 @@ TEST_F(TogetherTest, WhoIsResetIsNotInTheGroup) {
   EXPECT_EQ(arrays().episodes[1], 2U);
 }
 
-TEST_F(TogetherTest, OneThatFailsDisturbsNoOther) {
+TEST_F(TogetherTest, AFailureLeavesTheOthersAlone) {
   fakes_[4].step_fails = true;
   step();
   EXPECT_STREQ(pool_->error(4), "the engine gave up");
   EXPECT_EQ(arrays().rewards, (Values{1001, 1005, 1009, 1013, 0, 1021, 1025}));
 }
 
-TEST_F(TogetherTest, SentOnesAreGroupedAsTheyCome) {
+TEST_F(TogetherTest, GroupsSentEnvironments) {
   const Values actions(6);
   const std::vector<std::uint32_t> first{6, 2};
   const std::vector<std::uint32_t> then{0, 1, 5};

@@ -3,17 +3,16 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <numeric>
+#include <random>
 #include <string>
 #include <vector>
 
-#include "episode/pool_arrays.h"
-#include "walker_sim/registry.h"
+#include "episode/rollout.h"
+#include "saved_states.h"
 
 namespace walker {
 namespace {
@@ -59,25 +58,19 @@ class SmallStackByDefault {
 };
 
 void play_alone(const std::string& id, const Parameters& parameters = {}) {
-  const auto walker = make(id, parameters);
-  const Specification& specification = walker->specification();
-  std::vector<double> observation(specification.observation_size());
-  std::vector<double> info(specification.info_names.size());
-  Result result{observation.data(), info.data()};
-  const std::vector<double> action(specification.action_size(), 0.5);
+  Stepper walker(id, parameters);
+  const std::vector<double> action(walker.environment->specification().action_size(), 0.5);
   Sensors sensors;
   Scene scene;
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
-    walker->reset(seed, result);
-    for (int i = 0; i < 40 && !result.terminated; ++i) {
-      walker->step(action.data(), action.size(), result);
-      walker->sense(sensors);
+    walker.reset(seed);
+    for (int i = 0; i < 40 && !walker.has_ended(); ++i) {
+      walker.step(action);
+      walker.environment->sense(sensors);
     }
-    walker->scene(scene);
+    walker.environment->scene(scene);
   }
-  std::vector<std::byte> state;
-  walker->save_state(state);
-  walker->load_state(state.data(), state.size(), result);
+  load(walker, save(walker));
 }
 
 void play_in_pool(const std::string& id) {
@@ -85,28 +78,25 @@ void play_in_pool(const std::string& id) {
   options.num_envs = 300;
   options.num_threads = 3;
   options.autoreset_mode = AutoresetMode::same_step;
-  Pool pool([&id] { return make(id); }, options);
-  PoolArrays arrays(pool.specification(), options.num_envs);
-  const Batch batch = arrays.batch();
-  pool.reset({}, {}, batch);
-  const std::vector<double> actions(options.num_envs * pool.specification().action_size(), 0.5);
-  for (int i = 0; i < 40; ++i) pool.step(actions.data(), actions.size(), batch);
-  EXPECT_TRUE(std::all_of(arrays.steps.begin(), arrays.steps.end(),
-                          [](std::uint32_t steps) { return steps <= 40; }));
+  Rollout rollout(id, options);
+  rollout.reset(0);
+  std::mt19937 random(1);
+  rollout.play(random, 40);
+  const std::vector<double> actions(options.num_envs * rollout.pool.specification().action_size());
   std::vector<std::uint32_t> environments(options.num_envs);
   std::iota(environments.begin(), environments.end(), 0U);
-  pool.send(actions.data(), environments.data(), environments.size());
-  pool.recv(batch, environments.data());
+  rollout.pool.send(actions.data(), environments.data(), environments.size());
+  rollout.pool.recv(rollout.arrays.batch(), environments.data());
 }
 
 class SmallStackTest : public testing::TestWithParam<const char*> {};
 
 // The first thread that makes a robot also chooses its kernel.
-TEST_P(SmallStackTest, OneIsMadePlayedAndSaved) {
+TEST_P(SmallStackTest, SufficesForOneEnvironment) {
   run_on_small_stack([] { play_alone(GetParam()); });
 }
 
-TEST_P(SmallStackTest, ManyArePlayedTogether) {
+TEST_P(SmallStackTest, SufficesForAPool) {
   const SmallStackByDefault small;
   run_on_small_stack([] { play_in_pool(GetParam()); });
 }
@@ -116,7 +106,7 @@ INSTANTIATE_TEST_SUITE_P(Core, SmallStackTest,
                                          "Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"));
 
 // MuJoCo compiles the model in a child process, on the stack of the thread that forked.
-TEST(SmallStackModelTest, AModelIsCompiled) {
+TEST(SmallStackModelTest, SufficesForAModel) {
   const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
   run_on_small_stack([&path] { play_alone("Walker2d-v5", {{"xml_file", path}}); });
 }

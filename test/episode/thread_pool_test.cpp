@@ -50,7 +50,7 @@ std::vector<std::uint32_t> first_numbers(std::size_t count) {
   return numbers;
 }
 
-TEST(ThreadPool, DoesEachItemOnceInEachRound) {
+TEST(ThreadPool, ProcessesEachItemOncePerRound) {
   constexpr int kRounds = 2000;
   for (const std::size_t num_threads : {1, 2, 3, 7}) {
     for (const std::size_t num_items : {1, 2, 10, 33}) {
@@ -69,7 +69,7 @@ TEST(ThreadPool, DoesEachItemOnceInEachRound) {
   }
 }
 
-TEST(ThreadPool, ItemsComeBackInTheirOwnTime) {
+TEST(ThreadPool, CollectsItemsInAnyOrder) {
   constexpr std::size_t kItems = 5;
   constexpr int kRounds = 20000;
   Counters counters(kItems, 3);
@@ -85,7 +85,7 @@ TEST(ThreadPool, ItemsComeBackInTheirOwnTime) {
   EXPECT_EQ(counters.counts(), expected);
 }
 
-TEST(ThreadPool, FirstComeFirstServed) {
+TEST(ThreadPool, CollectsInTheOrderOfCompletion) {
   Counters counters(3, 2);
   std::atomic<bool> has_begun{false};
   std::atomic<bool> may_end{false};

@@ -134,14 +134,14 @@ class CorpusTest : public testing::TestWithParam<Target> {
   }
 };
 
-TEST_P(CorpusTest, TakesWhatWasFound) {
+TEST_P(CorpusTest, SurvivesItsCorpus) {
   const auto files = corpus_of(GetParam());
   ASSERT_FALSE(files.empty());
   for (const auto& file : files) run(file.filename(), read(file));
   run("empty", {});
 }
 
-TEST_P(CorpusTest, TakesMutations) {
+TEST_P(CorpusTest, SurvivesMutations) {
   constexpr int kMutants = 2000;
   std::vector<Bytes> corpus;
   for (const auto& file : corpus_of(GetParam())) corpus.push_back(read(file));

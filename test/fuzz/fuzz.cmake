@@ -37,7 +37,7 @@ function(walker_sim_add_fuzz_targets room)
 endfunction()
 
 walker_sim_add_fuzz_targets(core LIBRARIES ${core_libraries}
-  TARGETS answers model parameter_text policy saved_state tcpros xml_rpc)
+  TARGETS model parameter_text policy saved_state)
 # The same code with a scripted socket.
 walker_sim_add_fuzz_targets(client LIBRARIES walker_sim_wire walker_sim_box2d walker_sim_mujoco
   TARGETS client http

@@ -53,7 +53,7 @@ def bag_of(compression, *all_messages):
 
 
 def answer(message):
-    """As TCPROS brings it."""
+    """Returns the TCPROS frame of a successful response."""
     body = serialized(message)
     return b"\x01" + struct.pack("<I", len(body)) + body
 
@@ -146,14 +146,13 @@ def service_responses():
     depth.image.height, depth.image.width = 1, 2
     depth.image.encoding, depth.image.step, depth.image.data = "32FC1", 8, bytes(8)
     return {
-        "get_spec": services.GetSpecResponse(spec=specification()),
-        "step": services.StepResponse(success=True, transition=transition()),
+        "step": services.StepResponse(success=True, transition=transition(1, actions=4)),
         "step_many": services.StepManyResponse(
-            success=True, transition=transition(3), steps=3, total_reward=3.0
+            success=True, transition=transition(2, actions=4), steps=2, total_reward=3.0
         ),
         "step_batch": batch,
         "reset_batch": services.ResetBatchResponse(
-            success=True, observations=[0.5] * 8, info=[0.0] * 2
+            success=True, observations=[0.5] * 12, info=[0.0] * 3
         ),
         "snapshot": services.SnapshotResponse(success=True, record=record()),
         "render": picture,
@@ -173,32 +172,16 @@ def record():
 
 def make_client():
     responses = service_responses()
-    for kind, response in enumerate(responses.values()):
-        write("answers", list(responses)[kind], bytes([kind]) + serialized(response))
-    refused = services.StepResponse(success=False, status_message="there is no episode")
-    write("answers", "refused", b"\x01" + serialized(refused))
-    write("tcpros", "request", header(callerid="/me", service="/walker_sim/step", md5sum="*")[4:])
-    write("tcpros", "error", header(error="it is not there")[4:])
-
-    def call(name, kind):
-        return piece(header(callerid="/walker_sim", md5sum="*", type=kind)) + piece(
-            answer(responses[name])
-        )
-
-    spec = specification("Toy-v0", 4, 4, 3)
-    start = piece(header(callerid="/walker_sim")) + piece(
-        answer(services.GetSpecResponse(spec=spec))
-    )
-    responses["step"].transition = transition(1, actions=4)
-    responses["step_many"].transition = transition(2, actions=4)
-    responses["step_many"].steps = 2
-    responses["reset_batch"].observations, responses["reset_batch"].info = [0.5] * 12, [0.0] * 3
-    reset = services.ResetResponse(success=True, transition=transition(0, actions=4))
     plain = piece(header(callerid="/walker_sim"))
+    spec = specification("Toy-v0", 4, 4, 3)
+    start = plain + piece(answer(services.GetSpecResponse(spec=spec)))
+    reset = services.ResetResponse(success=True, transition=transition(0, actions=4))
     calls = plain + piece(answer(reset)) + plain + piece(answer(responses["step"]))
-    calls += piece(answer(responses["step"]))
+    refused = services.StepResponse(success=False, status_message="there is no episode")
+    calls += piece(answer(refused))
     for name in ("step_many", "snapshot", "reset_batch", "step_batch", "render"):
         calls += plain + piece(answer(responses[name]))
+    calls += piece(answer(responses["depth"]))
     write("client", "every_call", start + calls)
     write("client", "error", piece(header(error="it is not there")))
     write("client", "no_spec", start[: len(start) // 2])
@@ -226,13 +209,10 @@ def make_master():
             "<value><array><data/></array></value></data></array></value>"
         )
     )
-    for name, text in (("found", found), ("lost", lost), ("fault", fault), ("kinds", kinds)):
-        write("xml_rpc", name, text.encode())
     head = "HTTP/1.1 200 OK\r\nContent-Type: text/xml\r\n"
-    write("http", "length", f"{head}Content-Length: {len(found)}\r\n\r\n{found}".encode())
+    for name, text in (("length", found), ("lost", lost), ("fault", fault), ("kinds", kinds)):
+        write("http", name, f"{head}Content-Length: {len(text)}\r\n\r\n{text}".encode())
     write("http", "closed", f"{head}\r\n{found}".encode())
-    chunks = f"{20:x}\r\n{found[:20]}\r\n{len(found) - 20:x}\r\n{found[20:]}\r\n0\r\n\r\n"
-    write("http", "chunks", f"{head}Transfer-Encoding: chunked\r\n\r\n{chunks}".encode())
     write("http", "status", b"HTTP/1.0 404 Not Found\r\n\r\n")
 
 

@@ -3,16 +3,14 @@
 
 #include <vector>
 
-#include "fuzz/memory_file.h"
 #include "fuzz/target.h"
 
 namespace walker::fuzz {
 namespace {
 
 void run(const std::uint8_t* data, std::size_t size) {
-  const MemoryFile file(data, size);
   try {
-    Policy policy(file.path());
+    Policy policy("file", {data, data + size});
     const std::vector<double> observation(policy.observation_size(), 0.5);
     std::vector<double> action(policy.action_size());
     policy.act(observation.data(), action.data());

@@ -6,38 +6,20 @@
 #include "episode/state_header.h"
 #include "fuzz/input.h"
 #include "fuzz/target.h"
-#include "walker_sim/registry.h"
+#include "stepper.h"
 
 namespace walker::fuzz {
 namespace {
 
-struct Walker {
-  explicit Walker(const char* id) : environment(make(id)) {
-    const Specification& specification = environment->specification();
-    observation.resize(specification.observation_size());
-    info.resize(specification.info_names.size());
-    action.resize(specification.action_size());
-    result.observation = observation.data();
-    result.info = info.data();
-  }
-
-  std::unique_ptr<Environment> environment;
-  std::vector<double> observation;
-  std::vector<double> info;
-  std::vector<double> action;
-  Result result;
-};
-
-void go_on(Walker& walker) {
+void play(Stepper& walker) {
   constexpr int kSteps = 3;
   Sensors sensors;
   Scene scene;
   walker.environment->sense(sensors);
   walker.environment->scene(scene);
+  const std::vector<double> action(walker.environment->specification().action_size());
   try {
-    for (int i = 0; i < kSteps; ++i) {
-      walker.environment->step(walker.action.data(), walker.action.size(), walker.result);
-    }
+    for (int i = 0; i < kSteps; ++i) walker.step(action);
   } catch (const ResetNeeded& refusal) {
     accept(refusal);
   }
@@ -46,12 +28,12 @@ void go_on(Walker& walker) {
 }
 
 void run(const std::uint8_t* data, std::size_t size) {
-  static Walker walkers[] = {Walker("BipedalWalker-v3"), Walker("Walker2d-v5"),
-                             Walker("BipedalWalkerHardcore-v3"), Walker("Hopper-v4")};
+  static Stepper walkers[] = {Stepper("BipedalWalker-v3"), Stepper("Walker2d-v5"),
+                              Stepper("BipedalWalkerHardcore-v3"), Stepper("Hopper-v4")};
   constexpr std::uint8_t kAsItIs = 0x80;
   Input input(data, size);
   const auto which = input.number<std::uint8_t>();
-  Walker& walker = walkers[which % std::size(walkers)];
+  Stepper& walker = walkers[which % std::size(walkers)];
   std::vector<std::byte> state(input.size());
   if (!state.empty()) std::memcpy(state.data(), input.next(), state.size());
   constexpr std::size_t kHeaderBytes = 28;  // magic, format, size, checksum
@@ -62,7 +44,7 @@ void run(const std::uint8_t* data, std::size_t size) {
   } catch (const std::invalid_argument&) {
     return;
   }
-  go_on(walker);
+  play(walker);
 }
 
 const Registered kTarget("saved_state", run);

@@ -50,7 +50,7 @@ Forward network(Activation activation, Output output, const std::vector<int>& si
   return Forward(std::move(result));
 }
 
-TEST(PolicyAllocation, ActingTakesNothing) {
+TEST(PolicyAllocation, ActDoesNotAllocate) {
   for (const Activation activation : {Activation::tanh, Activation::relu}) {
     for (const Output output : {Output::clip, Output::tanh}) {
       for (const std::vector<int>& sizes :
@@ -72,7 +72,7 @@ TEST(PolicyAllocation, ActingTakesNothing) {
   }
 }
 
-TEST(PolicyAllocation, TheCounterCounts) {
+TEST(PolicyAllocation, CountsAllocations) {
   allocations = 0;
   is_counting = true;
   const Eigen::VectorXf taken = Eigen::VectorXf::Zero(100);

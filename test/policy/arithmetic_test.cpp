@@ -67,7 +67,7 @@ class ArithmeticTest : public testing::Test {
   std::mt19937 random_{5};
 };
 
-TEST_F(ArithmeticTest, ProductIsNearThatInDoublePrecision) {
+TEST_F(ArithmeticTest, ProductIsAccurate) {
   for (const auto& [rows, columns] : kSizes) {
     const Product given = product(rows, columns);
     Eigen::VectorXf result = given.bias;
@@ -94,7 +94,7 @@ void expect_same_product(const Product& given) {
   }
 }
 
-TEST_F(ArithmeticTest, ProductsTogetherHaveTheBitsOfEachAlone) {
+TEST_F(ArithmeticTest, BatchedProductsHaveTheSameBits) {
   for (const auto& [rows, columns] : kSizes) {
     const Product given = product(rows, columns);
     expect_same_product<4, 4>(given);
@@ -103,7 +103,7 @@ TEST_F(ArithmeticTest, ProductsTogetherHaveTheBitsOfEachAlone) {
   }
 }
 
-TEST_F(ArithmeticTest, TanhIsNearTheLibrarys) {
+TEST_F(ArithmeticTest, TanhIsAccurate) {
   for (std::uint32_t word = 0; word < 0xff000000U; word += 9973) {
     const float value = of_bits(word);
     if (std::isnan(value)) continue;

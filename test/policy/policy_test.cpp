@@ -11,7 +11,6 @@
 #include <fstream>
 #include <functional>
 #include <limits>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,7 +49,7 @@ class PolicyTest : public testing::Test {
   Folder folder_;
 };
 
-TEST_F(PolicyTest, SaysWhatItIs) {
+TEST_F(PolicyTest, HasItsMetadata) {
   const Policy policy(write(small_policy()));
   EXPECT_EQ(policy.id(), "Toy-v0");
   EXPECT_EQ(policy.notes(), (std::map<std::string, std::string>{{"steps", "12"}}));
@@ -58,14 +57,14 @@ TEST_F(PolicyTest, SaysWhatItIs) {
   EXPECT_EQ(policy.action_size(), 1U);
 }
 
-TEST_F(PolicyTest, NormalisesThenGoesThroughItsLayers) {
+TEST_F(PolicyTest, NormalisesAndAppliesItsLayers) {
   // The normalised observations are (2 - 1) / 2 and (-0.9 + 1) / 0.5.
   const double first = std::tanh(0.5 + 2 * 0.2 + 0.1);
   const double second = std::tanh(3 * 0.5 + 4 * 0.2 - 0.2);
   EXPECT_NEAR(act(small_policy(), {2, -0.9}), 0.5 * first - 0.25 * second + 0.05, 1e-6);
 }
 
-TEST_F(PolicyTest, ReluIsZeroBelowZero) {
+TEST_F(PolicyTest, AppliesRelu) {
   PolicyBytes relu = small_policy();
   relu.metadata["activation"] = "relu";
   EXPECT_NEAR(act(relu, {2, -0.9}), 0.5 * 1.0 - 0.25 * 2.1 + 0.05, 1e-6);
@@ -105,7 +104,7 @@ TEST_F(PolicyTest, ActionsAreSinglePrecision) {
   EXPECT_EQ(action, double{static_cast<float>(action)});
 }
 
-TEST_F(PolicyTest, RefusesAFileThatCannotBeRead) {
+TEST_F(PolicyTest, RejectsUnreadableFiles) {
   const std::string missing = folder_.path("none.safetensors");
   EXPECT_EQ(message_of<PolicyError>([&] { Policy policy(missing); }),
             "policy " + missing + ": it cannot be read as a file");
@@ -127,7 +126,7 @@ TEST_F(PolicyTest, ReadsTheContentOfAFile) {
             "policy toy: it has 3 bytes");
 }
 
-TEST_F(PolicyTest, RefusesEveryFileCutShort) {
+TEST_F(PolicyTest, RejectsEveryTruncatedFile) {
   const std::string whole = small_policy().bytes();
   const std::string path = folder_.path("cut.safetensors");
   for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -138,34 +137,7 @@ TEST_F(PolicyTest, RefusesEveryFileCutShort) {
   EXPECT_NO_THROW(Policy policy(path));
 }
 
-TEST_F(PolicyTest, SurvivesFlippedBits) {
-  const std::string whole = small_policy().bytes();
-  const std::string path = folder_.path("flipped.safetensors");
-  std::mt19937 random(1);  // NOLINT(cert-msc51-cpp): the same flips in every run
-  int refused = 0;
-  constexpr int kFiles = 5000;
-  for (int i = 0; i < kFiles; ++i) {
-    std::string flipped = whole;
-    for (int flips = 0; flips < 3; ++flips) {
-      char& byte = flipped[random() % flipped.size()];
-      byte = static_cast<char>(static_cast<unsigned char>(byte) ^ (1U << random() % 8));
-    }
-    std::ofstream(path, std::ios::binary) << flipped;
-    try {
-      Policy policy(path);
-      std::vector<double> observation(policy.observation_size(), 0.5);
-      std::vector<double> action(policy.action_size());
-      policy.act(observation.data(), action.data());
-      EXPECT_TRUE(std::isfinite(action[0]));
-    } catch (const PolicyError& error) {
-      EXPECT_NE(std::string(error.what()).find(path), std::string::npos);
-      ++refused;
-    }
-  }
-  EXPECT_GT(refused, kFiles / 2);
-}
-
-TEST_F(PolicyTest, RefusesWhatItsHeaderMayNotSay) {
+TEST_F(PolicyTest, RejectsInvalidMetadata) {
   using P = PolicyBytes;
   EXPECT_EQ(refusal([](P& p) { p.metadata["format"] = "other"; }),
             "its format is other; must be walker_sim policy 1");
@@ -180,8 +152,39 @@ TEST_F(PolicyTest, RefusesWhatItsHeaderMayNotSay) {
   EXPECT_EQ(refusal([](P& p) { p.metadata["layers"] = "3"; }), "it has no tensor layers.2.weight");
 }
 
+/// A policy whose header is `json`, without tensor values.
+std::string policy_of(const std::string& json) {
+  const std::uint64_t size = json.size();
+  std::string bytes;
+  append_bytes(&size, sizeof(size), bytes);
+  return bytes + json;
+}
+
+TEST(PolicyHeader, RejectsOtherJson) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"", "ends early at byte 0"},
+      {"[]", "has no { at byte 0"},
+      {"{} x", "has more after its end at byte 3"},
+      {R"({"__metadata__":{"a":"","a":""}})", "has the name a twice at byte 27"},
+      {R"({"a":{"shape":[1,]}})", "has no integer from 0 to 2^64 - 1 at byte 17"},
+      {R"({"a":{"shape":[-1]}})", "has no integer from 0 to 2^64 - 1 at byte 15"},
+      {R"({"a":{"shape":[18446744073709551616]}})", "has no integer from 0 to 2^64 - 1 at byte 15"},
+      {R"({"a":{"dtype":4}})", "has no \" at byte 14"},
+      {R"({"\u0041":{}})", "has an escape that policies do not use at byte 3"},
+      {"{\"a\n", "has a control character in a string at byte 3"},
+  };
+  for (const auto& [json, reason] : cases) {
+    const std::string bytes = policy_of(json);
+    EXPECT_EQ(message_of<PolicyError>([&] {
+                Policy("toy", {bytes.begin(), bytes.end()});
+              }),
+              std::string("policy toy: its header ") + reason)
+        << json;
+  }
+}
+
 /// A 1 MB header could declare 17,000 tensors of 8 MiB that share the bytes of a small file.
-TEST_F(PolicyTest, RefusesTensorsThatShareTheirBytes) {
+TEST_F(PolicyTest, RejectsOverlappingTensors) {
   std::string bytes = small_policy().bytes();
   std::uint64_t size = 0;
   std::memcpy(&size, bytes.data(), sizeof(size));
@@ -189,13 +192,13 @@ TEST_F(PolicyTest, RefusesTensorsThatShareTheirBytes) {
   bytes.insert(sizeof(size) + size - 1, again);
   size += again.size();
   std::memcpy(bytes.data(), &size, sizeof(size));
-  const std::string path = folder_.path("shared.safetensors");
-  std::ofstream(path, std::ios::binary) << bytes;
-  const std::string message = message_of<PolicyError>([&path] { Policy policy(path); });
-  EXPECT_NE(message.find("the other tensors leave 12"), std::string::npos) << message;
+  EXPECT_EQ(message_of<PolicyError>([&] {
+              Policy("toy", {bytes.begin(), bytes.end()});
+            }),
+            "policy toy: again has 4 bytes; of all 76 the other tensors leave 0");
 }
 
-TEST_F(PolicyTest, RefusesTensorsThatDoNotFit) {
+TEST_F(PolicyTest, RejectsUnsuitableTensors) {
   using P = PolicyBytes;
   EXPECT_EQ(refusal([](P& p) { p.tensors.erase("action.low"); }), "it has no tensor action.low");
   EXPECT_EQ(refusal([](P& p) {
@@ -229,7 +232,7 @@ TEST_F(PolicyTest, RefusesTensorsThatDoNotFit) {
             "its last layer has 1 outputs; its action 2");
 }
 
-TEST_F(PolicyTest, RefusesAnotherEnvironment) {
+TEST_F(PolicyTest, RejectsAnotherEnvironment) {
   const std::string path = write(small_policy());
   const Specification walker = make("Walker2d-v5")->specification();
   EXPECT_EQ(message_of<PolicyError>([&] { make_policy_agent(path, walker); }),

@@ -24,7 +24,7 @@ std::string refusal(const std::vector<std::string>& arguments) {
   return message_of<std::invalid_argument>([&] { check_arguments(arguments, kNode); });
 }
 
-TEST(NodeArguments, WhatRosTakesIsAccepted) {
+TEST(NodeArguments, AcceptWhatRosAccepts) {
   const std::vector<std::string> accepted{"_env:=Walker2d-v5",
                                           "_anything:=a b",
                                           "__name:=walker_1",
@@ -38,7 +38,7 @@ TEST(NodeArguments, WhatRosTakesIsAccepted) {
   EXPECT_NO_THROW(check_arguments({}, kNode));
 }
 
-TEST(NodeArguments, AWordIsRefusedWithWhatWasMeant) {
+TEST(NodeArguments, RejectWordsWithASuggestion) {
   for (const char* word :
        {"_env=Hopper-v5", "env=Hopper-v5", "--env=Hopper-v5", "~env=Hopper-v5"}) {
     EXPECT_EQ(refusal({word}), std::string("argument ") + word +
@@ -55,7 +55,7 @@ TEST(NodeArguments, AWordIsRefusedWithWhatWasMeant) {
   }
 }
 
-TEST(NodeArguments, ARemappedParameterIsRefusedWithWhatWasMeant) {
+TEST(NodeArguments, RejectRemappedParameters) {
   for (const char* name : {"env", "~env", "/env"}) {
     for (const char* value : {"Walker2d-v5", "hopper", ""}) {
       EXPECT_NE(refusal({std::string(name) + ":=" + value})
@@ -67,13 +67,13 @@ TEST(NodeArguments, ARemappedParameterIsRefusedWithWhatWasMeant) {
   EXPECT_NE(refusal({"ns:=robot-1"}).find("__ns:=robot-1?"), std::string::npos);
 }
 
-TEST(NodeArguments, ALaunchFileMayRemapForOtherNodes) {
+TEST(NodeArguments, AcceptRemappingsOfALaunchFile) {
   EXPECT_NO_THROW(check_arguments({"mode:=drive/mode", "__name:=w", "__log:=/w.log"}, kNode));
   EXPECT_NE(refusal({"env:=Walker2d-v5", "__log:=/w.log"}).find("_env:=Walker2d-v5?"),
             std::string::npos);
 }
 
-TEST(NodeArguments, AnInvalidNameIsRefused) {
+TEST(NodeArguments, RejectInvalidNames) {
   for (const char* argument :
        {"__name:=walker-1", "__name:=", "__ns:=robot 1", "scan:=a-b", "1scan:=laser", "a b:=c"}) {
     EXPECT_NE(

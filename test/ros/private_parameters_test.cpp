@@ -25,7 +25,7 @@ ParameterValue as_text(const ParameterValue& value) {
   return parameters.at("seeds");
 }
 
-TEST(PrivateParameters, DigitsAreText) {
+TEST(PrivateParameters, ConvertDigitsToText) {
   EXPECT_EQ(as_text(std::int64_t{12}), ParameterValue(std::string("12")));
   EXPECT_EQ(as_text(std::int64_t{-1}), ParameterValue(std::string("-1")));
   EXPECT_EQ(as_text(List{0, 7, -3}), ParameterValue(std::string("0 7 -3")));
@@ -35,7 +35,7 @@ TEST(PrivateParameters, DigitsAreText) {
 }
 
 /// The values include the bounds of a 64-bit integer.
-TEST(PrivateParameters, NumbersThatAreNoIntegersStayWhatTheyAre) {
+TEST(PrivateParameters, KeepNumbersThatAreNotIntegers) {
   EXPECT_EQ(as_text(List{1e300, -1e300, kNan, kInfinity, -kInfinity, 2.5}),
             ParameterValue(std::string("1.0e+300 -1.0e+300 .nan .inf -.inf 2.5")));
   EXPECT_EQ(as_text(List{9223372036854775808.0, 9223372036854774784.0, -9223372036854775808.0}),
@@ -45,7 +45,7 @@ TEST(PrivateParameters, NumbersThatAreNoIntegersStayWhatTheyAre) {
   EXPECT_EQ(as_text(5.0), ParameterValue(std::string("5.0")));
 }
 
-TEST(PrivateParameters, ATextThatIsWhollyANumberIsThatNumber) {
+TEST(PrivateParameters, ConvertNumericTexts) {
   const std::vector<ParameterDescription> descriptions{{"factor", 1.0, "", "", 0, 1e9},
                                                        {"count", std::int64_t{1}, "", "", 0, 1e9},
                                                        {"flag", false, "", "", 0, 0},
@@ -70,7 +70,7 @@ TEST(PrivateParameters, ATextThatIsWhollyANumberIsThatNumber) {
   }
 }
 
-TEST(PrivateParameters, ASeedThatIsNoneIsRefused) {
+TEST(PrivateParameters, RejectInvalidSeeds) {
   EXPECT_EQ(parse_seed("seed", ""), std::nullopt);
   EXPECT_EQ(parse_seed("seed", "18446744073709551615"), std::numeric_limits<std::uint64_t>::max());
   for (const char* text : {"-1", "1.0e+300", ".nan", "5.0", "18446744073709551616", "1 2"}) {

@@ -1,13 +1,13 @@
-// Service look-ups at masters that answer correctly, wrongly, slowly or not at all.
+// Service lookups at masters that answer correctly, wrongly, slowly or not at all.
 #include "wire/master.h"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "client/scripted_server.h"
 #include "error_message.h"
@@ -24,10 +24,10 @@ TimePoint in_seconds(double seconds) {
          std::chrono::duration_cast<TimePoint::duration>(std::chrono::duration<double>(seconds));
 }
 
-constexpr double kPatience = 30;  // [s] only a hang takes this long
+constexpr double kTimeout = 30;  // [s] only a hang takes this long
 
 /// Returns the result of a look-up at a master that plays `script`: an address or the error.
-std::string outcome(const ScriptedServer::Script& script, double seconds = kPatience) {
+std::string outcome(const ScriptedServer::Script& script, double seconds = kTimeout) {
   const ScriptedServer master({script});
   const std::string uri = "http://" + master.address();
   try {
@@ -52,14 +52,14 @@ std::string parse_error(const std::string& uri) {
   return message_of<std::invalid_argument>([&] { parse_uri(uri, "http"); });
 }
 
-TEST(Uri, IsTakenApart) {
+TEST(Uri, IsParsed) {
   EXPECT_EQ(parse_uri("http://localhost:11311", "http").text(), "localhost:11311");
   EXPECT_EQ(parse_uri("http://10.0.0.1:65535/", "http").text(), "10.0.0.1:65535");
   EXPECT_EQ(parse_uri("rosrpc://[::1]:80", "rosrpc").host, "::1");
   EXPECT_EQ(parse_uri("rosrpc://fe80::1:80", "rosrpc").host, "fe80::1");  // as roscpp writes it
 }
 
-TEST(Uri, IsRefusedWhereItIsNotOne) {
+TEST(Uri, RejectsOtherForms) {
   for (const char* uri : {"", "localhost:11311", "https://a:1", "http://a", "http://a:",
                           "http://:1", "http://a:0", "http://a:65536", "http://a:-1", "http://a:1x",
                           "http://a:1/path", "http://a b:1", "http://[]:1", "http://u@a:1"}) {
@@ -67,7 +67,7 @@ TEST(Uri, IsRefusedWhereItIsNotOne) {
   }
 }
 
-TEST(LookUp, AsksForTheServiceAndFindsIt) {
+TEST(LookUp, FindsTheService) {
   std::string asked;
   EXPECT_EQ(outcome([&](Peer& peer) {
               asked = peer.take_post();
@@ -78,21 +78,19 @@ TEST(LookUp, AsksForTheServiceAndFindsIt) {
   EXPECT_NE(asked.find("<string>/walker_sim/step</string>"), std::string::npos) << asked;
 }
 
-TEST(LookUp, TakesChunksAndAnswersUpToTheEnd) {
-  const std::string head = "HTTP/1.1 200 OK\r\n";
-  const std::string rest = kFound.substr(5);
-  char size[16];
-  std::snprintf(size, sizeof(size), "%zX", rest.size());
-  EXPECT_EQ(outcome(saying(head + "Transfer-Encoding: chunked\r\n\r\n5;x=y\r\n" +
-                           kFound.substr(0, 5) + "\r\n" + size + "\r\n" + rest + "\r\n0\r\n\r\n")),
-            "walker:4242");
+TEST(LookUp, AcceptsOtherFormsOfAnAnswer) {
+  const std::string length = std::to_string(kFound.size());
   EXPECT_EQ(outcome(saying("HTTP/1.0 200 OK\r\n\r\n" + kFound)), "walker:4242");
-  EXPECT_EQ(
-      outcome(saying(head + "CONTENT-LENGTH:" + std::to_string(kFound.size()) + "\n\n" + kFound)),
-      "walker:4242");
+  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\nCONTENT-LENGTH:" + length + "\n\n" + kFound)),
+            "walker:4242");
+  std::string fields;
+  for (int i = 0; i < 9000; ++i) fields += "a: b\r\n";
+  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\n" + fields + "Content-Length: " + length +
+                           "\r\n\r\n" + kFound)),
+            "walker:4242");
 }
 
-TEST(LookUp, TakesAnswersThatComeInPieces) {
+TEST(LookUp, AcceptsAnAnswerInPieces) {
   EXPECT_EQ(outcome([](Peer& peer) {
               peer.take_post();
               for (const char c : test::http_answer(kFound)) peer.give(std::string(1, c));
@@ -100,13 +98,13 @@ TEST(LookUp, TakesAnswersThatComeInPieces) {
             "walker:4242");
 }
 
-TEST(LookUp, SaysWhatTheMasterDoesNotKnow) {
+TEST(LookUp, NamesTheUnknownService) {
   EXPECT_EQ(outcome(saying(test::http_answer(test::xml_answer(-1, "no provider", "")))),
             "it does not know /walker_sim/step (no provider): is the server running, under this "
             "name, and in a version that has this service?");
 }
 
-TEST(LookUp, RefusesAnswersOfAnotherKind) {
+TEST(LookUp, RejectsAnswersOfAnotherType) {
   const auto xml = [](const std::string& value) {
     return test::http_answer("<methodResponse><params><param><value>" + value +
                              "</value></param></params></methodResponse>");
@@ -122,69 +120,44 @@ TEST(LookUp, RefusesAnswersOfAnotherKind) {
             "not an XML-RPC answer: no <params> at byte 16");
 }
 
-TEST(LookUp, RefusesWhatIsNotHttp) {
+TEST(LookUp, RejectsMalformedHttp) {
+  const std::string ok = "HTTP/1.1 200 OK\r\n";
+  const std::pair<std::string, std::string> cases[] = {
+      {"SSH-2.0\r\n", "it begins SSH-2.0"},
+      {"", "EOF in its header"},
+      {ok + "Content-Length: 4", "EOF in its header"},
+      {ok + "nonsense\r\n\r\n", "a header field without a colon: nonsense"},
+      {ok + "Content-Length: 99\r\n\r\n<methodR", "EOF after 8 of 99 bytes"},
+      {ok + "Content-Length: 99999999999\r\n\r\n", "a length of 99999999999 bytes"},
+      {ok + "Content-Length: -1\r\n\r\n", "the length \"-1\""},
+      {ok + "Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde", "two lengths, 4 and 5"},
+      {ok + "Transfer-Encoding: chunked\r\n\r\n", "the transfer encoding chunked"},
+      {ok + "\r\n" + std::string(2 << 20, 'x'), "more than 1 MiB"},
+      {std::string(2 << 20, 'x'), "a header of more than 64 KiB"},
+  };
+  for (const auto& [answer, reason] : cases) {
+    EXPECT_EQ(outcome(saying(answer)), "not an HTTP answer: " + reason);
+  }
   EXPECT_EQ(outcome(saying("HTTP/1.1 500 Internal error\r\n\r\n")),
             "HTTP status 500 Internal error");
-  EXPECT_EQ(outcome(saying("SSH-2.0\r\n")), "not an HTTP answer: it begins SSH-2.0");
-  EXPECT_EQ(outcome(saying("")), "not an HTTP answer: it ends in its header");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\nContent-Length: 4")),
-            "not an HTTP answer: it ends in its header");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\nnonsense\r\n\r\n")),
-            "not an HTTP answer: a header field without a colon: nonsense");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\nContent-Length: 99\r\n\r\n<methodR")),
-            "not an HTTP answer: it ends after 8 of 99 bytes");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\nContent-Length: 99999999999\r\n\r\n")),
-            "not an HTTP answer: a length of 99999999999 bytes");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\nContent-Length: -1\r\n\r\n")),
-            "not an HTTP answer: the length \"-1\"");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nFFFFFFFF\r\n")),
-            "not an HTTP answer: a length of 4294967295 bytes");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n1\r\nab\r\n")),
-            "not an HTTP answer: a chunk that does not end where it should");
-  EXPECT_EQ(outcome(saying("HTTP/1.1 200 OK\r\n\r\n" + std::string(2 << 20, 'x'))),
-            "not an HTTP answer: more than 1 MiB");
-  EXPECT_EQ(outcome(saying(std::string(2 << 20, 'x'))),
-            "not an HTTP answer: a line of more than 8 KiB");
 }
 
-/// Sends `begin`, then repeats `text` until the client closes, for 10 s at most.
-ScriptedServer::Script repeating(const std::string& begin, const std::string& text) {
-  return [begin, text](Peer& peer) {
-    peer.take_post();
-    peer.give(begin);
-    std::string many;
-    while (many.size() < (1 << 16)) many += text;
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (std::chrono::steady_clock::now() < until && !peer.has_ended()) peer.give(many);
-  };
+TEST(LookUp, BoundsTheHeader) {
+  for (const std::string& field :
+       {std::string("a: b\r\n"), "a: " + std::string(4000, 'b') + "\r\n"}) {
+    EXPECT_EQ(outcome([&](Peer& peer) {
+                peer.take_post();
+                peer.give("HTTP/1.1 200 OK\r\n");
+                const TimePoint until = in_seconds(10);
+                while (std::chrono::steady_clock::now() < until && !peer.has_ended()) {
+                  peer.give(field);
+                }
+              }),
+              "not an HTTP answer: a header of more than 64 KiB");
+  }
 }
 
-TEST(LookUp, TakesAHeaderOfSomeLengthOnly) {
-  const std::string head = "HTTP/1.1 200 OK\r\n";
-  EXPECT_EQ(outcome(repeating(head, "a: b\r\n")),
-            "not an HTTP answer: more than 100 header fields");
-  EXPECT_EQ(outcome(repeating(head, "a: " + std::string(4000, 'b') + "\r\n")),
-            "not an HTTP answer: lines of more than 64 KiB around its body");
-  EXPECT_EQ(outcome(repeating(head + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n")),
-            "not an HTTP answer: lines of more than 64 KiB around its body");
-  std::string fields;
-  for (int i = 0; i < 99; ++i) fields += "a: b\r\n";
-  EXPECT_EQ(outcome(saying(head + fields + test::http_answer(kFound).substr(head.size()))),
-            "not an HTTP answer: more than 100 header fields");
-  EXPECT_EQ(outcome(saying(head + fields.substr(12) + "Content-Length: " +
-                           std::to_string(kFound.size()) + "\r\n\r\n" + kFound)),
-            "walker:4242");
-}
-
-TEST(LookUp, RefusesALengthThatIsInDoubt) {
-  const std::string head = "HTTP/1.1 200 OK\r\n";
-  EXPECT_EQ(outcome(saying(head + "Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde")),
-            "not an HTTP answer: two lengths, 4 and 5");
-  EXPECT_EQ(outcome(saying(head + "Transfer-Encoding: gzip, chunked\r\n\r\n")),
-            "not an HTTP answer: the transfer encoding gzip, chunked");
-}
-
-TEST(LookUp, GivesUpAtTheDeadline) {
+TEST(LookUp, TimesOutAtTheDeadline) {
   const auto silent = [](Peer& peer) { peer.sees_end(); };
   EXPECT_EQ(outcome(
                 [&](Peer& peer) {
@@ -196,13 +169,12 @@ TEST(LookUp, GivesUpAtTheDeadline) {
   // Bytes that trickle in do not extend the deadline: in the header, its fields, the body.
   for (const char* begin :
        {"HTTP", "HTTP/1.1 200 OK\r\na: ", "HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n",
-        "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\nFFF\r\n",
         "HTTP/1.1 200 OK\r\n\r\n"}) {
     EXPECT_EQ(outcome(
                   [&](Peer& peer) {
                     peer.take_post();
                     peer.give(begin);
-                    const TimePoint until = in_seconds(kPatience);
+                    const TimePoint until = in_seconds(kTimeout);
                     while (std::chrono::steady_clock::now() < until && !peer.has_ended()) {
                       peer.give("x");
                       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -213,15 +185,15 @@ TEST(LookUp, GivesUpAtTheDeadline) {
   }
 }
 
-TEST(LookUp, SaysThatThereIsNoMaster) {
+TEST(LookUp, NamesAMasterThatIsNotRunning) {
   const std::string uri = "http://127.0.0.1:" + std::to_string(test::dead_port());
   EXPECT_EQ(
       message_of<ConnectionError>(
-          [&] { look_up_service(uri, "/walker_sim/step", Deadline(in_seconds(kPatience))); }),
+          [&] { look_up_service(uri, "/walker_sim/step", Deadline(in_seconds(kTimeout))); }),
       "ROS master " + uri + ": Connection refused; is it running, and is this its ROS_MASTER_URI?");
   const std::string unknown = message_of<ConnectionError>([&] {
     look_up_service("http://no-such-host.invalid:1", "/walker_sim/step",
-                    Deadline(in_seconds(kPatience)));
+                    Deadline(in_seconds(kTimeout)));
   });
   EXPECT_EQ(unknown.rfind("ROS master http://no-such-host.invalid:1: ", 0), 0U) << unknown;
 }

@@ -28,7 +28,7 @@ const std::string kText("\x03\0\0\0abc", 7);
 const std::string kNumbers("\x02\0\0\0\x01\0\x02\0", 8);
 constexpr const char* kEnds = "the message ends within a field";
 
-TEST(MessageReader, TakesOneFieldAfterTheOther) {
+TEST(MessageReader, ReadsFieldsInOrder) {
   const std::string bytes = kText + kNumbers + "\xff";
   MessageReader reader = reader_of(bytes);
   EXPECT_EQ(reader.text(), "abc");
@@ -42,7 +42,7 @@ TEST(MessageReader, TakesOneFieldAfterTheOther) {
   reader.finish();
 }
 
-TEST(MessageReader, EndsAtItsLastByte) {
+TEST(MessageReader, RejectsTruncatedFields) {
   const auto text = [](MessageReader& reader) { reader.text(); };
   const auto numbers = [](MessageReader& reader) {
     std::vector<std::uint16_t> values;
@@ -58,7 +58,7 @@ TEST(MessageReader, EndsAtItsLastByte) {
   }
 }
 
-TEST(MessageReader, BelievesNoCount) {
+TEST(MessageReader, ChecksCounts) {
   const std::string bytes("\xff\xff\xff\xff\x01\0\x02\0", 8);
   std::vector<std::uint16_t> values{7};
   EXPECT_EQ(refusal(bytes, [&](MessageReader& reader) { reader.read_array(values); }), kEnds);
@@ -66,7 +66,7 @@ TEST(MessageReader, BelievesNoCount) {
   EXPECT_EQ(refusal(bytes, [](MessageReader& reader) { reader.count(1); }), kEnds);
 }
 
-TEST(MessageReader, LeavesATextThatIsCutShort) {
+TEST(MessageReader, DoesNotAdvanceInATruncatedText) {
   for (const std::size_t size : {std::size_t{0}, std::size_t{3}, kText.size() - 1}) {
     const std::string bytes = kText.substr(0, size);
     MessageReader reader = reader_of(bytes);

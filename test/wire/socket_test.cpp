@@ -60,7 +60,7 @@ void receive_one(Socket& socket, const Deadline& deadline) {
 void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
 
 /// Otherwise the server would receive what the process prints.
-TEST(Socket, TakesNoStandardDescriptorThatIsClosed) {
+TEST(Socket, AvoidsClosedStandardDescriptors) {
   const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   socklen_t size = sizeof(address);
@@ -87,29 +87,29 @@ TEST(Socket, TakesNoStandardDescriptorThatIsClosed) {
   EXPECT_EQ(is_taken, (std::array<bool, 3>{}));
 }
 
-TEST(Socket, GivesUpAtTheDeadlineWhileSomethingComes) {
+TEST(Socket, TimesOutWhileReceiving) {
   EXPECT_EQ(end_of_use(babble, receive_one, std::chrono::milliseconds(50)), "timed out");
 }
 
-TEST(Socket, GivesUpAtTheDeadlineWhileItMaySend) {
+TEST(Socket, TimesOutWhileSending) {
   EXPECT_EQ(end_of_use(swallow, send_one, std::chrono::milliseconds(50)), "timed out");
 }
 
 /// The signal arrives outside all waits, so it interrupts none.
-TEST(Socket, IsInterruptedWhileSomethingComes) {
+TEST(Socket, IsInterruptedWhileTransferring) {
   const auto always = [] { return true; };
   EXPECT_THROW(end_of_use(babble, receive_one, 2 * kHang, always), Interrupted);
   EXPECT_THROW(end_of_use(swallow, send_one, 2 * kHang, always), Interrupted);
 }
 
-TEST(Socket, IsInterruptedByASignalThatCameBeforeItsWait) {
+TEST(Socket, IsInterruptedByAnEarlierSignal) {
   const auto always = [] { return true; };
   const auto silent = [](Peer& peer) { peer.sees_end(); };
   EXPECT_THROW(end_of_use(silent, receive_one, kHang, always), Interrupted);
 }
 
 /// The check costs time, so the socket does not make it for every piece.
-TEST(Socket, LooksForSignalsNowAndThenOnly) {
+TEST(Socket, ChecksForSignalsPeriodically) {
   std::atomic<int> looks{0};
   const std::function<bool()> count = [&] {
     ++looks;

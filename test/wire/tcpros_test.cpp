@@ -20,7 +20,7 @@ std::string refusal(const std::string& header) {
 
 const std::string kField("\x03\0\0\0a=b", 7);
 
-TEST(ConnectionHeader, IsWrittenAsRosWritesIt) {
+TEST(ConnectionHeader, IsWrittenInRosFormat) {
   Bytes bytes = bytes_of("before");
   append_header({{"a", "b"}, {"long", ""}}, bytes);
   EXPECT_EQ(bytes, bytes_of("before" + std::string("\x10\0\0\0", 4) + kField +
@@ -37,7 +37,7 @@ TEST(ConnectionHeader, IsReadBack) {
 
 TEST(ConnectionHeader, MayBeEmpty) { EXPECT_TRUE(parse_header(nullptr, 0).empty()); }
 
-TEST(ConnectionHeader, IsRefusedWhereItIsNotOne) {
+TEST(ConnectionHeader, RejectsMalformedFields) {
   EXPECT_EQ(refusal(kField), "nothing thrown");
   EXPECT_EQ(refusal(kField.substr(0, 6)), "connection header: a field is longer than the header");
   EXPECT_EQ(refusal(kField.substr(0, 3)), "connection header: a field is longer than the header");

@@ -22,7 +22,7 @@ std::string refusal(const std::string& xml) {
   return message_of<std::runtime_error>([&] { parse_answer(xml); });
 }
 
-TEST(XmlRpc, ACallEscapesItsArguments) {
+TEST(XmlRpc, EscapesTheArgumentsOfACall) {
   EXPECT_EQ(make_call("lookupService", {"/me", "a<b>&\"c'"}),
             "<?xml version=\"1.0\"?>\n<methodCall><methodName>lookupService</methodName><params>"
             "<param><value><string>/me</string></value></param>"
@@ -30,7 +30,7 @@ TEST(XmlRpc, ACallEscapesItsArguments) {
             "</params></methodCall>\n");
 }
 
-TEST(XmlRpc, ValuesOfAllTypes) {
+TEST(XmlRpc, ReadsValuesOfAllTypes) {
   const Value value = parse_answer(
       answer("<value><array><data><value><int>-3</int></value><value><i4>7</i4></value>"
              "<value><boolean>1</boolean></value><value><double>0.5</double></value>"
@@ -57,7 +57,7 @@ TEST(XmlRpc, ValuesOfAllTypes) {
   EXPECT_EQ(value.elements[10].kind, Kind::array);
 }
 
-TEST(XmlRpc, AStructureIsReadByItsMembers) {
+TEST(XmlRpc, ReadsTheMembersOfAStructure) {
   const Value value = parse_answer(
       answer("<value><struct><member><name>a</name><value><int>1</int></value></member>"
              "<member><name>b</name><value>two</value></member></struct></value>"));
@@ -67,7 +67,7 @@ TEST(XmlRpc, AStructureIsReadByItsMembers) {
   EXPECT_EQ(value.elements[1].text, "two");
 }
 
-TEST(XmlRpc, AFaultIsTheOthersWord) {
+TEST(XmlRpc, ThrowsAFault) {
   const std::string xml =
       "<methodResponse><fault><value><struct><member><name>faultCode</name><value><int>4</int>"
       "</value></member><member><name>faultString</name><value><string>Too many</string></value>"
@@ -75,19 +75,19 @@ TEST(XmlRpc, AFaultIsTheOthersWord) {
   EXPECT_EQ(message_of<Fault>([&] { parse_answer(xml); }), "Too many");
 }
 
-TEST(XmlRpc, AFaultWithoutAWordIsToldAsSuch) {
+TEST(XmlRpc, ThrowsAFaultWithoutText) {
   const std::string xml =
       "<methodResponse><fault><value><struct><member><name>faultString</name><value><string>"
       "</string></value></member></struct></value></fault></methodResponse>";
   EXPECT_EQ(message_of<Fault>([&] { parse_answer(xml); }), "a fault without a text");
 }
 
-TEST(XmlRpc, AZeroByteIsNoText) {
+TEST(XmlRpc, RejectsAZeroByte) {
   const std::string value = std::string("<value>1") + '\0' + "2</value>";
   EXPECT_EQ(refusal(answer(value)).rfind("not an XML-RPC answer: a zero byte at byte ", 0), 0U);
 }
 
-TEST(XmlRpc, NonsenseIsRefused) {
+TEST(XmlRpc, RejectsMalformedXml) {
   const std::string good = answer("<value><int>1</int></value>");
   EXPECT_EQ(refusal(good), "nothing thrown");
   EXPECT_EQ(refusal(""), "not an XML-RPC answer: no <methodResponse> at byte 0");
@@ -108,7 +108,7 @@ TEST(XmlRpc, NonsenseIsRefused) {
   }
 }
 
-TEST(XmlRpc, ValuesAreNotNestedWithoutEnd) {
+TEST(XmlRpc, BoundsTheNestingDepth) {
   std::string begin;
   for (int i = 0; i < 100000; ++i) begin += "<value><array><data>";
   EXPECT_NE(refusal("<methodResponse><params><param>" + begin).find("nested"), std::string::npos);

@@ -1,0 +1,387 @@
+// The client's connections: options, look-ups, malformed answers, timeouts, signals.
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <sys/resource.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/limits.h"
+#include "client/scripted_server.h"
+#include "client/scripted_walker.h"
+#include "error_message.h"
+#include "walker_sim/client.h"
+
+namespace walker {
+namespace {
+
+using test::example_answer;
+using test::kLost;
+using test::Peer;
+using test::ScriptedServer;
+using test::ScriptedWalker;
+
+const std::string kHint =
+    "; has the server died, or can its host not be reached under this name (its ROS_HOSTNAME or "
+    "ROS_IP)?";
+
+ScriptedServer::Script answering(const std::vector<std::string>& answers) {
+  return test::answering(kStep, answers);
+}
+
+/// Reads a step's request and does not answer it.
+void take_step(Peer& peer) {
+  test::open(peer, kStep);
+  peer.take_frame();
+}
+
+/// Sends bytes one at a time until the client closes.
+void drip(Peer& peer) {
+  while (!peer.has_ended()) {
+    peer.give("x");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+/// Returns the ConnectionError of a step on such a connection; expects the next step to succeed.
+std::string broken_step(const ScriptedServer::Script& script, double timeout = 30) {
+  ScriptedWalker walker({script, answering({example_answer()})}, timeout);
+  const std::string error = message_of<ConnectionError>([&] { walker.step(); });
+  walker.step();
+  EXPECT_EQ(walker.transition.step, 9U);
+  const std::string whom = "service /walker_sim/step at " + walker.address();
+  EXPECT_EQ(error.rfind(whom, 0), 0U) << error;
+  return error.substr(whom.size());
+}
+
+TEST(Connection, ReportsEof) {
+  EXPECT_EQ(broken_step(answering({""})), ": the server has closed the connection" + kLost);
+  const std::string good = example_answer();
+  for (const std::size_t size : {std::size_t{1}, std::size_t{4}, std::size_t{5}, good.size() - 1}) {
+    EXPECT_EQ(broken_step([&](Peer& peer) {
+                take_step(peer);
+                peer.give(good.substr(0, size));
+              }),
+              ": the server has closed the connection" + kLost);
+  }
+}
+
+TEST(Connection, TimesOut) {
+  constexpr double kTimeout = 2;  // [s] enough for every real answer on a busy machine
+  const auto silent = [](Peer& peer) {
+    take_step(peer);
+    peer.sees_end();
+  };
+  // Bytes that trickle in do not extend the timeout.
+  const auto dripping = [](Peer& peer) {
+    take_step(peer);
+    peer.give(test::answer(std::string(1 << 20, 'x')).substr(0, 5));
+    drip(peer);
+  };
+  const auto dripping_header = [](Peer& peer) {
+    test::take_header(peer);
+    peer.give(test::Message().number(std::uint32_t{60000}).bytes());
+    drip(peer);
+  };
+  EXPECT_EQ(broken_step(silent, kTimeout), ": timed out" + kLost);
+  EXPECT_EQ(broken_step(dripping, kTimeout), ": timed out" + kLost);
+  EXPECT_EQ(broken_step(dripping_header, kTimeout),
+            ", as the ROS master has it: timed out" + kHint);
+}
+
+/// Master and server each answer within the timeout, but together they exceed it.
+TEST(Connection, LooksUpAndCallsWithinOneTimeout) {
+  const auto linger = [] { std::this_thread::sleep_for(std::chrono::milliseconds(600)); };
+  ScriptedServer server({test::tell_specification, [&](Peer& peer) {
+                           take_step(peer);
+                           linger();
+                           peer.give(example_answer());
+                         }});
+  ScriptedServer master({test::master_of(server.address()), [&](Peer& peer) {
+                           linger();
+                           test::master_of(server.address())(peer);
+                         }});
+  ClientOptions options = test::options_for(master);
+  options.timeout = 1;
+  Client client(options);
+  Transition transition;
+  const std::string error =
+      message_of<ConnectionError>([&] { client.step(nullptr, 0, transition); });
+  EXPECT_NE(error.find("timed out"), std::string::npos) << error;
+}
+
+TEST(Connection, RejectsMalformedAnswers) {
+  const std::string body = test::to_bytes(test::example_transition());
+  // An array length beyond the end of the answer causes no allocation.
+  const std::string long_array = test::Message().number(std::uint8_t{1}).text("").bytes() +
+                                 std::string(12, '\0') + test::framed("odom") +
+                                 std::string(12, '\0') + "\xff\xff\xff\xff";
+  const std::pair<std::string, std::string> cases[] = {
+      {test::answer(body.substr(0, body.size() - 1)), "the answer ends within a field"},
+      {test::answer(body + "x"), "the answer is longer than its type"},
+      {test::answer(""), "the answer ends within a field"},
+      {test::answer(long_array), "the answer ends within a field"},
+      {example_answer() + "x", "it sent unrequested bytes"},
+      {"HTTP/1.1 400 Bad request", "its answer begins with neither 0 nor 1; is it a ROS node?"},
+      {"\1\xff\xff\xff\xff", "its answer has 4294967295 bytes; must have at most 1048616"},
+  };
+  for (const auto& [answer, reason] : cases) {
+    EXPECT_EQ(broken_step(answering({answer})), ": " + reason + kLost);
+  }
+}
+
+/// Peak resident set size of this process [bytes].
+std::int64_t peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  constexpr std::int64_t kKibi = 1024;
+  return usage.ru_maxrss * kKibi;
+}
+
+TEST(Connection, AllocatesOnlyForReceivedBytes) {
+  ServerSpecification large = test::example_specification();
+  large.num_envs = kMaxEnvironments;
+  large.observation_size = 500;
+  large.observation_low.assign(500, -1);
+  large.observation_high.assign(500, 1);
+  constexpr std::uint32_t kAnnounced = 900000000;
+  ScriptedWalker walker(
+      {test::answering(kStepBatch, {test::Message().number('\1').number(kAnnounced).bytes()})}, 30,
+      {}, large);
+  const std::vector<double> actions(kMaxEnvironments);
+  BatchTransition batch;
+  const std::int64_t before = peak_memory();
+  EXPECT_EQ(message_of<ConnectionError>(
+                [&] { walker.client().step_batch(actions.data(), actions.size(), batch); }),
+            "service /walker_sim/step_batch at " + walker.address() +
+                ": the server has closed the connection" + kLost);
+  EXPECT_LT(peak_memory() - before, kAnnounced / 4);
+}
+
+TEST(Connection, RejectsMalformedHeaders) {
+  const std::string md5sum = kServiceTypes[kStep].md5sum;
+  const std::string gone =
+      ", as the ROS master has it: the server has closed the connection" + kHint;
+  const std::pair<std::string, std::string> cases[] = {
+      {test::header({{"error", "another MD5"}}), ": its error: another MD5"},
+      {test::header({{"error", "no\n\x1b[2J\xFF"}}), ": its error: no\\n\\x1b[2J\\xff"},
+      {test::header({{"md5sum", "0"}}), ": its walker_sim/Step has the MD5 0; here it is " +
+                                            md5sum + ", so it is another version of walker_sim"},
+      {test::framed("rubbish"), ": connection header: a field is longer than the header"},
+      {std::string(4, '\xff'), ": it sent a header of 4294967295 bytes; is it a ROS node?"},
+      {test::header({{"md5sum", md5sum}}) + "x", ": it sent unrequested bytes"},
+      {"", gone},
+      {std::string("\x10\0\0\0half", 8), gone},
+  };
+  for (const auto& row : cases) {
+    EXPECT_EQ(broken_step([&](Peer& peer) {
+                test::take_header(peer);
+                peer.give(row.first);
+              }),
+              row.second);
+  }
+}
+
+/// Before the specification is known, a fixed limit of 16 MiB applies.
+TEST(Connection, RejectsALongSpecification) {
+  const std::string announced = test::Message().number('\1').number(std::uint32_t{1} << 25).bytes();
+  ScriptedServer server({test::answering(kGetSpec, {announced})});
+  ScriptedServer master({test::master_of(server.address())});
+  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(test::options_for(master)); }),
+            "service /walker_sim/get_spec at " + server.address() +
+                ": its answer has 33554432 bytes; must have at most 16777216" + kLost);
+}
+
+TEST(Connection, SendsNoCallTwice) {
+  std::atomic<int> requests{0};
+  const auto swallow = [&](Peer& peer) {
+    test::open(peer, kStep);
+    if (!peer.take_frame().empty()) ++requests;
+  };
+  ScriptedWalker walker({swallow, swallow, swallow});
+  for (int i = 1; i <= 3; ++i) {
+    EXPECT_THROW(walker.step(), ConnectionError);
+    EXPECT_EQ(requests, i);
+  }
+}
+
+TEST(Connection, LooksTheServerUpAgainAfterAFailure) {
+  ScriptedServer second({answering({example_answer()})});
+  ScriptedServer first({test::tell_specification, answering({})});
+  ScriptedServer master({test::master_of(first.address()), test::master_of(first.address()),
+                         test::master_of(second.address())});
+  Client client(test::options_for(master));
+  Transition transition;
+  EXPECT_THROW(client.step(nullptr, 0, transition), ConnectionError);
+  client.step(nullptr, 0, transition);
+  EXPECT_EQ(transition.step, 9U);
+}
+
+// ---------------------------------------------------------------- signals
+
+/// Makes SIGUSR1 interrupt this thread's system calls without any other effect.
+class Signals {
+ public:
+  Signals() : thread_(pthread_self()) {
+    struct sigaction interrupt {};
+    interrupt.sa_handler = [](int) {};  // without SA_RESTART
+    sigaction(SIGUSR1, &interrupt, &before_);
+  }
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
+  ~Signals() { sigaction(SIGUSR1, &before_, nullptr); }
+
+  void raise() const { pthread_kill(thread_, SIGUSR1); }
+
+  /// Raises repeatedly: the first signal may arrive before the client waits.
+  void raise_until_end(Peer& peer) const {
+    while (!peer.has_ended()) {
+      raise();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+ private:
+  pthread_t thread_;
+  struct sigaction before_ {};
+};
+
+TEST(Connection, ContinuesAfterASignal) {
+  const Signals signals;
+  std::atomic<int> asked{0};
+  const auto never = [&] {
+    ++asked;
+    return false;
+  };
+  for (const std::function<bool()>& is_interrupted : {std::function<bool()>(), {never}}) {
+    ScriptedWalker walker({[&](Peer& peer) {
+                            take_step(peer);
+                            while (is_interrupted && asked == 0) signals.raise();
+                            for (const char c : example_answer()) {
+                              signals.raise();
+                              peer.give(std::string(1, c));
+                            }
+                            peer.sees_end();
+                          }},
+                          30, is_interrupted);
+    walker.step();
+    EXPECT_EQ(walker.transition.step, 9U);
+  }
+  EXPECT_GT(asked, 0);
+}
+
+TEST(Connection, IsInterruptedBySignals) {
+  const Signals signals;
+  const std::thread::id caller = std::this_thread::get_id();
+  bool is_meant = false;
+  const auto is_interrupted = [&] {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    return is_meant;
+  };
+  const auto silent = [&](Peer& peer) {
+    take_step(peer);
+    signals.raise_until_end(peer);
+  };
+  ScriptedWalker walker({silent, answering({example_answer()})}, 30, is_interrupted);
+  is_meant = true;
+  EXPECT_THROW(walker.step(), Interrupted);
+  is_meant = false;
+  walker.step();  // on a new connection
+  EXPECT_EQ(walker.transition.step, 9U);
+}
+
+TEST(Connection, IsInterruptedWhileConnecting) {
+  const Signals signals;
+  ClientOptions options;
+  options.is_interrupted = [] { return true; };
+  ScriptedServer master({[&](Peer& peer) {
+    peer.take_post();
+    signals.raise_until_end(peer);
+  }});
+  options.master_uri = "http://" + master.address();
+  EXPECT_THROW(Client{options}, Interrupted);
+  ScriptedServer server({[&](Peer& peer) {
+    peer.take_frame();
+    signals.raise_until_end(peer);
+  }});
+  ScriptedServer other_master({test::master_of(server.address())});
+  options.master_uri = "http://" + other_master.address();
+  EXPECT_THROW(Client{options}, Interrupted);
+}
+
+// ---------------------------------------------------------------- options
+
+std::string option_error(const ClientOptions& options) {
+  return message_of<std::invalid_argument>([&] { Client client(options); });
+}
+
+TEST(ClientOptions, AreChecked) {
+  for (const char* server : {"", "/", "walker_sim", "/walker_sim/"}) {
+    ClientOptions options;
+    options.server = server;
+    EXPECT_EQ(option_error(options), "server = \"" + std::string(server) +
+                                         "\"; must be a node's full name, e.g. /walker_sim");
+  }
+  for (const double timeout : {0.0, -1.0, 1e7, std::numeric_limits<double>::quiet_NaN()}) {
+    ClientOptions options;
+    options.timeout = timeout;
+    EXPECT_EQ(option_error(options),
+              "timeout = " + std::to_string(timeout) + " s; must be above 0 and at most 1000000");
+  }
+  ClientOptions options;
+  options.master_uri = "localhost:11311";
+  EXPECT_EQ(option_error(options), "master_uri = \"localhost:11311\"; must be http://HOST:PORT");
+}
+
+TEST(ClientOptions, AcceptAShortName) {
+  ScriptedServer server({test::tell_specification});
+  ScriptedServer master({test::master_of(server.address())});
+  ClientOptions options = test::options_for(master);
+  options.server = "/a";
+  EXPECT_NO_THROW(Client{options});
+}
+
+TEST(ClientOptions, DefaultToTheMasterOfTheEnvironment) {
+  const char* const set = std::getenv("ROS_MASTER_URI");
+  const std::string before = set != nullptr ? set : "";
+  setenv("ROS_MASTER_URI", "nonsense", 1);
+  EXPECT_EQ(option_error({}), "ROS_MASTER_URI = \"nonsense\"; must be http://HOST:PORT");
+  ScriptedServer server({test::tell_specification});
+  ScriptedServer master({test::master_of(server.address())});
+  setenv("ROS_MASTER_URI", ("http://" + master.address()).c_str(), 1);
+  EXPECT_NO_THROW(Client());
+  if (set != nullptr) {
+    setenv("ROS_MASTER_URI", before.c_str(), 1);
+  } else {
+    unsetenv("ROS_MASTER_URI");
+  }
+}
+
+TEST(ClientOptions, NameAnUnknownServer) {
+  ScriptedServer master({test::unknowing_master("un\xFFknown")});
+  ClientOptions options = test::options_for(master);
+  options.server = "/gone";
+  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
+            "ROS master " + options.master_uri +
+                ": it does not know /gone/get_spec (un\\xffknown): is the server running, under "
+                "this name, and in a version that has this service?");
+}
+
+TEST(ClientOptions, NameAServerThatDied) {
+  const std::string address = "127.0.0.1:" + std::to_string(test::dead_port());
+  ScriptedServer master({test::master_of(address)});
+  const ClientOptions options = test::options_for(master);
+  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
+            "service /walker_sim/get_spec at " + address +
+                ", as the ROS master has it: Connection refused" + kHint);
+}
+
+}  // namespace
+}  // namespace walker
