@@ -156,7 +156,7 @@ def test_another_version_is_refused():
     version = _core.__version__.encode()
     assert version in stored
     other = version[:-1] + b"x"
-    with pytest.raises(ValueError, match=f"stored by walker_sim {other.decode()} on Box2D"):
+    with pytest.raises(ValueError, match=f"pickled by walker_sim {other.decode()} on Box2D"):
         pickle.loads(stored.replace(version, other))
 
 

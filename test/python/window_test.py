@@ -131,7 +131,7 @@ def test_a_user_closes_the_window_and_the_walker_goes_on(pygame, name):
         event = pygame.event.Event(pygame.KEYDOWN, key=pygame.K_ESCAPE)
     pygame.event.post(event)
     actions = random_actions("BipedalWalker-v3", 30)
-    with pytest.warns(UserWarning, match="the window was closed, and the walker goes on"):
+    with pytest.warns(UserWarning, match="the window was closed; the episode continues"):
         outcomes = follow(environment, actions)
     assert pygame.display.get_surface() is None
     unseen = gymnasium.make("walker_sim/BipedalWalker-v3")
@@ -198,7 +198,8 @@ env.close()
         status=0,
     )
     assert (
-        "nobody sees the window: there is no display; DISPLAY or WAYLAND_DISPLAY names one" in error
+        "the window is invisible: there is no display; DISPLAY or WAYLAND_DISPLAY names one"
+        in error
     )
 
 

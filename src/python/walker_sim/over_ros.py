@@ -74,26 +74,28 @@ class Connection:
         env_id: str,
         parameters: Mapping[str, Any],
         required: Specification,
-        place: ServerAddress,
+        address: ServerAddress,
         takes_any_limit: bool = False,
     ) -> None:
-        for name, value in (("server", place.server), ("master_uri", place.master_uri)):
+        for name, value in (("server", address.server), ("master_uri", address.master_uri)):
             if not isinstance(value, str):
                 raise TypeError(f"{name} = {_core.shown(value)}: must be a str")
             if not value.isprintable():
                 raise ValueError(f"{name} = {_core.shown(value)}: must be a printable text")
-        if not isinstance(place.timeout, numbers.Real):
-            raise TypeError(f"timeout = {_core.shown(place.timeout)}: must be a number of seconds")
+        if not isinstance(address.timeout, numbers.Real):
+            raise TypeError(
+                f"timeout = {_core.shown(address.timeout)}: must be a number of seconds"
+            )
         try:
-            timeout = float(place.timeout)
+            timeout = float(address.timeout)
         except OverflowError:
             raise ValueError(
-                f"timeout = {_core.shown(place.timeout)}: must be a number of seconds, as a float"
+                f"timeout = {_core.shown(address.timeout)}: must be a number of seconds, as a float"
             ) from None
         self._required: Specification = required
         self._takes_any_limit: bool = takes_any_limit
         self._options: tuple[str, dict[str, Any], str, str, float]
-        self._options = (env_id, dict(parameters), *place[1:3], timeout)
+        self._options = (env_id, dict(parameters), *address[1:3], timeout)
         self._client: _core.Client | None = None
         client = self.open()
         server = client.server_specification
@@ -142,11 +144,11 @@ class RemoteWalker:
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        place: ServerAddress,
+        address: ServerAddress,
         takes_any_limit: bool = False,
     ) -> None:
         required = {"mode": "lockstep", "num_envs": 1}
-        self._connection = Connection(env_id, parameters, required, place, takes_any_limit)
+        self._connection = Connection(env_id, parameters, required, address, takes_any_limit)
         self.specification = self._connection.specification
 
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
@@ -164,23 +166,21 @@ class RemoteWalker:
         return self._connection.client.snapshot()
 
     def set_state(self, state: bytes) -> np.random.Generator | None:
-        """Lets the server replay a record."""
-        if not isinstance(state, bytes):
-            raise TypeError(f"a state is of type {type(state).__name__}; must be bytes")
+        """Lets the server replay a record. Returns None: the server has the generator."""
         self._connection.open().restore(state)
         return None
 
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
         raise AttributeError(
             'set_state(qpos, qvel): not over ROS; only with transport="inprocess". Over ROS '
-            "set_state takes what get_state gave"
+            "set_state takes a result of get_state"
         )
 
     @property
     def is_healthy(self) -> bool:
         raise AttributeError(
             'is_healthy: not over ROS; only with transport="inprocess". Over ROS '
-            "a step's terminated tells it"
+            "a step returns terminated"
         )
 
     def close(self) -> None:
@@ -196,10 +196,10 @@ class RemoteWalkers(Walkers):
         parameters: Mapping[str, Any],
         num_envs: int,
         autoreset_mode: str,
-        place: ServerAddress,
+        address: ServerAddress,
     ) -> None:
         required = {"mode": "lockstep", "num_envs": num_envs, "autoreset_mode": autoreset_mode}
-        self._connection = Connection(env_id, parameters, required, place)
+        self._connection = Connection(env_id, parameters, required, address)
         super().__init__(self._connection.specification, num_envs)
         self._observations, self._info = self._new_rows(num_envs)  # latest, for reset() of some
         self._observations[:], self._info[:] = 0, 0
