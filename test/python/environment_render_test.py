@@ -4,13 +4,11 @@ import copy
 import pickle
 import subprocess
 import sys
-import warnings
 
 import gymnasium
 import numpy as np
 import pytest
 import walker_sim
-from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import (
     AddRenderObservation,
     HumanRendering,
@@ -160,33 +158,12 @@ assert "pygame" not in sys.modules
 
 
 @PAIRS
-def test_checker_of_environments(env_id):
-    environment = make_ours(env_id)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        check_env(environment.unwrapped)
-    assert [str(one.message) for one in caught if "render" in str(one.message)] == []
-
-
-@PAIRS
 def test_without_a_mode(env_id):
     environment = make_ours(env_id)
     environment.reset()
     hint = f'render_mode is None.*gymnasium.make."walker_sim/{env_id}", render_mode="rgb_array"'
     with pytest.warns(UserWarning, match=hint):
         assert environment.render() is None
-
-
-@pytest.mark.filterwarnings("ignore:.*that is not in the possible render_modes")
-@PAIRS
-def test_unknown_mode(env_id):
-    allowed = f"render_mode = 'smoke': must be None or one of {', '.join(modes_of(env_id))}$"
-    for make in (make_ours, WalkerEnv):
-        with pytest.raises(ValueError, match=allowed):
-            make(env_id, render_mode="smoke")
-    if env_id not in ROBOTS:
-        with pytest.raises(ValueError, match="render_mode = 'depth_array': must be"):
-            make_ours(env_id, render_mode="depth_array")
 
 
 def test_when_there_is_nothing_to_be_seen():
@@ -214,42 +191,6 @@ def test_the_last_instant_of_an_episode():
 def test_size(env_id):
     environment = after_some_steps(env_id, width=120, height=90)
     assert environment.render().shape == (90, 120, 3)
-
-
-@pytest.mark.parametrize(
-    ("keywords", "message"),
-    [
-        ({"width": 0}, "width = 0: must be"),
-        ({"width": "wide"}, "width"),
-        ({"height": 1 << 20}, "height = 1048576: must be"),
-        ({"camera_id": 0}, "camera_id = 0: unknown"),
-    ],
-)
-def test_bad_keywords_of_the_flat_camera(keywords, message):
-    with pytest.raises((ValueError, TypeError), match=message):
-        make_ours("BipedalWalker-v3", render_mode="rgb_array", **keywords)
-
-
-@pytest.mark.parametrize(
-    ("keywords", "message"),
-    [
-        ({"camera_id": 0, "camera_name": "track"}, "only one of them can be given"),
-        ({"camera_id": 7}, "camera_id = 7"),
-        ({"camera_name": "moon"}, "moon"),
-        ({"default_camera_config": {"zoom": 2}}, "unknown attribute zoom = 2; must be one of dist"),
-        ({"default_camera_config": {"distance": -1.0}}, "distance = -1"),
-        ({"default_camera_config": {"lookat": [0, 0]}}, "lookat"),
-        ({"max_geom": 0}, "max_geom = 0"),
-    ],
-)
-def test_bad_keywords_of_the_spatial_camera(keywords, message):
-    with pytest.raises((ValueError, TypeError), match=message):
-        make_ours("Walker2d-v5", render_mode="rgb_array", **keywords)
-
-
-def test_v4_has_no_configuration_of_its_camera():
-    with pytest.raises((ValueError, TypeError), match="default_camera_config"):
-        make_ours("Walker2d-v4", render_mode="rgb_array", default_camera_config={"distance": 2.0})
 
 
 CHOICES = [

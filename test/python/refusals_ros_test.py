@@ -115,32 +115,6 @@ def test_the_time_limit(serve, limit):
         assert "must be 1600" in outcome(made_of_specification)
 
 
-# ---------------------------------------------------------------- options
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        (
-            {"server": "walker_sim"},
-            ValueError,
-            'server = "walker_sim"; must be a node\'s full name',
-        ),
-        ({"server": None}, TypeError, "server = None: must be a str"),
-        ({"master_uri": 11311}, TypeError, "master_uri = 11311: must be a str"),
-        ({"master_uri": "localhost:11311"}, ValueError, 'master_uri = "localhost:11311"; must be'),
-        ({"timeout": "10"}, TypeError, "timeout = '10': must be a number of seconds"),
-        ({"timeout": 0}, ValueError, "timeout = 0.0+ s; must be above 0"),
-        ({"timeout": float("nan")}, ValueError, "timeout = nan s; must be above 0"),
-        ({"hardcoer": True}, ValueError, "hardcoer"),
-    ],
-)
-@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
-def test_options(options, error, message, make):
-    with pytest.raises(error, match=message):
-        make(BATCH, transport="ros", **options)
-
-
 def test_the_master_comes_from_the_environment_or_the_keyword(serve, monkeypatch):
     uri = os.environ["ROS_MASTER_URI"]
     server, _ = serve()

@@ -1,6 +1,5 @@
 """EnvPool's step(actions, env_id) equals single environments to the bit."""
 
-import re
 import time
 
 import gymnasium
@@ -133,27 +132,6 @@ def test_pictures_after_a_step_of_some():
         ours.step(np.ones((1, 4)), [2])
         twin.step(np.ones((NUM_ENVS, 4)))
     assert np.array_equal(ours.render()[2], twin.render()[2])
-
-
-@pytest.mark.parametrize(
-    ("env_id", "count", "error", "words"),
-    [
-        ([0, 5], 2, ValueError, "environment 5: must be in [0, 4]"),
-        ([-1], 1, ValueError, "environment -1: must be in [0, 4]"),
-        ([1, 1], 2, ValueError, "environment 1: listed twice"),
-        ([], 0, ValueError, "step: no environment is listed"),
-        ([0.5], 1, TypeError, "env_id = [0.5]: must be a sequence of integers"),
-        (1, 1, TypeError, "env_id = 1: must be a sequence of integers"),
-        ([0, 1], 5, walker_sim.InvalidAction, "actions have shape (5, 4); must have (2, 4)"),
-    ],
-)
-def test_what_cannot_be_stepped_moves_nothing(env_id, count, error, words):
-    envs, twin = make(), make()
-    envs.reset(seed=1)
-    twin.reset(seed=1)
-    with pytest.raises(error, match=re.escape(words)):
-        envs.step(np.zeros((count, 4)), env_id)
-    assert_same(envs.step(np.zeros((NUM_ENVS, 4))), twin.step(np.zeros((NUM_ENVS, 4))))
 
 
 def test_a_walker_without_an_episode():
