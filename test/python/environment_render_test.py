@@ -16,7 +16,7 @@ from gymnasium.wrappers import (
     RenderCollection,
 )
 from walker_sim import WalkerEnv, _core
-from walker_sim.rendering import ALL_MODES, camera_parameters_of, to_depth_buffer
+from walker_sim.rendering import ALL_MODES, camera_parameters_of
 from walkers import IDS, follow, make_ours, make_theirs, random_actions
 
 ROBOTS = [env_id for env_id in IDS if env_id.startswith(("Walker2d", "Hopper"))]
@@ -91,16 +91,6 @@ def test_a_tuple_has_both_pictures(env_id):
     assert np.array_equal(depth, after_some_steps(env_id, "depth_array").render())
 
 
-def test_depth_buffer():
-    near, far = 0.5, 20.0
-    depth = np.array([near, 1.0, 5.0, far], np.float32)
-    buffer = to_depth_buffer(depth, near, far)
-    assert buffer.dtype == np.float32
-    metres = near * far / (far - buffer.astype(float) * (far - near))
-    assert metres == pytest.approx(depth, rel=1e-6)
-    assert buffer[[0, -1]].tolist() == [0, 1]
-
-
 @PAIRS
 def test_pictures_change_no_trajectory(env_id):
     actions = random_actions(env_id, 60)
@@ -116,15 +106,6 @@ def test_pictures_change_no_trajectory(env_id):
         assert follow(watched, [action]) == expected
         assert follow(shown, [action]) == expected
     shown.close()
-
-
-@PAIRS
-def test_one_instant_gives_one_picture(env_id):
-    environment = after_some_steps(env_id)
-    picture = environment.render()
-    assert np.array_equal(environment.render(), picture)
-    environment.step(environment.action_space.sample())
-    assert not np.array_equal(environment.render(), picture)
 
 
 @PAIRS
@@ -185,12 +166,6 @@ def test_the_last_instant_of_an_episode():
     while not environment.step(np.ones(4))[2]:
         pass
     assert not np.array_equal(environment.render(), before)
-
-
-@PAIRS
-def test_size(env_id):
-    environment = after_some_steps(env_id, width=120, height=90)
-    assert environment.render().shape == (90, 120, 3)
 
 
 CHOICES = [

@@ -187,37 +187,32 @@ def test_what_cannot_be_stepped_together_is_refused():
     [
         ({"num_envs": 0}, ValueError, "num_envs = 0: must be at least 1"),
         ({"num_envs": 1.5}, TypeError, "num_envs = 1.5: must be an integer"),
-        ({"num_threads": "a"}, TypeError, "num_threads = 'a': must be an integer"),
         ({"num_threads": -1}, ValueError, "num_threads = -1: must be at least 0"),
-        ({"num_threads": 5000}, ValueError, "num_threads = 5000: must be in [0, 1024]"),
+        ({"transport": "smoke"}, ValueError, "transport = 'smoke': must be one of inprocess, ros"),
+        ({"render_mode": "depth_array"}, ValueError, "must be None or one of human, rgb_array"),
+        ({"env_id": "Ant-v4"}, ValueError, "Ant-v4"),
         ({"max_episode_steps": -5}, ValueError, "max_episode_steps = -5"),
         ({"num_thread": 1}, ValueError, "num_thread = 1: unknown; did you mean num_threads?"),
         ({"batch_size": 1}, ValueError, "parameter batch_size = 1: unknown"),
     ],
 )
-def test_it_takes_what_its_documentation_says(given, error, words):
+def test_keywords(given, error, words):
     with pytest.raises(error, match=re.escape(words)):
-        VecEnv("BipedalWalker-v3", **given)
+        VecEnv(**{"env_id": "Walker2d-v5", **given})
     environments = VecEnv("walker_sim/BipedalWalker-v3", np.int64(2), max_episode_steps=-1)
     assert environments.reset().shape == (2, 24)
 
 
-@pytest.mark.parametrize(
-    ("indices", "error", "words"),
-    [
-        (-1, ValueError, "environment -1: must be in [0, 1]"),
-        ([0, 2], ValueError, "environment 2: must be in [0, 1]"),
-        ("a", TypeError, "indices = 'a': must be a sequence of integers"),
-        ([0.5], TypeError, "indices = [0.5]: must be a sequence of integers"),
-    ],
-)
-def test_walkers_whose_states_are_asked_for(indices, error, words):
+def test_indices_of_states():
     environments = VecEnv("BipedalWalker-v3", 2)
     environments.reset()
-    for call in (
-        lambda: environments.get_state(indices),
-        lambda: environments.set_state(environments.get_state(0), indices),
-    ):
-        with pytest.raises(error, match=re.escape(words)):
-            call()
-    assert len(environments.get_state(1)) == 1
+    states = environments.get_state(1)
+    assert len(states) == 1
+    for indices, error, message in [
+        (-1, ValueError, r"environment -1: must be in \[0, 1\]"),
+        ([0.5], TypeError, r"indices = \[0.5\]: must be a sequence of integers"),
+    ]:
+        with pytest.raises(error, match=message):
+            environments.get_state(indices)
+        with pytest.raises(error, match=message):
+            environments.set_state(states, indices)

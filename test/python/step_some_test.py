@@ -122,18 +122,6 @@ def test_with_a_batch_size_it_is_a_send_and_a_recv():
     assert steps.sum() == 2 * rounds and steps.all()
 
 
-def test_pictures_after_a_step_of_some():
-    """The picture identifies the step, because the lidar's ray changes at each step."""
-    kind = {"render_mode": "rgb_array", "width": 120, "height": 80}
-    ours, twin = make(**kind), make(**kind)
-    ours.reset(seed=3)
-    twin.reset(seed=3)
-    for _ in range(3):
-        ours.step(np.ones((1, 4)), [2])
-        twin.step(np.ones((NUM_ENVS, 4)))
-    assert np.array_equal(ours.render()[2], twin.render()[2])
-
-
 def test_a_walker_without_an_episode():
     envs = make(autoreset_mode="disabled", max_episode_steps=1)
     with pytest.raises(walker_sim.ResetNeeded, match="environment 3: there is no episode yet"):

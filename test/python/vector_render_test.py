@@ -87,27 +87,6 @@ def test_after_an_autoreset_the_new_episode_is_shown():
     assert num_ends > 0
 
 
-def test_pictures_change_no_trajectory():
-    plain, watched = make(WALKER, None), make(WALKER)
-    for environments in (plain, watched):
-        environments.reset(seed=5)
-    for actions in batches(plain, 100):
-        watched.render()
-        expected, results = plain.step(actions), watched.step(actions)
-        for one, other in zip(expected[:4], results[:4]):
-            assert one.tobytes() == other.tobytes()
-
-
-def test_walkers_that_are_under_way_are_not_looked_at():
-    environments = make(WALKER, batch_size=1)
-    environments.reset(seed=5)
-    environments.send(np.zeros((1, 4)), [1])
-    with pytest.raises(RuntimeError, match="environment 1"):
-        environments.render()
-    environments.recv()
-    assert len(environments.render()) == NUM_ENVS
-
-
 def test_a_window_shows_the_first():
     import pygame
 
