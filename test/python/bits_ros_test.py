@@ -56,16 +56,6 @@ def test_single_is_gymnasiums(serve, environment_id):
         assert first_episode(remote, seed, actions) == first_episode(theirs, seed, actions)
 
 
-def test_a_finished_episode_by_the_servers_limit(serve):
-    server, _ = serve(max_episode_steps=5)
-    remote = make_ours("BipedalWalker-v3", transport="ros", server=server, max_episode_steps=5)
-    local = make_ours("BipedalWalker-v3", max_episode_steps=5)
-    actions = random_actions("BipedalWalker-v3", 23)
-    assert first_episode(remote, 3, actions) == first_episode(local, 3, actions)
-    with pytest.raises(walker_sim.ResetNeeded, match="the episode ended after 5 steps"):
-        remote.step(actions[0])
-
-
 def make_pair(serve, environment_id, mode, **parameters):
     limit = LIMITS[environment_id]
     server, _ = serve(
@@ -115,16 +105,6 @@ def test_one_walker_as_a_batch(serve):
     assert_same(remote.reset(seed=LARGEST_SEED), local.reset(seed=LARGEST_SEED))
     for action in random_actions("BipedalWalker-v3", 25):
         assert_same(remote.step(action[None]), local.step(action[None]))
-
-
-def test_parameters_of_the_environment(serve):
-    parameters = {"forward_reward_weight": 0.5, "terminate_when_unhealthy": False}
-    server, _ = serve("Walker2d-v5", **parameters)
-    remote = make_ours("Walker2d-v5", transport="ros", server=server, **parameters)
-    local = make_ours("Walker2d-v5", **parameters)
-    assert_same(remote.reset(seed=1), local.reset(seed=1))
-    actions = random_actions("Walker2d-v5", 100)
-    assert follow(remote, actions) == follow(local, actions)
 
 
 @pytest.mark.parametrize("mode", MODES)

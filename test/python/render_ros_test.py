@@ -72,22 +72,6 @@ def test_many_walkers(serve):
         assert_equal(one, other)
 
 
-def test_a_window(serve, monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    import pygame
-
-    server, _ = serve("BipedalWalker-v3")
-    shown = []
-    for where in ({}, {"transport": "ros", "server": server}):
-        environment = WalkerEnv("BipedalWalker-v3", render_mode="human", **where)
-        environment.reset(seed=4)
-        environment.step(np.zeros(4))
-        environment.render()  # shows the frame if step() was not due to
-        shown.append(pygame.surfarray.array3d(pygame.display.get_surface()))
-        environment.close()
-    assert np.array_equal(*shown)
-
-
 def test_bad_use(serve):
     server, _ = serve("BipedalWalker-v3")
     there = WalkerEnv("BipedalWalker-v3", render_mode="rgb_array", transport="ros", server=server)
