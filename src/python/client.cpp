@@ -156,7 +156,7 @@ class ClientBinding {
           client_->snapshot(record);
         },
         /*refusal_loses=*/false);
-    return {reinterpret_cast<const char*>(record.data()), record.size()};
+    return to_bytes(record);
   }
 
   void restore(const py::handle& record) {

@@ -40,13 +40,15 @@ class EnvironmentBinding {
   py::dict specification() const { return to_dict(episode_->specification()); }
 
   /// @return the generator's state afterwards
+  /// @throws std::runtime_error with the engine's message if it fails
   GeneratorState reset(const GeneratorState& generator_state, py::handle observation,
                        py::handle info) {
     const EpisodeState& state = episode_->state();
     Output observations(observation, "observation", state.observation.size());
     Output infos(info, "info", state.info.size());
     const GilFreeLock lock(mutex_);
-    begin(generator_state);
+    episode_->begin(generator_state, std::nullopt);
+    if (state.failed_at_reset()) throw std::runtime_error(state.error);
     observations.write(state.observation.data());
     infos.write(state.info.data());
     return episode_->generator_state();
@@ -84,7 +86,7 @@ class EnvironmentBinding {
       if (generator_state) episode_->set_generator_state(*generator_state);
       episode_->save_state(bytes);
     }
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+    return to_bytes(bytes);
   }
 
   /// @param state of an environment with the same id, parameters and engine
@@ -135,12 +137,6 @@ class EnvironmentBinding {
   }
 
  private:
-  /// @throws std::runtime_error with the engine's message if it fails
-  void begin(const GeneratorState& generator_state) {
-    episode_->begin(generator_state, std::nullopt);
-    if (episode_->state().failed_at_reset()) throw std::runtime_error(episode_->state().error);
-  }
-
   std::string id_;
   Parameters parameters_;
   mutable std::mutex mutex_;

@@ -126,9 +126,7 @@ class PoolBinding {
       for (std::size_t i = 0; i < states.size(); ++i) pool_.save_state(environments[i], states[i]);
     }
     py::list list;
-    for (const std::vector<std::byte>& state : states) {
-      list.append(py::bytes(reinterpret_cast<const char*>(state.data()), state.size()));
-    }
+    for (const std::vector<std::byte>& state : states) list.append(to_bytes(state));
     return list;
   }
 

@@ -78,7 +78,7 @@ def test_bad_use(serve):
     with pytest.raises(walker_sim.ResetNeeded, match="render: there is no episode yet; reset fi"):
         there.render()
     there.reset(seed=4)
-    client = there._walker._connection.client
+    client = there._walker.client
     camera = there._pictures.camera_parameters
     with pytest.raises(IndexError, match=re.escape("environment 1: must be in [0, 0]")):
         client.render(1, camera, np.empty((400, 600, 3), np.uint8), None)

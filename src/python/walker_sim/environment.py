@@ -10,7 +10,6 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import ArrayLike, NDArray
 
-from walker_sim import _core
 from walker_sim.actions import to_action
 from walker_sim.attributes import attribute_of, control_cost_of, to_coordinates
 from walker_sim.keywords import refuse_unknown
@@ -130,15 +129,13 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def hardcore(self) -> bool:
         """BipedalWalker: whether the terrain has stumps, stairs and pits."""
-        return bool(attribute_of(self._walker.specification, "hardcore"))
+        return attribute_of(self._walker.specification, "hardcore")  # type: ignore[no-any-return]
 
     @property
     def observation_structure(self) -> dict[str, int]:
         """Walker2d-v5, Hopper-v5: numbers of skipped positions, positions and velocities."""
-        structure: dict[str, int] = attribute_of(
-            self._walker.specification, "observation_structure"
-        )
-        return structure
+        name = "observation_structure"
+        return attribute_of(self._walker.specification, name)  # type: ignore[no-any-return]
 
     @property
     def is_healthy(self) -> bool:

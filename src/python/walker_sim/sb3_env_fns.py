@@ -104,47 +104,34 @@ def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
             raise ValueError(
                 f"{name} = {value!r}: determined by the functions that make the walkers"
             )
-    for index, one in enumerate(made):
-        if one.text != made[0].text:
-            raise ValueError(
-                f"environment {index}: {one.text}; must equal the first one, {made[0].text}"
-            )
-        one.walker.close()
-    first, monitors = made[0], [one.monitor for one in made if one.monitor]
+    texts = [f"{walker.env_id} with {keywords}" for walker, _, keywords in made]
+    for index, text in enumerate(texts):
+        if text != texts[0]:
+            raise ValueError(f"environment {index}: {text}; must equal the first one, {texts[0]}")
+    for walker, _, _ in made:
+        walker.close()
+    monitors = [monitor for _, monitor, _ in made if monitor]
     if len(monitors) not in (0, len(made)):
         raise ValueError(f"{len(monitors)} of {len(made)} walkers have a Monitor; must be all")
-    parameters = dict(first.keywords)
+    walker, _, parameters = made[0]
     if parameters.pop("transport") != "inprocess":
         raise ValueError(
             "transport = 'ros': one server has all of the walkers; make them by "
             'VecEnv(ID, NUM_ENVS, transport="ros")'
         )
     return VecEnvSpec(
-        first.walker.env_id,
+        walker.env_id,
         len(made),
         max_episode_steps=parameters.pop("max_episode_steps"),
         render_mode=parameters.pop("render_mode"),
         parameters=parameters,
-        spaces=(first.walker.observation_space, first.walker.action_space),
+        spaces=(walker.observation_space, walker.action_space),
         feeds=[MonitorFeed(monitor) for monitor in monitors],
     )
 
 
-@dataclass
-class _Made:
-    """A walker made by a function."""
-
-    walker: WalkerEnv
-    monitor: Monitor | None
-    keywords: dict[str, Any]
-
-    @property
-    def text(self) -> str:
-        return f"{self.walker.env_id} with {self.keywords}"
-
-
-def _unwrap(environment: Any) -> _Made:
-    """Returns the walker inside the wrappers, with its keywords and time limit."""
+def _unwrap(environment: Any) -> tuple[WalkerEnv, Monitor | None, dict[str, Any]]:
+    """Returns the walker inside the wrappers, its `Monitor`, and its keywords and time limit."""
     limits: list[int | None] = []
     monitor = None
     while isinstance(environment, gymnasium.Wrapper):
@@ -164,4 +151,4 @@ def _unwrap(environment: Any) -> _Made:
     keywords = dict(environment.keywords)
     limits.append(keywords["max_episode_steps"])
     keywords["max_episode_steps"] = min((one for one in limits if one), default=-1)
-    return _Made(environment, monitor, keywords)
+    return environment, monitor, keywords

@@ -258,7 +258,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         RuntimeError
             If fewer walkers are in flight.
         """
-        return self._to_outcome_of(*self._pool("recv").recv())
+        return self._to_outcome_of_some(*self._pool("recv").recv())
 
     def render(self) -> tuple[Picture, ...] | None:
         """Returns one picture per walker, as `WalkerEnv.render` does and with the same errors; None
@@ -361,12 +361,10 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             self.send(actions, env_id)
             return self.recv()
         environments = to_indices("env_id", env_id, self.num_envs)
-        batch = pool.step_some(
-            to_actions(actions, len(environments), self._action_size), environments
-        )
-        return self._to_outcome_of(batch, environments)
+        values = to_actions(actions, len(environments), self._action_size)
+        return self._to_outcome_of_some(pool.step_some(values, environments), environments)
 
-    def _to_outcome_of(self, batch: Batch, environments: list[int]) -> Outcome:
+    def _to_outcome_of_some(self, batch: Batch, environments: list[int]) -> Outcome:
         """As `_to_outcome`, with ``infos["env_id"]``."""
         outcome = self._to_outcome(batch, environments)
         outcome[4]["env_id"] = np.array(environments, np.int32)

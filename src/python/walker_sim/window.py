@@ -157,8 +157,8 @@ class Window:
 def open_window(title: str, size: tuple[int, int], allows_invisible: bool = False) -> Any:
     """Opens pygame's window and returns its surface; `size` is width and height [pixels].
 
-    Without a display, the window is drawn to memory, with a warning, if `allows_invisible`; otherwise,
-    and if the window cannot be opened, raises RuntimeError.
+    Without a display, draws to memory, with a warning, if `allows_invisible`; else raises
+    RuntimeError, as if the window cannot be opened.
     """
     pygame = load_pygame()
     try:
