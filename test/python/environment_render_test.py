@@ -61,7 +61,7 @@ def test_shapes_and_types_are_gymnasiums(env_id, mode):
 
 
 @PAIRS
-def test_pictures_are_alike(env_id):
+def test_pictures_resemble_gymnasiums(env_id):
     from skimage.metrics import structural_similarity
 
     ours, theirs = after_some_steps(env_id), after_some_steps(env_id, make=make_theirs)
@@ -74,7 +74,7 @@ def test_pictures_are_alike(env_id):
 
 
 @pytest.mark.parametrize("env_id", ROBOTS)
-def test_depth_buffers_are_alike(env_id):
+def test_depth_buffers_equal_gymnasiums(env_id):
     ours, theirs = (
         after_some_steps(env_id, "depth_array", make).render() for make in (make_ours, make_theirs)
     )
@@ -118,7 +118,7 @@ def test_copies_draw_the_same(env_id, copied):
         assert np.array_equal(other.render(), picture)
 
 
-def test_nothing_is_loaded_that_is_not_asked_for():
+def test_libraries_are_loaded_at_the_first_picture():
     program = """
 import gymnasium, sys, walker_sim
 for env_id in walker_sim.ids():
@@ -139,7 +139,7 @@ assert "pygame" not in sys.modules
 
 
 @PAIRS
-def test_without_a_mode(env_id):
+def test_without_a_render_mode(env_id):
     environment = make_ours(env_id)
     environment.reset()
     hint = f'render_mode is None.*gymnasium.make."walker_sim/{env_id}", render_mode="rgb_array"'
@@ -147,7 +147,7 @@ def test_without_a_mode(env_id):
         assert environment.render() is None
 
 
-def test_when_there_is_nothing_to_be_seen():
+def test_without_an_episode():
     environment = WalkerEnv("BipedalWalker-v3", render_mode="rgb_array")
     with pytest.raises(walker_sim.ResetNeeded, match=r"^render: there is no episode"):
         environment.render()
@@ -159,7 +159,7 @@ def test_when_there_is_nothing_to_be_seen():
     assert environment.render().any()
 
 
-def test_the_last_instant_of_an_episode():
+def test_the_last_state_of_an_episode_is_drawn():
     environment = make_ours("BipedalWalker-v3", render_mode="rgb_array")
     environment.reset(seed=1)
     before = environment.render()
@@ -186,7 +186,7 @@ CHOICES = [
 
 
 @pytest.mark.parametrize("keywords", CHOICES, ids=str)
-def test_cameras_are_gymnasiums(keywords):
+def test_cameras_resemble_gymnasiums(keywords):
     from skimage.metrics import structural_similarity
 
     pictures = [
@@ -196,7 +196,7 @@ def test_cameras_are_gymnasiums(keywords):
     assert structural_similarity(*pictures, channel_axis=2) >= 0.95
 
 
-def test_the_camera_stays_where_a_window_follows():
+def test_default_cameras():
     """By default, pictures have Gymnasium's free camera, and windows track the robot."""
     known = {one["name"] for one in _core.camera_parameters_of("Walker2d-v5")}
     assert "camera_name" in known

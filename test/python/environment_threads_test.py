@@ -51,7 +51,7 @@ def another_thread_runs_during(call):
     return has_run_meanwhile
 
 
-def test_a_call_that_keeps_the_lock_is_told_from_one_that_does_not(no_preemption):
+def test_the_check_detects_a_held_gil(no_preemption):
     assert not another_thread_runs_during(lambda: None)
     assert another_thread_runs_during(lambda: time.sleep(0.001))
 
@@ -70,7 +70,7 @@ def test_reset_lets_other_threads_run(no_preemption, environment_id):
     assert another_thread_runs_during(environment.reset)
 
 
-def test_loading_lets_other_threads_run(no_preemption):
+def test_unpickling_lets_other_threads_run(no_preemption):
     environment = WalkerEnv("Walker2d-v5", **ENDLESS)
     environment.reset(seed=1)
     for _ in range(20):
@@ -84,7 +84,7 @@ def in_threads(function, count=4):
         return list(threads.map(function, range(count)))
 
 
-def test_threads_with_an_environment_each():
+def test_one_environment_per_thread():
     def play(index):
         environment = WalkerEnv(IDS[index % len(IDS)])
         actions = np.random.default_rng(index).uniform(-1, 1, (1500, *environment._action_shape))
@@ -100,7 +100,7 @@ def test_threads_with_an_environment_each():
     assert in_threads(play) == [play(index) for index in range(4)]
 
 
-def test_threads_that_share_an_environment():
+def test_threads_step_a_shared_environment():
     """All threads take the same action, so in any order their results together are one episode."""
     steps = 600
     shared, alone = (WalkerEnv("Walker2d-v5", **ENDLESS) for _ in range(2))
@@ -115,7 +115,7 @@ def test_threads_that_share_an_environment():
     assert sorted(chain(*seen)) == sorted(play(alone, 4 * steps))
 
 
-def test_threads_that_reset_a_shared_environment():
+def test_threads_reset_a_shared_environment():
     """No two resets get the same draws of the generator."""
     resets = 200
     shared, alone = (WalkerEnv("Walker2d-v4") for _ in range(2))
@@ -129,7 +129,7 @@ def test_threads_that_reset_a_shared_environment():
     assert sorted(chain(*seen)) == sorted(play(alone, 4 * resets))
 
 
-def test_threads_that_store_what_another_moves():
+def test_threads_pickle_a_moving_environment():
     """Each copy holds the state between two steps, so it continues the same episode."""
     environment = WalkerEnv("Walker2d-v5", **ENDLESS)
     environment.reset(seed=3)
@@ -152,7 +152,7 @@ def test_threads_that_store_what_another_moves():
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-def test_a_thread_with_a_stack_of_128_kib_suffices(environment_id):
+def test_a_stack_of_128_kib_suffices(environment_id):
     """Runs in a new process, which a stack overflow would kill."""
     code = """
 import sys, threading

@@ -57,7 +57,7 @@ def test_all_differences_are_listed(serve):
         gymnasium.make_vec("walker_sim/Walker2d-v5", 2, transport="ros", server=server)
 
 
-def test_a_single_walker_asks_for_no_autoreset_mode(serve):
+def test_a_single_walker_accepts_any_autoreset_mode(serve):
     server, _ = serve(autoreset_mode="same_step")
     make_single(server).reset(seed=1)
 
@@ -173,7 +173,7 @@ def test_a_seed_beyond_64_bits(serve):
     walker.reset(seed=2**64 - 1)
 
 
-def test_the_servers_generator_is_out_of_reach(serve):
+def test_np_random_is_not_available(serve):
     server, _ = serve()
     walker = make_single(server).unwrapped
     walker.reset(seed=1)
@@ -184,7 +184,7 @@ def test_the_servers_generator_is_out_of_reach(serve):
         walker.np_random = np.random.default_rng(1)
 
 
-def test_what_only_the_server_refuses(serve):
+def test_a_refusal_by_the_server(serve):
     """Another client ends the episode; the error message is the server's."""
     server, _ = serve(max_episode_steps=1)
     options = {"transport": "ros", "server": server, "max_episode_steps": 1}

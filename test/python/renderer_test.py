@@ -60,7 +60,7 @@ def test_a_picture_depends_on_its_capture_alone(env_id):
         assert np.array_equal(drawn(other, captured), picture)
 
 
-def test_walkers_that_were_sent_are_looked_at_when_they_have_arrived():
+def test_walkers_in_flight_are_not_captured():
     env_id = "BipedalWalker-v3"
     action = np.zeros((1, 4))
     pool = _core.Pool(env_id, {}, 2, 1, "next_step", 1)
@@ -103,7 +103,7 @@ def walk(environment, actions):
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_pictures_in_other_threads_leave_a_walk_as_it_is(env_id):
+def test_pictures_in_other_threads_change_no_trajectory(env_id):
     actions = random_actions(env_id, 200).astype(float)
     alone = walk(begun(env_id), actions)
     environment = begun(env_id)
@@ -132,7 +132,7 @@ def test_pictures_in_other_threads_leave_a_walk_as_it_is(env_id):
     assert all(walked == alone for walked in watched)
 
 
-def test_others_run_while_a_picture_is_drawn():
+def test_other_threads_run_while_a_picture_is_drawn():
     """If rendering held the GIL, no step would complete before the picture."""
     environment = begun("BipedalWalker-v3")
     renderer = _core.Renderer("BipedalWalker-v3", {}, {"width": 4096, "height": 4096})

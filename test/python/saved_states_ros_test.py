@@ -8,7 +8,7 @@ from walkers import IDS, follow, make_ours, random_actions
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-def test_one_goes_on_alike(serve, environment_id):
+def test_a_restored_walker_continues_equally(serve, environment_id):
     (first, _), (second, _) = serve(environment_id), serve(environment_id)
     original, other = (
         make_ours(environment_id, transport="ros", server=server) for server in (first, second)
@@ -29,7 +29,7 @@ def test_one_goes_on_alike(serve, environment_id):
     original.unwrapped.set_state(state)
 
 
-def test_the_end_is_a_part_of_it(serve):
+def test_the_end_is_restored(serve):
     server, _ = serve("Hopper-v5", max_episode_steps=3)
     environment = make_ours(
         "Hopper-v5", transport="ros", server=server, max_episode_steps=3
@@ -44,7 +44,7 @@ def test_the_end_is_a_part_of_it(serve):
         environment.step(np.zeros(3))
 
 
-def test_what_is_refused(serve):
+def test_refused_states(serve):
     server, _ = serve("Hopper-v5")
     environment = make_ours("Hopper-v5", transport="ros", server=server).unwrapped
     with pytest.raises(walker_sim.ResetNeeded, match="get_state: there is no episode yet"):
@@ -61,7 +61,7 @@ def test_what_is_refused(serve):
         environment.set_state(("a",))
 
 
-def test_many_have_none(serve):
+def test_vector_environments_have_no_states(serve):
     server, _ = serve("Hopper-v5", num_envs=2)
     envs = gymnasium.make_vec("walker_sim/Hopper-v5", 2, transport="ros", server=server)
     envs.reset(seed=1)

@@ -128,7 +128,7 @@ def test_a_copy_of_a_closed_environment_is_closed(copied):
 
 
 @pytest.mark.parametrize("copied", [through_pickle, copy.deepcopy])
-def test_time_limit_of_its_own(copied):
+def test_copies_have_their_own_step_count(copied):
     original = WalkerEnv("Walker2d-v5", max_episode_steps=9, terminate_when_unhealthy=False)
     original.reset(seed=1)
     for _ in range(5):

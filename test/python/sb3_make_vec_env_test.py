@@ -40,7 +40,7 @@ def without_time(info):
 
 
 @pytest.mark.parametrize("env_id", LIMITS)
-def test_a_course_is_that_of_dummy_vec_env(env_id):
+def test_equals_dummy_vec_env(env_id):
     ours, theirs = both(env_id)
     assert isinstance(ours, VecEnv) and ours.num_envs == NUM_ENVS
     assert ours.render_mode == theirs.render_mode == "rgb_array"
@@ -102,7 +102,7 @@ def test_parameters_and_threads_reach_the_walkers():
     assert dones == [False, False, True]
 
 
-def test_a_limit_is_that_of_make():
+def test_time_limits():
     """Also without a limit, and with a class instead of an id."""
     for env_kwargs, limit in ({}, 1600), ({"max_episode_steps": -1}, 0):
         environments = make(VecEnv, env_kwargs=env_kwargs)
@@ -114,7 +114,7 @@ def test_a_limit_is_that_of_make():
     assert environments.env_is_wrapped(Monitor) == [True, True]
 
 
-def test_learning_and_evaluating_give_the_same():
+def test_learning_and_evaluation_give_equal_results():
     outcomes = []
     for environments in both():
         model = PPO("MlpPolicy", environments, n_steps=64, n_epochs=2, seed=3, device="cpu")
@@ -145,7 +145,7 @@ def test_functions_without_a_monitor():
         assert list(map(without_time, infos)) == list(map(without_time, their_infos))
 
 
-def test_what_cannot_be_stepped_together_is_refused():
+def test_refused_functions():
     def of(name, **keywords):
         return lambda: gymnasium.make(name, **keywords)
 

@@ -155,7 +155,7 @@ def test_a_learner_makes_the_id():
     assert isinstance(model.get_env().unwrapped.envs[0].unwrapped, walker_sim.WalkerEnv)
 
 
-def test_learning_gives_the_same_policy():
+def test_learning_gives_equal_policies():
     policies = []
     for environments in (make_ours("BipedalWalker-v3", 2), make_reference("BipedalWalker-v3", 2)):
         model = PPO("MlpPolicy", environments, n_steps=128, n_epochs=2, seed=SEED, device="cpu")
@@ -173,7 +173,7 @@ def test_check_env_without_a_warning(env_id):
         check_env(environment.unwrapped)
 
 
-def test_results_are_the_callers():
+def test_results_belong_to_the_caller():
     environments = make_ours("BipedalWalker-v3")
     first = environments.reset()
     copies = first.copy()
@@ -298,7 +298,7 @@ def test_states_by_env_method():
     assert environments.get_state() == states[:1] * 3
 
 
-def test_states_and_copies_go_on_alike():
+def test_states_and_copies_continue_equally():
     original, other = (VecEnv("Hopper-v5", 3, max_episode_steps=25) for _ in range(2))
     original.seed(1)
     original.reset()

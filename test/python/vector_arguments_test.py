@@ -38,12 +38,12 @@ def zeros(envs, count=NUM_ENVS):
     return np.zeros((count, envs.single_action_space.shape[0]), np.float32)
 
 
-def raises(error, words):
-    return pytest.raises(error, match=re.escape(words))
+def raises(error, message):
+    return pytest.raises(error, match=re.escape(message))
 
 
 @pytest.mark.parametrize("name", walker_sim.ids())
-def test_it_describes_itself_as_sync_vector_env_does(name):
+def test_attributes_equal_those_of_sync_vector_env(name):
     ours = make(name)
     theirs = gymnasium.make_vec(name, NUM_ENVS, vectorization_mode="sync")
     assert isinstance(ours, walker_sim.WalkerVectorEnv)
@@ -61,7 +61,7 @@ def test_it_describes_itself_as_sync_vector_env_does(name):
     assert repr(ours) == f"WalkerVectorEnv({name}, num_envs=3)"
 
 
-def test_a_spec_makes_it_again():
+def test_make_vec_from_a_spec():
     spec = make(max_episode_steps=7, autoreset_mode="same_step", num_threads=2).spec
     again = gymnasium.make_vec(spec)
     assert again.num_envs == NUM_ENVS
@@ -75,14 +75,14 @@ def test_a_spec_makes_it_again():
 @pytest.mark.parametrize(
     "mode", [AutoresetMode.SAME_STEP, "same_step", "SameStep"], ids=["enum", "name", "value"]
 )
-def test_modes_have_several_spellings(mode):
+def test_spellings_of_autoreset_modes(mode):
     assert make(autoreset_mode=mode).autoreset_mode is AutoresetMode.SAME_STEP
 
 
 @pytest.mark.parametrize(
     ("given", "limit"), [(None, 1600), (-1, 0), (0, 0), (5, 5)], ids=["own", "-1", "0", "5"]
 )
-def test_the_limit(given, limit):
+def test_time_limits(given, limit):
     for envs in (
         make(max_episode_steps=given),
         walker_sim.WalkerVectorEnv("BipedalWalker-v3", 2, max_episode_steps=given),
@@ -95,13 +95,13 @@ def test_the_limit(given, limit):
     [5, np.int64(5), [5, 6, 7], (5, 6, 7), np.array([5, 6, 7])],
     ids=["int", "NumPy", "list", "tuple", "array"],
 )
-def test_seeds_have_several_forms(envs, seed):
+def test_forms_of_seeds(envs, seed):
     expected = make().reset(seed=[5, 6, 7])
     assert_same(envs.reset(seed=seed), expected)
     assert envs.np_random_seed == (5, 6, 7)
 
 
-def test_seeds_are_of_any_size():
+def test_large_seeds():
     seeds = [2**64 - 1, 2**64, 2**200]
     ours, theirs = make(), SyncVectorEnv([make_single] * NUM_ENVS)
     assert_same(ours.reset(seed=seeds), theirs.reset(seed=seeds))
@@ -123,7 +123,7 @@ def test_without_a_seed_the_generator_is_seeded_once():
     np.testing.assert_array_equal(unused.reset()[0], again.reset(seed=seeds)[0])
 
 
-def test_generators_can_be_looked_at_and_put_in_place(envs):
+def test_np_random_can_be_read_and_set(envs):
     ours, theirs = make(), SyncVectorEnv([make_single] * NUM_ENVS)
     generators = [np.random.default_rng(seed) for seed in (4, 5, 6)]
     generators[0].random(3)
@@ -145,7 +145,7 @@ def test_generators_can_be_looked_at_and_put_in_place(envs):
 
 
 @pytest.mark.parametrize(
-    ("mask", "error", "words"),
+    ("mask", "error", "message"),
     [
         ([True] * 3, TypeError, "options['reset_mask'] is of list; must be a NumPy array of bool"),
         (np.ones(3), TypeError, "options['reset_mask'] is of float64; must be a NumPy array of bo"),
@@ -154,16 +154,16 @@ def test_generators_can_be_looked_at_and_put_in_place(envs):
     ],
     ids=["list", "floats", "shape", "none"],
 )
-def test_masks_are_refused_as_sync_vector_env_refuses_them(envs, mask, error, words):
+def test_masks_that_sync_vector_env_refuses_too(envs, mask, error, message):
     theirs = SyncVectorEnv([make_single] * NUM_ENVS)
     theirs.reset(seed=1)
     with pytest.raises((error, AssertionError)):  # AssertionError before Gymnasium 1.2
         theirs.reset(options={"reset_mask": mask})
-    with raises(error, words):
+    with raises(error, message):
         envs.reset(options={"reset_mask": mask})
 
 
-def test_options_stay_the_callers(envs):
+def test_options_are_not_changed(envs):
     options = {"reset_mask": np.array([True, False, False]), "unknown": 1}
     envs.reset(options=options)
     assert set(options) == {"reset_mask", "unknown"}
@@ -181,7 +181,7 @@ def test_steps_need_an_episode():
         envs.step(zeros(envs))
 
 
-def test_what_is_under_way_is_received_first():
+def test_walkers_in_flight():
     envs = make(batch_size=2, num_threads=2)
     assert envs.batch_size == 2
     envs.reset(seed=0)
@@ -202,7 +202,7 @@ def test_what_is_under_way_is_received_first():
     envs.step(zeros(envs))
 
 
-def test_what_only_walkers_of_this_process_have(monkeypatch):
+def test_calls_that_work_in_process_only(monkeypatch):
     specification = make()._walkers.specification
     remote = SimpleNamespace(
         specification=specification,
@@ -225,7 +225,7 @@ def test_what_only_walkers_of_this_process_have(monkeypatch):
             call()
 
 
-def test_threads_take_turns():
+def test_threads_step_a_shared_environment():
     """Two threads that step the same environments each get complete, consistent steps."""
     envs, twin = make(num_threads=2), make()
     envs.reset(seed=1)
@@ -244,14 +244,14 @@ def test_threads_take_turns():
 
 
 @pytest.mark.parametrize("name", ["spec", "envs", "reset"])
-def test_attributes_that_the_walkers_have_not(envs, name):
+def test_unknown_attributes(envs, name):
     with raises(AttributeError, f"{name}: the walkers have no such attribute; must be one of np_r"):
         envs.get_attr(name)
     with raises(AttributeError, f"{name}: cannot be set; must be np_random"):
         envs.set_attr(name, [1, 2, 3])
 
 
-def test_after_close_it_says_so(envs):
+def test_after_close(envs):
     envs.close()
     envs.close()
     assert envs.closed
@@ -263,7 +263,7 @@ def test_after_close_it_says_so(envs):
             call(zeros(envs))
 
 
-def test_it_needs_gymnasium_1_1(tmp_path):
+def test_gymnasium_1_1_is_needed(tmp_path):
     """The rest of the package works with Gymnasium 1.0, which has no AutoresetMode."""
     script = """
 import gymnasium, gymnasium.vector

@@ -91,7 +91,7 @@ def play(step, reset, mode, case, **options):
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("case", CASES, ids=[f"{case[0]}{case[2] or ''}" for case in CASES])
-def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
+def test_equals_sync_vector_env(case, mode):
     terminated, truncated = play(
         walker_sim.WalkerVectorEnv.step, walker_sim.WalkerVectorEnv.reset, mode, case
     )
@@ -99,7 +99,7 @@ def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
 
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
-def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
+def test_walker2d_equals_gymnasiums(mode, tmp_path):
     """Another MuJoCo version's solver stops at another iterate unless its tolerance is 0 (see
     episodes_gymnasium_test.py). The episodes are too short for the remaining difference to grow."""
     converging = tmp_path / "converging.xml"
@@ -116,7 +116,7 @@ def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_what_the_engine_says_stands_where_the_episode_ended(mode, tmp_path):
+def test_a_failed_step(mode, tmp_path):
     case = ("walker_sim/Walker2d-v5", None, diverging(tmp_path))
     ours, theirs = make_pair(case, mode)
     assert_same(ours.reset(seed=1), theirs.reset(seed=1))
@@ -150,7 +150,7 @@ def sorted_seeds(parameters):
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path):
+def test_a_failed_reset_affects_no_other_walker(mode, tmp_path):
     parameters = overflowing(tmp_path)
     good, bad = sorted_seeds(parameters)
     ours, undisturbed = (
@@ -191,7 +191,7 @@ def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path)
     assert failures
 
 
-def test_what_is_received_tells_of_a_reset_that_failed(tmp_path):
+def test_recv_reports_failed_resets(tmp_path):
     parameters = overflowing(tmp_path)
     _, bad = sorted_seeds(parameters)
     for mode in MODES:
@@ -226,7 +226,7 @@ def in_order_of_env_id(received):
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("case", [CASES[0], OURS[2]], ids=["BipedalWalker", "Walker2d"])
-def test_what_is_sent_and_received_is_the_same(case, mode):
+def test_send_and_recv_equal_step(case, mode):
     def step(ours, actions):
         first, second = [3, 0], np.array([4, 1, 2])
         ours.send(actions[first], first)
@@ -238,7 +238,7 @@ def test_what_is_sent_and_received_is_the_same(case, mode):
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 @pytest.mark.parametrize("case", [OURS[0], OURS[2]], ids=["BipedalWalker", "Walker2d"])
-def test_each_goes_its_way_however_they_arrive(case, mode):
+def test_trajectories_do_not_depend_on_the_order_of_arrival(case, mode):
     """Batches of three of five environments, in the send/recv loop of asynchronous learners."""
     ours, theirs = make_pair(case, mode, batch_size=3)
     random = np.random.default_rng(6)
@@ -263,7 +263,7 @@ def test_each_goes_its_way_however_they_arrive(case, mode):
     assert counts.sum() > 3 * NUM_STEPS
 
 
-def test_arrays_are_the_callers():
+def test_arrays_belong_to_the_caller():
     ours = make_ours("Walker2d-v5", "same_step", 3)
     twin = make_ours("Walker2d-v5", "same_step", 3)
     kept = [ours.reset(seed=1)]

@@ -37,7 +37,7 @@ def without_times(result):
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 @pytest.mark.parametrize("name", WRAPPERS)
-def test_gymnasiums_wrappers_see_no_difference(name, mode):
+def test_wrappers_give_equal_results(name, mode):
     sides = [
         gymnasium.make_vec(WALKER2D, NUM_ENVS, autoreset_mode=mode, max_episode_steps=20),
         SyncVectorEnv(

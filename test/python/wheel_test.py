@@ -43,14 +43,14 @@ def test_nothing_loads_libraries_from_the_current_directory():
     assert not strange_paths(files)
 
 
-def test_the_environment_is_clean():
+def test_the_environment_has_no_ros():
     assert SITE in pathlib.Path(walker_sim.__file__).parents
     assert SITE in pathlib.Path(_core.__file__).parents
     for name in ("rospy", "roslib", "genpy", "catkin_pkg"):
         assert importlib.util.find_spec(name) is None, name
 
 
-def test_what_is_in_the_wheel():
+def test_files():
     names = {str(file) for file in importlib.metadata.files("walker_sim")}
     names = {name for name in names if not name.endswith(".pyc")}
     try_wheel.check_files()
@@ -61,7 +61,7 @@ def test_what_is_in_the_wheel():
     assert not [name for name in names if name.endswith((".h", ".cpp", ".txt"))]
 
 
-def test_policies_and_settings_come_along():
+def test_policies_and_settings():
     ids = sorted(_core.ids())
     share = SITE / "walker_sim/share"
     for folder, ending in (("assets/policies", ".safetensors"), ("config/training", ".yaml")):
@@ -73,19 +73,19 @@ def test_policies_and_settings_come_along():
         assert main([*command, "max_episode_steps=50"]) == 0
 
 
-def test_train_says_what_it_needs(capsys):
+def test_train_names_its_requirements(capsys):
     assert main(["train", "BipedalWalker-v3"]) == 2
     assert "pip install 'walker_sim[train]'" in capsys.readouterr().err
 
 
-def test_there_is_one_version():
+def test_versions_agree():
     version = ElementTree.parse(TEST.parent / "package.xml").findtext("version")
     assert importlib.metadata.version("walker_sim") == version
     assert walker_sim.__version__ == version
     assert _core.__version__ == version
 
 
-def test_the_engine_is_the_wheels_own():
+def test_the_wheels_engine_is_loaded():
     """Even if other libraries of that name are on LD_LIBRARY_PATH."""
     program = """
 import gymnasium, walker_sim
