@@ -130,11 +130,12 @@ class ClientBinding {
   }
 
   /// @return as Environment.step
-  py::tuple step(py::handle action, py::handle observation, py::handle info) {
+  std::tuple<double, bool, bool, std::string> step(py::handle action, py::handle observation,
+                                                   py::handle info) {
     const Input actions(action, "action");
     Output observations(observation, "observation");
     Output infos(info, "info");
-    const auto [reward, terminated, truncated, error] = call([&] {
+    return call([&] {
       check_step(actions);
       client_->step(actions.data(), actions.size(), transition_);
       episodes_.front().follow(transition_.episode, transition_.step);
@@ -144,7 +145,6 @@ class ClientBinding {
       return std::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
                              transition_.error);
     });
-    return py::make_tuple(reward, terminated, truncated, to_str(error));
   }
 
   /// Returns the present episode as an opaque record.
@@ -152,7 +152,7 @@ class ClientBinding {
     std::vector<std::uint8_t> record;
     call(
         [&] {
-          check_look("get_state", 0);
+          check_episode("get_state", 0);
           client_->snapshot(record);
         },
         /*refusal_loses=*/false);
@@ -182,8 +182,8 @@ class ClientBinding {
       client_->reset_batch(environments, numbers, reset_);
       write_answer(reset_.observations, observations_output);
       write_answer(reset_.info, info_output);
-      for (RemoteEpisode& episode : episodes_) {
-        if (environments.empty()) episode.begin();
+      if (environments.empty()) {
+        for (RemoteEpisode& episode : episodes_) episode.begin();
       }
       for (const std::uint32_t environment : environments) episodes_[environment].begin();
       for (std::size_t i = 0; i < reset_.failures.size(); ++i) {
@@ -228,7 +228,7 @@ class ClientBinding {
     if (!depth.is_none()) depths.emplace(depth, "depth");
     try {
       const GilFreeLock lock = enter();
-      check_look("render", environment);
+      check_episode("render", environment);
       if (colors) {
         client_->render(environment, "rgb8", camera, image_);
         write_answer(image_.rgb, *colors);
@@ -262,16 +262,15 @@ class ClientBinding {
     return GilFreeLock(mutex_);
   }
 
-  /// Runs `made` without the GIL. `is_lost` is set by a ConnectionError, by an interruption and, if
-  /// `refusal_loses`, by a refusal: this side has checked the call, so the server's state must
-  /// differ from the known one.
-  /// @return what `made` returns
-  /// @throws what `made` throws, and the exception that a signal handler has raised
-  template <typename Made>
-  std::invoke_result_t<Made> call(const Made& made, bool refusal_loses = true) {
+  /// Runs the function without the GIL. `is_lost` is set by a ConnectionError, by an interruption
+  /// and, if `refusal_loses`, by a refusal: this client has checked the call, so the server's state
+  /// must differ from the known one.
+  /// @throws as the function; the exception that a signal handler has raised
+  template <typename Function>
+  std::invoke_result_t<Function> call(const Function& function, bool refusal_loses = true) {
     try {
       const GilFreeLock lock = enter();
-      return made();
+      return function();
     } catch (const ConnectionError&) {
       is_lost_ = true;
       throw;
@@ -291,7 +290,7 @@ class ClientBinding {
   }
 
   /// Requires an episode that this client began: any other may belong to another client.
-  void check_look(const std::string& call, std::uint32_t environment) const {
+  void check_episode(const std::string& call, std::uint32_t environment) const {
     check_index(environment);
     if (is_lost_) throw ResetNeeded(call + ": " + kLost);
     if (episodes_[environment].state.has_begun()) return;
@@ -351,7 +350,7 @@ class ClientBinding {
     }
   }
 
-  /// Returns a row per environment: its final row if its episode has just ended, else zeros.
+  /// Returns one row per environment: its final row if its episode has just ended, else zeros.
   /// @param width as in the server's specification, against which the client has checked the rows
   std::vector<double> scattered(const std::vector<double>& rows, std::size_t width) const {
     std::vector<double> all(episodes_.size() * width);

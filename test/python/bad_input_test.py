@@ -45,7 +45,7 @@ KEYWORDS = {
         ("healthy_z_range", [0] * 999, ValueError, "= [0.0, 0.0, 0.0", "list of 2"),
         ("xml_file", "/no/such.xml", ValueError, "/no/such.xml", ""),
         ("xml_file", SURROGATE, ValueError, "= '\\udcff.xml'", "must be a text that UTF-8"),
-        ("xml_file", pathlib.Path(SURROGATE), ValueError, "= '\\udcff.xml'", "UTF-8 has"),
+        ("xml_file", pathlib.Path(SURROGATE), ValueError, "= '\\udcff.xml'", "UTF-8 can encode"),
         ("xml_file", b"model.xml", TypeError, "= b'model.xml'", TYPES),
         ("xml_file", b"\xff" * 9999, TypeError, "= b'\\xff\\xff", TYPES),
         ("xml_file", "no.xml\0junk", ValueError, "= no.xml\\x00junk", "zero byte"),

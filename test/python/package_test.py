@@ -101,11 +101,11 @@ def test_the_extension_module_may_be_in_another_folder(files):
 
 
 def test_without_an_extension_module(files):
-    said = last_line(f"import gymnasium, walker_sim; {MAKE}", files)
+    message = last_line(f"import gymnasium, walker_sim; {MAKE}", files)
     version = ".".join(map(str, sys.version_info[:2]))
-    assert f"walker_sim has no extension module for this Python, {version} " in said
-    assert str(files) in said
-    assert "pip install" in said
+    assert f"walker_sim has no extension module for this Python, {version} " in message
+    assert str(files) in message
+    assert "pip install" in message
 
 
 def test_different_versions_are_refused_each_time(files):
@@ -121,6 +121,6 @@ for _ in range(2):
     else:
         print('made')
 """
-    said = last_line(program, files, WITH_CORE)
-    assert f"walker_sim 0.0.7 ({files}/walker_sim/" in said
-    assert f"walker_sim {walker_sim.__version__} ({_core.__file__})" in said
+    message = last_line(program, files, WITH_CORE)
+    assert f"walker_sim 0.0.7 ({files}/walker_sim/" in message
+    assert f"walker_sim {walker_sim.__version__} ({_core.__file__})" in message

@@ -276,7 +276,7 @@ try:
 except ImportError as error:
     assert str(error) == "WalkerVectorEnv needs Gymnasium 1.1 or later; this is 1.0.0", error
 else:
-    raise AssertionError("nothing was said")
+    raise AssertionError("no error")
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
