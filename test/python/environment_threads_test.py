@@ -56,27 +56,28 @@ def test_the_check_detects_a_held_gil(no_preemption):
     assert another_thread_runs_during(lambda: time.sleep(0.001))
 
 
-def test_step_lets_other_threads_run(no_preemption):
-    environment = WalkerEnv("Walker2d-v5", **ENDLESS)
-    environment.reset(seed=1)
-    action = np.zeros(6)
-    assert another_thread_runs_during(lambda: environment.step(action))
-
-
-@pytest.mark.parametrize("environment_id", IDS)
-def test_reset_lets_other_threads_run(no_preemption, environment_id):
-    environment = WalkerEnv(environment_id)
+def begin(environment_id="Walker2d-v5", **parameters):
+    environment = WalkerEnv(environment_id, **parameters)
     environment.reset(seed=1)  # a first reset without a seed reads the system's entropy
-    assert another_thread_runs_during(environment.reset)
+    return environment
 
 
-def test_unpickling_lets_other_threads_run(no_preemption):
-    environment = WalkerEnv("Walker2d-v5", **ENDLESS)
-    environment.reset(seed=1)
-    for _ in range(20):
-        environment.step(np.zeros(6))
-    stored = pickle.dumps(environment)
-    assert another_thread_runs_during(lambda: pickle.loads(stored))
+def call_step():
+    environment, action = begin(**ENDLESS), np.zeros(6)
+    return lambda: environment.step(action)
+
+
+def call_loads():
+    pickled = pickle.dumps(begin(**ENDLESS))
+    return lambda: pickle.loads(pickled)
+
+
+@pytest.mark.parametrize(
+    "make_call",
+    [call_step, call_loads, *(lambda env_id=env_id: begin(env_id).reset for env_id in IDS)],
+)
+def test_calls_let_other_threads_run(no_preemption, make_call):
+    assert another_thread_runs_during(make_call())
 
 
 def in_threads(function, count=4):

@@ -1,4 +1,5 @@
-"""get_state and set_state over ROS: server records, replayed by the same or another server."""
+"""get_state and set_state over ROS: server records, replayed by the same or another server; and
+the calls of vector environments that work in process only."""
 
 import gymnasium
 import numpy as np
@@ -61,11 +62,24 @@ def test_refused_states(serve):
         environment.set_state(("a",))
 
 
-def test_vector_environments_have_no_states(serve):
+def test_calls_that_work_in_process_only(serve):
     server, _ = serve("Hopper-v5", num_envs=2)
     envs = gymnasium.make_vec("walker_sim/Hopper-v5", 2, transport="ros", server=server)
     envs.reset(seed=1)
-    with pytest.raises(AttributeError, match='get_state: not over ROS; only with transport="inpr'):
-        envs.get_state()
-    with pytest.raises(AttributeError, match="set_state: not over ROS"):
-        envs.set_state([b"", b""])
+    actions = np.zeros((2, 3))
+    calls = {
+        "get_state": envs.get_state,
+        "set_state": lambda: envs.set_state([b"", b""]),
+        "send": lambda: envs.send(actions),
+        "recv": envs.recv,
+        "env_id": lambda: envs.step(actions[:1], [0]),
+        "async_reset": envs.async_reset,
+        "np_random": lambda: envs.np_random,
+        "np_random_seed": lambda: envs.np_random_seed,
+        "num_threads": lambda: envs.num_threads,
+        "batch_size": lambda: envs.batch_size,
+    }
+    for name, call in calls.items():
+        message = f'^{name}: not over ROS; only with transport="inprocess"$'
+        with pytest.raises(AttributeError, match=message):
+            call()

@@ -5,6 +5,7 @@ import time
 import gymnasium
 import numpy as np
 import pytest
+import walker_sim  # noqa: F401  # registers the ids
 from gymnasium.vector import AutoresetMode
 from vector_comparison import assert_same
 

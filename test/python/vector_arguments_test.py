@@ -4,7 +4,6 @@ import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
@@ -200,29 +199,6 @@ def test_walkers_in_flight():
     infos = envs.recv()[-1]
     assert infos["env_id"].dtype == np.int32 and sorted(infos["env_id"]) == [0, 2]
     envs.step(zeros(envs))
-
-
-def test_calls_that_work_in_process_only(monkeypatch):
-    specification = make()._walkers.specification
-    remote = SimpleNamespace(
-        specification=specification,
-        close=lambda: None,
-        pool=lambda name: walker_sim.transport.Walkers.pool(None, name),
-    )
-    monkeypatch.setattr("walker_sim.vector_environment.make_walkers", lambda *_: remote)
-    envs = make()
-    calls = {
-        "send": lambda: envs.send(zeros(envs)),
-        "recv": envs.recv,
-        "env_id": lambda: envs.step(zeros(envs, 1), [0]),
-        "async_reset": envs.async_reset,
-        "np_random": lambda: envs.np_random,
-        "np_random_seed": lambda: envs.np_random_seed,
-        "num_threads": lambda: envs.num_threads,
-    }
-    for name, call in calls.items():
-        with raises(AttributeError, f'{name}: not over ROS; only with transport="inprocess"'):
-            call()
 
 
 def test_threads_step_a_shared_environment():
