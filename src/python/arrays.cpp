@@ -67,7 +67,7 @@ Input::Input(py::handle object, const char* name, std::optional<std::size_t> siz
   data_ = copied_.data();
 }
 
-void Output::take(const double* values, std::size_t begin, std::size_t count) {
+void Output::write(const double* values, std::size_t begin, std::size_t count) {
   if (double* const to = doubles()) {
     std::copy_n(values, count, to + begin);
   } else {

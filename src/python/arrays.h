@@ -56,17 +56,17 @@ class Output : public Array {
       : Array(object, name, "fd", true, size) {}
 
   /// @param values `size()` values
-  void take(const double* values) { take(values, 0, size()); }
+  void write(const double* values) { write(values, 0, size()); }
   /// Receives a row of a matrix with `values.size()` columns.
-  void take_row(std::size_t row, const std::vector<double>& values) {
-    take(values.data(), row * values.size(), values.size());
+  void write_row(std::size_t row, const std::vector<double>& values) {
+    write(values.data(), row * values.size(), values.size());
   }
   /// The array's memory if its elements have that type, else null.
   double* doubles() const { return format() == 'd' ? static_cast<double*>(memory()) : nullptr; }
   float* singles() const { return format() == 'f' ? static_cast<float*>(memory()) : nullptr; }
 
  private:
-  void take(const double* values, std::size_t begin, std::size_t count);
+  void write(const double* values, std::size_t begin, std::size_t count);
 };
 
 /// Receives values of one type without conversion.
@@ -78,7 +78,7 @@ class ExactOutput : public Array {
       : Array(object, name, kFormats, true, size) {}
 
   /// @param values `size()` values
-  void take(const Value* values) { std::copy_n(values, size(), data()); }
+  void write(const Value* values) { std::copy_n(values, size(), data()); }
   Value* data() { return static_cast<Value*>(memory()); }
 
  private:

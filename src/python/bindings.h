@@ -23,7 +23,7 @@ inline thread_local PyThreadState* released_state = nullptr;
 /// While Python finalizes, PyEval_RestoreThread of Python 3.13 and earlier calls pthread_exit, and
 /// the forced unwinding ends in std::terminate at the first destructor. This function catches the
 /// unwinding and, as Python 3.14 does, blocks the thread until the process ends.
-inline void take_interpreter_lock(PyThreadState* state) {
+inline void acquire_gil(PyThreadState* state) {
   try {
     PyEval_RestoreThread(state);
   } catch (...) {  // abi::__forced_unwind; leaving the handler would abort the process
@@ -32,33 +32,33 @@ inline void take_interpreter_lock(PyThreadState* state) {
 }
 
 /// Releases the GIL during its lifetime.
-class Released {
+class GilRelease {
  public:
-  Released() : state_(PyEval_SaveThread()) { released_state = state_; }
-  Released(const Released&) = delete;
-  Released& operator=(const Released&) = delete;
-  ~Released() { take_interpreter_lock(state_); }
+  GilRelease() : state_(PyEval_SaveThread()) { released_state = state_; }
+  GilRelease(const GilRelease&) = delete;
+  GilRelease& operator=(const GilRelease&) = delete;
+  ~GilRelease() { acquire_gil(state_); }
 
  private:
   PyThreadState* state_;
 };
 
 /// Holds the GIL during its lifetime, in a thread that has released it.
-class Acquired {
+class GilAcquire {
  public:
-  Acquired() { take_interpreter_lock(released_state); }
-  Acquired(const Acquired&) = delete;
-  Acquired& operator=(const Acquired&) = delete;
-  ~Acquired() { PyEval_SaveThread(); }
+  GilAcquire() { acquire_gil(released_state); }
+  GilAcquire(const GilAcquire&) = delete;
+  GilAcquire& operator=(const GilAcquire&) = delete;
+  ~GilAcquire() { PyEval_SaveThread(); }
 };
 
 /// Releases the GIL, then locks the mutex: the mutex's owner may be waiting for the GIL.
-class Unlocked {
+class GilFreeLock {
  public:
-  explicit Unlocked(std::mutex& mutex) : lock_(mutex) {}
+  explicit GilFreeLock(std::mutex& mutex) : lock_(mutex) {}
 
  private:
-  Released released_;
+  GilRelease released_;
   std::lock_guard<std::mutex> lock_;
 };
 

@@ -31,30 +31,30 @@ namespace {
 /// Runs pending Python signal handlers and returns whether one raised, as that of Ctrl-C does; the
 /// exception is then set. Python handles signals in its main thread only.
 bool raises_after_signal() {
-  const Acquired acquired;
+  const GilAcquire acquire;
   return PyErr_CheckSignals() != 0;
 }
 
-/// Copies values of an answer, whose number the server's specification determines, into the
-/// caller's array.
-/// @throws ConnectionError if the array has another size
+/// Copies values of an answer into the caller's array.
+/// @throws ConnectionError if their numbers differ: the server's specification determines the
+///         answer's, the expected environment the array's
 template <typename Values, typename Destination>
-void take(const Values& values, Destination& destination) {
+void write_answer(const Values& values, Destination& destination) {
   if (values.size() != destination.size()) {
     throw ConnectionError("the server answers with " + std::to_string(values.size()) +
                           " values of " + destination.name() + " where " +
                           std::to_string(destination.size()) +
                           " were expected; has it been started again with other parameters?");
   }
-  destination.take(values.data());
+  destination.write(values.data());
 }
 
-/// An episode on the server, as its answers report it.
+/// State of an episode on the server, according to its answers.
 struct RemoteEpisode {
   EpisodeState state;  ///< without action, observation and info
   std::string error;   ///< engine's error in the last ~step_batch
 
-  /// Takes over the position of a step.
+  /// Records the position after a step.
   /// @throws ConnectionError if it does not follow the last one: another client, or an earlier call
   ///         that failed, has moved the walker
   void follow(std::uint32_t episode, std::uint32_t step) {
@@ -63,8 +63,8 @@ struct RemoteEpisode {
       throw ConnectionError("the server answers with step " + std::to_string(step) +
                             " of episode " + std::to_string(episode) + " where step " +
                             std::to_string(state.step + 1) +
-                            " was expected: somebody else has moved "
-                            "the walker, or an earlier call that had failed; reset first");
+                            " was expected: another client, or an earlier call that failed, has "
+                            "moved the walker; reset first");
     }
     place(episode, step);
   }
@@ -91,13 +91,13 @@ struct RemoteEpisode {
   bool is_placed = false;  ///< whether `state.episode` is the server's count
 };
 
-/// Calls a server and fills arrays of the caller. Thread-safe: a mutex serialises the calls. What
-/// the core would refuse in process is refused before it is sent, with the same message.
-class RemoteWalkers {
+/// Client whose results are written into NumPy arrays. Thread-safe: a mutex serialises the calls.
+/// Calls that the core would refuse in process are refused here, with the same message.
+class ClientBinding {
  public:
   /// @param id, parameters the expected environment: it checks actions, and the caller compares its
   ///                       specification with the server's
-  RemoteWalkers(const std::string& id, const py::dict& parameters, std::string server,
+  ClientBinding(const std::string& id, const py::dict& parameters, std::string server,
                 std::string master_uri, double timeout)
       : specification_(make(id, to_parameters(parameters))->specification()) {
     const ClientOptions options{std::move(server), std::move(master_uri), timeout,
@@ -123,28 +123,28 @@ class RemoteWalkers {
     Output infos(info, "info");
     call([&] {
       client_->reset(number, transition_);
-      take_transition();
-      take(transition_.observation, observations);
-      take(transition_.info, infos);
+      record_transition();
+      write_answer(transition_.observation, observations);
+      write_answer(transition_.info, infos);
     });
   }
 
   /// @return as Environment.step
-  py::tuple step(py::handle action, py::handle observation, py::handle info) {
+  std::tuple<double, bool, bool, std::string> step(py::handle action, py::handle observation,
+                                                   py::handle info) {
     const Input actions(action, "action");
     Output observations(observation, "observation");
     Output infos(info, "info");
-    const auto [reward, terminated, truncated, error] = call([&] {
+    return call([&] {
       check_step(actions);
       client_->step(actions.data(), actions.size(), transition_);
       episodes_.front().follow(transition_.episode, transition_.step);
-      take_transition();
-      take(transition_.observation, observations);
-      take(transition_.info, infos);
+      record_transition();
+      write_answer(transition_.observation, observations);
+      write_answer(transition_.info, infos);
       return std::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
                              transition_.error);
     });
-    return py::make_tuple(reward, terminated, truncated, to_str(error));
   }
 
   /// Returns the present episode as an opaque record.
@@ -152,22 +152,20 @@ class RemoteWalkers {
     std::vector<std::uint8_t> record;
     call(
         [&] {
-          check_look("get_state", 0);
+          check_episode("get_state", 0);
           client_->snapshot(record);
         },
         /*refusal_loses=*/false);
-    return {reinterpret_cast<const char*>(record.data()), record.size()};
+    return to_bytes(record);
   }
 
   void restore(const py::handle& record) {
     const std::vector<std::byte> bytes = to_state_bytes(record);
-    std::vector<std::uint8_t> numbers(bytes.size());
-    std::transform(bytes.begin(), bytes.end(), numbers.begin(),
-                   [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
+    const auto* const begin = reinterpret_cast<const std::uint8_t*>(bytes.data());
     call(
         [&] {
-          client_->restore(numbers, transition_);
-          take_transition();
+          client_->restore({begin, begin + bytes.size()}, transition_);
+          record_transition();
         },
         /*refusal_loses=*/false);
     is_lost_ = false;
@@ -182,10 +180,10 @@ class RemoteWalkers {
     call([&] {
       for (const std::uint32_t environment : environments) check_index(environment);
       client_->reset_batch(environments, numbers, reset_);
-      take(reset_.observations, observations_output);
-      take(reset_.info, info_output);
-      for (RemoteEpisode& episode : episodes_) {
-        if (environments.empty()) episode.begin();
+      write_answer(reset_.observations, observations_output);
+      write_answer(reset_.info, info_output);
+      if (environments.empty()) {
+        for (RemoteEpisode& episode : episodes_) episode.begin();
       }
       for (const std::uint32_t environment : environments) episodes_[environment].begin();
       for (std::size_t i = 0; i < reset_.failures.size(); ++i) {
@@ -194,13 +192,13 @@ class RemoteWalkers {
     });
   }
 
-  // The next two behave like Pool.error and Pool.reset_error.
+  // As Pool.error and Pool.reset_error.
   std::string error(std::size_t index) {
-    const Unlocked unlocked = enter();
+    const GilFreeLock lock = enter();
     return episodes_.at(index).error;
   }
   std::string reset_error(std::size_t index) {
-    const Unlocked unlocked = enter();
+    const GilFreeLock lock = enter();
     const EpisodeState& state = episodes_.at(index).state;
     return state.failed_at_reset() ? state.error : "";
   }
@@ -211,12 +209,12 @@ class RemoteWalkers {
     call([&] {
       check_steps(input);
       client_->step_batch(input.data(), input.size(), batch_);
-      take_batch();
-      take(batch_.observations, outputs.observations);
-      take(batch_.rewards, outputs.rewards);
-      take(batch_.terminated, outputs.terminated);
-      take(batch_.truncated, outputs.truncated);
-      take(batch_.info, outputs.info);
+      record_batch();
+      write_answer(batch_.observations, outputs.observations);
+      write_answer(batch_.rewards, outputs.rewards);
+      write_answer(batch_.terminated, outputs.terminated);
+      write_answer(batch_.truncated, outputs.truncated);
+      write_answer(batch_.info, outputs.info);
     });
   }
 
@@ -229,28 +227,29 @@ class RemoteWalkers {
     if (!rgb.is_none()) colors.emplace(rgb, "rgb");
     if (!depth.is_none()) depths.emplace(depth, "depth");
     try {
-      const Unlocked unlocked = enter();
-      check_look("render", environment);
+      const GilFreeLock lock = enter();
+      check_episode("render", environment);
       if (colors) {
         client_->render(environment, "rgb8", camera, image_);
-        take(image_.rgb, *colors);
+        write_answer(image_.rgb, *colors);
       }
       if (depths) {
         client_->render(environment, "32FC1", camera, image_);
-        take(image_.depth, *depths);
+        write_answer(image_.depth, *depths);
       }
     } catch (const Interrupted&) {
       throw py::error_already_set();
     }
   }
 
-  /// Behaves like Pool.final_rows.
+  /// As Pool.final_rows.
   void final_rows(py::handle observations, py::handle info) {
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
     call([&] {
-      take(scattered(batch_.final_observations, server_.observation_size), observations_output);
-      take(scattered(batch_.final_info, server_.info_names.size()), info_output);
+      write_answer(scattered(batch_.final_observations, server_.observation_size),
+                   observations_output);
+      write_answer(scattered(batch_.final_info, server_.info_names.size()), info_output);
     });
   }
 
@@ -258,21 +257,20 @@ class RemoteWalkers {
   bool is_forked() const { return num_forks() != num_forks_; }
 
   /// @throws ConnectionError in the child of a fork, where the mutex may stay locked forever
-  Unlocked enter() {
+  GilFreeLock enter() {
     if (is_forked()) throw ConnectionError(kForkedClientError);
-    return Unlocked(mutex_);
+    return GilFreeLock(mutex_);
   }
 
-  /// Runs `made` without the GIL. `is_lost` is set by a ConnectionError, by an interruption and, if
-  /// `refusal_loses`, by a refusal: this side has checked the call, so the server's state must
-  /// differ from the known one.
-  /// @return what `made` returns
-  /// @throws what `made` throws, and the exception that a signal handler has raised
-  template <typename Made>
-  std::invoke_result_t<Made> call(const Made& made, bool refusal_loses = true) {
+  /// Runs the function without the GIL. `is_lost` is set by a ConnectionError, by an interruption
+  /// and, if `refusal_loses`, by a refusal: this client has checked the call, so the server's state
+  /// must differ from the known one.
+  /// @throws as the function; the exception that a signal handler has raised
+  template <typename Function>
+  std::invoke_result_t<Function> call(const Function& function, bool refusal_loses = true) {
     try {
-      const Unlocked unlocked = enter();
-      return made();
+      const GilFreeLock lock = enter();
+      return function();
     } catch (const ConnectionError&) {
       is_lost_ = true;
       throw;
@@ -292,7 +290,7 @@ class RemoteWalkers {
   }
 
   /// Requires an episode that this client began: any other may belong to another client.
-  void check_look(const std::string& call, std::uint32_t environment) const {
+  void check_episode(const std::string& call, std::uint32_t environment) const {
     check_index(environment);
     if (is_lost_) throw ResetNeeded(call + ": " + kLost);
     if (episodes_[environment].state.has_begun()) return;
@@ -317,8 +315,8 @@ class RemoteWalkers {
     }
   }
 
-  /// Takes over the answer of ~reset, ~step or ~restore.
-  void take_transition() {
+  /// Records the answer of ~reset, ~step or ~restore.
+  void record_transition() {
     RemoteEpisode& episode = episodes_.front();
     episode.place(transition_.episode, transition_.step);
     episode.state.terminated = transition_.terminated;
@@ -326,9 +324,9 @@ class RemoteWalkers {
     episode.state.error = transition_.error;
   }
 
-  /// Takes over the answer of ~step_batch. Step 0 means that the server has reset the environment;
-  /// it follows any earlier step.
-  void take_batch() {
+  /// Records the answer of ~step_batch. Step 0 means that the server has reset the environment; it
+  /// may follow any earlier step.
+  void record_batch() {
     for (std::size_t i = 0; i < episodes_.size(); ++i) {
       RemoteEpisode& episode = episodes_[i];
       if (batch_.steps[i] != 0) {
@@ -352,7 +350,7 @@ class RemoteWalkers {
     }
   }
 
-  /// Returns a row per environment: its final row if its episode has just ended, else zeros.
+  /// Returns one row per environment: its final row if its episode has just ended, else zeros.
   /// @param width as in the server's specification, against which the client has checked the rows
   std::vector<double> scattered(const std::vector<double>& rows, std::size_t width) const {
     std::vector<double> all(episodes_.size() * width);
@@ -383,23 +381,23 @@ class RemoteWalkers {
 }  // namespace
 
 void bind_client(py::module& module) {
-  py::class_<RemoteWalkers>(module, "Client")
+  py::class_<ClientBinding>(module, "Client")
       .def(py::init<const std::string&, const py::dict&, std::string, std::string, double>(),
            py::arg("id"), py::arg("parameters"), py::arg("server"), py::arg("master_uri"),
            py::arg("timeout"))
-      .def_property_readonly("specification", &RemoteWalkers::specification)
-      .def_property_readonly("server_specification", &RemoteWalkers::server_specification)
-      .def_property_readonly("is_lost", &RemoteWalkers::is_lost)
-      .def("reset", &RemoteWalkers::reset)
-      .def("step", &RemoteWalkers::step)
-      .def("snapshot", &RemoteWalkers::snapshot)
-      .def("restore", &RemoteWalkers::restore)
-      .def("reset_batch", &RemoteWalkers::reset_batch)
-      .def("step_batch", &RemoteWalkers::step_batch)
-      .def("final_rows", &RemoteWalkers::final_rows)
-      .def("error", &RemoteWalkers::error)
-      .def("reset_error", &RemoteWalkers::reset_error)
-      .def("render", &RemoteWalkers::render);
+      .def_property_readonly("specification", &ClientBinding::specification)
+      .def_property_readonly("server_specification", &ClientBinding::server_specification)
+      .def_property_readonly("is_lost", &ClientBinding::is_lost)
+      .def("reset", &ClientBinding::reset)
+      .def("step", &ClientBinding::step)
+      .def("snapshot", &ClientBinding::snapshot)
+      .def("restore", &ClientBinding::restore)
+      .def("reset_batch", &ClientBinding::reset_batch)
+      .def("step_batch", &ClientBinding::step_batch)
+      .def("final_rows", &ClientBinding::final_rows)
+      .def("error", &ClientBinding::error)
+      .def("reset_error", &ClientBinding::reset_error)
+      .def("render", &ClientBinding::render);
 }
 
 }  // namespace walker::python

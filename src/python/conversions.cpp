@@ -35,7 +35,7 @@ std::string to_text(const std::string& name, const py::handle& value) {
   if (text != nullptr) return {text, static_cast<std::size_t>(size)};
   PyErr_Clear();
   throw py::value_error("parameter " + name + " = " + shown(value) +
-                        ": must be a text that UTF-8 has a form for; no surrogates");
+                        ": must be a text that UTF-8 can encode; no surrogates");
 }
 
 /// @param number an int, a float, or an object that converts to a float

@@ -32,6 +32,11 @@ Parameters to_parameters(const pybind11::dict& given);
 /// @throws TypeError if it is not bytes
 std::vector<std::byte> to_state_bytes(const pybind11::handle& state);
 
+template <typename Byte>
+pybind11::bytes to_bytes(const std::vector<Byte>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 /// Specification under the names of EnvironmentSpec.msg; `parameters` maps names to texts.
 pybind11::dict to_dict(const Specification& specification);
 

@@ -29,10 +29,10 @@ std::string engine_of(const Specification& specification) {
 
 /// An environment that can be copied and pickled. Thread-safe: a mutex serialises the calls, and
 /// threads wait for it without the GIL.
-class LockedEnvironment {
+class EnvironmentBinding {
  public:
   /// @throws ValueError as `make`, TypeError as `to_parameters`
-  LockedEnvironment(std::string id, const py::dict& parameters)
+  EnvironmentBinding(std::string id, const py::dict& parameters)
       : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
         episode_(make_episode(id_, parameters_)) {}
@@ -40,15 +40,17 @@ class LockedEnvironment {
   py::dict specification() const { return to_dict(episode_->specification()); }
 
   /// @return the generator's state afterwards
+  /// @throws std::runtime_error with the engine's message if it fails
   GeneratorState reset(const GeneratorState& generator_state, py::handle observation,
                        py::handle info) {
     const EpisodeState& state = episode_->state();
     Output observations(observation, "observation", state.observation.size());
     Output infos(info, "info", state.info.size());
-    const Unlocked unlocked(mutex_);
-    begin(generator_state);
-    observations.take(state.observation.data());
-    infos.take(state.info.data());
+    const GilFreeLock lock(mutex_);
+    episode_->begin(generator_state, std::nullopt);
+    if (state.failed_at_reset()) throw std::runtime_error(state.error);
+    observations.write(state.observation.data());
+    infos.write(state.info.data());
     return episode_->generator_state();
   }
 
@@ -59,10 +61,10 @@ class LockedEnvironment {
     const Input actions(action, "action");
     Output observations(observation, "observation", state.observation.size());
     Output infos(info, "info", state.info.size());
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     episode_->step(actions.data(), actions.size());
-    observations.take(state.observation.data());
-    infos.take(state.info.data());
+    observations.write(state.observation.data());
+    infos.write(state.info.data());
     return {state.reward, state.terminated, state.truncated, state.error};
   }
 
@@ -70,7 +72,7 @@ class LockedEnvironment {
   /// @throws ResetNeeded if there is none
   StateCapture capture() {
     StateCapture captured;
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     episode_->capture(captured);
     return captured;
   }
@@ -80,11 +82,11 @@ class LockedEnvironment {
   py::bytes get_state(const std::optional<GeneratorState>& generator_state) {
     std::vector<std::byte> bytes;
     {
-      const Unlocked unlocked(mutex_);
+      const GilFreeLock lock(mutex_);
       if (generator_state) episode_->set_generator_state(*generator_state);
       episode_->save_state(bytes);
     }
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+    return to_bytes(bytes);
   }
 
   /// @param state of an environment with the same id, parameters and engine
@@ -93,7 +95,7 @@ class LockedEnvironment {
   ///         changed
   GeneratorState set_state(const py::object& state) {
     const std::vector<std::byte> bytes = to_state_bytes(state);
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     episode_->load_state(bytes.data(), bytes.size());
     return episode_->generator_state();
   }
@@ -102,45 +104,39 @@ class LockedEnvironment {
   void set_coordinates(py::handle position, py::handle velocity) {
     const Input positions(position, "qpos");
     const Input velocities(velocity, "qvel");
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     episode_->set_coordinates({positions.data(), positions.data() + positions.size()},
                               {velocities.data(), velocities.data() + velocities.size()});
   }
 
   /// None: the robot does not define this. @throws ResetNeeded
   std::optional<bool> is_healthy() {
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     return episode_->is_healthy();
   }
 
-  py::tuple stored() {
+  py::tuple pickle() {
     return py::make_tuple(version(), engine_of(episode_->specification()), id_, parameters_,
                           get_state(std::nullopt));
   }
 
-  /// @throws ValueError if another version or engine stored it, or as `set_state`
-  static std::unique_ptr<LockedEnvironment> from_stored(const py::tuple& stored) {
+  /// @throws ValueError if another version or engine pickled it, or as `set_state`
+  static std::unique_ptr<EnvironmentBinding> unpickle(const py::tuple& state) {
     constexpr std::size_t kFields = 5;
-    if (stored.size() != kFields) throw py::value_error("this is no stored environment");
-    auto environment = std::make_unique<LockedEnvironment>(stored[2].cast<std::string>(),
-                                                           stored[3].cast<py::dict>());
+    if (state.size() != kFields) throw py::value_error("not a pickled environment");
+    auto environment = std::make_unique<EnvironmentBinding>(state[2].cast<std::string>(),
+                                                            state[3].cast<py::dict>());
     const std::string engine = engine_of(environment->episode_->specification());
-    if (stored[0].cast<std::string>() != version() || stored[1].cast<std::string>() != engine) {
-      throw py::value_error("stored by walker_sim " + stored[0].cast<std::string>() + " on " +
-                            stored[1].cast<std::string>() + "; this is walker_sim " + version() +
+    if (state[0].cast<std::string>() != version() || state[1].cast<std::string>() != engine) {
+      throw py::value_error("pickled by walker_sim " + state[0].cast<std::string>() + " on " +
+                            state[1].cast<std::string>() + "; this is walker_sim " + version() +
                             " on " + engine);
     }
-    environment->set_state(stored[4]);
+    environment->set_state(state[4]);
     return environment;
   }
 
  private:
-  /// @throws std::runtime_error with the engine's message if it fails
-  void begin(const GeneratorState& generator_state) {
-    episode_->begin(generator_state, std::nullopt);
-    if (episode_->state().failed_at_reset()) throw std::runtime_error(episode_->state().error);
-  }
-
   std::string id_;
   Parameters parameters_;
   mutable std::mutex mutex_;
@@ -150,18 +146,18 @@ class LockedEnvironment {
 }  // namespace
 
 void bind_environment(py::module& module) {
-  py::class_<LockedEnvironment>(module, "Environment")
+  py::class_<EnvironmentBinding>(module, "Environment")
       .def(py::init<std::string, const py::dict&>(), py::arg("id"), py::arg("parameters"))
-      .def_property_readonly("specification", &LockedEnvironment::specification)
-      .def("reset", &LockedEnvironment::reset)
-      .def("step", &LockedEnvironment::step)
-      .def("capture", &LockedEnvironment::capture)
-      .def("get_state", &LockedEnvironment::get_state)
-      .def("set_state", &LockedEnvironment::set_state)
-      .def("set_coordinates", &LockedEnvironment::set_coordinates)
-      .def_property_readonly("is_healthy", &LockedEnvironment::is_healthy)
-      .def(py::pickle([](LockedEnvironment& environment) { return environment.stored(); },
-                      &LockedEnvironment::from_stored));
+      .def_property_readonly("specification", &EnvironmentBinding::specification)
+      .def("reset", &EnvironmentBinding::reset)
+      .def("step", &EnvironmentBinding::step)
+      .def("capture", &EnvironmentBinding::capture)
+      .def("get_state", &EnvironmentBinding::get_state)
+      .def("set_state", &EnvironmentBinding::set_state)
+      .def("set_coordinates", &EnvironmentBinding::set_coordinates)
+      .def_property_readonly("is_healthy", &EnvironmentBinding::is_healthy)
+      .def(py::pickle([](EnvironmentBinding& environment) { return environment.pickle(); },
+                      &EnvironmentBinding::unpickle));
 }
 
 }  // namespace walker::python

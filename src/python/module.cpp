@@ -53,7 +53,7 @@ int poll_as_python(pollfd* files, nfds_t num_files, int timeout) {
   if (timeout == 0) {
     result = ::poll(files, num_files, timeout);
   } else {
-    const Released released;
+    const GilRelease release;
     result = ::poll(files, num_files, timeout);
   }
   if (PyErr_CheckSignals() != 0) throw Interrupted();

@@ -18,10 +18,10 @@ namespace py = pybind11;
 namespace {
 
 /// The agent "heuristic" or "random". It has state, so each walker needs its own.
-class WalkerAgent {
+class AgentBinding {
  public:
-  WalkerAgent(const std::string& name, const std::string& id, const py::dict& parameters,
-              std::uint64_t seed)
+  AgentBinding(const std::string& name, const std::string& id, const py::dict& parameters,
+               std::uint64_t seed)
       : specification_(make(id, to_parameters(parameters))->specification()),
         agent_(make_agent(name, specification_, seed)),
         observation_(specification_.observation_size()) {}
@@ -30,7 +30,7 @@ class WalkerAgent {
     const Input input(observation, "observation", observation_.size());
     Output output(action, "action", specification_.action_size());
     observation_.assign(input.data(), input.data() + input.size());
-    output.take(agent_->act(observation_).data());
+    output.write(agent_->act(observation_).data());
   }
 
  private:
@@ -40,9 +40,9 @@ class WalkerAgent {
 };
 
 /// A trained network. Thread-safe: a mutex serialises calls of `act`.
-class NetworkPolicy {
+class PolicyBinding {
  public:
-  explicit NetworkPolicy(Policy policy) : policy_(std::move(policy)) {}
+  explicit PolicyBinding(Policy policy) : policy_(std::move(policy)) {}
 
   py::str id() const { return to_str(policy_.id()); }
   std::size_t observation_size() const { return policy_.observation_size(); }
@@ -68,10 +68,10 @@ class NetworkPolicy {
                             " values; must have " + std::to_string(observation_size()) + " a row");
     }
     Output output(actions, "actions", rows * action_size());
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     actions_.resize(output.size());
     policy_.act(input.data(), rows, actions_.data());
-    output.take(actions_.data());
+    output.write(actions_.data());
   }
 
  private:
@@ -80,30 +80,30 @@ class NetworkPolicy {
   std::vector<double> actions_;  // of the last call; keeps its memory
 };
 
-std::unique_ptr<NetworkPolicy> read_bytes(const std::string& name, const py::bytes& content) {
+std::unique_ptr<PolicyBinding> read_bytes(const std::string& name, const py::bytes& content) {
   const std::string bytes = content;
-  return std::make_unique<NetworkPolicy>(Policy(name, {bytes.begin(), bytes.end()}));
+  return std::make_unique<PolicyBinding>(Policy(name, {bytes.begin(), bytes.end()}));
 }
 
 }  // namespace
 
 void bind_policy(py::module& module) {
-  py::class_<WalkerAgent>(module, "Agent")
+  py::class_<AgentBinding>(module, "Agent")
       .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t>(),
            py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"))
-      .def("act", &WalkerAgent::act);
-  py::class_<NetworkPolicy>(module, "Policy")
+      .def("act", &AgentBinding::act);
+  py::class_<PolicyBinding>(module, "Policy")
       .def(py::init([](const std::string& file) {
-             return std::make_unique<NetworkPolicy>(Policy(file));
+             return std::make_unique<PolicyBinding>(Policy(file));
            }),
            py::arg("file"))
       .def_static("from_bytes", &read_bytes, py::arg("name"), py::arg("content"))
-      .def_property_readonly("id", &NetworkPolicy::id)
-      .def_property_readonly("notes", &NetworkPolicy::notes)
-      .def_property_readonly("observation_size", &NetworkPolicy::observation_size)
-      .def_property_readonly("action_size", &NetworkPolicy::action_size)
-      .def("check", &NetworkPolicy::check, py::arg("id"), py::arg("parameters"))
-      .def("act", &NetworkPolicy::act, py::arg("observations"), py::arg("actions"));
+      .def_property_readonly("id", &PolicyBinding::id)
+      .def_property_readonly("notes", &PolicyBinding::notes)
+      .def_property_readonly("observation_size", &PolicyBinding::observation_size)
+      .def_property_readonly("action_size", &PolicyBinding::action_size)
+      .def("check", &PolicyBinding::check, py::arg("id"), py::arg("parameters"))
+      .def("act", &PolicyBinding::act, py::arg("observations"), py::arg("actions"));
 }
 
 }  // namespace walker::python

@@ -34,18 +34,18 @@ PoolOptions make_options(std::size_t num_envs, std::size_t num_threads,
 }
 
 /// A pool whose threads write rows into NumPy arrays. Thread-safe: a mutex serialises the calls.
-class VectorWalkers {
+class PoolBinding {
  public:
-  VectorWalkers(std::string id, const py::dict& parameters, std::size_t num_envs,
-                std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
+  PoolBinding(std::string id, const py::dict& parameters, std::size_t num_envs,
+              std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
       : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
-        asked_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
-        pool_([this] { return make(id_, parameters_); }, asked_),
-        arrived_(pool_.options().batch_size) {
-    if (asked_.autoreset_mode != AutoresetMode::same_step) return;
-    final_observations_.resize(asked_.num_envs * observation_size());
-    final_info_.resize(asked_.num_envs * num_infos());
+        options_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
+        pool_([this] { return make(id_, parameters_); }, options_),
+        received_(pool_.options().batch_size) {
+    if (options_.autoreset_mode != AutoresetMode::same_step) return;
+    final_observations_.resize(options_.num_envs * observation_size());
+    final_info_.resize(options_.num_envs * num_infos());
   }
 
   py::dict specification() const { return to_dict(pool_.specification()); }
@@ -54,29 +54,25 @@ class VectorWalkers {
 
   /// Begins episodes from the present states of the generators.
   /// @param environments indices; empty: all
-  /// @param observations, info receive rows of all environments, also of those not reset
+  /// @param observations, info receive rows of all environments, including those not reset
   void reset(const std::vector<std::uint32_t>& environments, py::handle observations,
              py::handle info) {
-    Output observations_output(observations, "observations", asked_.num_envs * observation_size());
-    NumberOutput info_output(info, "info", asked_.num_envs * num_infos());
-    Batch rows;
-    rows.observations = observations_output.doubles();
-    rows.single_observations = observations_output.singles();
-    rows.info = info_output.data();
-    const Unlocked unlocked(mutex_);
-    pool_.reset(environments, {}, rows);
-    if (environments.empty()) return;
-    for (std::size_t i = 0; i < asked_.num_envs; ++i) {
+    Output observations_output(observations, "observations",
+                               options_.num_envs * observation_size());
+    NumberOutput info_output(info, "info", options_.num_envs * num_infos());
+    const GilFreeLock lock(mutex_);
+    pool_.reset(environments, {}, {});
+    for (std::size_t i = 0; i < options_.num_envs; ++i) {
       const EpisodeState& state = pool_.episode(i).state();
-      observations_output.take_row(i, state.observation);
+      observations_output.write_row(i, state.observation);
       std::copy(state.info.begin(), state.info.end(), info_output.data() + i * num_infos());
     }
   }
 
   void step(py::handle actions, const py::sequence& batch) {
     const Input input(actions, "actions");
-    StepOutputs outputs = outputs_of(batch, asked_.num_envs);
-    const Unlocked unlocked(mutex_);
+    StepOutputs outputs = outputs_of(batch, options_.num_envs);
+    const GilFreeLock lock(mutex_);
     pool_.step(input.data(), input.size(), rows_of(outputs));
   }
 
@@ -84,9 +80,9 @@ class VectorWalkers {
   void step_some(py::handle actions, const std::vector<std::uint32_t>& environments,
                  const py::sequence& batch) {
     const std::size_t count = environments.size();
-    const Input input(actions, "actions", count * pool_.specification().action_size());
+    const Input input(actions, "actions", count * action_size());
     StepOutputs outputs = outputs_of(batch, count);
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     pool_.step(input.data(), environments.data(), count, rows_of(outputs));
   }
 
@@ -97,49 +93,40 @@ class VectorWalkers {
     NumberOutput info_output(info, "info");
     if (observations_output.size() > final_observations_.size() ||
         info_output.size() > final_info_.size()) {
-      throw py::value_error("final_rows: has rows in same_step alone, and at most num_envs");
+      throw py::value_error("final_rows: must be called in same_step, for at most num_envs rows");
     }
-    const Unlocked unlocked(mutex_);
-    observations_output.take(final_observations_.data());
-    info_output.take(final_info_.data());
+    const GilFreeLock lock(mutex_);
+    observations_output.write(final_observations_.data());
+    info_output.write(final_info_.data());
   }
 
   void send(py::handle actions, const std::vector<std::uint32_t>& environments) {
-    const Input input(actions, "actions");
-    const std::size_t expected = environments.size() * pool_.specification().action_size();
-    if (input.size() != expected) {
-      throw py::value_error("actions has " + std::to_string(input.size()) + " values; must have " +
-                            std::to_string(expected) + ", " + std::to_string(environments.size()) +
-                            " environments of " +
-                            std::to_string(pool_.specification().action_size()));
-    }
-    const Unlocked unlocked(mutex_);
+    const Input input(actions, "actions", environments.size() * action_size());
+    const GilFreeLock lock(mutex_);
     pool_.send(input.data(), environments.data(), environments.size());
   }
 
   void send_resets(const std::vector<std::uint32_t>& environments) {
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     pool_.send_resets(environments);
   }
 
   /// @return the index of each row's environment
   std::vector<std::uint32_t> recv(const py::sequence& batch) {
-    StepOutputs outputs = outputs_of(batch, arrived_.size());
-    const Unlocked unlocked(mutex_);
-    pool_.recv(rows_of(outputs), arrived_.data());
-    return arrived_;
+    StepOutputs outputs = outputs_of(batch, received_.size());
+    const GilFreeLock lock(mutex_);
+    pool_.recv(rows_of(outputs), received_.data());
+    return received_;
   }
 
   py::list get_states(const std::vector<std::uint32_t>& environments) {
     std::vector<std::vector<std::byte>> states(environments.size());
     {
-      const Unlocked unlocked(mutex_);
+      const GilFreeLock lock(mutex_);
       for (std::size_t i = 0; i < states.size(); ++i) pool_.save_state(environments[i], states[i]);
     }
     py::list list;
-    for (const std::vector<std::byte>& state : states) {
-      list.append(py::bytes(reinterpret_cast<const char*>(state.data()), state.size()));
-    }
+    for (const std::vector<std::byte>& state : states) list.append(to_bytes(state));
     return list;
   }
 
@@ -148,47 +135,46 @@ class VectorWalkers {
     std::vector<std::vector<std::byte>> states;
     for (const py::handle state : given) states.push_back(to_state_bytes(state));
     if (environments.empty() && states.empty()) return;
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     pool_.load_states(environments, states, {});
   }
 
-  py::tuple stored() {
-    std::vector<std::uint32_t> all(asked_.num_envs);
+  py::tuple pickle() {
+    std::vector<std::uint32_t> all(options_.num_envs);
     std::iota(all.begin(), all.end(), 0U);
-    return py::make_tuple(id_, parameters_, asked_.num_envs, asked_.num_threads,
-                          to_text(asked_.autoreset_mode), asked_.batch_size, get_states(all));
+    return py::make_tuple(id_, parameters_, options_.num_envs, options_.num_threads,
+                          to_text(options_.autoreset_mode), options_.batch_size, get_states(all));
   }
 
-  static std::unique_ptr<VectorWalkers> from_stored(const py::tuple& stored) {
+  static std::unique_ptr<PoolBinding> unpickle(const py::tuple& state) {
     constexpr std::size_t kFields = 7;
-    if (stored.size() != kFields) throw py::value_error("this is no stored pool");
-    auto walkers = std::make_unique<VectorWalkers>(
-        stored[0].cast<std::string>(), stored[1].cast<py::dict>(), stored[2].cast<std::size_t>(),
-        stored[3].cast<std::size_t>(), stored[4].cast<std::string>(),
-        stored[5].cast<std::size_t>());
-    walkers->set_states({}, stored[6].cast<py::list>());
-    return walkers;
+    if (state.size() != kFields) throw py::value_error("not a pickled pool");
+    auto pool = std::make_unique<PoolBinding>(
+        state[0].cast<std::string>(), state[1].cast<py::dict>(), state[2].cast<std::size_t>(),
+        state[3].cast<std::size_t>(), state[4].cast<std::string>(), state[5].cast<std::size_t>());
+    pool->set_states({}, state[6].cast<py::list>());
+    return pool;
   }
 
   StateCapture capture(std::size_t index) {
     StateCapture captured;
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     pool_.episode(index).capture(captured);
     return captured;
   }
 
   std::string error(std::size_t index) {
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     return pool_.error(index);
   }
 
   std::string reset_error(std::size_t index) {
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     return pool_.reset_error(index);
   }
 
   GeneratorState generator_state(std::size_t index) {
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     return pool_.environment(index).generator_state();
   }
 
@@ -198,7 +184,7 @@ class VectorWalkers {
       throw py::value_error(std::to_string(states.size()) + " states; must be " +
                             std::to_string(environments.size()) + " as the environments");
     }
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     for (const std::uint32_t index : environments) pool_.environment(index);  // checks all first
     for (std::size_t i = 0; i < states.size(); ++i) {
       pool_.environment(environments[i]).set_generator_state(states[i]);
@@ -207,6 +193,7 @@ class VectorWalkers {
 
  private:
   std::size_t observation_size() const { return pool_.specification().observation_size(); }
+  std::size_t action_size() const { return pool_.specification().action_size(); }
   std::size_t num_infos() const { return pool_.specification().info_names.size(); }
 
   StepOutputs outputs_of(const py::sequence& batch, std::size_t count) const {
@@ -228,10 +215,10 @@ class VectorWalkers {
 
   std::string id_;
   Parameters parameters_;
-  PoolOptions asked_;
+  PoolOptions options_;
   Pool pool_;
   std::mutex mutex_;
-  std::vector<std::uint32_t> arrived_;  // indices of the last `recv`
+  std::vector<std::uint32_t> received_;  // indices of the last `recv`
   // same_step: final rows of the last step or `recv`, in the order of its rows.
   std::vector<double> final_observations_;
   std::vector<double> final_info_;
@@ -247,50 +234,49 @@ std::vector<bool> info_columns(py::handle info, std::size_t num_columns, py::han
   FlagOutput masks_output(masks, "masks", rows.size());
   const std::size_t num_rows = rows.size() / num_columns;
   std::vector<double> columns(rows.size());
-  std::vector<std::uint8_t> is_there(rows.size());
-  std::vector<bool> is_anywhere(num_columns);
+  std::vector<std::uint8_t> is_present(rows.size());
+  std::vector<bool> has_any(num_columns);
   for (std::size_t column = 0; column < num_columns; ++column) {
     for (std::size_t row = 0; row < num_rows; ++row) {
       const double value = rows.data()[row * num_columns + column];
       if (std::isnan(value)) continue;
       columns[column * num_rows + row] = value;
-      is_there[column * num_rows + row] = 1;
-      is_anywhere[column] = true;
+      is_present[column * num_rows + row] = 1;
+      has_any[column] = true;
     }
   }
-  values_output.take(columns.data());
-  masks_output.take(is_there.data());
-  return is_anywhere;
+  values_output.write(columns.data());
+  masks_output.write(is_present.data());
+  return has_any;
 }
 
 }  // namespace
 
 void bind_pool(py::module& module) {
   module.def("info_columns", &info_columns);
-  py::class_<VectorWalkers>(module, "Pool")
+  py::class_<PoolBinding>(module, "Pool")
       .def(py::init<const std::string&, const py::dict&, std::size_t, std::size_t,
                     const std::string&, std::size_t>(),
            py::arg("id"), py::arg("parameters"), py::arg("num_envs"), py::arg("num_threads"),
            py::arg("autoreset_mode"), py::arg("batch_size"))
-      .def_property_readonly("specification", &VectorWalkers::specification)
-      .def_property_readonly("num_threads", &VectorWalkers::num_threads)
-      .def_property_readonly("batch_size", &VectorWalkers::batch_size)
-      .def("reset", &VectorWalkers::reset)
-      .def("step_batch", &VectorWalkers::step)
-      .def("step_some", &VectorWalkers::step_some)
-      .def("final_rows", &VectorWalkers::final_rows)
-      .def("send", &VectorWalkers::send)
-      .def("send_resets", &VectorWalkers::send_resets)
-      .def("recv", &VectorWalkers::recv)
-      .def("capture", &VectorWalkers::capture)
-      .def("error", &VectorWalkers::error)
-      .def("reset_error", &VectorWalkers::reset_error)
-      .def("generator_state", &VectorWalkers::generator_state)
-      .def("set_generator_states", &VectorWalkers::set_generator_states)
-      .def("get_states", &VectorWalkers::get_states)
-      .def("set_states", &VectorWalkers::set_states)
-      .def(py::pickle([](VectorWalkers& walkers) { return walkers.stored(); },
-                      &VectorWalkers::from_stored));
+      .def_property_readonly("specification", &PoolBinding::specification)
+      .def_property_readonly("num_threads", &PoolBinding::num_threads)
+      .def_property_readonly("batch_size", &PoolBinding::batch_size)
+      .def("reset", &PoolBinding::reset)
+      .def("step_batch", &PoolBinding::step)
+      .def("step_some", &PoolBinding::step_some)
+      .def("final_rows", &PoolBinding::final_rows)
+      .def("send", &PoolBinding::send)
+      .def("send_resets", &PoolBinding::send_resets)
+      .def("recv", &PoolBinding::recv)
+      .def("capture", &PoolBinding::capture)
+      .def("error", &PoolBinding::error)
+      .def("reset_error", &PoolBinding::reset_error)
+      .def("generator_state", &PoolBinding::generator_state)
+      .def("set_generator_states", &PoolBinding::set_generator_states)
+      .def("get_states", &PoolBinding::get_states)
+      .def("set_states", &PoolBinding::set_states)
+      .def(py::pickle([](PoolBinding& pool) { return pool.pickle(); }, &PoolBinding::unpickle));
 }
 
 }  // namespace walker::python

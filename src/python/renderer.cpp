@@ -16,10 +16,10 @@ namespace {
 
 /// A thread-safe renderer: a mutex serialises the calls, and threads wait for it without the GIL.
 /// No environment waits for it.
-class SharedRenderer {
+class RendererBinding {
  public:
-  SharedRenderer(const std::string& id, const py::dict& parameters,
-                 const py::dict& camera_parameters)
+  RendererBinding(const std::string& id, const py::dict& parameters,
+                  const py::dict& camera_parameters)
       : renderer_(make_renderer(id, to_parameters(parameters), to_parameters(camera_parameters))) {}
 
   py::dict camera() const {
@@ -42,10 +42,10 @@ class SharedRenderer {
     std::optional<DepthOutput> depths;
     if (!rgb.is_none()) colors.emplace(rgb, "rgb", 3 * num_pixels);
     if (!depth.is_none()) depths.emplace(depth, "depth", num_pixels);
-    const Unlocked unlocked(mutex_);
+    const GilFreeLock lock(mutex_);
     renderer_->render(captured, {colors.has_value(), depths.has_value()}, image_);
-    if (colors) colors->take(image_.rgb.data());
-    if (depths) depths->take(image_.depth.data());
+    if (colors) colors->write(image_.rgb.data());
+    if (depths) depths->write(image_.depth.data());
   }
 
  private:
@@ -58,11 +58,11 @@ class SharedRenderer {
 
 void bind_renderer(py::module& module) {
   py::class_<StateCapture>(module, "StateCapture").def_readonly("step", &StateCapture::step);
-  py::class_<SharedRenderer>(module, "Renderer")
+  py::class_<RendererBinding>(module, "Renderer")
       .def(py::init<const std::string&, const py::dict&, const py::dict&>(), py::arg("id"),
            py::arg("parameters"), py::arg("camera_parameters"))
-      .def_property_readonly("camera", &SharedRenderer::camera)
-      .def("render", &SharedRenderer::render);
+      .def_property_readonly("camera", &RendererBinding::camera)
+      .def("render", &RendererBinding::render);
 }
 
 }  // namespace walker::python

@@ -24,7 +24,7 @@ def attributes(environment):
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_the_table_names_all_that_are_missing(env_id):
+def test_the_docs_name_all_missing_attributes(env_id):
     theirs = attributes(make_theirs(env_id).unwrapped)
     ours = make_ours(env_id).unwrapped
     ours.reset(seed=1)
@@ -34,7 +34,7 @@ def test_the_table_names_all_that_are_missing(env_id):
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_those_that_never_change(env_id):
+def test_constant_attributes(env_id):
     theirs, ours = make_theirs(env_id).unwrapped, make_ours(env_id).unwrapped
     many = gymnasium.make_vec(f"walker_sim/{env_id}", 2)
     for name in ("hardcore", "observation_structure"):
@@ -49,7 +49,7 @@ def test_those_that_never_change(env_id):
                 getattr(ours, name)
 
 
-def test_hardcore_is_what_the_walker_was_made_with():
+def test_hardcore_follows_the_keyword():
     assert make_ours("BipedalWalker-v3", hardcore=True).unwrapped.hardcore is True
     assert make_ours("BipedalWalker-v3").unwrapped.hardcore is False
 
@@ -73,7 +73,7 @@ def test_control_cost(env_id, dtype):
         assert type(ours.control_cost(action)) is type(expected)
 
 
-def test_control_cost_is_the_rewards():
+def test_control_cost_equals_the_rewards_term():
     make_reference("Walker2d-v5")  # skips if Gymnasium's cost has another precision
     ours = make_ours("Walker2d-v5").unwrapped
     ours.reset(seed=1)
@@ -127,7 +127,7 @@ def test_set_state(env_id):
             assert our[2] == their[2]
 
 
-def test_what_cannot_be_set_is_refused():
+def test_refused_coordinates():
     robot, walker = WalkerEnv("Hopper-v5"), WalkerEnv("BipedalWalker-v3")
     zeros = np.zeros(6)
     with pytest.raises(walker_sim.ResetNeeded, match="set_state: there is no episode yet"):
@@ -135,13 +135,13 @@ def test_what_cannot_be_set_is_refused():
     robot.reset(seed=1)
     walker.reset(seed=1)
     before = robot.get_state()
-    for qpos, qvel, words in [
+    for qpos, qvel, message in [
         (np.zeros(5), zeros, r"qpos has 5 values; must have 6"),
         (zeros, np.zeros((6, 1)), r"qvel has the shape \(6, 1\); must be one-dimensional"),
         (zeros, [0, 0, 0, 0, 0, np.nan], r"qvel\[5\] = nan; must be finite"),
         (zeros, ["a"] * 6, "could not convert"),
     ]:
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match=message):
             robot.set_state(qpos, qvel)
     assert robot.get_state() == before
     with pytest.raises(RuntimeError, match="BipedalWalker-v3 has no positions and velocities"):
@@ -154,7 +154,7 @@ def test_what_cannot_be_set_is_refused():
 
 
 @pytest.mark.parametrize("env_id", WALKERS)
-def test_bipedal_walker_has_none_of_the_robots(env_id):
+def test_bipedal_walker_lacks_the_robots_attributes(env_id):
     ours = make_ours(env_id).unwrapped
     for when in ("before a reset", "after it"):
         with pytest.raises(AttributeError, match=f"is_healthy: {env_id} has no such attribute"):

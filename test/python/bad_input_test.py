@@ -11,162 +11,195 @@ import walker_sim
 from walker_sim import _core
 from walker_sim.files import package_file
 
-WALKER = "walker_sim/Walker2d-v5"
 HUGE = 10**400  # overflows a float
 LONGER = 10**5000  # more digits than Python converts to text
 SURROGATE = "\udcff.xml"  # Python's escape of a file name that is not UTF-8
+NAN, INFINITY = float("nan"), float("inf")
+TYPES = "must be a bool, an int"
+ROBOTS_MODES = "must be None or one of human, rgb_array, depth_array, rgbd_tuple"
 
-REFUSED = [
-    ({"healthy_reward": HUGE}, ValueError, "healthy_reward = 1000000", "between -1.8e+308 and"),
-    ({"healthy_reward": -HUGE}, ValueError, "healthy_reward = -100000", "between -1.8e+308 and"),
-    (
-        {"healthy_reward": LONGER},
-        ValueError,
-        "healthy_reward = (of type int, too long",
-        "must be a",
-    ),
-    ({"healthy_reward": float("nan")}, ValueError, "healthy_reward = .nan", "must be a number in"),
-    ({"healthy_reward": "much"}, ValueError, "healthy_reward = much", "must be a number"),
-    ({"healthy_reward": None}, TypeError, "healthy_reward = None", "must be a bool, an int"),
-    ({"healthy_reward": 1j}, TypeError, "healthy_reward = 1j", "must be a bool, an int"),
-    ({"healthy_reward": object}, TypeError, "healthy_reward = <class", "must be a bool, an int"),
-    ({"healthy_reward": b"1"}, TypeError, "healthy_reward = b'1'", "must be a bool, an int"),
-    (
-        {"healthy_reward": np.longdouble(1)},
-        TypeError,
-        "healthy_reward = ",
-        "must be a bool, an int",
-    ),
-    ({"frame_skip": 1 << 63}, ValueError, "frame_skip = 9.223372036854776e+18", "integer in [1,"),
-    ({"frame_skip": HUGE}, ValueError, "frame_skip = 10000000", "must be a number between"),
-    ({"frame_skip": 1.5}, ValueError, "frame_skip = 1.5", "must be an integer in [1,"),
-    ({"healthy_z_range": (0, HUGE)}, ValueError, "healthy_z_range = (0, 1000", "between -1.8e+308"),
-    ({"healthy_z_range": "0.8"}, ValueError, "healthy_z_range = 0.8", "must be a list of numbers"),
-    ({"healthy_z_range": {}}, ValueError, "healthy_z_range = []", "must be a list of 2 numbers"),
-    ({"healthy_z_range": ["1", "2"]}, TypeError, "healthy_z_range = ['1', '2']", "must be a bool"),
-    (
-        {"healthy_z_range": itertools.count()},
-        TypeError,
-        "healthy_z_range = count(",
-        "a sequence of",
-    ),
-    ({"healthy_z_range": [0] * 999}, ValueError, "healthy_z_range = [0.0, 0.0, 0.0", "list of 2"),
-    ({"xml_file": SURROGATE}, ValueError, "xml_file = '\\udcff.xml'", "must be a text that UTF-8"),
-    ({"xml_file": pathlib.Path(SURROGATE)}, ValueError, "xml_file = '\\udcff.xml'", "UTF-8 has"),
-    ({"xml_file": b"model.xml"}, TypeError, "xml_file = b'model.xml'", "must be a bool, an int"),
-    ({"xml_file": b"\xff" * 9999}, TypeError, "xml_file = b'\\xff\\xff", "must be a bool, an int"),
-    ({"xml_file": "no.xml\0junk"}, ValueError, "xml_file = no.xml\\x00junk", "zero byte"),
-    ({"xml_file": "x" * 99999}, ValueError, "xml_file = xxxxxx", "99699 bytes left out"),
-    ({"xml_file": "/dev/zero"}, ValueError, "xml_file = /dev/zero", "a regular one"),
-    ({"xml_file": 7}, ValueError, "xml_file = 7", "must be a text"),
-    ({"no_such": HUGE}, ValueError, "no_such = 10000000", "unknown"),
-    ({"no_such": LONGER}, ValueError, "no_such = (of type int, too long", "unknown"),
-    ({"\udcff": 1}, ValueError, "\\udcff", "unknown"),
-    ({"max_episode_steps": HUGE}, ValueError, "max_episode_steps = 1000000", "between"),
-    ({"max_episode_steps": "long"}, ValueError, "max_episode_steps = long", "must be an integer"),
-    ({"transport": SURROGATE}, ValueError, "transport = '\\udcff.xml'", "must be one of"),
-    ({"transport": HUGE}, ValueError, "transport = 100000", "must be one of"),
-    ({"transport": LONGER}, ValueError, "transport = (of type int", "must be one of"),
-    ({"render_mode": LONGER}, ValueError, "render_mode = (of type int", "must be None or one of"),
-    ({"render_mode": "rgb_array", "width": HUGE}, ValueError, "width = 1000000", "between"),
-    ({"render_mode": "rgb_array", "width": 10**9}, ValueError, "width = 1000000000", "in [1,"),
-    ({"camera_name": SURROGATE}, ValueError, "camera_name = '\\udcff.xml'", "UTF-8"),
-    ({"default_camera_config": LONGER}, TypeError, "default_camera_config = (of", "dictionary"),
-    ({"default_camera_config": {"distance": HUGE}}, ValueError, "distance = 1000", "between"),
-    ({"default_camera_config": {"\udcff": 1}}, ValueError, "\\udcff", "must be one of"),
-]
-
-
-def make(**keywords):
-    return walker_sim.WalkerEnv(WALKER, **keywords)
-
-
-def make_vector(**keywords):
-    return walker_sim.WalkerVectorEnv(WALKER, num_envs=2, **keywords)
-
-
-def numbered(cases):
-    """Returns test ids by number, because Python cannot print all of the values."""
-    return range(len(cases))
-
-
-@pytest.mark.parametrize("maker", [make, make_vector])
-@pytest.mark.parametrize(("keywords", "kind", "thing", "rule"), REFUSED, ids=numbered(REFUSED))
-def test_keywords_are_refused_by_name(maker, keywords, kind, thing, rule):
-    if maker is make_vector and keywords.get("max_episode_steps") == "long":
-        kind = (ValueError, TypeError)
-    with pytest.raises(kind) as refused:
-        env = maker(**keywords)
-        env.reset(seed=0)
-        env.render()
-    assert_says(refused, thing, rule)
+# Keyword, value, error, named value, allowed values.
+KEYWORDS = {
+    "Walker2d-v5": [
+        ("healthy_reward", HUGE, ValueError, "= 1000000", "between -1.8e+308 and"),
+        ("healthy_reward", -HUGE, ValueError, "= -100000", "between -1.8e+308 and"),
+        ("healthy_reward", LONGER, ValueError, "= (of type int, too long", "must be a"),
+        ("healthy_reward", NAN, ValueError, "= .nan", "must be a number in"),
+        ("healthy_reward", "much", ValueError, "= much", "must be a number"),
+        ("healthy_reward", None, TypeError, "= None", TYPES),
+        ("healthy_reward", 1j, TypeError, "= 1j", TYPES),
+        ("healthy_reward", object, TypeError, "= <class", TYPES),
+        ("healthy_reward", b"1", TypeError, "= b'1'", TYPES),
+        ("healthy_reward", np.longdouble(1), TypeError, "= ", TYPES),
+        ("frame_skip", 0, ValueError, "= 0", "must be"),
+        ("frame_skip", 1 << 63, ValueError, "= 9.223372036854776e+18", "integer in [1,"),
+        ("frame_skip", 10**30, ValueError, "= 1.0e", "must be"),
+        ("frame_skip", HUGE, ValueError, "= 10000000", "must be a number between"),
+        ("frame_skip", 1.5, ValueError, "= 1.5", "must be an integer in [1,"),
+        ("healthy_z_range", (0, HUGE), ValueError, "= (0, 1000", "between -1.8e+308"),
+        ("healthy_z_range", "0.8", ValueError, "= 0.8", "must be a list of numbers"),
+        ("healthy_z_range", {}, ValueError, "= []", "must be a list of 2 numbers"),
+        ("healthy_z_range", (1,), ValueError, "= [1.0]", "must be a list of 2 numbers"),
+        ("healthy_z_range", (1, "2"), TypeError, "= (1, '2')", "a sequence of numbers"),
+        ("healthy_z_range", itertools.count(), TypeError, "= count(", "a sequence of"),
+        ("healthy_z_range", [0] * 999, ValueError, "= [0.0, 0.0, 0.0", "list of 2"),
+        ("xml_file", "/no/such.xml", ValueError, "/no/such.xml", ""),
+        ("xml_file", SURROGATE, ValueError, "= '\\udcff.xml'", "must be a text that UTF-8"),
+        ("xml_file", pathlib.Path(SURROGATE), ValueError, "= '\\udcff.xml'", "UTF-8 can encode"),
+        ("xml_file", b"model.xml", TypeError, "= b'model.xml'", TYPES),
+        ("xml_file", b"\xff" * 9999, TypeError, "= b'\\xff\\xff", TYPES),
+        ("xml_file", "no.xml\0junk", ValueError, "= no.xml\\x00junk", "zero byte"),
+        ("xml_file", "x" * 99999, ValueError, "= xxxxxx", "99699 bytes left out"),
+        ("xml_file", "/dev/zero", ValueError, "= /dev/zero", "a regular one"),
+        ("xml_file", 7, ValueError, "= 7", "must be a text"),
+        ("no_such", HUGE, ValueError, "= 10000000", "unknown"),
+        ("no_such", LONGER, ValueError, "= (of type int, too long", "unknown"),
+        ("\udcff", 1, ValueError, "\\udcff", "unknown"),
+        ("max_episode_steps", HUGE, ValueError, "= 1000000", "between"),
+        ("max_episode_steps", "long", (ValueError, TypeError), "= long", "must be an integer"),
+        ("max_episode_steps", -2, ValueError, "= -2", "must be"),
+        ("transport", "udp", ValueError, "= 'udp'", "must be one of inprocess, ros"),
+        ("transport", SURROGATE, ValueError, "= '\\udcff.xml'", "must be one of"),
+        ("transport", HUGE, ValueError, "= 100000", "must be one of"),
+        ("transport", LONGER, ValueError, "= (of type int", "must be one of"),
+        ("render_mode", "smoke", ValueError, "= 'smoke'", ROBOTS_MODES),
+        ("render_mode", LONGER, ValueError, "= (of type int", "must be None or one of"),
+        ("width", 0, ValueError, "= 0", "must be"),
+        ("width", HUGE, ValueError, "= 1000000", "between"),
+        ("width", 10**9, ValueError, "= 1000000000", "in [1,"),
+        ("height", 1 << 20, ValueError, "= 1048576", "must be"),
+        ("max_geom", 0, ValueError, "= 0", "must be"),
+        ("camera_id", 7, ValueError, "= 7", ""),
+        ("camera_name", "moon", ValueError, "moon", ""),
+        ("camera_name", SURROGATE, ValueError, "= '\\udcff.xml'", "UTF-8"),
+        ("default_camera_config", LONGER, TypeError, "= (of", "dictionary"),
+        ("default_camera_config", {"zoom": 2}, ValueError, "zoom = 2", "must be one of dist"),
+        ("default_camera_config", {"distance": -1.0}, ValueError, "distance = -1", "must be"),
+        ("default_camera_config", {"distance": HUGE}, ValueError, "distance = 1000", "between"),
+        ("default_camera_config", {"lookat": [0, 0]}, ValueError, "lookat", "must be"),
+        ("default_camera_config", {"\udcff": 1}, ValueError, "\\udcff", "must be one of"),
+    ],
+    "Walker2d-v4": [
+        ("frame_skip", 4, ValueError, "= 4", "unknown"),
+        ("default_camera_config", {"distance": 2.0}, ValueError, "= {'distance'", "unknown"),
+    ],
+    "BipedalWalker-v3": [
+        ("hardcore", 0.5, ValueError, "= 0.5", "must be true or false"),
+        ("hardcore", None, TypeError, "= None", TYPES),
+        ("frame_skip", 4, ValueError, "= 4", "unknown"),
+        ("camera_id", 0, ValueError, "= 0", "unknown"),
+        ("width", "wide", ValueError, "= wide", "must be"),
+        ("render_mode", "depth_array", ValueError, "= 'depth_array'", "one of human, rgb_array"),
+    ],
+}
+CASES = [(env_id, *row) for env_id, rows in KEYWORDS.items() for row in rows]
 
 
-def assert_says(refused, *words):
+def make(env_id="Walker2d-v5", **keywords):
+    return walker_sim.WalkerEnv(env_id, **keywords)
+
+
+def make_vector(env_id="Walker2d-v5", **keywords):
+    return walker_sim.WalkerVectorEnv(env_id, num_envs=2, **keywords)
+
+
+MAKERS = pytest.mark.parametrize("maker", [make, make_vector])
+
+
+def rows(names, table):
+    """Parametrizes a test, with ids by number, because Python cannot print all of the values."""
+    return pytest.mark.parametrize(names, table, ids=range(len(table)))
+
+
+def assert_names(refused, *words):
     text = str(refused.value)
     for word in words:
         assert word in text
     assert "Unable to cast" not in text
     assert "incompatible" not in text
     assert "\n" not in text
-    assert len(text) < 2000  # the rule may name every keyword
+    assert len(text) < 2000  # the message may list every keyword
 
 
-IDS = ["\udcff", 7, None, LONGER, "Walker2d-v5\0", "x" * 9999]
+@MAKERS
+@rows(("env_id", "name", "value", "error", "thing", "rule"), CASES)
+def test_keywords(maker, env_id, name, value, error, thing, rule):
+    with pytest.raises(error) as refused:
+        maker(env_id, **{name: value})
+    assert_names(refused, f"{name} {thing}" if thing.startswith("=") else thing, rule)
 
 
-@pytest.mark.parametrize("env_id", IDS, ids=numbered(IDS))
-@pytest.mark.parametrize("kind", [walker_sim.WalkerEnv, walker_sim.WalkerVectorEnv])
-def test_ids_are_refused_by_name(kind, env_id):
+@MAKERS
+def test_two_cameras(maker):
+    with pytest.raises(ValueError, match="only one of them can be given"):
+        maker(camera_id=0, camera_name="track")
+
+
+@rows("env_id", ["\udcff", 7, None, LONGER, "Walker2d-v5\0", "x" * 9999, "Walker2d-v3"])
+@MAKERS
+def test_ids(maker, env_id):
     with pytest.raises((ValueError, TypeError)) as refused:
-        kind(env_id, **({"num_envs": 1} if kind is walker_sim.WalkerVectorEnv else {}))
-    assert_says(refused, "environment ")
+        maker(env_id)
+    assert_names(refused, "environment ")
 
 
 COUNTS = [
+    ({"num_envs": 0}, ValueError, "num_envs = 0: must be at least 1"),
     ({"num_envs": HUGE}, ValueError, "num_envs = 1000000"),
     ({"num_envs": LONGER}, ValueError, "num_envs = (of type int"),
     ({"num_envs": -LONGER}, ValueError, "num_envs = (of type int"),
     ({"num_envs": 1 << 64}, ValueError, "num_envs = 18446744073709551616"),
     ({"num_envs": 1 << 62}, ValueError, "num_envs = 4611686018427387904"),
-    ({"num_envs": 1.0}, TypeError, "num_envs = 1.0"),
-    ({"num_envs": "2"}, TypeError, "num_envs = '2'"),
-    ({"num_envs": 1, "num_threads": HUGE}, ValueError, "num_threads = 1000000"),
-    ({"num_envs": 1, "num_threads": -1}, ValueError, "num_threads = -1"),
-    ({"num_envs": 2, "batch_size": HUGE}, ValueError, "batch_size = 1000000"),
-    ({"num_envs": 2, "batch_size": 3}, ValueError, "batch_size = 3"),
-    ({"num_envs": 1, "autoreset_mode": LONGER}, ValueError, "autoreset_mode = (of type int"),
-    ({"num_envs": 1, "autoreset_mode": SURROGATE}, ValueError, "autoreset_mode = '\\udcff"),
+    ({"num_envs": 2**21}, ValueError, "num_envs = 2097152: must be in [1, 1048576]"),
+    ({"num_envs": 1.0}, TypeError, "num_envs = 1.0: must be an integer"),
+    ({"num_envs": "2"}, TypeError, "num_envs = '2': must be an integer"),
+    ({"num_threads": HUGE}, ValueError, "num_threads = 1000000"),
+    ({"num_threads": -1}, ValueError, "num_threads = -1: must be at least 0"),
+    ({"num_threads": 5000}, ValueError, "num_threads = 5000: must be in [0, 1024]"),
+    ({"num_threads": "2"}, TypeError, "num_threads = '2': must be an integer"),
+    ({"transport": "ros", "num_threads": 2}, ValueError, "num_threads = 2: over ROS"),
+    ({"batch_size": HUGE}, ValueError, "batch_size = 1000000"),
+    ({"batch_size": -2}, ValueError, "batch_size = -2: must be at least 0"),
+    ({"num_envs": 2, "batch_size": 3}, ValueError, "batch_size = 3: must be in [0, 2]"),
+    ({"transport": "ros", "batch_size": 2}, ValueError, "batch_size = 2: over ROS"),
+    ({"autoreset_mode": "never"}, ValueError, "autoreset_mode = 'never': must be next_step, s"),
+    ({"autoreset_mode": 3}, ValueError, "autoreset_mode = 3: must be next_step, same_step or"),
+    ({"autoreset_mode": LONGER}, ValueError, "autoreset_mode = (of type int"),
+    ({"autoreset_mode": SURROGATE}, ValueError, "autoreset_mode = '\\udcff"),
 ]
 
 
-@pytest.mark.parametrize(("keywords", "kind", "thing"), COUNTS, ids=numbered(COUNTS))
-def test_numbers_of_walkers_are_refused_by_name(keywords, kind, thing):
-    with pytest.raises(kind) as refused:
-        walker_sim.WalkerVectorEnv(WALKER, **keywords)
-    assert_says(refused, thing, "must be")
+@rows(("keywords", "error", "thing"), COUNTS)
+def test_keywords_of_vector_environments(keywords, error, thing):
+    with pytest.raises(error) as refused:
+        walker_sim.WalkerVectorEnv("Walker2d-v5", **{"num_envs": 1, **keywords})
+    assert_names(refused, thing, "must be")
 
 
-PLACES = [
-    ({"server": SURROGATE}, "server = '\\udcff.xml'"),
-    ({"server": 7}, "server = 7"),
-    ({"server": LONGER}, "server = (of type int"),
-    ({"master_uri": SURROGATE}, "master_uri = '\\udcff.xml'"),
-    ({"master_uri": "http://localhost:11\x0011"}, "http://localhost:11\\x0011"),
-    ({"timeout": HUGE}, "timeout = 1000000"),
-    ({"timeout": LONGER}, "timeout = (of type int"),
-    ({"timeout": "1"}, "timeout = '1'"),
-    ({"timeout": float("nan")}, "timeout = nan"),
-    ({"timeout": -1}, "timeout = -1"),
+ADDRESSES = [
+    ({"server": "walker_sim"}, ValueError, 'server = "walker_sim"; must be a node\'s full name'),
+    ({"server": SURROGATE}, ValueError, "server = '\\udcff.xml'"),
+    ({"server": None}, TypeError, "server = None: must be a str"),
+    ({"server": LONGER}, TypeError, "server = (of type int"),
+    ({"master_uri": 11311}, TypeError, "master_uri = 11311: must be a str"),
+    ({"master_uri": "localhost:11311"}, ValueError, 'master_uri = "localhost:11311"; must be'),
+    ({"master_uri": SURROGATE}, ValueError, "master_uri = '\\udcff.xml'"),
+    ({"master_uri": "http://localhost:11\x0011"}, ValueError, "http://localhost:11\\x0011"),
+    ({"timeout": HUGE}, ValueError, "timeout = 1000000"),
+    ({"timeout": LONGER}, ValueError, "timeout = (of type int"),
+    ({"timeout": "10"}, TypeError, "timeout = '10': must be a number of seconds"),
+    ({"timeout": NAN}, ValueError, "timeout = nan s; must be above 0"),
+    ({"timeout": 0}, ValueError, "timeout = 0"),
+    ({"timeout": -1}, ValueError, "timeout = -1"),
 ]
 
 
-@pytest.mark.parametrize(("place", "thing"), PLACES, ids=numbered(PLACES))
-@pytest.mark.parametrize("maker", [make, make_vector])
-def test_places_of_servers_are_refused_by_name(maker, place, thing):
-    with pytest.raises((ValueError, TypeError, ConnectionError)) as refused:
-        maker(transport="ros", **{"master_uri": "http://localhost:1", **place})
-    assert_says(refused, thing, "must be")
+@rows(("address", "error", "thing"), ADDRESSES)
+@MAKERS
+def test_addresses_of_servers(maker, address, error, thing):
+    with pytest.raises(error) as refused:
+        maker(transport="ros", **{"master_uri": "http://localhost:1", **address})
+    assert_names(refused, thing, "must be")
 
 
 @pytest.fixture(scope="module")
@@ -183,164 +216,182 @@ def vector():
     return vector
 
 
+# ---------------------------------------------------------------- actions
+
+
+def outcome_of(driver, action, seed=1):
+    driver.reset(seed=seed)
+    return [np.asarray(value).tobytes() for value in driver.step(action)[:4]]
+
+
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_actions_that_are_not_aligned_are_taken(env, vector, dtype):
+def test_unaligned_actions_are_accepted(env, vector, dtype):
     values = np.linspace(-0.9, 0.9, 12).astype(dtype)
     for offset in range(1, 8):
         memory = bytearray(offset) + values.tobytes()
         unaligned = np.frombuffer(memory, dtype, offset=offset)
         assert not unaligned.flags.aligned or offset % values.itemsize == 0
         for driver, action in ((env, unaligned[:6]), (vector, unaligned.reshape(2, 6))):
-            driver.reset(seed=offset)
-            observation, reward, *_ = driver.step(action)
-            driver.reset(seed=offset)
-            expected, expected_reward, *_ = driver.step(np.array(action.tolist(), dtype))
-            assert observation.tobytes() == expected.tobytes()
-            assert np.array_equal(reward, expected_reward)
+            assert outcome_of(driver, action) == outcome_of(driver, np.array(action.tolist()))
 
 
-STRANGE_ACTIONS = [
-    None,
-    "up",
-    b"123456",
-    {},
-    object(),
-    [HUGE] * 6,
-    [LONGER] * 6,
-    [[0, 1], [2]],
-    [1j] * 6,
-    [None] * 6,
-    ["1"] * 6,
-    [float("nan")] * 6,
-    [float("inf")] * 6,
-    np.zeros(5),
-    np.zeros((6, 1)),
-    np.zeros((2, 3)),
-    np.zeros(0),
-    np.float64(0),
-    np.zeros(6, "datetime64[s]"),
-    np.zeros(6, [("a", "f8")]),
-    np.array([object()] * 6),
-    np.full(6, np.longdouble("1e400")),
-    "x" * 99999,
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@rows(
+    "convert",
+    [
+        *(np.float32, np.float64, np.float16, np.longdouble, np.int8, np.array, list),
+        lambda action: action.tolist(),
+        lambda action: tuple(map(tuple, action)) if action.ndim > 1 else tuple(action),
+        np.asfortranarray,
+        lambda action: np.repeat(action, 2, -1)[..., ::2],
+        lambda action: action[::-1].copy()[::-1],
+        lambda action: action.astype(">f8"),
+    ],
+)
+def test_all_forms_of_numbers_are_accepted(env, vector, convert):
+    actions = np.array([[1.0, -1, 1, 1, -1, 0], [-1, -1, 0, 1, 1, 1]])
+    for driver, action in ((env, actions[0]), (vector, actions)):
+        assert outcome_of(driver, convert(action)) == outcome_of(driver, action)
+
+
+NOT_NUMBERS = [
+    (None, " = None: must hold numbers, not object"),
+    ("up", " = 'up': must hold numbers, not <U2"),
+    (b"123456", "must hold numbers, not |S6"),
+    ({}, "must hold numbers, not object"),
+    (object(), "must hold numbers, not object"),
+    ([HUGE] * 6, "must hold numbers, not object"),
+    ([LONGER] * 6, "must hold numbers, not object"),
+    ([[0, 1], [2]], "must be an array of shape"),
+    ([[0.5], *[0] * 5], "must be an array of shape"),
+    ([1j] * 6, "must hold numbers, not complex128"),
+    ([None] * 6, "must hold numbers, not object"),
+    (["1"] * 6, "must hold numbers, not <U1"),
+    (np.zeros(6, "datetime64[s]"), "must hold numbers, not datetime64[s]"),
+    (np.zeros(6, [("a", "f8")]), "must hold numbers, not [("),
+    ("x" * 99999, "must hold numbers, not <U99999"),
+]
+SINGLE_ACTIONS = [
+    ([NAN, *[0] * 5], "action[0] (thigh_joint) = nan; must be"),
+    ([*[0] * 5, -INFINITY], "action[5] (foot_left_joint) = -inf; must be"),
+    (np.full(6, np.longdouble("1e400")), "action[0] (thigh_joint) = inf; must be"),
+    (np.zeros(5), "action has shape (5,); must have (6,)"),
+    (np.zeros(7), "action has shape (7,); must have (6,)"),
+    (np.zeros((1, 6)), "action has shape (1, 6); must have (6,)"),
+    (np.zeros((6, 1)), "action has shape (6, 1); must have (6,)"),
+    ([], "action has shape (0,); must have (6,)"),
+    (np.float64(0), "action has shape (); must have (6,)"),
+]
+VECTOR_ACTIONS = [
+    ([[0] * 6, [*[0] * 5, NAN]], "environment 1: action[5] (foot_left_joint) = nan; must be"),
+    (np.zeros(12), "actions have shape (12,); must have (2, 6)"),
+    (np.zeros((6, 2)), "actions have shape (6, 2); must have (2, 6)"),
+    (np.zeros((1, 6)), "actions have shape (1, 6); must have (2, 6)"),
+    ([[0] * 6, [0] * 5], "must be an array of shape (2, 6)"),
+]
+ACTIONS = [
+    *(("env", *row) for row in NOT_NUMBERS + SINGLE_ACTIONS),
+    *(("vector", *row) for row in NOT_NUMBERS + VECTOR_ACTIONS),
 ]
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning", "ignore::DeprecationWarning")
-@pytest.mark.parametrize("given", STRANGE_ACTIONS, ids=numbered(STRANGE_ACTIONS))
-def test_strange_actions_are_refused_and_nothing_moves(env, vector, given):
-    for driver in (env, vector):
-        before = driver.get_state()
-        with pytest.raises(walker_sim.InvalidAction) as refused:
-            driver.step(given)
-        assert_says(refused, "action")
-        assert driver.get_state() == before
+@rows(("driver", "given", "message"), ACTIONS)
+def test_refused_actions_change_nothing(request, driver, given, message):
+    driver = request.getfixturevalue(driver)
+    before = driver.get_state()
+    with pytest.raises(walker_sim.InvalidAction) as refused:
+        driver.step(given)
+    assert_names(refused, "action", message)
+    assert isinstance(refused.value, gymnasium.error.InvalidAction)
+    assert isinstance(refused.value, ValueError)
+    assert driver.get_state() == before
 
 
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_byte_orders_and_other_types_are_taken(env):
-    values = np.array([0.5, -0.25, 0.125, 1, -1, 0])
-    results = []
-    for action in (
-        values,
-        values.astype(">f8"),
-        values.astype("f2"),
-        values.astype("g"),
-        [*values],
-    ):
-        env.reset(seed=1)
-        results.append(env.step(action)[0].tobytes())
-    assert len({*results}) == 1
+# ---------------------------------------------------------------- seeds, options, indices, states
 
 
-SEEDS = [-1, -HUGE, 1.0, "1", b"1", None, [], {}, LONGER, HUGE, 1 << 64, float("nan"), True]
-
-
-@pytest.mark.parametrize("seed", SEEDS, ids=numbered(SEEDS))
-def test_seeds_are_as_gymnasiums(seed):
-    """Accepted seeds and error messages equal Gymnasium's."""
-
-    def outcome_of(environment):
-        try:
-            return environment.reset(seed=seed)[1] is not None
-        except Exception as error:
-            return type(error), str(error)
-
-    ours, theirs = make(), gymnasium.make("Walker2d-v5").unwrapped
-    assert outcome_of(ours) == outcome_of(theirs)
-
-
-SEEDS_OF_MANY = [-1, -HUGE, 1.5, "1", [1], [1, 2, 3], [1, "2"], [1, -1], -LONGER]
-
-
-@pytest.mark.parametrize("seed", SEEDS_OF_MANY, ids=numbered(SEEDS_OF_MANY))
-def test_seeds_of_many_are_refused(vector, seed):
-    before = vector.get_state()
-    with pytest.raises((ValueError, TypeError, gymnasium.error.Error)) as refused:
-        vector.reset(seed=seed)
-    assert "eed" in str(refused.value)
-    assert len(str(refused.value)) < 1000
-    assert vector.get_state() == before
-
-
+SEEDS = [
+    (-1, gymnasium.error.Error, "Seed must be greater or equal to zero, actual value: -1"),
+    (-HUGE, gymnasium.error.Error, "Seed must be greater or equal to zero, actual value: -1000"),
+    (-LONGER, gymnasium.error.Error, "actual value: (of type int, too long"),
+    ([1, -2], gymnasium.error.Error, "actual value: -2"),
+    (1.5, TypeError, "seed = 1.5: must be None, an integer, or a sequence of these"),
+    ("1", TypeError, "seed = '1': must be None, an integer, or a sequence of these"),
+    ([1, "2"], TypeError, "seed = [1, '2']: must be None, an integer, or a sequence of these"),
+    ([1], ValueError, "1 seeds; must be 2, one for each walker"),
+    ([1, 2, 3], ValueError, "3 seeds; must be 2, one for each walker"),
+]
 OPTIONS = [
     (7, "options = 7: must be a dictionary"),
     ("all", "options = 'all': must be a dictionary"),
     (LONGER, "options = (of type int, too long to be shown): must be a dictionary"),
     ({"reset_mask": None}, "options['reset_mask'] is of NoneType; must be a NumPy array of bool"),
-    ({"reset_mask": [True, True]}, "options['reset_mask'] is of list; must be a NumPy array of"),
-    ({"reset_mask": np.ones(2)}, "options['reset_mask'] is of float64; must be a NumPy array of"),
+]
+RESETS = [
+    *(({"seed": seed}, error, message) for seed, error, message in SEEDS),
+    *(({"options": options}, TypeError, message) for options, message in OPTIONS),
 ]
 
 
-@pytest.mark.parametrize(("options", "message"), OPTIONS, ids=numbered(OPTIONS))
-def test_options_of_many_are_refused(vector, options, message):
+@rows(("keywords", "error", "message"), RESETS)
+def test_refused_resets_of_a_vector_environment_change_nothing(vector, keywords, error, message):
     before = vector.get_state()
-    with pytest.raises(TypeError) as refused:
-        vector.reset(options=options)
-    assert message in str(refused.value)
+    with pytest.raises(error) as refused:
+        vector.reset(**keywords)
+    assert_names(refused, message)
     assert vector.get_state() == before
 
 
+INTEGERS = ": must be a sequence of integers"
 INDICES = [
-    [2],
-    [-1],
-    [0, 0],
-    [HUGE],
-    [LONGER],
-    ["0"],
-    [0.0],
-    [[0]],
-    [[0], [1, 2]],
-    0,
-    "0",
-    [1 << 63],
+    ([2], ValueError, "environment 2: must be in [0, 1]"),
+    ([0, 2], ValueError, "environment 2: must be in [0, 1]"),
+    ([-1], ValueError, "environment -1: must be in [0, 1]"),
+    ([1 << 63], ValueError, "environment 9223372036854775808: must be in [0, 1]"),
+    ([HUGE], TypeError, INTEGERS),
+    ([LONGER], TypeError, INTEGERS),
+    (["0"], TypeError, INTEGERS),
+    ([0.5], TypeError, f" = [0.5]{INTEGERS}"),
+    ([[0]], TypeError, INTEGERS),
+    ([[0], [1, 2]], TypeError, INTEGERS),
+    (0, TypeError, f" = 0{INTEGERS}"),
+    ("0", TypeError, INTEGERS),
+    ([1, 1], ValueError, "environment 1: listed twice"),
 ]
 
 
-@pytest.mark.parametrize("indices", INDICES, ids=numbered(INDICES))
-def test_numbers_of_walkers_that_are_none_are_refused(vector, indices):
-    actions = np.zeros((1, 6))
-    before = vector.get_state()
-    for call in (
+@rows(("indices", "error", "message"), INDICES)
+def test_indices_of_walkers(vector, indices, error, message):
+    count = np.size(indices) if message.startswith("env") else 1
+    actions, before = np.zeros((count, 6)), vector.get_state()
+    calls = [
         lambda: vector.step(actions, indices),
         lambda: vector.send(actions, indices),
-        lambda: vector.set_state(before[:1], indices),
+        lambda: vector.set_state(before[:1] * count, indices),
         lambda: vector.get_state(indices),
-    ):
-        if indices == [0, 0]:
-            continue  # vector_arguments_test.py tests duplicates
-        with pytest.raises((ValueError, TypeError)) as refused:
+    ]
+    for call in calls[: 3 if indices == [1, 1] else 4]:  # get_state returns duplicates
+        with pytest.raises(error) as refused:
             call()
-        assert_says(refused, "must be")
+        assert_names(refused, message)
+    assert vector.get_state() == before
+
+
+def test_actions_of_some_walkers(vector):
+    before = vector.get_state()
+    with pytest.raises(walker_sim.InvalidAction, match=r"shape \(2, 6\); must have \(1, 6\)"):
+        vector.step(np.zeros((2, 6)), [0])
+    with pytest.raises(ValueError, match="step: no environment is listed"):
+        vector.step(np.zeros((0, 6)), [])
     assert vector.get_state() == before
 
 
 STATES = [None, 7, "", b"", b"\0" * 9, (), (1, 2), [b""], bytearray(b"123"), LONGER, "\udcff"]
 
 
-@pytest.mark.parametrize("state", STATES, ids=numbered(STATES))
-def test_states_that_are_none_are_refused(env, vector, state):
+@rows("state", STATES)
+def test_refused_states_change_nothing(env, vector, state):
     for driver, given in ((env, state), (vector, [state, state]), (vector, state)):
         before = driver.get_state()
         with pytest.raises((ValueError, TypeError)) as refused:
@@ -350,13 +401,13 @@ def test_states_that_are_none_are_refused(env, vector, state):
         assert driver.get_state() == before
 
 
-def test_damaged_states_are_refused(env):
+def test_damaged_states(env):
     whole = env.get_state()
     random = np.random.default_rng(0)
     for _ in range(200):
         damaged = bytearray(whole)
-        for place in random.integers(len(whole), size=random.integers(1, 4)):
-            damaged[place] ^= 1 << random.integers(8)
+        for index in random.integers(len(whole), size=random.integers(1, 4)):
+            damaged[index] ^= 1 << random.integers(8)
         if random.random() < 0.3:
             damaged = damaged[: random.integers(len(whole))]
         if bytes(damaged) == whole:
@@ -369,14 +420,14 @@ def test_damaged_states_are_refused(env):
 POLICIES = ["no.safetensors\0junk", os.fsencode("\udcff"), "/dev/zero", "/"]
 
 
-@pytest.mark.parametrize("name", POLICIES, ids=numbered(POLICIES))
-def test_files_of_policies_are_refused_by_name(name):
+@rows("name", POLICIES)
+def test_files_of_policies(name):
     with pytest.raises(ValueError, match="policy ") as refused:
         _core.Policy(name)
-    assert_says(refused, "it ")
+    assert_names(refused, "it ")
 
 
-def test_rows_that_are_no_observations_are_refused():
+def test_policies_check_the_size_of_rows():
     policy = _core.Policy(str(package_file("assets/policies/Walker2d-v5.safetensors")))
     with pytest.raises(ValueError, match="observations has 35 values; must have 17 a row"):
         policy.act(np.zeros(35), np.zeros(12))
@@ -386,7 +437,7 @@ def test_rows_that_are_no_observations_are_refused():
         _core.Policy.from_bytes("after 7 steps", b"abc")
 
 
-def test_a_pipe_is_no_policy(tmp_path):
+def test_a_policy_must_be_a_regular_file(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(ValueError, match="must be a regular file"):
         _core.Policy(str(tmp_path / "pipe"))

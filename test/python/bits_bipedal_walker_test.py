@@ -61,7 +61,7 @@ def test_hardcore():
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-def test_a_generator_that_was_drawn_from_and_set(environment_id):
+def test_a_generator_after_draws_and_assignment(environment_id):
     pair = make_ours(environment_id, reuse_world=True), make_reference(environment_id)
     actions = random_actions(environment_id, 60)
     rows = []

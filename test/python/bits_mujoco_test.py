@@ -5,7 +5,6 @@ Gymnasium and MuJoCo, resets are equal to the bit, and the first steps within th
 MuJoCo versions (see test/robots/mujoco/episodes_gymnasium_test.py).
 """
 
-import gymnasium
 import numpy as np
 import pytest
 
@@ -15,7 +14,6 @@ from gymnasium_reference import (
     Plan,
     Session,
     equal_bits,
-    first_difference,
     hashes,
     play_episode,
 )
@@ -32,7 +30,7 @@ from mujoco_reference import (
     robot_of,
 )
 from recording_file import read_sessions
-from walkers import make_ours, make_reference, random_actions
+from walkers import make_ours, make_reference
 
 STEPS = 20
 NEAR = 1e-9
@@ -90,36 +88,3 @@ def test_parameters(environment_id, parameters):
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
     session = Session(environment_id, parameters, plans)
     assert (largest_differences(session) <= NEAR).mean() >= 0.96
-
-
-@pytest.mark.parametrize("mode", ["sync", "async"])
-@pytest.mark.parametrize("environment_id", IDS)
-def test_gymnasiums_vector_environments(environment_id, mode):
-    if not hasattr(gymnasium.vector, "AutoresetMode"):
-        pytest.skip("this Gymnasium's make_vec is another one")
-    seeds = [5, 6, 7]
-    vector = gymnasium.make_vec(f"walker_sim/{environment_id}", 3, vectorization_mode=mode)
-    alone = [make_ours(environment_id) for _ in seeds]
-    vector.reset(seed=seeds)
-    for environment, seed in zip(alone, seeds):
-        environment.reset(seed=seed)
-    ended = np.zeros(3, bool)
-    ends = 0
-    for actions in random_actions(environment_id, 3 * 150).reshape(150, 3, -1):
-        observations, rewards, terminated, truncated, infos = vector.step(actions)
-        for i, environment in enumerate(alone):
-            if ended[i]:
-                observation, info = environment.reset()
-                expected = np.array([*observation, 0, 0, 0])
-            else:
-                observation, *outcome, info = environment.step(actions[i])
-                expected = np.array([*observation, *outcome])
-            row = np.array([*observations[i], rewards[i], terminated[i], truncated[i]])
-            assert equal_bits(row, expected), first_difference(row[None], expected[None])
-            for name, value in info.items():
-                assert infos[f"_{name}"][i]
-                assert equal_bits(infos[name][i], value), name
-        ended = terminated | truncated
-        ends += ended.sum()
-    vector.close()
-    assert ends >= 6

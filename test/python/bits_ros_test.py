@@ -1,13 +1,11 @@
 """Episodes over ROS equal those in process and Gymnasium's BipedalWalker to the bit."""
 
-import pathlib
-
 import gymnasium
 import numpy as np
 import pytest
 import walker_sim  # registers the ids
 from vector_comparison import assert_same
-from walkers import IDS, follow, make_ours, make_reference, random_actions
+from walkers import IDS, follow, make_ours, make_reference, overflowing, random_actions
 
 LARGEST_SEED = 2**64 - 1
 MODES = ("next_step", "same_step", "disabled")
@@ -56,16 +54,6 @@ def test_single_is_gymnasiums(serve, environment_id):
         theirs = make_reference(environment_id)  # only its first episode has a new world
         actions = random_actions(environment_id, 400, seed % 5)
         assert first_episode(remote, seed, actions) == first_episode(theirs, seed, actions)
-
-
-def test_a_finished_episode_by_the_servers_limit(serve):
-    server, _ = serve(max_episode_steps=5)
-    remote = make_ours("BipedalWalker-v3", transport="ros", server=server, max_episode_steps=5)
-    local = make_ours("BipedalWalker-v3", max_episode_steps=5)
-    actions = random_actions("BipedalWalker-v3", 23)
-    assert first_episode(remote, 3, actions) == first_episode(local, 3, actions)
-    with pytest.raises(walker_sim.ResetNeeded, match="the episode ended after 5 steps"):
-        remote.step(actions[0])
 
 
 def make_pair(serve, environment_id, mode, **parameters):
@@ -119,28 +107,9 @@ def test_one_walker_as_a_batch(serve):
         assert_same(remote.step(action[None]), local.step(action[None]))
 
 
-def test_parameters_of_the_environment(serve):
-    parameters = {"forward_reward_weight": 0.5, "terminate_when_unhealthy": False}
-    server, _ = serve("Walker2d-v5", **parameters)
-    remote = make_ours("Walker2d-v5", transport="ros", server=server, **parameters)
-    local = make_ours("Walker2d-v5", **parameters)
-    assert_same(remote.reset(seed=1), local.reset(seed=1))
-    actions = random_actions("Walker2d-v5", 100)
-    assert follow(remote, actions) == follow(local, actions)
-
-
 @pytest.mark.parametrize("mode", MODES)
-def test_what_the_engine_says_is_told_alike(serve, tmp_path, mode):
-    """MuJoCo's stack overflows at some resets, depending on the seed, and at some steps."""
-    model = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
-    cramped = tmp_path / "cramped.xml"
-    cramped.write_text(model.read_text().replace('nstack="8000"', 'nstack="520"'))
-    parameters = {
-        "xml_file": str(cramped),
-        "reset_noise_scale": 3.0,
-        "terminate_when_unhealthy": False,
-        "max_episode_steps": 20,
-    }
+def test_failures_of_the_engine(serve, tmp_path, mode):
+    parameters = {**overflowing(tmp_path), "max_episode_steps": 20}
     server, _ = serve("Walker2d-v5", num_envs=20, autoreset_mode=mode, **parameters)
     local, remote = (
         gymnasium.make_vec(

@@ -21,7 +21,7 @@ def test_the_checker_passes(serve, environment_id, limit):
         check_env(make_ours(environment_id, render_mode=render_mode, **options).unwrapped)
 
 
-def test_a_copy_by_its_own_specification_has_the_servers_limit(serve):
+def test_a_copy_by_the_unwrapped_spec_accepts_the_servers_limit(serve):
     server, _ = serve(max_episode_steps=3)
     first = make_ours("BipedalWalker-v3", transport="ros", server=server, max_episode_steps=3)
     copy = first.unwrapped.spec.make()

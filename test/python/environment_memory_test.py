@@ -56,7 +56,7 @@ def new_environment(environment_id):
 
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize("repeated", [episode, new_environment])
-def test_nothing_stays_behind(environment_id, repeated):
+def test_no_memory_leaks(environment_id, repeated):
     # Enough calls that the memory bound is well above the heap's fluctuation of about 2 MB: the
     # allocator decides when it returns a model's textures.
     count = 800

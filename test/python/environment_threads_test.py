@@ -51,32 +51,33 @@ def another_thread_runs_during(call):
     return has_run_meanwhile
 
 
-def test_a_call_that_keeps_the_lock_is_told_from_one_that_does_not(no_preemption):
+def test_the_check_detects_a_held_gil(no_preemption):
     assert not another_thread_runs_during(lambda: None)
     assert another_thread_runs_during(lambda: time.sleep(0.001))
 
 
-def test_step_lets_other_threads_run(no_preemption):
-    environment = WalkerEnv("Walker2d-v5", **ENDLESS)
-    environment.reset(seed=1)
-    action = np.zeros(6)
-    assert another_thread_runs_during(lambda: environment.step(action))
-
-
-@pytest.mark.parametrize("environment_id", IDS)
-def test_reset_lets_other_threads_run(no_preemption, environment_id):
-    environment = WalkerEnv(environment_id)
+def begin(environment_id="Walker2d-v5", **parameters):
+    environment = WalkerEnv(environment_id, **parameters)
     environment.reset(seed=1)  # a first reset without a seed reads the system's entropy
-    assert another_thread_runs_during(environment.reset)
+    return environment
 
 
-def test_loading_lets_other_threads_run(no_preemption):
-    environment = WalkerEnv("Walker2d-v5", **ENDLESS)
-    environment.reset(seed=1)
-    for _ in range(20):
-        environment.step(np.zeros(6))
-    stored = pickle.dumps(environment)
-    assert another_thread_runs_during(lambda: pickle.loads(stored))
+def call_step():
+    environment, action = begin(**ENDLESS), np.zeros(6)
+    return lambda: environment.step(action)
+
+
+def call_loads():
+    pickled = pickle.dumps(begin(**ENDLESS))
+    return lambda: pickle.loads(pickled)
+
+
+@pytest.mark.parametrize(
+    "make_call",
+    [call_step, call_loads, *(lambda env_id=env_id: begin(env_id).reset for env_id in IDS)],
+)
+def test_calls_let_other_threads_run(no_preemption, make_call):
+    assert another_thread_runs_during(make_call())
 
 
 def in_threads(function, count=4):
@@ -84,7 +85,7 @@ def in_threads(function, count=4):
         return list(threads.map(function, range(count)))
 
 
-def test_threads_with_an_environment_each():
+def test_one_environment_per_thread():
     def play(index):
         environment = WalkerEnv(IDS[index % len(IDS)])
         actions = np.random.default_rng(index).uniform(-1, 1, (1500, *environment._action_shape))
@@ -100,7 +101,7 @@ def test_threads_with_an_environment_each():
     assert in_threads(play) == [play(index) for index in range(4)]
 
 
-def test_threads_that_share_an_environment():
+def test_threads_step_a_shared_environment():
     """All threads take the same action, so in any order their results together are one episode."""
     steps = 600
     shared, alone = (WalkerEnv("Walker2d-v5", **ENDLESS) for _ in range(2))
@@ -115,7 +116,7 @@ def test_threads_that_share_an_environment():
     assert sorted(chain(*seen)) == sorted(play(alone, 4 * steps))
 
 
-def test_threads_that_reset_a_shared_environment():
+def test_threads_reset_a_shared_environment():
     """No two resets get the same draws of the generator."""
     resets = 200
     shared, alone = (WalkerEnv("Walker2d-v4") for _ in range(2))
@@ -129,7 +130,7 @@ def test_threads_that_reset_a_shared_environment():
     assert sorted(chain(*seen)) == sorted(play(alone, 4 * resets))
 
 
-def test_threads_that_store_what_another_moves():
+def test_threads_pickle_a_moving_environment():
     """Each copy holds the state between two steps, so it continues the same episode."""
     environment = WalkerEnv("Walker2d-v5", **ENDLESS)
     environment.reset(seed=3)
@@ -152,7 +153,7 @@ def test_threads_that_store_what_another_moves():
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-def test_a_thread_with_a_stack_of_128_kib_suffices(environment_id):
+def test_a_stack_of_128_kib_suffices(environment_id):
     """Runs in a new process, which a stack overflow would kill."""
     code = """
 import sys, threading

@@ -2,22 +2,17 @@
 
 import copy
 import os
-import pickle
 import signal
 import socket
 import threading
-import time
-import xmlrpc.client
-import xmlrpc.server
 
 import gymnasium
 import numpy as np
 import pytest
-import walker_sim  # registers the ids
-from walkers import make_ours, random_actions
+import walker_sim
+from walkers import make_ours, through_pickle
 
 LONG = 60.0  # timeout that only a failing test reaches [s]
-ACTIONS = random_actions("BipedalWalker-v3", 50)
 LOST = "the server or its episode was lost; reset first"
 
 
@@ -31,28 +26,31 @@ def make_batch(server, **options):
     )
 
 
-def action_of(environment):
-    return np.zeros(environment.action_space.shape, np.float32)
+def step(environment):
+    return environment.step(np.zeros(environment.action_space.shape, np.float32))
 
 
 def assert_works(environment):
-    num_envs = getattr(environment, "num_envs", None)
-    if num_envs is None:
+    if environment.action_space.shape == (4,):
         local = make_ours("BipedalWalker-v3")
     else:
-        local = gymnasium.make_vec("walker_sim/BipedalWalker-v3", num_envs)
+        local = gymnasium.make_vec("walker_sim/BipedalWalker-v3", 2)
     observation, _ = environment.reset(seed=11)
     assert observation.tobytes() == local.reset(seed=11)[0].tobytes()
-    action = action_of(environment)
     for _ in range(3):
-        assert environment.step(action)[0].tobytes() == local.step(action)[0].tobytes()
+        assert step(environment)[0].tobytes() == step(local)[0].tobytes()
+
+
+def assert_lost(environment):
+    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
+        step(environment)
 
 
 def halt(process):
     process.send_signal(signal.SIGSTOP)
 
 
-def go_on(process):
+def resume(process):
     process.send_signal(signal.SIGCONT)
 
 
@@ -61,176 +59,133 @@ def kill(process):
     process.wait()
 
 
-def soon(call):
+def soon(call, *arguments):
+    timer = threading.Timer(0.2, call, arguments)
+    timer.start()
+    return timer
 
-    def wait_and_call():
-        time.sleep(0.2)
-        call()
 
-    thread = threading.Thread(target=wait_and_call)
-    thread.start()
-    return thread
+class Case:
+    """A server with one or two walkers, and environments that are its clients."""
+
+    def __init__(self, serve, make):
+        self._serve, self._make = serve, make
+        self._parameters = {} if make is make_single else {"num_envs": 2}
+        self.server, self.process = serve(**self._parameters)
+
+    def make(self, num_steps=1, **options):
+        """Makes an environment, which has begun an episode."""
+        environment = self._make(self.server, **options)
+        environment.reset(seed=1)
+        for _ in range(num_steps):
+            step(environment)
+        return environment
+
+    def restart(self, **changes):
+        kill(self.process)
+        namespace = self.server.rpartition("/")[0]
+        _, self.process = self._serve(namespace=namespace, **self._parameters, **changes)
 
 
 @pytest.fixture(params=[make_single, make_batch], ids=["single", "batch"])
-def kind(request):
-    return request.param, {} if request.param is make_single else {"num_envs": 2}
+def case(serve, request):
+    return Case(serve, request.param)
 
 
 # ---------------------------------------------------------------- failures
 
 
-def test_a_server_that_is_silent(serve, kind):
-    make, parameters = kind
-    server, process = serve(**parameters)
-    environment = make(server, timeout=2)  # long enough for a responsive server [s]
-    environment.reset(seed=1)
-    environment.step(action_of(environment))
-    halt(process)
-    with pytest.raises(
-        walker_sim.ConnectionError, match=r"/step.*: timed out; whether the call was"
-    ):
-        environment.step(action_of(environment))
-    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
-        environment.step(action_of(environment))
+def test_a_silent_server(case):
+    environment = case.make(timeout=2)  # long enough for a responsive server [s]
+    halt(case.process)
+    message = r"/step.*: timed out; whether the call was"
+    with pytest.raises(walker_sim.ConnectionError, match=message):
+        step(environment)
+    assert_lost(environment)
     with pytest.raises(walker_sim.ConnectionError, match="timed out"):
         environment.reset(seed=1)
-    go_on(process)
+    resume(case.process)
     assert_works(environment)
 
 
-def test_a_server_that_dies_amid_a_step_and_is_started_again(serve, kind):
-    make, parameters = kind
-    server, process = serve(**parameters)
-    environment = make(server, timeout=LONG)
-    environment.reset(seed=1)
-    environment.step(action_of(environment))
-    halt(process)
-    killer = soon(lambda: kill(process))
+def test_a_server_that_dies_during_a_step_and_restarts(case):
+    environment = case.make(timeout=LONG)
+    halt(case.process)
+    killer = soon(kill, case.process)
     with pytest.raises(walker_sim.ConnectionError, match="whether the call was made is not known"):
-        environment.step(action_of(environment))
+        step(environment)
     killer.join()
-    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
-        environment.step(action_of(environment))
-    with pytest.raises(
-        walker_sim.ConnectionError, match="as the ROS master has it: Connection refused; has the"
-    ):
+    assert_lost(environment)
+    message = "as the ROS master has it: Connection refused; has the"
+    with pytest.raises(walker_sim.ConnectionError, match=message):
         environment.reset()
-    serve(namespace=server.rpartition("/")[0], **parameters)
-    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
-        environment.step(action_of(environment))
+    case.restart()
+    assert_lost(environment)
     assert_works(environment)
 
 
-def test_a_server_that_was_started_again_between_two_steps(serve, kind):
-    make, parameters = kind
-    server, process = serve(**parameters)
-    environment = make(server)
-    environment.reset(seed=1)
-    environment.step(action_of(environment))
-    kill(process)
-    serve(namespace=server.rpartition("/")[0], **parameters)
-    with pytest.raises(walker_sim.ConnectionError, match="has lost its episode: reset before"):
-        environment.step(action_of(environment))
+@pytest.mark.parametrize(
+    ("num_steps", "error", "message"),
+    [
+        # The connection for steps is opened at the first step, so it goes to the new server.
+        (0, walker_sim.RequestRefused, "there is no episode yet; reset first"),
+        (1, walker_sim.ConnectionError, "has lost its episode: reset before"),
+    ],
+)
+def test_a_server_that_restarts_between_calls(case, num_steps, error, message):
+    environment = case.make(num_steps)
+    case.restart()
+    with pytest.raises(error, match=message):
+        step(environment)
+    assert_lost(environment)
     assert_works(environment)
 
 
-def test_a_server_that_was_started_again_before_the_first_step(serve, kind):
-    """The connection for steps is opened at the first step, so it goes to the new server."""
-    make, parameters = kind
-    server, process = serve(**parameters)
-    environment = make(server)
-    environment.reset(seed=1)
-    kill(process)
-    serve(namespace=server.rpartition("/")[0], **parameters)
-    with pytest.raises(walker_sim.RequestRefused, match="there is no episode yet; reset first"):
-        environment.step(action_of(environment))
-    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
-        environment.step(action_of(environment))
-    assert_works(environment)
-
-
-def test_another_server_that_takes_the_name(serve, kind):
-    make, parameters = kind
-    server, process = serve(**parameters)
-    namespace = server.rpartition("/")[0]
-    environment = make(server)
-    environment.reset(seed=1)
-    kill(process)
-    _, process = serve(namespace=namespace, max_episode_steps=7, **parameters)
+def test_another_server_under_the_same_name(case):
+    environment = case.make(num_steps=0)
+    case.restart(max_episode_steps=7)
     with pytest.raises(walker_sim.ConnectionError):
         environment.reset()
+    message = "max_episode_steps is 7 there; must be 1600"
     for _ in range(2):
-        with pytest.raises(
-            walker_sim.ServerMismatch, match="max_episode_steps is 7 there; must be 1600"
-        ):
+        with pytest.raises(walker_sim.ServerMismatch, match=message):
             environment.reset()
-        with pytest.raises(walker_sim.ResetNeeded, match=LOST):
-            environment.step(action_of(environment))
-    kill(process)
-    serve(namespace=namespace, max_episode_steps=1600, **parameters)
+        assert_lost(environment)
+    case.restart(max_episode_steps=1600)
     assert_works(environment)
 
 
-def test_somebody_else_who_moves_the_walker(serve, kind):
+def test_another_client_moves_the_walker(case):
     """Both clients get an error, because both results are wrong. A failed call that arrives late
     has the same effect."""
-    make, parameters = kind
-    server, _ = serve(**parameters)
-    environment, other = make(server), make(server)
-    moved = "where step [12] was expected: somebody else has moved the walker"
-    other.reset(seed=2)
-    environment.reset(seed=1)
-    environment.step(action_of(environment))
-    with pytest.raises(walker_sim.ConnectionError, match=moved):
-        other.step(action_of(other))
-    with pytest.raises(walker_sim.ConnectionError, match=moved):
-        environment.step(action_of(environment))
-    with pytest.raises(walker_sim.ResetNeeded, match=LOST):
-        environment.step(action_of(environment))
+    other = case.make(num_steps=0)
+    environment = case.make()
+    moved = "where step [12] was expected: another client, .* has moved the walker"
+    for client in (other, environment):
+        with pytest.raises(walker_sim.ConnectionError, match=moved):
+            step(client)
+    assert_lost(environment)
     assert_works(environment)
     other.reset(seed=2)
-    other.step(action_of(other))
+    step(other)
     environment.reset(seed=1)
     with pytest.raises(walker_sim.ConnectionError, match=moved):
-        other.step(action_of(other))
+        step(other)
     assert_works(other)
-
-
-def test_a_master_that_is_gone(serve):
-    """An existing connection needs no master; a new one does."""
-    server, _ = serve()
-    real = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-    relay = xmlrpc.server.SimpleXMLRPCServer(("localhost", 0), logRequests=False)
-    relay.register_function(lambda *names: real.lookupService(*names), "lookupService")
-    thread = threading.Thread(target=relay.serve_forever, kwargs={"poll_interval": 0.01})
-    thread.start()
-    environment = make_single(server, master_uri=f"http://localhost:{relay.server_address[1]}")
-    environment.reset(seed=1)
-    environment.step(ACTIONS[0])
-    relay.shutdown()
-    thread.join()
-    relay.server_close()
-    assert_works(environment)
-    environment.close()
-    with pytest.raises(
-        walker_sim.ConnectionError, match=r"^ROS master .*is it running, and is this"
-    ):
-        environment.reset()
 
 
 # ---------------------------------------------------------------- threads and signals
 
 
-def test_other_threads_go_on_while_a_call_waits(serve):
-    server, process = serve()
-    halt(process)
-    helper = soon(lambda: go_on(process))
-    environment = make_single(server, timeout=LONG)
+def test_other_threads_run_while_a_call_waits(serve):
+    case = Case(serve, make_single)
+    halt(case.process)
+    helper = soon(resume, case.process)
+    environment = make_single(case.server, timeout=LONG)
     helper.join()
-    for call in (lambda: environment.reset(seed=1), lambda: environment.step(ACTIONS[0])):
-        halt(process)
-        helper = soon(lambda: go_on(process))
+    for call in (lambda: environment.reset(seed=1), lambda: step(environment)):
+        halt(case.process)
+        helper = soon(resume, case.process)
         call()
         helper.join()
 
@@ -267,19 +222,14 @@ def interrupt():
     raise KeyboardInterrupt
 
 
-def test_ctrl_c_ends_a_call(serve, kind):
-    make, parameters = kind
-    server, process = serve(**parameters)
-    environment = make(server, timeout=LONG)
-    environment.reset(seed=1)
-    environment.step(action_of(environment))
-    for call in (lambda: environment.step(action_of(environment)), lambda: environment.reset()):
-        halt(process)
+def test_ctrl_c_ends_a_call(case):
+    environment = case.make(timeout=LONG)
+    for call in (lambda: step(environment), lambda: environment.reset()):
+        halt(case.process)
         with Signals(interrupt), pytest.raises(KeyboardInterrupt):
             call()
-        with pytest.raises(walker_sim.ResetNeeded, match=LOST):
-            environment.step(action_of(environment))
-        go_on(process)
+        assert_lost(environment)
+        resume(case.process)
         assert_works(environment)
 
 
@@ -290,40 +240,30 @@ def test_ctrl_c_while_it_connects(serve):
             make_single("/walker_sim", master_uri=uri, timeout=LONG)
 
 
-def test_a_signal_that_is_handled_ends_nothing(serve):
-    server, process = serve()
-    environment = make_single(server, timeout=LONG)
-    environment.reset(seed=1)
-    halt(process)
-    with Signals(lambda: go_on(process)):
-        environment.step(ACTIONS[0])
+def test_a_handled_signal_ends_no_call(serve):
+    case = Case(serve, make_single)
+    environment = case.make(timeout=LONG)
+    halt(case.process)
+    with Signals(lambda: resume(case.process)):
+        step(environment)
     assert_works(environment)
 
 
 # ---------------------------------------------------------------- copies, and the end
 
 
-def through_pickle(environment):
-    return pickle.loads(pickle.dumps(environment))
-
-
 @pytest.mark.parametrize("copied", [copy.deepcopy, through_pickle])
-def test_copies_are_other_connections(serve, kind, copied):
-    make, parameters = kind
-    server, _ = serve(**parameters)
-    environment = make(server)
-    environment.reset(seed=1)
-    environment.step(action_of(environment))
+def test_copies_are_other_connections(case, copied):
+    environment = case.make()
     other = copied(environment)
     with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet; reset first"):
-        other.unwrapped.step(action_of(other))
+        step(other.unwrapped)
     assert_works(other)
     other.close()
     assert_works(environment)
     environment.close()
-    closed = copied(environment)
     with pytest.raises(gymnasium.error.ClosedEnvironmentError):
-        closed.unwrapped.step(action_of(environment))
+        step(copied(environment).unwrapped)
 
 
 def sockets():
@@ -331,13 +271,9 @@ def sockets():
     return sum("socket:" in os.readlink(link) for link in links if os.path.islink(link))
 
 
-def test_close_closes_the_sockets(serve, kind):
-    make, parameters = kind
-    server, _ = serve(**parameters)
+def test_close_closes_the_sockets(case):
     before = sockets()
-    environment = make(server)
-    environment.reset(seed=1)
-    environment.step(action_of(environment))
+    environment = case.make()
     assert sockets() == before + 3  # for ~get_spec, resets and steps
     environment.close()
     assert sockets() == before
@@ -345,14 +281,13 @@ def test_close_closes_the_sockets(serve, kind):
 
 
 def test_failures_leave_no_sockets(serve):
-    server, process = serve()
+    case = Case(serve, make_single)
     before = sockets()
     for _ in range(3):
         with pytest.raises(walker_sim.ServerMismatch):
-            make_single(server, hardcore=True)
-    environment = make_single(server)
-    environment.reset(seed=1)
-    kill(process)
+            make_single(case.server, hardcore=True)
+    environment = case.make(num_steps=0)
+    kill(case.process)
     for _ in range(3):
         with pytest.raises(walker_sim.ConnectionError):
             environment.reset()

@@ -13,7 +13,7 @@ def make():
     env.reset(seed=1)
     return env
 
-def told(env):
+def outcome_of(env):
     try:
         return env.render().shape[2]
     except RuntimeError as error:
@@ -44,32 +44,36 @@ def lines(calls, env_id="Walker2d-v5"):
     return done.stdout.splitlines()
 
 
-def test_a_child_draws_where_its_parent_has_not():
-    assert lines("in_child(lambda: told(env))\nprint(told(env))") == ["3", "3"]
+def test_a_child_draws_if_its_parent_has_not():
+    assert lines("in_child(lambda: outcome_of(env))\nprint(outcome_of(env))") == ["3", "3"]
 
 
-def test_after_a_picture_of_the_parents_a_child_is_refused():
+def test_a_child_is_refused_if_its_parent_has_drawn():
     """Both the inherited and a new renderer refuse; the parent can still render."""
-    seen = lines(
-        "told(env)\nin_child(lambda: told(env))\nin_child(lambda: told(make()))\nprint(told(env))"
-    )
+    calls = """
+outcome_of(env)
+in_child(lambda: outcome_of(env))
+in_child(lambda: outcome_of(make()))
+print(outcome_of(env))
+"""
+    seen = lines(calls)
     assert [line.startswith(REFUSAL) for line in seen] == [True, True, False], seen
     assert seen[-1] == "3"
 
 
-def test_steps_and_cairos_pictures_outlive_a_fork():
+def test_steps_and_cairos_pictures_work_after_a_fork():
     calls = """
-told(env)
+outcome_of(env)
 in_child(lambda: env.step(np.zeros(env.action_space.shape))[0].shape)
-in_child(lambda: told(env))
+in_child(lambda: outcome_of(env))
 """
     assert lines(calls, "BipedalWalker-v3") == ["(24,)", "3"]
     assert lines(calls)[0] == "(17,)"
 
 
-def test_gymnasiums_forked_walkers_say_so():
+def test_async_vector_env_reports_the_refusal():
     calls = """
-told(env)
+outcome_of(env)
 envs = gymnasium.vector.AsyncVectorEnv([make] * 2, context="fork", shared_memory=False)
 gymnasium.logger.min_level = 50
 try:

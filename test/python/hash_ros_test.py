@@ -48,7 +48,7 @@ def listen(name, namespace):
 
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize(("num_envs", "listens"), [(1, False), (1, True), (7, True)])
-def test_it_is_the_pages(capsys, serve, environment_id, num_envs, listens):
+def test_the_hash_is_the_documented_one(capsys, serve, environment_id, num_envs, listens):
     name, _ = serve(environment_id, num_envs=num_envs)
     topics, counts = listen(name, name.rpartition("/")[0]) if listens else ({}, {})
     options = ["--transport", "ros", "--server", name, "--num-envs", str(num_envs)]

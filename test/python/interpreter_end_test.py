@@ -24,6 +24,7 @@ for _ in range({threads}):
 {until}
 """
 
+RENDERED = "render_mode='rgb_array'"
 SINGLE = """
 env = walker_sim.WalkerEnv("{env_id}", {keywords})
 env.reset(seed=1)
@@ -41,7 +42,7 @@ actions = np.zeros(env.action_space.shape)
 POOL = """
 env = walker_sim.WalkerVectorEnv("{env_id}", num_envs=6, num_threads=3, batch_size=2)
 env.async_reset(seed=1)
-def turn():
+def receive_and_send():
     observations, *_, infos = env.recv()
     env.send(np.zeros((2, *env.single_action_space.shape)), infos["env_id"])
 """
@@ -70,35 +71,20 @@ def check(call, setup, threads=1, until="for _ in range(3): seen.acquire()", **f
     assert ends == [("", 0)] * REPEATS
 
 
-@pytest.mark.parametrize("env_id", ["BipedalWalker-v3", "Walker2d-v5"])
-def test_a_step(env_id):
-    check("step()", SINGLE, env_id=env_id)
-
-
-def test_steps_of_threads_that_share_a_walker():
-    check("step()", SINGLE, threads=4, env_id="Walker2d-v5")
-
-
-def test_a_reset():
-    check("env.reset()", SINGLE, env_id="BipedalWalker-v3")
-
-
-def test_a_vector_step():
-    check("env.step(actions)", VECTOR, env_id="Walker2d-v5")
-
-
-def test_recv():
-    check("turn()", POOL, env_id="BipedalWalker-v3")
-
-
-@pytest.mark.parametrize("env_id", ["BipedalWalker-v3", "Walker2d-v5"])
-def test_a_picture(env_id):
-    check("env.render()", SINGLE, env_id=env_id, keywords="render_mode='rgb_array'")
-
-
-def test_a_step_over_ros():
-    check("env.reset(); env.step(actions)", ROS)
-
-
-def test_a_call_over_ros_that_is_never_answered():
-    check("server.may_answer.clear(); env.step(actions)", ROS, until="server.asked.wait()")
+@pytest.mark.parametrize(
+    ("setup", "call", "options"),
+    [
+        (SINGLE, "step()", {"env_id": "BipedalWalker-v3"}),
+        (SINGLE, "step()", {"env_id": "Walker2d-v5"}),
+        (SINGLE, "step()", {"env_id": "Walker2d-v5", "threads": 4}),
+        (SINGLE, "env.reset()", {"env_id": "BipedalWalker-v3"}),
+        (SINGLE, "env.render()", {"env_id": "BipedalWalker-v3", "keywords": RENDERED}),
+        (SINGLE, "env.render()", {"env_id": "Walker2d-v5", "keywords": RENDERED}),
+        (VECTOR, "env.step(actions)", {"env_id": "Walker2d-v5"}),
+        (POOL, "receive_and_send()", {"env_id": "BipedalWalker-v3"}),
+        (ROS, "env.reset(); env.step(actions)", {}),
+        (ROS, "server.may_answer.clear(); env.step(actions)", {"until": "server.asked.wait()"}),
+    ],
+)
+def test_exit_during(setup, call, options):
+    check(call, setup, **options)

@@ -37,7 +37,7 @@ def make_vector(environment_id, **keywords):
         (make_vector, "autoreset", "autoreset_mode"),
     ],
 )
-def test_an_unknown_keyword_is_told_its_neighbour(make, given, nearest):
+def test_an_unknown_keyword_has_a_closest_match(make, given, nearest):
     words = words_of(make, "BipedalWalker-v3", **{given: 1})
     assert words.startswith(f"parameter {given} = 1: unknown; did you mean {nearest}? Known: ")
 
@@ -45,7 +45,7 @@ def test_an_unknown_keyword_is_told_its_neighbour(make, given, nearest):
 @pytest.mark.parametrize(
     ("make", "own"), [(make_ours, SHARED), (make_vector, SHARED + VECTORS)], ids=["one", "many"]
 )
-def test_all_keywords_are_told(make, own):
+def test_all_keywords_are_listed(make, own):
     words = words_of(make, "Walker2d-v5", quux="a")
     assert words.startswith("parameter quux = 'a': unknown. Known: ")
     known = known_in(words)
@@ -56,7 +56,7 @@ def test_all_keywords_are_told(make, own):
         assert not {*VECTORS} & {*known}
 
 
-def test_each_known_keyword_is_taken():
+def test_each_listed_keyword_is_known():
     words = words_of(make_vector, "Walker2d-v5", quux=0)
     for name in known_in(words):
         try:
@@ -67,7 +67,7 @@ def test_each_known_keyword_is_taken():
 
 @pytest.mark.parametrize("make", [make_ours, make_vector])
 @pytest.mark.parametrize("transport", ["inprocess", "ros"])
-def test_an_unknown_keyword_is_a_type_error_as_pythons_own(make, transport):
+def test_an_unknown_keyword_is_a_type_error(make, transport):
     """TorchRL's GymEnv tries frameskip=1 and relies on this message to retry without it."""
     words = "unexpected keyword argument 'frameskip'"
     for kind in (TypeError, ValueError):
@@ -77,7 +77,7 @@ def test_an_unknown_keyword_is_a_type_error_as_pythons_own(make, transport):
 
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize("kind", [walker_sim.WalkerEnv, walker_sim.WalkerVectorEnv])
-def test_the_namespace_may_be_there(kind, environment_id):
+def test_the_namespace_is_optional(kind, environment_id):
     first, second = kind(environment_id), kind(f"walker_sim/{environment_id}")
     assert first.reset(seed=1)[0].tobytes() == second.reset(seed=1)[0].tobytes()
 

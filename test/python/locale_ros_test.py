@@ -56,7 +56,7 @@ def test_an_episode_and_its_states(serve, german):
     assert follow(anew, actions[10:]) == ended
 
 
-def test_a_model_of_ones_own(german):
+def test_a_custom_model(german):
     actions = random_actions(ID, 40)
 
     def episode():

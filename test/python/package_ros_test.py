@@ -19,13 +19,13 @@ def printed(python, program):
     return done.stdout.strip()
 
 
-def test_one_python_imports_all():
+def test_one_python_imports_everything():
     program = "import walker_sim, gymnasium, rospy, walker_sim.msg, walker_sim.srv; print({})"
     made = "gymnasium.make('walker_sim/Walker2d-v5').reset(seed=1)[0].shape"
     assert printed(sys.executable, program.format(made)) == "(17,)"
 
 
-def test_the_engine_is_the_workspaces_own():
+def test_the_workspaces_engine_is_loaded():
     program = """
 from walker_sim import _core
 _core.Environment("Walker2d-v5", {})

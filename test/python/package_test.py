@@ -42,19 +42,19 @@ def files(tmp_path):
     return tmp_path
 
 
-def test_there_is_one_version():
+def test_versions_agree():
     version = ElementTree.parse(SOURCE / "package.xml").findtext("version")
     assert walker_sim.__version__ == version
     assert _core.__version__ == version
 
 
-def test_the_ids_are_the_cores():
+def test_ids_equal_the_cores():
     assert walker_sim.ids() == [f"walker_sim/{env_id}" for env_id in _core.ids()]
     assert sorted(_core.ids()) == sorted(IDS)
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_what_is_registered_is_what_core_and_gymnasium_have(env_id):
+def test_registrations_equal_the_cores_and_gymnasiums(env_id):
     ours, theirs = gymnasium.spec(f"walker_sim/{env_id}"), gymnasium.spec(env_id)
     for name in ("max_episode_steps", "reward_threshold", "nondeterministic", "order_enforce"):
         assert getattr(ours, name) == getattr(theirs, name), name
@@ -75,7 +75,7 @@ def test_the_prefix_registers_the_ids_in_a_new_process(method):
     assert observations[0].tobytes() == make().reset(seed=3)[0].tobytes()
 
 
-def test_all_public_names_are_there():
+def test_public_names():
     for name in walker_sim.__all__:
         assert getattr(walker_sim, name) is not None
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
@@ -95,20 +95,20 @@ def test_an_import_loads_no_engine():
     assert last_line(program.format(loaded), *sys.path[1:]) == "False True"
 
 
-def test_the_extension_module_may_stand_in_another_folder(files):
+def test_the_extension_module_may_be_in_another_folder(files):
     program = f"import gymnasium, walker_sim; {MAKE}; print(walker_sim._core.__file__)"
     assert last_line(program, files, WITH_CORE) == _core.__file__
 
 
-def test_without_an_extension_module_the_message_says_so(files):
-    said = last_line(f"import gymnasium, walker_sim; {MAKE}", files)
+def test_without_an_extension_module(files):
+    message = last_line(f"import gymnasium, walker_sim; {MAKE}", files)
     version = ".".join(map(str, sys.version_info[:2]))
-    assert f"walker_sim has no extension module for this Python, {version} " in said
-    assert str(files) in said
-    assert "pip install" in said
+    assert f"walker_sim has no extension module for this Python, {version} " in message
+    assert str(files) in message
+    assert "pip install" in message
 
 
-def test_versions_that_differ_are_refused_each_time(files):
+def test_different_versions_are_refused_each_time(files):
     init = files / "walker_sim/__init__.py"
     init.write_text(init.read_text().replace(f'"{walker_sim.__version__}"', '"0.0.7"'))
     program = f"""
@@ -121,6 +121,6 @@ for _ in range(2):
     else:
         print('made')
 """
-    said = last_line(program, files, WITH_CORE)
-    assert f"walker_sim 0.0.7 ({files}/walker_sim/" in said
-    assert f"walker_sim {walker_sim.__version__} ({_core.__file__})" in said
+    message = last_line(program, files, WITH_CORE)
+    assert f"walker_sim 0.0.7 ({files}/walker_sim/" in message
+    assert f"walker_sim {walker_sim.__version__} ({_core.__file__})" in message

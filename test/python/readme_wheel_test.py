@@ -57,7 +57,7 @@ def test_the_first_example(tmp_path):
     )
 
 
-def test_it_walks(tmp_path):
+def test_the_policy_walks(tmp_path):
     command = (
         block("", "python3 -m walker_sim play").splitlines()[1].replace(" play ", " evaluate ")
     )
@@ -66,7 +66,7 @@ def test_it_walks(tmp_path):
     assert float(re.search(r"mean return +(-?[\d.]+)", done.stdout)[1]) > 290, done.stdout
 
 
-def test_the_page_on_installing_says_what_it_needs():
+def test_install_md_names_the_requirements():
     page = (ROOT / "docs/install.md").read_text(encoding="utf-8")
     assert "'.[box2d]'" in page
     assert "no compiler" in page

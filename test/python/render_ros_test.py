@@ -42,7 +42,7 @@ def test_one_walker(serve, env_id, mode):
         assert_equal(there.render(), here.render())
 
 
-def test_the_camera_is_the_clients(serve):
+def test_the_camera_of_the_client_applies(serve):
     server, _ = serve("BipedalWalker-v3", camera_width=50, camera_height=30)
     for size in ({}, {"width": 90, "height": 60}):
         environments = [
@@ -72,29 +72,13 @@ def test_many_walkers(serve):
         assert_equal(one, other)
 
 
-def test_a_window(serve, monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    import pygame
-
-    server, _ = serve("BipedalWalker-v3")
-    shown = []
-    for where in ({}, {"transport": "ros", "server": server}):
-        environment = WalkerEnv("BipedalWalker-v3", render_mode="human", **where)
-        environment.reset(seed=4)
-        environment.step(np.zeros(4))
-        environment.render()  # shows the frame if step() was not due to
-        shown.append(pygame.surfarray.array3d(pygame.display.get_surface()))
-        environment.close()
-    assert np.array_equal(*shown)
-
-
-def test_bad_use(serve):
+def test_refused_calls(serve):
     server, _ = serve("BipedalWalker-v3")
     there = WalkerEnv("BipedalWalker-v3", render_mode="rgb_array", transport="ros", server=server)
     with pytest.raises(walker_sim.ResetNeeded, match="render: there is no episode yet; reset fi"):
         there.render()
     there.reset(seed=4)
-    client = there._walker._connection.client
+    client = there._walker.client
     camera = there._pictures.camera_parameters
     with pytest.raises(IndexError, match=re.escape("environment 1: must be in [0, 0]")):
         client.render(1, camera, np.empty((400, 600, 3), np.uint8), None)
@@ -112,7 +96,7 @@ def test_bad_use(serve):
         there.render()
 
 
-def test_a_server_that_is_gone(serve):
+def test_a_killed_server(serve):
     server, process = serve("BipedalWalker-v3")
     there = WalkerEnv("BipedalWalker-v3", render_mode="rgb_array", transport="ros", server=server)
     there.reset(seed=4)

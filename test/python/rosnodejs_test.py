@@ -25,7 +25,7 @@ def rows_of_gymnasium(actions):
     return np.array(rows, np.float64)
 
 
-def test_a_thousand_steps_are_gymnasiums_to_the_bit(serve, tmp_path):
+def test_a_thousand_steps_equal_gymnasiums(serve, tmp_path):
     """rosnodejs searches ROS_PACKAGE_PATH for message definitions, in folders with the package's
     name. Debian's are in /usr/share. `reuse_world` keeps the Box2D world, as Gymnasium does."""
     package = tmp_path / "packages" / "walker_sim"

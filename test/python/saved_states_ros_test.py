@@ -1,4 +1,5 @@
-"""get_state and set_state over ROS: server records, replayed by the same or another server."""
+"""get_state and set_state over ROS: server records, replayed by the same or another server; and
+the calls of vector environments that work in process only."""
 
 import gymnasium
 import numpy as np
@@ -8,7 +9,7 @@ from walkers import IDS, follow, make_ours, random_actions
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-def test_one_goes_on_alike(serve, environment_id):
+def test_a_restored_walker_continues_equally(serve, environment_id):
     (first, _), (second, _) = serve(environment_id), serve(environment_id)
     original, other = (
         make_ours(environment_id, transport="ros", server=server) for server in (first, second)
@@ -29,7 +30,7 @@ def test_one_goes_on_alike(serve, environment_id):
     original.unwrapped.set_state(state)
 
 
-def test_the_end_is_a_part_of_it(serve):
+def test_the_end_is_restored(serve):
     server, _ = serve("Hopper-v5", max_episode_steps=3)
     environment = make_ours(
         "Hopper-v5", transport="ros", server=server, max_episode_steps=3
@@ -44,7 +45,7 @@ def test_the_end_is_a_part_of_it(serve):
         environment.step(np.zeros(3))
 
 
-def test_what_is_refused(serve):
+def test_refused_states(serve):
     server, _ = serve("Hopper-v5")
     environment = make_ours("Hopper-v5", transport="ros", server=server).unwrapped
     with pytest.raises(walker_sim.ResetNeeded, match="get_state: there is no episode yet"):
@@ -61,11 +62,24 @@ def test_what_is_refused(serve):
         environment.set_state(("a",))
 
 
-def test_many_have_none(serve):
+def test_calls_that_work_in_process_only(serve):
     server, _ = serve("Hopper-v5", num_envs=2)
     envs = gymnasium.make_vec("walker_sim/Hopper-v5", 2, transport="ros", server=server)
     envs.reset(seed=1)
-    with pytest.raises(AttributeError, match='get_state: not over ROS; only with transport="inpr'):
-        envs.get_state()
-    with pytest.raises(AttributeError, match="set_state: not over ROS"):
-        envs.set_state([b"", b""])
+    actions = np.zeros((2, 3))
+    calls = {
+        "get_state": envs.get_state,
+        "set_state": lambda: envs.set_state([b"", b""]),
+        "send": lambda: envs.send(actions),
+        "recv": envs.recv,
+        "env_id": lambda: envs.step(actions[:1], [0]),
+        "async_reset": envs.async_reset,
+        "np_random": lambda: envs.np_random,
+        "np_random_seed": lambda: envs.np_random_seed,
+        "num_threads": lambda: envs.num_threads,
+        "batch_size": lambda: envs.batch_size,
+    }
+    for name, call in calls.items():
+        message = f'^{name}: not over ROS; only with transport="inprocess"$'
+        with pytest.raises(AttributeError, match=message):
+            call()

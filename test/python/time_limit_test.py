@@ -44,7 +44,7 @@ def limit_of(*arguments, **options):
 
 
 @pytest.mark.parametrize("name", ["Probe-v0", "Descendant-v0"])
-def test_make_tells_its_limit(name, registered):
+def test_the_limit_of_make(name, registered):
     assert limit_of(name) == registered
     assert limit_of(name, max_episode_steps=None) == registered
     assert limit_of(name, max_episode_steps=5) == 5
@@ -53,7 +53,7 @@ def test_make_tells_its_limit(name, registered):
 
 
 @pytest.mark.parametrize("limit", [None, 5, -1])
-def test_an_environments_own_specification_says_nothing(limit):
+def test_an_unwrapped_spec_has_no_limit(limit):
     """An unwrapped spec has no limit; Gymnasium's check_env makes copies from it."""
     made = gymnasium.make("Probe-v0", max_episode_steps=limit)
     assert made.unwrapped.spec.max_episode_steps is None
@@ -62,7 +62,7 @@ def test_an_environments_own_specification_says_nothing(limit):
     assert limit_of(made.unwrapped.spec, max_episode_steps=-1) == 0
 
 
-def test_a_specification_tells_its_own(registered):
+def test_the_limit_of_a_specification(registered):
     specification = gymnasium.spec("Probe-v0")
     assert limit_of(specification) == registered
     specification.max_episode_steps = 9
@@ -70,14 +70,14 @@ def test_a_specification_tells_its_own(registered):
     assert limit_of(specification, max_episode_steps=5) == 5
 
 
-def test_the_same_in_gymnasiums_vector_environments(registered):
+def test_in_a_vector_environment(registered):
     def make():
         return gymnasium.make("Probe-v0", max_episode_steps=5)
 
     assert gymnasium.vector.SyncVectorEnv([make]).envs[0].unwrapped.limit == 5
 
 
-def test_past_make_there_is_none():
+def test_without_make():
     assert Probe().limit is None
     assert Descendant().limit is None
 

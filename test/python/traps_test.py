@@ -84,7 +84,7 @@ def test_over_ros():
     check(ROS, TURNS, folder=os.path.dirname(__file__))
 
 
-def test_a_parameter_that_is_nan_is_refused():
+def test_nan_parameters():
     calls = """
 for keywords in (
     {"ctrl_cost_weight": np.nan},
@@ -100,7 +100,7 @@ for keywords in (
     check("", calls)
 
 
-def test_the_traps_are_on():
+def test_the_traps_are_enabled():
     program = PROGRAM.format(setup="", calls="np.float64(np.inf) - np.float64(np.inf)")
     done = subprocess.run([sys.executable, "-c", program], stderr=subprocess.DEVNULL)
     assert done.returncode == -signal.SIGFPE

@@ -4,8 +4,6 @@ The reference steps Gymnasium's BipedalWalker, compared with reuse_world because
 between episodes, and this package's single environments.
 """
 
-import pathlib
-
 import gymnasium
 import numpy as np
 import pytest
@@ -13,11 +11,10 @@ import walker_sim  # registers the ids
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from mujoco_reference import MODELS
 from vector_comparison import assert_same
+from walkers import OVERFLOW, diverging, overflowing
 
 NUM_ENVS = 5
 NUM_STEPS = 300
-MODEL = pathlib.Path(__file__).resolve().parents[2] / "assets" / "walker2d_v5.xml"
-WORDS = "MuJoCo: Stack overflow"
 MODES = ["next_step", "same_step", "disabled"]
 LIMITS = {
     "BipedalWalker-v3": 90,
@@ -94,7 +91,7 @@ def play(step, reset, mode, case, **options):
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("case", CASES, ids=[f"{case[0]}{case[2] or ''}" for case in CASES])
-def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
+def test_equals_sync_vector_env(case, mode):
     terminated, truncated = play(
         walker_sim.WalkerVectorEnv.step, walker_sim.WalkerVectorEnv.reset, mode, case
     )
@@ -102,7 +99,7 @@ def test_what_it_gives_is_what_sync_vector_env_gives(case, mode):
 
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
-def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
+def test_walker2d_equals_gymnasiums(mode, tmp_path):
     """Another MuJoCo version's solver stops at another iterate unless its tolerance is 0 (see
     episodes_gymnasium_test.py). The episodes are too short for the remaining difference to grow."""
     converging = tmp_path / "converging.xml"
@@ -118,17 +115,9 @@ def test_walker2d_has_gymnasiums_infos(mode, tmp_path):
         assert_same(ours.step(actions), theirs.step(actions), number, near=1e-9)
 
 
-def torn_apart(folder):
-    """Returns parameters of a model whose motors make the simulation diverge."""
-    model = MODELS["Walker2d-v5"].read_text()
-    strong = folder / "strong.xml"
-    strong.write_text(model.replace('gear="100"', 'gear="1e14"'))
-    return {"xml_file": str(strong), "terminate_when_unhealthy": False}
-
-
 @pytest.mark.parametrize("mode", MODES)
-def test_what_the_engine_says_stands_where_the_episode_ended(mode, tmp_path):
-    case = ("walker_sim/Walker2d-v5", None, torn_apart(tmp_path))
+def test_a_failed_step(mode, tmp_path):
+    case = ("walker_sim/Walker2d-v5", None, diverging(tmp_path))
     ours, theirs = make_pair(case, mode)
     assert_same(ours.reset(seed=1), theirs.reset(seed=1))
     actions = np.zeros(ours.action_space.shape, np.float32)
@@ -144,18 +133,6 @@ def test_what_the_engine_says_stands_where_the_episode_ended(mode, tmp_path):
     assert_same(in_order_of_env_id(ours.recv()), result)
 
 
-def cramped(folder):
-    """Returns parameters of a model whose MuJoCo stack overflows at the resets with some seeds."""
-    model = MODEL.read_text()
-    file = folder / "cramped.xml"
-    file.write_text(model.replace('nstack="8000"', 'nstack="520"'))
-    return {
-        "xml_file": str(file),
-        "terminate_when_unhealthy": False,
-        "reset_noise_scale": 3.0,
-    }
-
-
 def sorted_seeds(parameters):
     """Returns the seeds below 40 with which a single environment's reset succeeds, and fails."""
     walker = walker_sim.WalkerEnv("Walker2d-v5", **parameters)
@@ -164,7 +141,7 @@ def sorted_seeds(parameters):
         try:
             walker.reset(seed=seed)
         except RuntimeError as error:
-            assert str(error) == WORDS
+            assert str(error) == OVERFLOW
             bad.append(seed)
         else:
             good.append(seed)
@@ -173,8 +150,8 @@ def sorted_seeds(parameters):
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path):
-    parameters = cramped(tmp_path)
+def test_a_failed_reset_affects_no_other_walker(mode, tmp_path):
+    parameters = overflowing(tmp_path)
     good, bad = sorted_seeds(parameters)
     ours, undisturbed = (
         make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters) for _ in range(2)
@@ -182,7 +159,7 @@ def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path)
     observations, infos = ours.reset(seed=[*good[:2], bad[0], *good[2:4]])
     expected, _ = undisturbed.reset(seed=good[:5])
     assert infos["_error"].tolist() == [False, False, True, False, False]
-    assert infos["error"].tolist() == [None, None, WORDS, None, None]
+    assert infos["error"].tolist() == [None, None, OVERFLOW, None, None]
     assert infos["_x_position"].tolist() == [True, True, False, True, True]
     assert not observations[2].any()
     actions = np.full(ours.action_space.shape, 0.5, np.float32)
@@ -205,7 +182,7 @@ def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path)
         expected = undisturbed.step(actions)
         assert np.array_equal(observations[others], expected[0][others]), number
         assert np.array_equal(rewards[others], expected[1][others]), number
-        failed = infos.get("_error", np.zeros(5, bool)) & (infos.get("error") == WORDS)
+        failed = infos.get("_error", np.zeros(5, bool)) & (infos.get("error") == OVERFLOW)
         for walker in failed.nonzero()[0]:
             if mode == "same_step":  # in other modes a step may have failed
                 assert not observations[walker].any()
@@ -214,8 +191,8 @@ def test_a_reset_that_the_engine_refuses_concerns_its_own_walker(mode, tmp_path)
     assert failures
 
 
-def test_what_is_received_tells_of_a_reset_that_failed(tmp_path):
-    parameters = cramped(tmp_path)
+def test_recv_reports_failed_resets(tmp_path):
+    parameters = overflowing(tmp_path)
     _, bad = sorted_seeds(parameters)
     for mode in MODES:
         ours = make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters)
@@ -223,7 +200,7 @@ def test_what_is_received_tells_of_a_reset_that_failed(tmp_path):
         observations, rewards, terminated, truncated, infos = ours.recv()
         assert not observations.any() and not rewards.any() and not truncated.any()
         assert terminated.all()
-        assert infos["error"].tolist() == [WORDS] * 5
+        assert infos["error"].tolist() == [OVERFLOW] * 5
         if mode == "same_step":
             assert infos["_final_obs"].all() and "error" not in infos["final_info"]
 
@@ -249,7 +226,7 @@ def in_order_of_env_id(received):
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("case", [CASES[0], OURS[2]], ids=["BipedalWalker", "Walker2d"])
-def test_what_is_sent_and_received_is_the_same(case, mode):
+def test_send_and_recv_equal_step(case, mode):
     def step(ours, actions):
         first, second = [3, 0], np.array([4, 1, 2])
         ours.send(actions[first], first)
@@ -261,7 +238,7 @@ def test_what_is_sent_and_received_is_the_same(case, mode):
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 @pytest.mark.parametrize("case", [OURS[0], OURS[2]], ids=["BipedalWalker", "Walker2d"])
-def test_each_goes_its_way_however_they_arrive(case, mode):
+def test_trajectories_do_not_depend_on_the_order_of_arrival(case, mode):
     """Batches of three of five environments, in the send/recv loop of asynchronous learners."""
     ours, theirs = make_pair(case, mode, batch_size=3)
     random = np.random.default_rng(6)
@@ -286,7 +263,7 @@ def test_each_goes_its_way_however_they_arrive(case, mode):
     assert counts.sum() > 3 * NUM_STEPS
 
 
-def test_arrays_are_the_callers():
+def test_arrays_belong_to_the_caller():
     ours = make_ours("Walker2d-v5", "same_step", 3)
     twin = make_ours("Walker2d-v5", "same_step", 3)
     kept = [ours.reset(seed=1)]

@@ -57,7 +57,7 @@ def flat(pictures):
         ("Walker2d-v5", "rgbd_tuple"),
     ],
 )
-def test_pictures_are_those_of_single_walkers(env_id, mode):
+def test_pictures_equal_those_of_single_walkers(env_id, mode):
     ours, theirs = bring(make(env_id, mode)), bring(make_sync(env_id, mode))
     pictures, expected = ours.render(), theirs.render()
     assert type(pictures) is type(expected) is tuple
@@ -87,28 +87,7 @@ def test_after_an_autoreset_the_new_episode_is_shown():
     assert num_ends > 0
 
 
-def test_pictures_change_no_trajectory():
-    plain, watched = make(WALKER, None), make(WALKER)
-    for environments in (plain, watched):
-        environments.reset(seed=5)
-    for actions in batches(plain, 100):
-        watched.render()
-        expected, results = plain.step(actions), watched.step(actions)
-        for one, other in zip(expected[:4], results[:4]):
-            assert one.tobytes() == other.tobytes()
-
-
-def test_walkers_that_are_under_way_are_not_looked_at():
-    environments = make(WALKER, batch_size=1)
-    environments.reset(seed=5)
-    environments.send(np.zeros((1, 4)), [1])
-    with pytest.raises(RuntimeError, match="environment 1"):
-        environments.render()
-    environments.recv()
-    assert len(environments.render()) == NUM_ENVS
-
-
-def test_a_window_shows_the_first():
+def test_a_window_shows_the_first_walker():
     import pygame
 
     environments = bring(make(WALKER, "human"), 4)
@@ -127,7 +106,7 @@ def test_a_window_before_the_first_walkers_first_reset():
     environments.close()
 
 
-def test_a_window_while_some_are_under_way():
+def test_a_window_while_walkers_are_in_flight():
     environments = make(WALKER, "human", batch_size=1)
     environments.async_reset(seed=5)
     arrived = [environments.recv()[-1]["env_id"][0] for _ in range(NUM_ENVS)]
@@ -135,7 +114,7 @@ def test_a_window_while_some_are_under_way():
     environments.close()
 
 
-def test_recorded_videos_frames(tmp_path, monkeypatch):
+def test_record_video(tmp_path, monkeypatch):
     """Replaces moviepy, which only writes the file."""
     monkeypatch.setitem(sys.modules, "moviepy", types.ModuleType("moviepy"))
     environments = vector.RecordVideo(
@@ -151,7 +130,7 @@ def test_recorded_videos_frames(tmp_path, monkeypatch):
     environments.recording = False
 
 
-def test_bad_use():
+def test_refused_calls():
     environments = make(WALKER)
     with pytest.raises(walker_sim.ResetNeeded, match=r"^render: there is no episode"):
         environments.render()

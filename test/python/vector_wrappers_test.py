@@ -37,7 +37,7 @@ def without_times(result):
 
 @pytest.mark.parametrize("mode", ["next_step", "same_step"])
 @pytest.mark.parametrize("name", WRAPPERS)
-def test_gymnasiums_wrappers_see_no_difference(name, mode):
+def test_wrappers_give_equal_results(name, mode):
     sides = [
         gymnasium.make_vec(WALKER2D, NUM_ENVS, autoreset_mode=mode, max_episode_steps=20),
         SyncVectorEnv(
@@ -62,29 +62,3 @@ def test_gymnasiums_wrappers_see_no_difference(name, mode):
     assert num_ended > 5
     for side in sides:
         side.close()
-
-
-def test_statistics_of_episodes_that_are_reset_by_mask():
-    """Has no reference: Gymnasium's environments remove the mask from the options, so its wrapper
-    resets the statistics of all episodes."""
-    envs = wrappers.RecordEpisodeStatistics(
-        gymnasium.make_vec(WALKER2D, NUM_ENVS, autoreset_mode="disabled", max_episode_steps=20)
-    )
-    envs.reset(seed=3)
-    random = np.random.default_rng(2)
-    lengths, returns = np.zeros(NUM_ENVS, int), np.zeros(NUM_ENVS)
-    num_ended = 0
-    for _ in range(80):
-        actions = random.uniform(-1, 1, envs.action_space.shape).astype(np.float32)
-        _, rewards, terminated, truncated, infos = envs.step(actions)
-        lengths += 1
-        returns += rewards
-        ended = terminated | truncated
-        if not ended.any():
-            continue
-        num_ended += ended.sum()
-        assert (infos["episode"]["l"][ended] == lengths[ended]).all()
-        assert (infos["episode"]["r"][ended] == returns[ended]).all()
-        lengths[ended], returns[ended] = 0, 0
-        envs.reset(options={"reset_mask": ended})
-    assert num_ended > 5

@@ -33,14 +33,14 @@ def play(pace, clock, num_steps, step_time=0.0, picture_time=0.0):
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.25])
-def test_steps_keep_to_real_time_and_each_is_shown(speed, clock):
+def test_steps_run_in_real_time_and_each_is_shown(speed, clock):
     pace = Pace(DT, clock)
     pace.speed = speed
     assert play(pace, clock, 100, step_time=0.001, picture_time=0.002) == 100
     assert clock.time == pytest.approx(100 + 100 * DT / speed + 0.002)
 
 
-def test_no_more_pictures_than_a_screen_shows(clock):
+def test_pictures_are_limited_to_the_refresh_rate(clock):
     pace = Pace(0.001, clock)
     num_pictures = play(pace, clock, 1000)
     assert clock.time == pytest.approx(101)
@@ -48,20 +48,20 @@ def test_no_more_pictures_than_a_screen_shows(clock):
 
 
 @pytest.mark.parametrize("picture_time", [0.04, 0.14])
-def test_slow_pictures_are_left_out_and_time_is_kept(picture_time, clock):
+def test_slow_pictures_are_dropped(picture_time, clock):
     pace = Pace(0.008, clock)
     num_pictures = play(pace, clock, 1000, step_time=0.0001, picture_time=picture_time)
     assert clock.time == pytest.approx(108, abs=1.1 * picture_time)
     assert 0.8 * 8 / picture_time < num_pictures < 8 / picture_time
 
 
-def test_slow_steps_are_shown_all_the_same(clock):
+def test_slow_steps_are_shown(clock):
     pace = Pace(DT, clock)
     num_pictures = play(pace, clock, 100, step_time=0.04)
     assert 0.5 * 4 / MAX_PICTURE_INTERVAL < num_pictures <= 4 / MAX_PICTURE_INTERVAL
 
 
-def test_what_was_late_is_not_made_up_for(clock):
+def test_a_long_lag_is_dropped(clock):
     pace = Pace(DT, clock)
     play(pace, clock, 1)
     clock.time += 60  # no step for a minute
@@ -90,7 +90,7 @@ def test_a_window_opens_shows_and_closes(pygame):
     window.close()
 
 
-def test_two_windows_take_turns(pygame):
+def test_two_windows_share_the_display(pygame):
     first, second = Window("first", DT), Window("second", DT)
     first.show(picture(1))
     second.show(np.full((20, 30, 3), 2, np.uint8))
@@ -105,7 +105,7 @@ def make_human(env_id="BipedalWalker-v3", **keywords):
     return gymnasium.make(f"walker_sim/{env_id}", render_mode="human", **keywords)
 
 
-def test_an_environment_shows_what_it_would_draw(pygame):
+def test_a_window_shows_what_render_returns(pygame):
     environment, drawn = (
         make_human(),
         gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="rgb_array"),
@@ -123,7 +123,7 @@ def test_an_environment_shows_what_it_would_draw(pygame):
 
 
 @pytest.mark.parametrize("name", ["QUIT", "K_ESCAPE"])
-def test_a_user_closes_the_window_and_the_walker_goes_on(pygame, name):
+def test_a_closed_window_does_not_end_the_episode(pygame, name):
     environment = make_human()
     environment.reset(seed=3)
     event = pygame.event.Event(pygame.QUIT)
@@ -131,7 +131,7 @@ def test_a_user_closes_the_window_and_the_walker_goes_on(pygame, name):
         event = pygame.event.Event(pygame.KEYDOWN, key=pygame.K_ESCAPE)
     pygame.event.post(event)
     actions = random_actions("BipedalWalker-v3", 30)
-    with pytest.warns(UserWarning, match="the window was closed, and the walker goes on"):
+    with pytest.warns(UserWarning, match="the window was closed; the episode continues"):
         outcomes = follow(environment, actions)
     assert pygame.display.get_surface() is None
     unseen = gymnasium.make("walker_sim/BipedalWalker-v3")
@@ -144,7 +144,7 @@ def test_a_user_closes_the_window_and_the_walker_goes_on(pygame, name):
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
-def test_a_copy_has_a_window_of_its_own(pygame, copied):
+def test_a_copy_has_its_own_window(pygame, copied):
     environment = WalkerEnv("BipedalWalker-v3", render_mode="human")
     environment.reset(seed=3)
     before = shown(pygame)
@@ -183,7 +183,7 @@ gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="human").reset()
 
 
 @pytest.mark.parametrize("environment_id", ["BipedalWalker-v3", "Walker2d-v5"])
-def test_without_a_display_nobody_sees_it(environment_id):
+def test_without_a_display_the_window_is_invisible(environment_id):
     """As in Gymnasium, whose check_env opens a window and then renders in other modes."""
     error = outcome_of(
         f"""
@@ -198,7 +198,8 @@ env.close()
         status=0,
     )
     assert (
-        "nobody sees the window: there is no display; DISPLAY or WAYLAND_DISPLAY names one" in error
+        "the window is invisible: there is no display; DISPLAY or WAYLAND_DISPLAY names one"
+        in error
     )
 
 

@@ -71,7 +71,7 @@ def cut(soak, relay, pair):
     cutter.join()
     soak.check("up to a cut the bits are right", equal)
     # A step that a stall has delayed may arrive amid these steps, too.
-    is_told = "/walker_sim" in told or "somebody else has moved" in told
+    is_told = "/walker_sim" in told or "has moved the walker" in told
     soak.check("a network that is cut is told of", is_told, told)
 
 

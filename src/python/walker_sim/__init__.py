@@ -35,19 +35,15 @@ if TYPE_CHECKING:
     from walker_sim.vector_environment import WalkerVectorEnv as WalkerVectorEnv
 
 # Imported on first use: the messages need neither NumPy nor Gymnasium.
-_HOMES = {
-    "ConnectionError": "errors",
-    "InvalidAction": "errors",
-    "RequestRefused": "errors",
-    "ResetNeeded": "errors",
-    "ServerMismatch": "errors",
-    "UnknownKeyword": "errors",
+_MODULES = {
+    **dict.fromkeys(("ConnectionError", "InvalidAction", "RequestRefused"), "errors"),
+    **dict.fromkeys(("ResetNeeded", "ServerMismatch", "UnknownKeyword"), "errors"),
     "WalkerEnv": "environment",
     "WalkerVectorEnv": "vector_environment",
     "ids": "registration",
 }
 
-__all__ = [*_HOMES, "__version__"]
+__all__ = [*_MODULES, "__version__"]
 
 
 def _load_core() -> ModuleType:
@@ -78,8 +74,8 @@ def _load_core() -> ModuleType:
 def __getattr__(name: str) -> Any:
     if name == "_core":  # `from walker_sim import _core` looks here first
         return _load_core()
-    if name in _HOMES:
-        return getattr(importlib.import_module(f"walker_sim.{_HOMES[name]}"), name)
+    if name in _MODULES:
+        return getattr(importlib.import_module(f"walker_sim.{_MODULES[name]}"), name)
     raise AttributeError(f"module 'walker_sim' has no attribute {name!r}")
 
 

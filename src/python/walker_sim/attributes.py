@@ -27,7 +27,7 @@ def attributes_of(specification: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def attribute_of(specification: Mapping[str, Any], name: str) -> Any:
-    """Returns one of `attributes_of`; AttributeError if the walker has no such attribute."""
+    """Returns one of `attributes_of`; AttributeError for any other."""
     attributes = attributes_of(specification)
     if name not in attributes:
         raise AttributeError(f"{name}: {specification['id']} has no such attribute")

@@ -3,60 +3,47 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, Union, cast
 
 import gymnasium
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import ArrayLike, NDArray
 
-from walker_sim import _core
 from walker_sim.actions import to_action
 from walker_sim.attributes import attribute_of, control_cost_of, to_coordinates
 from walker_sim.keywords import refuse_unknown
 from walker_sim.registration import without_namespace
-from walker_sim.rendering import (
-    ALL_MODES,
-    Picture,
-    Pictures,
-    metadata_of,
-    split_keywords,
-    warn_of_no_mode,
-)
+from walker_sim.rendering import ALL_MODES, Picture, Pictures, metadata_of, split_keywords
 from walker_sim.time_limit import ANY, limit_of_make
-from walker_sim.transport import (
-    TRANSPORTS,
-    ServerAddress,
-    State,
-    Walker,
-    by_name,
-    spaces_of,
-)
+from walker_sim.transport import ServerAddress, State, by_name, spaces_of
+
+if TYPE_CHECKING:
+    from walker_sim.in_process import InProcessWalker
+    from walker_sim.over_ros import RemoteWalker
+
+    Walker = Union[InProcessWalker, RemoteWalker]
 
 
 def make_walker(
-    env_id: str, place: ServerAddress, max_episode_steps: int | None, parameters: dict[str, Any]
+    env_id: str, address: ServerAddress, max_episode_steps: int | None, parameters: dict[str, Any]
 ) -> Walker:
     """Makes a walker in process, or connects to a server and compares it with the arguments."""
-    if place.transport == "inprocess":
+    if not address.is_remote():
         from walker_sim.in_process import InProcessWalker
 
         limit = 0 if max_episode_steps in (None, -1) else max_episode_steps
         return InProcessWalker(env_id, {**parameters, "max_episode_steps": limit})
-    if place.transport == "ros":
-        from walker_sim.over_ros import RemoteWalker
+    from walker_sim.over_ros import RemoteWalker
 
-        takes_any_limit = False
-        if max_episode_steps is None:
-            max_episode_steps = limit_of_make(WalkerEnv)
-            takes_any_limit = max_episode_steps == ANY
-        if max_episode_steps is not None and not takes_any_limit:
-            limit = 0 if max_episode_steps == -1 else max_episode_steps
-            parameters = {**parameters, "max_episode_steps": limit}
-        return RemoteWalker(env_id, parameters, place, takes_any_limit)
-    raise ValueError(
-        f"transport = {_core.shown(place.transport)}: must be one of {', '.join(TRANSPORTS)}"
-    )
+    takes_any_limit = False
+    if max_episode_steps is None:
+        max_episode_steps = limit_of_make(WalkerEnv)
+        takes_any_limit = max_episode_steps == ANY
+    if max_episode_steps is not None and not takes_any_limit:
+        limit = 0 if max_episode_steps == -1 else max_episode_steps
+        parameters = {**parameters, "max_episode_steps": limit}
+    return RemoteWalker(env_id, parameters, address, takes_any_limit)
 
 
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
@@ -122,8 +109,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         refuse_unknown(WalkerEnv.__init__, env_id, parameters)
         self.render_mode = render_mode
         self._transport = transport
-        place = ServerAddress(transport, server, master_uri, timeout)
-        self._walker = make_walker(env_id, place, max_episode_steps, parameters)
+        address = ServerAddress(transport, server, master_uri, timeout)
+        self._walker = make_walker(env_id, address, max_episode_steps, parameters)
         specification = self._walker.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
         self._is_closed = False
@@ -142,15 +129,13 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def hardcore(self) -> bool:
         """BipedalWalker: whether the terrain has stumps, stairs and pits."""
-        return bool(attribute_of(self._walker.specification, "hardcore"))
+        return attribute_of(self._walker.specification, "hardcore")  # type: ignore[no-any-return]
 
     @property
     def observation_structure(self) -> dict[str, int]:
         """Walker2d-v5, Hopper-v5: numbers of skipped positions, positions and velocities."""
-        structure: dict[str, int] = attribute_of(
-            self._walker.specification, "observation_structure"
-        )
-        return structure
+        name = "observation_structure"
+        return attribute_of(self._walker.specification, name)  # type: ignore[no-any-return]
 
     @property
     def is_healthy(self) -> bool:
@@ -234,8 +219,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         gymnasium.error.ClosedEnvironmentError
             After `close`, until the next reset.
         """
-        if self._is_closed:
-            raise ClosedEnvironmentError("step: the environment has been closed; reset first")
+        self._require_open("step")
         values = to_action(action, self._action_shape)
         observation, info = state = self._new_state()
         reward, terminated, truncated, error = self._walker.step(values, state)
@@ -270,15 +254,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         gymnasium.error.DependencyNotInstalled, RuntimeError
             If pygame, or a library that draws the picture, is missing. Names what to install.
         """
-        if self._is_closed:
-            raise ClosedEnvironmentError("render: the environment has been closed; reset first")
-        if self.render_mode is None:
-            warn_of_no_mode(self.spec.id if self.spec else self._walker.specification["id"])
-            return None
-        if self.render_mode == "human":
-            self._pictures.show(self._walker.render)
-            return None
-        return self._pictures.take(self._walker.render)
+        self._require_open("render")
+        return self._pictures.render(self._walker.render)
 
     def get_state(self) -> bytes:
         """Returns the whole state, also within an episode, in a time independent of its length.
@@ -298,8 +275,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         gymnasium.error.ClosedEnvironmentError
             After `close`, until the next reset.
         """
-        if self._is_closed:
-            raise ClosedEnvironmentError("get_state: the environment has been closed; reset first")
+        self._require_open("get_state")
         return self._walker.get_state(self._np_random)
 
     def set_state(self, state: bytes | ArrayLike, qvel: ArrayLike | None = None) -> None:
@@ -325,10 +301,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             If `qvel` is given over ROS.
         """
         if qvel is not None:
-            if self._is_closed:
-                raise ClosedEnvironmentError(
-                    "set_state: the environment has been closed; reset first"
-                )
+            self._require_open("set_state")
             self._walker.set_coordinates(
                 to_coordinates("qpos", state), to_coordinates("qvel", qvel)
             )
@@ -352,6 +325,10 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         self._walker.close()
         self._pictures.close()
         self._is_closed = True
+
+    def _require_open(self, call: str) -> None:
+        if self._is_closed:
+            raise ClosedEnvironmentError(f"{call}: the environment has been closed; reset first")
 
     def _new_state(self) -> State:
         return (

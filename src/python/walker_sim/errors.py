@@ -12,7 +12,8 @@ class InvalidAction(gymnasium.error.InvalidAction, ValueError):
 
 
 class ResetNeeded(gymnasium.error.ResetNeeded, RuntimeError):
-    """There is no running episode: none has begun, it has ended, or its server was lost."""
+    """The call needs an episode, and none has begun, its engine failed, or its server was lost; or
+    a step needs one that has not ended."""
 
 
 class ConnectionError(builtins.ConnectionError):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping, Sequence, cast
 
 import numpy as np
 from gymnasium.utils.seeding import np_random
@@ -10,38 +10,24 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.rendering import Pictures
-from walker_sim.transport import (
-    Batch,
-    Colors,
-    Depths,
-    Specification,
-    State,
-    Walkers,
-)
+from walker_sim.transport import Batch, Colors, Depths, Specification, State, Walkers
 
 GeneratorState = Sequence[int]
 """PCG64's state and increment, each as its high and low 64 bits; has_uint32; uinteger."""
 
-_LOW = (1 << 64) - 1
 
-
-def state_of(random: np.random.Generator) -> GeneratorState:
+def generator_state_of(random: np.random.Generator) -> GeneratorState:
     """Returns a NumPy generator's state in the core's format; ValueError if it is not on PCG64."""
     state: Mapping[str, Any] = random.bit_generator.state
     if state["bit_generator"] != "PCG64":
         raise ValueError(f"np_random is on {state['bit_generator']}; must be on PCG64")
-    value, increment = state["state"]["state"], state["state"]["inc"]
-    return (
-        value >> 64,
-        value & _LOW,
-        increment >> 64,
-        increment & _LOW,
-        state["has_uint32"],
-        state["uinteger"],
-    )
+    high_value, value = divmod(state["state"]["state"], 1 << 64)
+    high_increment, increment = divmod(state["state"]["inc"], 1 << 64)
+    buffered = state["has_uint32"], state["uinteger"]
+    return (high_value, value, high_increment, increment, *buffered)
 
 
-def set_state(random: np.random.Generator, state: GeneratorState) -> None:
+def set_generator_state(random: np.random.Generator, state: GeneratorState) -> None:
     """Sets a NumPy generator on PCG64 to a state in the core's format."""
     random.bit_generator.state = {
         "bit_generator": "PCG64",
@@ -51,41 +37,49 @@ def set_state(random: np.random.Generator, state: GeneratorState) -> None:
     }
 
 
-def generator_in(state: GeneratorState) -> np.random.Generator | None:
+def generator_of(state: GeneratorState) -> np.random.Generator | None:
     """Returns a generator in this state; None if it is all zeros: there is no generator yet."""
     if not any(state):
         return None
     random = np.random.default_rng(0)
-    set_state(random, state)
+    set_generator_state(random, state)
     return random
 
 
 class InProcessWalker:
-    """One walker in this process. Copies and pickles carry its whole state."""
+    """One walker in this process. Copies and pickles carry its whole state.
+
+    Like `RemoteWalker`, it writes observations and infos into the caller's arrays.
+    """
 
     def __init__(self, env_id: str, parameters: Mapping[str, Any]) -> None:
         self._environment = _core.Environment(env_id, dict(parameters))
         self.specification: Specification = self._environment.specification
 
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
-        """Begins an episode from `random`, which the caller has already seeded with `seed`."""
+        """Begins an episode from `random`, which the caller has already seeded."""
         with random.bit_generator.lock:  # NumPy's own draws take it too
-            set_state(random, self._environment.reset(state_of(random), *state))
+            set_generator_state(random, self._environment.reset(generator_state_of(random), *state))
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
+        """Steps by an action, float32 or float64, shape (action size,). Returns reward, terminated,
+        truncated and the engine's error or an empty text."""
         return self._environment.step(action, *state)
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """Draws a copy of the state. Other threads may step the environment while it is drawn."""
+        """Draws a copy of the state, so that other threads may step the environment meanwhile."""
         pictures.renderer.render(self._environment.capture(), rgb, depth)
 
     def get_state(self, random: np.random.Generator | None) -> bytes:
-        return self._environment.get_state(None if random is None else state_of(random))
+        """Returns the whole state, with `random`, if given, as its generator."""
+        return self._environment.get_state(None if random is None else generator_state_of(random))
 
     def set_state(self, state: bytes) -> np.random.Generator | None:
-        return generator_in(self._environment.set_state(state))
+        """Restores a state. Returns its generator; None if it has none yet."""
+        return generator_of(self._environment.set_state(state))
 
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
+        """Sets generalized positions and velocities, shape (n,) each [m, rad, m/s, rad/s]."""
         self._environment.set_coordinates(qpos, qvel)
 
     @property
@@ -160,14 +154,12 @@ class InProcessWalkers(Walkers):
     def generators(self) -> tuple[np.random.Generator, ...]:
         """Returns copies of the environments' generators. Seeds those without a seed."""
         self._seed([], [])
-        generators = [np.random.default_rng(0) for _ in range(self.num_envs)]
-        for index, generator in enumerate(generators):
-            set_state(generator, self._pool.generator_state(index))
-        return tuple(generators)
+        states = (self._pool.generator_state(index) for index in range(self.num_envs))
+        return tuple(cast(np.random.Generator, generator_of(state)) for state in states)
 
     def set_generators(self, generators: Sequence[np.random.Generator]) -> None:
         """Sets the generators from which resets without a seed continue; one per environment."""
-        states = [state_of(generator) for generator in generators]
+        states = [generator_state_of(generator) for generator in generators]
         self._pool.set_generator_states(list(range(self.num_envs)), states)
         self._seeds = [-1] * self.num_envs
 
@@ -202,7 +194,7 @@ class InProcessWalkers(Walkers):
             for index, seed in zip(chosen, seeds or [None] * len(chosen))
             if seed is not None or self._seeds[index] is None
         }
-        states = [state_of(generator) for generator, _ in fresh.values()]
+        states = [generator_state_of(generator) for generator, _ in fresh.values()]
         self._pool.set_generator_states(list(fresh), states)
         for index, (_, seed) in fresh.items():
             self._seeds[index] = seed

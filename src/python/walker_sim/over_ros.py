@@ -59,14 +59,8 @@ def shown(value: Any) -> str:
 class Connection:
     """Connection to a server, which is compared with the expected one at each connect.
 
-    A copy or an unpickled object is another connection to the same server.
-
-    Parameters
-    ----------
-    required
-        Expected values of the server's specification, besides id and parameters.
-    takes_any_limit
-        Whether the server may have any ``max_episode_steps``.
+    The server's specification must have the values `required`, besides id and parameters.
+    `takes_any_limit` allows any ``max_episode_steps``.
     """
 
     def __init__(
@@ -74,26 +68,25 @@ class Connection:
         env_id: str,
         parameters: Mapping[str, Any],
         required: Specification,
-        place: ServerAddress,
+        address: ServerAddress,
         takes_any_limit: bool = False,
     ) -> None:
-        for name, value in (("server", place.server), ("master_uri", place.master_uri)):
+        for name, value in (("server", address.server), ("master_uri", address.master_uri)):
             if not isinstance(value, str):
                 raise TypeError(f"{name} = {_core.shown(value)}: must be a str")
             if not value.isprintable():
                 raise ValueError(f"{name} = {_core.shown(value)}: must be a printable text")
-        if not isinstance(place.timeout, numbers.Real):
-            raise TypeError(f"timeout = {_core.shown(place.timeout)}: must be a number of seconds")
+        timeout_text = f"timeout = {_core.shown(address.timeout)}: must be a number of seconds"
+        if not isinstance(address.timeout, numbers.Real):
+            raise TypeError(timeout_text)
         try:
-            timeout = float(place.timeout)
+            timeout = float(address.timeout)
         except OverflowError:
-            raise ValueError(
-                f"timeout = {_core.shown(place.timeout)}: must be a number of seconds, as a float"
-            ) from None
+            raise ValueError(f"{timeout_text}, as a float") from None
         self._required: Specification = required
         self._takes_any_limit: bool = takes_any_limit
         self._options: tuple[str, dict[str, Any], str, str, float]
-        self._options = (env_id, dict(parameters), *place[1:3], timeout)
+        self._options = (env_id, dict(parameters), address.server, address.master_uri, timeout)
         self._client: _core.Client | None = None
         client = self.open()
         server = client.server_specification
@@ -135,59 +128,53 @@ class Connection:
             self.open()
 
 
-class RemoteWalker:
+class RemoteWalker(Connection):
     """The only walker of a server in lock-step. A copy is another connection to the server."""
 
     def __init__(
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        place: ServerAddress,
+        address: ServerAddress,
         takes_any_limit: bool = False,
     ) -> None:
         required = {"mode": "lockstep", "num_envs": 1}
-        self._connection = Connection(env_id, parameters, required, place, takes_any_limit)
-        self.specification = self._connection.specification
+        super().__init__(env_id, parameters, required, address, takes_any_limit)
 
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
         """Begins an episode. Without a seed the server's generator continues; ignores `random`."""
-        self._connection.open().reset(seed, *state)
+        self.open().reset(seed, *state)
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
-        return self._connection.client.step(action, *state)
+        return self.client.step(action, *state)
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        self._connection.client.render(0, pictures.camera_parameters, rgb, depth)
+        self.client.render(0, pictures.camera_parameters, rgb, depth)
 
     def get_state(self, random: np.random.Generator | None) -> bytes:
         """Returns the server's record of the episode; ignores `random`."""
-        return self._connection.client.snapshot()
+        return self.client.snapshot()
 
     def set_state(self, state: bytes) -> np.random.Generator | None:
-        """Lets the server replay a record."""
-        if not isinstance(state, bytes):
-            raise TypeError(f"a state is of type {type(state).__name__}; must be bytes")
-        self._connection.open().restore(state)
+        """Lets the server replay a record. Returns None: the server has the generator."""
+        self.open().restore(state)
         return None
 
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
         raise AttributeError(
             'set_state(qpos, qvel): not over ROS; only with transport="inprocess". Over ROS '
-            "set_state takes what get_state gave"
+            "set_state takes a result of get_state"
         )
 
     @property
     def is_healthy(self) -> bool:
         raise AttributeError(
             'is_healthy: not over ROS; only with transport="inprocess". Over ROS '
-            "a step's terminated tells it"
+            "a step returns terminated"
         )
 
-    def close(self) -> None:
-        self._connection.close()
 
-
-class RemoteWalkers(Walkers):
+class RemoteWalkers(Connection, Walkers):
     """All walkers of a server in lock-step. A copy is another connection to the server."""
 
     def __init__(
@@ -196,22 +183,22 @@ class RemoteWalkers(Walkers):
         parameters: Mapping[str, Any],
         num_envs: int,
         autoreset_mode: str,
-        place: ServerAddress,
+        address: ServerAddress,
     ) -> None:
         required = {"mode": "lockstep", "num_envs": num_envs, "autoreset_mode": autoreset_mode}
-        self._connection = Connection(env_id, parameters, required, place)
-        super().__init__(self._connection.specification, num_envs)
+        Connection.__init__(self, env_id, parameters, required, address)
+        Walkers.__init__(self, self.specification, num_envs)
         self._observations, self._info = self._new_rows(num_envs)  # latest, for reset() of some
         self._observations[:], self._info[:] = 0, 0
 
     @property
     def _driver(self) -> _core.Client:
-        return self._connection.client
+        return self.client
 
     def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
         chosen = environments or list(range(self.num_envs))
         observations, info = self._new_rows(len(chosen))
-        self._connection.open().reset_batch(environments, seeds, observations, info)
+        self.open().reset_batch(environments, seeds, observations, info)
         self._observations[chosen], self._info[chosen] = observations, info
         return self._observations.copy(), self._info.copy()
 
@@ -221,7 +208,4 @@ class RemoteWalkers(Walkers):
         return batch
 
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        self._connection.client.render(environment, pictures.camera_parameters, rgb, depth)
-
-    def close(self) -> None:
-        self._connection.close()
+        self.client.render(environment, pictures.camera_parameters, rgb, depth)

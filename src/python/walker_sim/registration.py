@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import gymnasium
 
 NAMESPACE = "walker_sim"
 
 
-class Registration(NamedTuple):
-    """Arguments of `gymnasium.register` that depend on the id."""
-
-    max_episode_steps: int
-    reward_threshold: float | None
-
-
-# Duplicates the core's registrations, so that importing walker_sim, e.g. for its messages, loads no
-# engine and works without an extension module for this Python.
-_REGISTRATIONS = {
-    "BipedalWalker-v3": Registration(1600, 300.0),
-    "BipedalWalkerHardcore-v3": Registration(2000, 300.0),
-    "Walker2d-v4": Registration(1000, None),
-    "Walker2d-v5": Registration(1000, None),
-    "Hopper-v4": Registration(1000, 3800.0),
-    "Hopper-v5": Registration(1000, 3800.0),
+# max_episode_steps and reward_threshold. Duplicates the core's registrations, so that importing
+# walker_sim, e.g. for its messages, loads no engine and needs no extension module for this Python.
+_REGISTRATIONS: dict[str, tuple[int, float | None]] = {
+    "BipedalWalker-v3": (1600, 300.0),
+    "BipedalWalkerHardcore-v3": (2000, 300.0),
+    "Walker2d-v4": (1000, None),
+    "Walker2d-v5": (1000, None),
+    "Hopper-v4": (1000, 3800.0),
+    "Hopper-v5": (1000, 3800.0),
 }
 
 
@@ -45,7 +36,7 @@ def without_namespace(env_id: str) -> str:
 
 def register_all() -> None:
     """Registers all ids with Gymnasium, single and vectorised. Idempotent."""
-    for env_id, registration in _REGISTRATIONS.items():
+    for env_id, (max_episode_steps, reward_threshold) in _REGISTRATIONS.items():
         name = f"{NAMESPACE}/{env_id}"
         if name in gymnasium.registry:
             continue
@@ -53,7 +44,7 @@ def register_all() -> None:
             id=name,
             entry_point="walker_sim.environment:WalkerEnv",
             vector_entry_point="walker_sim.vector_environment:WalkerVectorEnv",
-            reward_threshold=registration.reward_threshold,
-            max_episode_steps=registration.max_episode_steps,
+            reward_threshold=reward_threshold,
+            max_episode_steps=max_episode_steps,
             kwargs={"env_id": env_id},
         )

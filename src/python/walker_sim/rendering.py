@@ -9,22 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
+from walker_sim.registration import NAMESPACE
 from walker_sim.window import Window
 
 Picture = Union[NDArray[Any], Tuple[NDArray[np.uint8], NDArray[np.float32]]]
 """rgb_array: uint8, shape (height, width, 3), rows from top to bottom. depth_array: float32, shape
 (height, width), OpenGL's depth buffer from 0 (near) to 1 (far). rgbd_tuple: both."""
 
-Draw = Callable[
-    ["Pictures", Optional[NDArray[np.uint8]], Optional[NDArray[np.float32]]],
-    None,
-]
+Draw = Callable[["Pictures", Optional[NDArray[np.uint8]], Optional[NDArray[np.float32]]], None]
 """Draws a walker's present state into arrays of colours and depths [m]; None: not wanted."""
 
-# Attributes of MuJoCo's mjvCamera that describe a free camera. The idle ones are for other kinds of
-# camera. Gymnasium accepts them, but still renders with its free camera.
+# Attributes of MuJoCo's mjvCamera that describe a free camera. The ignored ones are for other kinds
+# of camera: Gymnasium accepts them, but renders with its free camera.
 _FREE_CAMERA = ("distance", "lookat", "elevation", "azimuth")
-_IDLE = ("type", "fixedcamid", "trackbodyid")
+_IGNORED = ("type", "fixedcamid", "trackbodyid")
 
 ALL_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
 
@@ -82,10 +80,10 @@ def camera_parameters_of(
     if "camera_name" in parameters and (render_mode != "human" or "camera_id" in given):
         parameters["camera_name"] = ""
     for name, value in (free or {}).items():
-        if name not in (*_FREE_CAMERA, *_IDLE):
+        if name not in (*_FREE_CAMERA, *_IGNORED):
             raise ValueError(
                 f"default_camera_config: unknown attribute {_core.shown(name).strip(chr(39))} = "
-                f"{_core.shown(value)}; must be one of {', '.join((*_FREE_CAMERA, *_IDLE))}"
+                f"{_core.shown(value)}; must be one of {', '.join((*_FREE_CAMERA, *_IGNORED))}"
             )
         if name in _FREE_CAMERA:
             parameters[name] = value
@@ -157,11 +155,7 @@ class Pictures:
 
     def follow(self, draw: Draw) -> None:
         """Shows the state after a step in the window, if due; blocks until the step is due."""
-        if self._window is None:
-            return
-        is_due = self._window.is_picture_due()
-        self._window.wait()
-        if is_due:
+        if self._window is not None and self._window.wait():
             self.show(draw)
 
     def show(self, draw: Draw) -> None:
@@ -169,8 +163,19 @@ class Pictures:
         if self._window is not None and not self._window.is_closed:
             self._window.show(self.colors(draw))
 
-    def take(self, draw: Draw) -> Picture:
-        """Returns the result of `render` in a mode that returns pictures."""
+    def render(self, draw: Draw) -> Picture | None:
+        """Returns a picture of the render mode. With ``human``, shows it in the window; without a
+        mode, logs the same warning as Gymnasium; then returns None."""
+        if self._mode is None:
+            gymnasium.logger.warn(
+                "render: there is no picture, as render_mode is None; choose a mode when the "
+                f'environment is made, e.g. gymnasium.make("{NAMESPACE}/{self._env_id}", '
+                'render_mode="rgb_array")'
+            )
+            return None
+        if self._mode == "human":
+            self.show(draw)
+            return None
         if self._mode == "rgb_array":
             return self.colors(draw)
         camera = self.renderer.camera
@@ -212,11 +217,3 @@ def to_depth_buffer(depth: NDArray[np.float32], near: float, far: float) -> NDAr
     """
     buffer = (1 / near - 1 / depth.astype(np.float64)) / (1 / near - 1 / far)
     return np.clip(buffer, 0, 1).astype(np.float32)
-
-
-def warn_of_no_mode(name: str) -> None:
-    """Warns, as Gymnasium does, that `render` returns nothing without a render mode."""
-    gymnasium.logger.warn(
-        "render: there is no picture, as render_mode is None; choose a mode when the environment "
-        f'is made, e.g. gymnasium.make("{name}", render_mode="rgb_array")'
-    )

@@ -42,22 +42,10 @@ class VecEnv(vec_env.VecEnv):
         Number of walkers, at least 1.
     transport
         ``inprocess``, or ``ros``: a server in lock-step with ``autoreset_mode`` same_step.
-    server
-        Over ROS: the server's node name.
-    master_uri
-        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311`` if that is
-        unset.
-    timeout
-        Over ROS: timeout of each call [s of wall time].
-    num_threads
-        In process: number of threads, including the caller's; 0: one per processor. Results do not
-        depend on it.
-    max_episode_steps
-        Step on which an episode is truncated; None: the id's limit; -1 or 0: no limit.
+    server, master_uri, timeout, num_threads, max_episode_steps, parameters
+        As for `walker_sim.WalkerVectorEnv`.
     render_mode
         ``rgb_array``, ``human`` (a window shows the first walker) or None.
-    parameters
-        Parameters of the environment and its camera, as for `walker_sim.WalkerEnv`.
 
     Attributes
     ----------
@@ -67,10 +55,8 @@ class VecEnv(vec_env.VecEnv):
 
     Raises
     ------
-    ValueError, TypeError
-        If a parameter is invalid. Names the parameter, its value and what is allowed.
-    walker_sim.ConnectionError, walker_sim.ServerMismatch
-        Over ROS: if no server answers, or the server differs.
+    ValueError, TypeError, walker_sim.ConnectionError, walker_sim.ServerMismatch
+        As `walker_sim.WalkerEnv`.
     """
 
     def __init__(
@@ -87,14 +73,14 @@ class VecEnv(vec_env.VecEnv):
         render_mode: str | None = None,
         **parameters: Any,
     ) -> None:
-        plan: VecEnvSpec | None = None
+        made: VecEnvSpec | None = None
         if not isinstance(env_id, str):
             others = {**parameters, "render_mode": render_mode, "transport": transport}
             others.update(max_episode_steps=max_episode_steps)
             others.update(server=server, master_uri=master_uri, timeout=timeout)
-            plan = spec_of(env_id, {**others, "num_envs": num_envs})
-            env_id, num_envs, parameters = plan.env_id, plan.num_envs, dict(plan.parameters)
-            max_episode_steps, render_mode = plan.max_episode_steps, plan.render_mode
+            made = spec_of(env_id, {**others, "num_envs": num_envs})
+            env_id, num_envs, parameters = made.env_id, made.num_envs, dict(made.parameters)
+            max_episode_steps, render_mode = made.max_episode_steps, made.render_mode
         env_id = without_namespace(env_id)
         parameters, camera = split_keywords(env_id, parameters)
         refuse_unknown(VecEnv.__init__, env_id, parameters)
@@ -102,8 +88,10 @@ class VecEnv(vec_env.VecEnv):
         num_threads = to_count("num_threads", num_threads, 0)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
-        place = ServerAddress(transport, server, master_uri, timeout)
-        self._walkers = make_walkers(env_id, num_envs, "same_step", parameters, place, num_threads)
+        address = ServerAddress(transport, server, master_uri, timeout)
+        self._walkers = make_walkers(
+            env_id, num_envs, "same_step", parameters, address, num_threads
+        )
         specification = self._walkers.specification
         self._pictures = Pictures(
             *(env_id, parameters, render_mode, camera, specification["dt"]), ("human", "rgb_array")
@@ -114,7 +102,7 @@ class VecEnv(vec_env.VecEnv):
         self._action_size = len(specification["action_low"])
         self._actions: NDArray[np.float64] | None = None
         self._is_closed = False
-        observation_space, action_space = plan.spaces if plan else spaces_of(specification)
+        observation_space, action_space = made.spaces if made else spaces_of(specification)
         # A single walker's attributes, for `get_attr`. The base class's constructor reads some.
         shared = {
             "action_space": action_space,
@@ -126,9 +114,9 @@ class VecEnv(vec_env.VecEnv):
             **attributes_of(specification),
         }
         self._attributes: Infos = [dict(shared) for _ in range(num_envs)]
-        self._watches = plan.watches if plan else []
-        for attributes, watch in zip(self._attributes, self._watches):
-            attributes.update(watch.methods())
+        self._feeds = made.feeds if made else []
+        for attributes, feed in zip(self._attributes, self._feeds):
+            attributes.update(feed.methods())
         super().__init__(num_envs, observation_space, action_space)
         # VecVideoRecorder reads it from here.
         self.metadata["render_fps"] = shared["metadata"]["render_fps"]
@@ -148,8 +136,8 @@ class VecEnv(vec_env.VecEnv):
             self._add_reset_error(i)
         self._reset_seeds()
         self._reset_options()
-        for watch in self._watches:
-            watch.reset()
+        for feed in self._feeds:
+            feed.reset()
         self._show_first(self._pictures.begin)
         return observations
 
@@ -190,7 +178,7 @@ class VecEnv(vec_env.VecEnv):
         is_cut_off = batch.truncated & ~batch.terminated
         for info, flag in zip(infos, is_cut_off.tolist()):
             info["TimeLimit.truncated"] = flag
-        self._tell_watches(batch, infos)
+        self._feed_monitors(batch, infos)
         self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards.astype(np.float32), dones, infos
 
@@ -216,8 +204,8 @@ class VecEnv(vec_env.VecEnv):
             self._is_closed = True
             self._walkers.close()
             self._pictures.close()
-            for watch in self._watches:
-                watch.monitor.close()
+            for feed in self._feeds:
+                feed.monitor.close()
 
     def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
         """In process: returns the whole states of walkers, as `WalkerVectorEnv.get_state`."""
@@ -276,7 +264,7 @@ class VecEnv(vec_env.VecEnv):
         indices: VecEnvIndices = None,
     ) -> list[bool]:
         """Returns whether the wrapper is the `Monitor` of ``make_vec_env``; there is no other."""
-        has = bool(self._watches) and issubclass(Monitor, wrapper_class)
+        has = bool(self._feeds) and issubclass(Monitor, wrapper_class)
         return [has for _ in self._get_indices(indices)]
 
     def _take_final_rows(self, ended: list[int], infos: Infos) -> None:
@@ -292,14 +280,13 @@ class VecEnv(vec_env.VecEnv):
             self.reset_infos[i], infos[i] = infos[i], final
             self._add_reset_error(i)
 
-    def _tell_watches(self, batch: Batch, infos: Infos) -> None:
-        if not self._watches:
-            return
-        columns = (batch.rewards.tolist(), batch.terminated.tolist(), batch.truncated.tolist())
-        for watch, reward, terminated, truncated, info in zip(self._watches, *columns, infos):
-            watch.step(reward, terminated, truncated, info)
+    def _feed_monitors(self, batch: Batch, infos: Infos) -> None:
+        for feed, reward, terminated, truncated, info in zip(
+            self._feeds, batch.rewards, batch.terminated, batch.truncated, infos
+        ):
+            feed.step(float(reward), bool(terminated), bool(truncated), info)
             if terminated or truncated:
-                watch.reset()
+                feed.reset()
 
     def _add_reset_error(self, index: int) -> None:
         error = self._walkers.reset_error(index)

@@ -23,12 +23,8 @@ class ReplayEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     """Environment under a `Monitor` that returns the outcomes of a walker stepped elsewhere."""
 
     def __init__(self, walker: gymnasium.Env) -> None:
-        self.observation_space, self.action_space = walker.observation_space, walker.action_space
-        self.metadata, self.render_mode, self.spec = (
-            walker.metadata,
-            walker.render_mode,
-            walker.spec,
-        )
+        for name in ("observation_space", "action_space", "metadata", "render_mode", "spec"):
+            setattr(self, name, getattr(walker, name))
         self.outcome: Any = None
 
     def reset(self, **_: Any) -> Any:
@@ -42,16 +38,16 @@ class MonitorFeed:
     """Passes a walker's outcomes to its `Monitor`, which adds to infos and writes files."""
 
     def __init__(self, monitor: Monitor) -> None:
-        self.monitor, self._told = monitor, ReplayEnv(monitor.env)
-        monitor.env = self._told
+        self.monitor, self._replay = monitor, ReplayEnv(monitor.env)
+        monitor.env = self._replay
 
     def reset(self) -> None:
-        self._told.outcome = None, {}
+        self._replay.outcome = None, {}
         self.monitor.reset()
 
     def step(self, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> None:
         """Passes a step. If it ends the episode, the `Monitor` adds ``episode`` to `info`."""
-        self._told.outcome = None, reward, terminated, truncated, info
+        self._replay.outcome = None, reward, terminated, truncated, info
         self.monitor.step(None)
 
     def methods(self) -> dict[str, Any]:
@@ -70,7 +66,7 @@ class VecEnvSpec:
     max_episode_steps: int  # -1: no limit
     render_mode: str | None
     spaces: tuple[gymnasium.Space[Any], gymnasium.Space[Any]]  # observations, actions
-    watches: list[MonitorFeed]  # one per walker, or none
+    feeds: list[MonitorFeed]  # one per walker, or none
 
 
 def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
@@ -95,7 +91,7 @@ def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
         raise TypeError(f"environment {shown}: must be an id, or functions, one for each walker")
     if not makers:
         raise ValueError("environment []: must be an id, or functions, one for each walker")
-    made = [_look_at(make()) for make in makers]
+    made = [_unwrap(make()) for make in makers]
     defaults = {
         "num_envs": (1, len(made)),
         "transport": ("inprocess",),
@@ -105,48 +101,37 @@ def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
     }
     for name, value in others.items():
         if value not in defaults.get(name, (None,)):
-            raise ValueError(f"{name} = {value!r}: the functions that make the walkers say this")
-    for index, one in enumerate(made):
-        if one.text != made[0].text:
             raise ValueError(
-                f"environment {index}: {one.text}; must be as the first one, {made[0].text}"
+                f"{name} = {value!r}: determined by the functions that make the walkers"
             )
-        one.walker.close()
-    first, monitors = made[0], [one.monitor for one in made if one.monitor]
+    texts = [f"{walker.env_id} with {keywords}" for walker, _, keywords in made]
+    for index, text in enumerate(texts):
+        if text != texts[0]:
+            raise ValueError(f"environment {index}: {text}; must equal the first one, {texts[0]}")
+    for walker, _, _ in made:
+        walker.close()
+    monitors = [monitor for _, monitor, _ in made if monitor]
     if len(monitors) not in (0, len(made)):
         raise ValueError(f"{len(monitors)} of {len(made)} walkers have a Monitor; must be all")
-    parameters = dict(first.keywords)
+    walker, _, parameters = made[0]
     if parameters.pop("transport") != "inprocess":
         raise ValueError(
             "transport = 'ros': one server has all of the walkers; make them by "
             'VecEnv(ID, NUM_ENVS, transport="ros")'
         )
     return VecEnvSpec(
-        first.walker.env_id,
+        walker.env_id,
         len(made),
         max_episode_steps=parameters.pop("max_episode_steps"),
         render_mode=parameters.pop("render_mode"),
         parameters=parameters,
-        spaces=(first.walker.observation_space, first.walker.action_space),
-        watches=[MonitorFeed(monitor) for monitor in monitors],
+        spaces=(walker.observation_space, walker.action_space),
+        feeds=[MonitorFeed(monitor) for monitor in monitors],
     )
 
 
-@dataclass
-class _Made:
-    """A walker made by a function."""
-
-    walker: WalkerEnv
-    monitor: Monitor | None
-    keywords: dict[str, Any]
-
-    @property
-    def text(self) -> str:
-        return f"{self.walker.env_id} with {self.keywords}"
-
-
-def _look_at(environment: Any) -> _Made:
-    """Returns the walker inside the wrappers, with its keywords and time limit."""
+def _unwrap(environment: Any) -> tuple[WalkerEnv, Monitor | None, dict[str, Any]]:
+    """Returns the walker inside the wrappers, its `Monitor`, and its keywords and time limit."""
     limits: list[int | None] = []
     monitor = None
     while isinstance(environment, gymnasium.Wrapper):
@@ -166,4 +151,4 @@ def _look_at(environment: Any) -> _Made:
     keywords = dict(environment.keywords)
     limits.append(keywords["max_episode_steps"])
     keywords["max_episode_steps"] = min((one for one in limits if one), default=-1)
-    return _Made(environment, monitor, keywords)
+    return environment, monitor, keywords

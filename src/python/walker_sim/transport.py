@@ -1,18 +1,19 @@
-"""Interface between the environments and their walkers, in process or over ROS."""
+"""Interface between vector environments and their walkers, in process or over ROS."""
 
 from __future__ import annotations
 
 import functools
 import math
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Protocol, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
+from walker_sim import _core
+
 if TYPE_CHECKING:
-    from walker_sim import _core
     from walker_sim.in_process import InProcessWalkers
     from walker_sim.rendering import Draw, Pictures
 
@@ -64,38 +65,13 @@ class ServerAddress(NamedTuple):
     master_uri: str = ""
     timeout: float = 10.0  # per call [s of wall time]
 
-
-class Walker(Protocol):
-    """One walker. It writes results into the caller's arrays."""
-
-    specification: Specification
-
-    def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
-        """Begins an episode: in process from the generator `random`, over ROS from `seed`."""
-
-    def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
-        """Steps by an action, float32 or float64, shape (action size,). Returns reward, terminated,
-        truncated and the engine's error or an empty text."""
-
-    def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """Draws the present state."""
-
-    def get_state(self, random: np.random.Generator | None) -> bytes:
-        """Returns the whole state; in process with `random`, if given, as its generator."""
-
-    def set_state(self, state: bytes) -> np.random.Generator | None:
-        """Restores a state. Returns its generator; None: it has none yet, or the server has it."""
-
-    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
-        """Sets generalized positions and velocities, shape (n,) each [m, rad, m/s, rad/s]."""
-
-    @property
-    def is_healthy(self) -> bool:
-        """Whether the walker is within its healthy ranges."""
-        ...
-
-    def close(self) -> None:
-        """Releases the walker's resources."""
+    def is_remote(self) -> bool:
+        """Returns whether the walkers are on a server; ValueError if the transport is unknown."""
+        if self.transport not in TRANSPORTS:
+            raise ValueError(
+                f"transport = {_core.shown(self.transport)}: must be one of {', '.join(TRANSPORTS)}"
+            )
+        return self.transport == "ros"
 
 
 class Batch(NamedTuple):
@@ -159,9 +135,10 @@ class Walkers(ABC):
 
     @abstractmethod
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """As `Walker.render`, for one walker."""
+        """Draws a walker's present state."""
 
     def drawer(self, environment: int) -> Draw:
+        """Returns `render` of one walker."""
         return functools.partial(self.render, environment)
 
     @abstractmethod
@@ -187,32 +164,25 @@ def make_walkers(
     num_envs: int,
     autoreset_mode: str,
     parameters: dict[str, Any],
-    place: ServerAddress,
+    address: ServerAddress,
     num_threads: int = 0,
     batch_size: int = 0,
 ) -> Walkers:
     """Makes walkers in process, or connects to a server and compares it with the arguments."""
-    if place.transport == "inprocess":
+    if not address.is_remote():
         from walker_sim.in_process import InProcessWalkers
 
         return InProcessWalkers(
             env_id, parameters, num_envs, num_threads, autoreset_mode, batch_size
         )
-    if place.transport == "ros":
-        from walker_sim.over_ros import RemoteWalkers
+    from walker_sim.over_ros import RemoteWalkers
 
-        if num_threads:
-            raise ValueError(
-                f"num_threads = {num_threads}: over ROS it is the server's parameter; must be 0"
-            )
-        if batch_size:
-            raise ValueError(
-                f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
-            )
-        return RemoteWalkers(env_id, parameters, num_envs, autoreset_mode, place)
-    from walker_sim import _core
-    from walker_sim.in_process import InProcessWalkers
-
-    raise ValueError(
-        f"transport = {_core.shown(place.transport)}: must be one of {', '.join(TRANSPORTS)}"
-    )
+    if num_threads:
+        raise ValueError(
+            f"num_threads = {num_threads}: over ROS it is the server's parameter; must be 0"
+        )
+    if batch_size:
+        raise ValueError(
+            f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
+        )
+    return RemoteWalkers(env_id, parameters, num_envs, autoreset_mode, address)

@@ -57,7 +57,7 @@ def to_seeds(seed: Seeds, num_envs: int) -> list[int | None]:
     return seeds
 
 
-def checked_mask(mask: Any, num_envs: int) -> NDArray[np.bool_]:
+def to_mask(mask: Any, num_envs: int) -> NDArray[np.bool_]:
     """Returns ``reset_mask``; refuses the same masks as Gymnasium's vector environments."""
     if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
         what = mask.dtype if isinstance(mask, np.ndarray) else type(mask).__name__

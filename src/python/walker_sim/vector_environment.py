@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, Callable, Mapping, Sequence, Tuple
+from typing import Any, Callable, Mapping, Sequence, Tuple, cast
 
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
@@ -17,22 +17,9 @@ from walker_sim.attributes import attributes_of
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import without_namespace
-from walker_sim.rendering import (
-    Draw,
-    Picture,
-    Pictures,
-    metadata_of,
-    split_keywords,
-    warn_of_no_mode,
-)
+from walker_sim.rendering import Draw, Picture, Pictures, metadata_of, split_keywords
 from walker_sim.transport import Batch, ServerAddress, make_walkers, spaces_of
-from walker_sim.vector_arguments import (
-    AutoresetMode,
-    Seeds,
-    checked_mask,
-    to_mode,
-    to_seeds,
-)
+from walker_sim.vector_arguments import AutoresetMode, Seeds, to_mask, to_mode, to_seeds
 from walker_sim.vector_infos import Infos, add_errors, add_finals, to_infos
 
 Outcome = Tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]
@@ -48,20 +35,10 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     Parameters
     ----------
-    env_id
-        Gymnasium's id, e.g. ``BipedalWalker-v3``, with or without the prefix ``walker_sim/``.
-        ``gymnasium.make_vec`` fills it in.
+    env_id, transport, server, master_uri, timeout, parameters
+        As for `WalkerEnv`.
     num_envs
         Number of walkers, at least 1.
-    transport
-        ``inprocess``, or ``ros``: a server in lock-step on a ROS master.
-    server
-        Over ROS: the server's node name.
-    master_uri
-        Over ROS: empty stands for ``ROS_MASTER_URI``, or ``http://localhost:11311`` if that is
-        unset.
-    timeout
-        Over ROS: timeout of each call [s of wall time].
     num_threads
         In process: number of threads, including the caller's; 0: one per processor. Results do not
         depend on it.
@@ -73,15 +50,11 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         Step on which an episode is truncated; None: the id's limit; -1 or 0: no limit.
     render_mode
         As for `WalkerEnv`. ``human`` shows the first walker.
-    parameters
-        Parameters of the environment and its camera, as for `WalkerEnv`.
 
     Raises
     ------
-    ValueError, TypeError
-        If a parameter is invalid. Names the parameter, its value and what is allowed.
-    walker_sim.ConnectionError, walker_sim.ServerMismatch
-        Over ROS: if no server answers, or the server differs.
+    ValueError, TypeError, walker_sim.ConnectionError, walker_sim.ServerMismatch
+        As `WalkerEnv`.
     """
 
     def __init__(
@@ -196,7 +169,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if not isinstance(options, (Mapping, type(None))):
             raise TypeError(f"options = {_core.shown(options)}: must be a dictionary, or None")
         if options is not None and "reset_mask" in options:
-            mask = checked_mask(options["reset_mask"], self.num_envs)
+            mask = to_mask(options["reset_mask"], self.num_envs)
             chosen = np.flatnonzero(mask).tolist()
             seeds = [seeds[i] for i in chosen] if seeds else []
         observations, info = self._walkers.reset(chosen, seeds)
@@ -246,12 +219,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     def async_reset(self, *, seed: Seeds = None) -> None:
         """In process: starts to reset all walkers and returns at once; `recv` returns their rows.
-
-        Parameters
-        ----------
-        seed
-            As for `reset`.
-        """
+        `seed` is as for `reset`."""
         self._pool("async_reset").send_resets([], to_seeds(seed, self.num_envs))
 
     def send(self, actions: ArrayLike, env_ids: ArrayLike | None = None) -> None:
@@ -267,11 +235,10 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
         Raises
         ------
-        walker_sim.InvalidAction, walker_sim.ResetNeeded
+        walker_sim.InvalidAction, walker_sim.ResetNeeded, ValueError, TypeError
             As for `step`.
-        ValueError, TypeError, RuntimeError
-            If an index is out of range or repeated, or a walker is in flight. All states are
-            unchanged.
+        RuntimeError
+            If a walker is in flight. All states are unchanged.
         """
         pool = self._pool("send")
         environments = to_indices("env_ids", env_ids, self.num_envs)
@@ -291,43 +258,24 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         RuntimeError
             If fewer walkers are in flight.
         """
-        return self._to_outcome_of(*self._pool("recv").recv())
+        return self._to_outcome_of_some(*self._pool("recv").recv())
 
     def render(self) -> tuple[Picture, ...] | None:
-        """Draws the walkers' present states, one after the other.
-
-        Returns
-        -------
-        One picture per walker, as `WalkerEnv.render` returns it; None with ``human`` or without a
-        render mode.
-
-        Raises
-        ------
-        walker_sim.ResetNeeded, gymnasium.error.DependencyNotInstalled, RuntimeError
-            As for `WalkerEnv.render`.
-        """
+        """Returns one picture per walker, as `WalkerEnv.render` does and with the same errors; None
+        with ``human`` or without a render mode."""
         self._require_open("render")
+        draw = self._walkers.drawer
         if self.render_mode is None:
-            warn_of_no_mode(self.spec.id if self.spec else self._walkers.specification["id"])
+            self._pictures.render(draw(0))  # warns
             return None
         if self.render_mode == "human":
             self._show_first(self._pictures.show)
             return None
-        return tuple(self._pictures.take(self._walkers.drawer(i)) for i in range(self.num_envs))
+        return tuple(cast(Picture, self._pictures.render(draw(i))) for i in range(self.num_envs))
 
     def get_state(self, indices: ArrayLike | None = None) -> list[bytes]:
-        """In process: returns the whole states of walkers, as `WalkerEnv.get_state` does.
-
-        Parameters
-        ----------
-        indices
-            Indices of the walkers; None: all.
-
-        Raises
-        ------
-        RuntimeError
-            If a walker is in flight.
-        """
+        """In process: returns the whole states of the walkers `indices` (None: all), as
+        `WalkerEnv.get_state` does. RuntimeError if one of them is in flight."""
         pool = self._pool("get_state")
         return pool.get_states(to_indices("indices", indices, self.num_envs))
 
@@ -413,12 +361,10 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             self.send(actions, env_id)
             return self.recv()
         environments = to_indices("env_id", env_id, self.num_envs)
-        batch = pool.step_some(
-            to_actions(actions, len(environments), self._action_size), environments
-        )
-        return self._to_outcome_of(batch, environments)
+        values = to_actions(actions, len(environments), self._action_size)
+        return self._to_outcome_of_some(pool.step_some(values, environments), environments)
 
-    def _to_outcome_of(self, batch: Batch, environments: list[int]) -> Outcome:
+    def _to_outcome_of_some(self, batch: Batch, environments: list[int]) -> Outcome:
         """As `_to_outcome`, with ``infos["env_id"]``."""
         outcome = self._to_outcome(batch, environments)
         outcome[4]["env_id"] = np.array(environments, np.int32)

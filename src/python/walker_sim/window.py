@@ -93,15 +93,17 @@ class Window:
         """Restarts the schedule for a new episode."""
         self._pace.begin()
 
-    def is_picture_due(self) -> bool:
-        """Handles window events. As `Pace.is_picture_due`; False if the window was closed."""
-        self._attend()
-        return not self.is_closed and self._pace.is_picture_due()
+    def wait(self) -> bool:
+        """Handles window events and blocks until the last step is due. Returns whether to show it.
 
-    def wait(self) -> None:
-        """Blocks until the next step is due; returns at once if the user has closed the window."""
-        if not self.is_closed:
-            time.sleep(self._pace.time_left())
+        Returns False at once if the user has closed the window.
+        """
+        self._handle_events()
+        if self.is_closed:
+            return False
+        is_picture_due = self._pace.is_picture_due()
+        time.sleep(self._pace.time_left())
+        return is_picture_due
 
     def show(self, rgb: NDArray[np.uint8]) -> None:
         """Shows a picture, shape (height, width, 3).
@@ -116,11 +118,11 @@ class Window:
         """
         pygame = load_pygame()
         if not self._is_open():
-            open_window(self._title, (rgb.shape[1], rgb.shape[0]), may_be_unseen=True)
+            open_window(self._title, (rgb.shape[1], rgb.shape[0]), allows_invisible=True)
             Window._owner = self
         pygame.display.get_surface().blit(to_surface(rgb), (0, 0))
         pygame.display.flip()
-        self._attend()
+        self._handle_events()
 
     def close(self) -> None:
         """Closes the window; the next picture opens it again."""
@@ -132,7 +134,7 @@ class Window:
         """Returns whether the process's window is open and still belongs to this object."""
         return Window._owner is self and load_pygame().display.get_surface() is not None
 
-    def _attend(self) -> None:
+    def _handle_events(self) -> None:
         """Handles window events: the close button and Escape close the window."""
         if not self._is_open():
             return
@@ -143,7 +145,7 @@ class Window:
                 pygame.display.quit()
                 self.is_closed = True
                 gymnasium.logger.warn(
-                    f"{self._title}: the window was closed, and the walker goes on without. "
+                    f"{self._title}: the window was closed; the episode continues without it. "
                     "close() and a reset open another"
                 )
                 return
@@ -152,18 +154,18 @@ class Window:
         return {**self.__dict__, "is_closed": False}
 
 
-def open_window(title: str, size: tuple[int, int], may_be_unseen: bool = False) -> Any:
+def open_window(title: str, size: tuple[int, int], allows_invisible: bool = False) -> Any:
     """Opens pygame's window and returns its surface; `size` is width and height [pixels].
 
-    Without a display, the window is drawn to memory, with a warning, if `may_be_unseen`; otherwise,
-    and if the window cannot be opened, raises RuntimeError.
+    Without a display, draws to memory, with a warning, if `allows_invisible`; else raises
+    RuntimeError, as if the window cannot be opened.
     """
     pygame = load_pygame()
     try:
         if not _init_display(pygame):
-            if not may_be_unseen:
+            if not allows_invisible:
                 raise RuntimeError(f"no window can be opened: {WITHOUT_DISPLAY}")
-            gymnasium.logger.warn(f"{title}: nobody sees the window: {WITHOUT_DISPLAY}")
+            gymnasium.logger.warn(f"{title}: the window is invisible: {WITHOUT_DISPLAY}")
             _init_display(pygame, driver="dummy")
         surface = pygame.display.set_mode(size)
     except pygame.error as error:
