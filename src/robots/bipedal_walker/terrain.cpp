@@ -13,11 +13,12 @@ constexpr std::int64_t kSectionCount = 4;
 double sign(double value) { return static_cast<double>((value > 0) - (value < 0)); }
 
 /// State machine that generates the ground from left to right, section by section.
-class Surveyor {
+class TerrainGenerator {
  public:
-  Surveyor(Generator& generator, bool hardcore) : generator_(generator), hardcore_(hardcore) {}
+  TerrainGenerator(Generator& generator, bool hardcore)
+      : generator_(generator), hardcore_(hardcore) {}
 
-  Terrain survey() {
+  Terrain generate() {
     for (int i = 0; i < kTerrainLength; ++i) {
       const double x = i * kTerrainStep;
       if (entering_) {
@@ -135,7 +136,7 @@ class Surveyor {
 }  // namespace
 
 Terrain generate_terrain(Generator& generator, bool hardcore) {
-  return Surveyor(generator, hardcore).survey();
+  return TerrainGenerator(generator, hardcore).generate();
 }
 
 Clouds generate_clouds(Generator& generator) {

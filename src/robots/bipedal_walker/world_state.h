@@ -22,13 +22,13 @@ class WorldState {
  public:
   static void save(const Physics& physics, StateWriter& writer);
 
-  /// Reads a state and validates every index, which `put_into` relies on.
+  /// Reads a state and validates every index, which `restore` relies on.
   /// @param terrain the terrain of the destination world
   /// @throws std::invalid_argument naming the invalid value
   static WorldState read(StateReader& reader, const Terrain& terrain);
 
   /// @param physics built with the terrain that was given to `read`
-  void put_into(Physics& physics) const;
+  void restore(Physics& physics) const;
 
  private:
   // Structs without padding, which are written and read as raw bytes.
@@ -90,8 +90,8 @@ class WorldState {
                             std::int32_t fixture_b);
   static void save_tree(const b2DynamicTree& tree, StateWriter& writer);
 
-  void put_tree_into(b2BroadPhase& broad_phase, const std::vector<b2Fixture*>& fixtures) const;
-  void put_contacts_into(b2World& world, const std::vector<b2Fixture*>& fixtures) const;
+  void restore_tree(b2BroadPhase& broad_phase, const std::vector<b2Fixture*>& fixtures) const;
+  void restore_contacts(b2World& world, const std::vector<b2Fixture*>& fixtures) const;
   void check_numbers() const;
   void check_bodies(std::size_t num_terrain) const;
   void check_contacts(std::size_t num_obstacles, std::size_t num_terrain) const;

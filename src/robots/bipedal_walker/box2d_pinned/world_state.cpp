@@ -340,12 +340,12 @@ void WorldState::check_free_nodes(std::size_t num_used) const {
 }
 
 /// Overwrites the state of the bodies and fixtures that `build` made; recreates the contacts.
-void WorldState::put_into(Physics& physics) const {
+void WorldState::restore(Physics& physics) const {
   const WalkerParts parts = physics.parts();
   b2World& world = *parts.world;
   const std::vector<b2Fixture*> fixtures = fixtures_of(physics.terrain_, parts.bodies);
-  put_tree_into(world.m_contactManager.m_broadPhase, fixtures);
-  put_contacts_into(world, fixtures);  // wakes bodies
+  restore_tree(world.m_contactManager.m_broadPhase, fixtures);
+  restore_contacts(world, fixtures);  // wakes bodies
 
   const Body at_rest = terrain_at_rest();
   for (b2Body* body : physics.terrain_) set_body(*body, at_rest);
@@ -370,8 +370,8 @@ void WorldState::put_into(Physics& physics) const {
   }
 }
 
-void WorldState::put_tree_into(b2BroadPhase& broad_phase,
-                               const std::vector<b2Fixture*>& fixtures) const {
+void WorldState::restore_tree(b2BroadPhase& broad_phase,
+                              const std::vector<b2Fixture*>& fixtures) const {
   b2DynamicTree& tree = broad_phase.m_tree;
   const auto capacity = static_cast<int32>(nodes_.size());
   if (tree.m_nodeCapacity != capacity) {
@@ -403,7 +403,7 @@ void WorldState::put_tree_into(b2BroadPhase& broad_phase,
 }
 
 /// Creates contacts from last to first, as Box2D prepends them to the lists of world and bodies.
-void WorldState::put_contacts_into(b2World& world, const std::vector<b2Fixture*>& fixtures) const {
+void WorldState::restore_contacts(b2World& world, const std::vector<b2Fixture*>& fixtures) const {
   b2ContactManager& manager = world.m_contactManager;
   b2ContactListener* const listener = std::exchange(manager.m_contactListener, nullptr);
   while (manager.m_contactList != nullptr) manager.Destroy(manager.m_contactList);

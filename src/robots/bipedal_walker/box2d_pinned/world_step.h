@@ -1,5 +1,5 @@
 // A step of one b2World in pieces, between which the kernel solves many worlds together. This file
-// has b2World::Step and Solve up to the impacts; world_impacts.h has the impacts.
+// has b2World::Step and Solve up to the impacts; world_toi.h has the impacts.
 //
 //   begin -> [solve island] -> finish_island -> impacts -> end
 //
@@ -14,7 +14,7 @@
 #include <array>
 
 #include "robots/bipedal_walker/kernel/kernel.h"
-#include "robots/bipedal_walker/walker_parts.h"
+#include "robots/bipedal_walker/physics.h"
 
 namespace walker::bipedal_walker {
 

@@ -6,9 +6,9 @@
 #include <type_traits>
 
 #include "base/limits.h"
-#include "robots/bipedal_walker/kernel/impact.h"
 #include "robots/bipedal_walker/kernel/island.h"
 #include "robots/bipedal_walker/kernel/rotation.h"
+#include "robots/bipedal_walker/kernel/toi.h"
 #include "simd/workspace.h"
 
 namespace walker::bipedal_walker::kernel {
@@ -62,10 +62,10 @@ void solve_islands(Island* const* islands, std::size_t count, const Model& model
 }
 
 template <int W>
-void solve_impacts(Impact* const* impacts, std::size_t count, const Model& model) {
+void solve_toi(ToiIsland* const* islands, std::size_t count, const Model& model) {
   void* const memory = simd::workspace().lanes;
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
-    new_lanes<ImpactLanes<width>>(memory, impacts + first, num_lanes, model).solve();
+    new_lanes<ToiLanes<width>>(memory, islands + first, num_lanes, model).solve();
   });
 }
 
@@ -83,7 +83,7 @@ void rotate_all(const float* angles, std::size_t count, Rotation<float>* rotatio
 
 template <int W>
 constexpr Kernel make_kernel(const char* instruction_set) {
-  return {instruction_set, W, solve_islands<W>, solve_impacts<W>, rotate_all<W>};
+  return {instruction_set, W, solve_islands<W>, solve_toi<W>, rotate_all<W>};
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

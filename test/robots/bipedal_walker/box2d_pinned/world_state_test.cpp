@@ -55,7 +55,7 @@ class Place {
       physics_.emplace();
       physics_->build(terrain_, 0);
     }
-    world.put_into(*physics_);
+    world.restore(*physics_);
     generator_ = other.generator_;
   }
 

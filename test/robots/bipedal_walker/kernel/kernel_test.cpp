@@ -62,9 +62,9 @@ INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
 
 const Kernel& original() { return *kernels().front(); }
 
-Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_impacts) solve_impacts,
+Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_toi) solve_toi,
                    const char* mode) {
-  const Kernel kernel{"altered", original().lanes, solve, solve_impacts, original().rotate};
+  const Kernel kernel{"altered", original().lanes, solve, solve_toi, original().rotate};
   RunOptions options;
   options.mode = mode;
   options.hardcore = true;
@@ -78,7 +78,7 @@ TEST(KernelControlTest, AnIterationLessIsNoticed) {
     --less.velocity_iterations;
     original().solve(islands, count, less);
   };
-  EXPECT_GT(run_altered(solve, original().solve_impacts, "random").tallies[0].different, 0);
+  EXPECT_GT(run_altered(solve, original().solve_toi, "random").tallies[0].different, 0);
 }
 
 TEST(KernelControlTest, AnIterationOverPositionsLessIsNoticed) {
@@ -87,17 +87,17 @@ TEST(KernelControlTest, AnIterationOverPositionsLessIsNoticed) {
     --less.position_iterations;
     original().solve(islands, count, less);
   };
-  EXPECT_GT(run_altered(solve, original().solve_impacts, "random").tallies[0].different, 0);
+  EXPECT_GT(run_altered(solve, original().solve_toi, "random").tallies[0].different, 0);
 }
 
 /// Most impacts converge long before the last iteration, so this kernel makes only 5.
 TEST(KernelControlTest, IterationsLessAtImpactsAreNoticed) {
-  const auto solve_impacts = [](Impact* const* impacts, std::size_t count, const Model& model) {
+  const auto solve_toi = [](ToiIsland* const* islands, std::size_t count, const Model& model) {
     Model less = model;
     less.velocity_iterations = 5;
-    original().solve_impacts(impacts, count, less);
+    original().solve_toi(islands, count, less);
   };
-  EXPECT_GT(run_altered(original().solve, solve_impacts, "saturated").tallies[0].different, 0);
+  EXPECT_GT(run_altered(original().solve, solve_toi, "saturated").tallies[0].different, 0);
 }
 
 bool has_no_luck() {
@@ -113,14 +113,14 @@ TEST(KernelFallbackTest, WorldsThatAreLeftToBox2dHaveItsBits) {
       if (has_no_luck()) islands[i]->bodies[i % kBodies].x = std::nanf("");
     }
   };
-  const auto solve_impacts = [](Impact* const* impacts, std::size_t count, const Model& model) {
-    original().solve_impacts(impacts, count, model);
+  const auto solve_toi = [](ToiIsland* const* islands, std::size_t count, const Model& model) {
+    original().solve_toi(islands, count, model);
     for (std::size_t i = 0; i < count; ++i) {
-      if (has_no_luck()) impacts[i]->state.angle = std::numeric_limits<float>::infinity();
+      if (has_no_luck()) islands[i]->state.angle = std::numeric_limits<float>::infinity();
     }
   };
   for (const char* mode : {"random", "endless"}) {
-    const Report report = run_altered(solve, solve_impacts, mode);
+    const Report report = run_altered(solve, solve_toi, mode);
     EXPECT_EQ(report.tallies[0].different, 0) << report.tallies[0].first_different;
   }
 }
