@@ -62,8 +62,6 @@ class Physics {
   const b2Fixture& obstacle(std::size_t index) const { return *terrain_[index]->GetFixtureList(); }
 
  private:
-  friend class WorldState;  // saves and loads the private state
-
   /// Tracks contacts as Gymnasium's ContactDetector does: the end of any contact of a leg clears
   /// its flag, even if another contact persists.
   class Contacts : public b2ContactListener {
