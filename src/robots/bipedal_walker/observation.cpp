@@ -10,6 +10,21 @@ double rounded(double value) { return static_cast<double>(static_cast<float>(val
 
 }  // namespace
 
+Observed observed_in(const Physics& physics) {
+  const b2Body& hull = physics.hull();
+  const b2Vec2 velocity = hull.GetLinearVelocity();  // centre of mass
+  Observed observed{};
+  observed.hull_angle = double{hull.GetAngle()};
+  observed.hull_angular_velocity = double{hull.GetAngularVelocity()};
+  observed.hull_velocity = {double{velocity.x}, double{velocity.y}};
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    observed.joint_position[i] = double{physics.joint(i).GetJointAngle()};
+    observed.joint_velocity[i] = double{physics.joint(i).GetJointSpeed()};
+  }
+  for (std::size_t leg = 0; leg < 2; ++leg) observed.leg_touches[leg] = physics.leg_touches(leg);
+  return observed;
+}
+
 void write_observation(const Observed& observed, double* observation) {
   const auto [forward, up] = observed.hull_velocity;
   observation[kHullAngle] = rounded(observed.hull_angle);

@@ -31,6 +31,9 @@ struct Observed {
   std::array<double, kLidarRays> ray_fraction;  ///< distance over kLidarRange; 1 if nothing is hit
 };
 
+/// Returns the quantities of a world, except for the rays.
+Observed observed_in(const Physics& physics);
+
 /// @param observation receives kObservationSize float32 values, as Gymnasium stores them
 void write_observation(const Observed& observed, double* observation);
 
