@@ -10,7 +10,7 @@
 namespace walker::simd {
 namespace {
 
-/// Each test has its own type, because a kernel's trial runs once per process.
+/// Each test has its own type, because a kernel's test runs once per process.
 template <int>
 struct FakeKernel {
   const char* instruction_set;
@@ -104,7 +104,8 @@ TEST_F(ChooseKernelTest, ReportsThatNonePasses) {
   const auto choice = choose_kernel(allowed_kernels(usable_kernels(compiled<3>())),
                                     [](const FakeKernel<3>& /*kernel*/) { return false; });
   EXPECT_EQ(choice.kernel, nullptr);
-  EXPECT_EQ(choice.fallback_reason, "the kernel has other bits here");
+  EXPECT_EQ(choice.fallback_reason,
+            "the kernel's results differ from the engine's on this machine");
 }
 
 }  // namespace

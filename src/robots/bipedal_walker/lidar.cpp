@@ -37,8 +37,8 @@ void keep_nearest(float fraction, RayHit& ray) {
 
 /// Intersects the edge's line, normal.q = normal.from, with each ray, q = origin + t d. Performs
 /// the operations of b2EdgeShape::RayCast.
-void meet_edge(const b2Vec2& from, const b2Vec2& to, const b2Vec2& origin, const RayEnds& ends,
-               LidarScan& scan) {
+void intersect_edge(const b2Vec2& from, const b2Vec2& to, const b2Vec2& origin, const RayEnds& ends,
+                    LidarScan& scan) {
   const b2Vec2 edge = to - from;
   const float edge_squared = b2Dot(edge, edge);
   b2Vec2 normal(edge.y, -edge.x);
@@ -51,15 +51,15 @@ void meet_edge(const b2Vec2& from, const b2Vec2& to, const b2Vec2& origin, const
     if (denominator == 0) continue;
     const float t = numerator / denominator;
     if (t < 0 || scan[i].fraction < t) continue;
-    const b2Vec2 met = origin + t * direction;
-    const float along = b2Dot(met - from, edge) / edge_squared;
+    const b2Vec2 hit = origin + t * direction;
+    const float along = b2Dot(hit - from, edge) / edge_squared;
     if (along < 0 || 1 < along) continue;
     keep_nearest(t, scan[i]);
   }
 }
 
-void meet_obstacle(const b2Fixture& obstacle, float left, const b2Vec2& origin, const RayEnds& ends,
-                   LidarScan& scan) {
+void intersect_obstacle(const b2Fixture& obstacle, float left, const b2Vec2& origin,
+                        const RayEnds& ends, LidarScan& scan) {
   for (std::size_t i = 0; i < ends.size(); ++i) {
     if (ends[i].x < left - kMargin) continue;
     const b2RayCastInput input{origin, ends[i], scan[i].fraction};
@@ -84,12 +84,13 @@ void cast_rays(const Physics& physics, const Terrain& terrain, const b2Vec2& ori
     return static_cast<std::size_t>(std::clamp(index, 0.0, kLastEdge));
   };
   for (std::size_t i = edge_below(left); i <= edge_below(right); ++i) {
-    meet_edge(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]), origin, ends, scan);
+    intersect_edge(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]), origin, ends,
+                   scan);
   }
   for (std::size_t i = 0; i < terrain.obstacles.size(); ++i) {
     const std::array<Point, 4>& corners = terrain.obstacles[i];  // left and right first
     if (corners[1].x < double{left} || corners[0].x > double{right}) continue;
-    meet_obstacle(physics.obstacle(i), static_cast<float>(corners[0].x), origin, ends, scan);
+    intersect_obstacle(physics.obstacle(i), static_cast<float>(corners[0].x), origin, ends, scan);
   }
 }
 

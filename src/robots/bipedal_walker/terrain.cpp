@@ -36,16 +36,13 @@ class TerrainGenerator {
   void enter_section(double x) {
     switch (section_) {
       case Section::grass:
-        break;
+        return;
       case Section::stump:
-        enter_stump(x);
-        break;
+        return enter_stump(x);
       case Section::stairs:
-        enter_stairs(x);
-        break;
+        return enter_stairs(x);
       case Section::pit:
-        enter_pit(x);
-        break;
+        return enter_pit(x);
     }
   }
 

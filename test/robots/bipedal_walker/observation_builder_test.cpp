@@ -60,9 +60,10 @@ TEST_P(ObservationBuilderTest, BuildsEveryObservation) {
 }
 
 TEST_P(ObservationBuilderTest, TakesTheEnvironmentsParameters) {
-  EXPECT_NO_THROW(make_observation_builder(GetParam(), {{"hardcore", true}}));
-  EXPECT_THROW(make_observation_builder(GetParam(), {{"hardcor", true}}), std::invalid_argument);
-  EXPECT_THROW(make_observation_builder(GetParam() + "0"), std::invalid_argument);
+  EXPECT_NO_THROW(walker::make_observation_builder(GetParam(), {{"hardcore", true}}));
+  EXPECT_THROW(walker::make_observation_builder(GetParam(), {{"hardcor", true}}),
+               std::invalid_argument);
+  EXPECT_THROW(walker::make_observation_builder(GetParam() + "0"), std::invalid_argument);
 }
 
 INSTANTIATE_TEST_SUITE_P(Ids, ObservationBuilderTest,

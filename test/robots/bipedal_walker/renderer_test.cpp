@@ -195,7 +195,7 @@ TEST(RendererTest, StepSelectsTheRay) {
     EXPECT_GE(red_pixels(step), vertical) << step;
     EXPECT_EQ(red_pixels(18 - step - 1), red_pixels(step)) << step;
   }
-  EXPECT_GT(red_pixels(8), 2 * vertical) << "it met nothing and has its full length";
+  EXPECT_GT(red_pixels(8), 2 * vertical) << "no hit: it has its full length";
   EXPECT_EQ(red_pixels(9), red_pixels(8));
   EXPECT_EQ(red_pixels(18), vertical);
   EXPECT_EQ(red_pixels(19), 0);
@@ -283,7 +283,7 @@ TEST(RendererTest, RejectsDepth) {
     const std::string message = message_of<std::invalid_argument>([&] {
       renderer->render(captured, {color, true}, image);
     });
-    EXPECT_EQ(message, "depth: BipedalWalker's pictures have none, only color");
+    EXPECT_EQ(message, "depth: BipedalWalker's renderer draws only color");
   }
 }
 
@@ -320,8 +320,7 @@ TEST(RendererTest, RejectsACaptureOfAnotherWalker) {
   Image image;
   const std::string message =
       message_of<std::invalid_argument>([&] { renderer->render(captured, {}, image); });
-  EXPECT_EQ(message,
-            "instant with 7 links and 0 rays: not one of BipedalWalker, which has 5 and 10");
+  EXPECT_EQ(message, "capture with 7 links and 0 rays; must have, as BipedalWalker, 5 and 10");
 }
 
 /// Non-finite and huge values, as a failed simulation could leave them.

@@ -90,8 +90,9 @@ TEST_F(SensorsTest, LinkPosesAreTheBodies) {
       const Pose& pose = sensors_.link_poses[i];
       const b2Body& body = twin_.body(i);
       const bool is_hull = i == 0;
-      const b2Vec2 place = is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
-      EXPECT_EQ(pose.position, (Vector3{double{place.x}, 0, double{place.y}}));
+      const b2Vec2 position =
+          is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
+      EXPECT_EQ(pose.position, (Vector3{double{position.x}, 0, double{position.y}}));
       // At joint angle 0, the bodies of the legs are turned by 0.05 rad; their link frames are not.
       const double leg_spread = i < 3 ? -0.05 : 0.05;
       const double spread = is_hull ? 0 : leg_spread;

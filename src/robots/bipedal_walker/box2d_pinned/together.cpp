@@ -54,8 +54,7 @@ class Group {
     Queue<Island> islands;
     std::array<bool, kMaxGroupSize> is_waiting{};
     for_each([&](std::size_t i) {
-      steps_[i].start(calls_[i].physics->parts(), model_);
-      is_waiting[i] = steps_[i].begin();
+      is_waiting[i] = steps_[i].begin(calls_[i].physics->parts(), model_);
       if (is_waiting[i]) islands.add(steps_[i].island());
     });
     islands.solve(kernel_.solve, model_);

@@ -167,9 +167,9 @@ void WorldToi::read_island(const b2Body& walker, float alpha) {
   island_.num_contacts = std::min(num_contacts_, kMaxContactsOfBody);
   island_.pattern = static_cast<unsigned>(num_contacts_);
   for (int i = 0; i < island_.num_contacts; ++i) {
-    const auto place = static_cast<std::size_t>(i);
-    read_contact(*contacts_[place], walker, island_.contacts[place]);
-    island_.pattern = 2 * island_.pattern + (island_.contacts[place].has_two_points != 0 ? 1 : 0);
+    auto& contact = island_.contacts[static_cast<std::size_t>(i)];
+    read_contact(*contacts_[static_cast<std::size_t>(i)], walker, contact);
+    island_.pattern = 2 * island_.pattern + (contact.has_two_points != 0 ? 1 : 0);
   }
 }
 

@@ -94,13 +94,13 @@ class IslandLanes {
     Truth<W> is_kept = Truth<W>::none();
     const unsigned all = (1U << count_) - 1;
     for (int i = 0; i < iterations && (to_bits(is_kept) & all) != all; ++i) {
-      const Truth<W> is_new = solve_positions() & ~is_kept;
-      if (!any(is_new)) continue;
+      const Truth<W> has_converged = solve_positions() & ~is_kept;
+      if (!any(has_converged)) continue;
       for (int k = 0; k < kBodies; ++k) {
-        kept[k].center = select(is_new, positions_[k].center, kept[k].center);
-        kept[k].angle = select(is_new, positions_[k].angle, kept[k].angle);
+        kept[k].center = select(has_converged, positions_[k].center, kept[k].center);
+        kept[k].angle = select(has_converged, positions_[k].angle, kept[k].angle);
       }
-      is_kept = is_kept | is_new;
+      is_kept = is_kept | has_converged;
     }
     for (int i = 0; i < kBodies; ++i) {
       const Vec2<W> center = select(is_kept, kept[i].center, positions_[i].center);

@@ -15,7 +15,7 @@ namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 /// Position iterations after which most worlds have converged; most of the others never do.
-constexpr int kFewIterations = 6;
+constexpr int kFirstIterations = 6;
 
 constexpr int kMinLanes = 4;
 
@@ -43,21 +43,21 @@ Lanes& new_lanes(void* memory, Problem* const* problems, int count, const Model&
 
 template <int W>
 void solve_islands(Island* const* islands, std::size_t count, const Model& model) {
-  std::array<Island*, kMaxGroupSize> far_off;
-  std::size_t num_far_off = 0;
+  std::array<Island*, kMaxGroupSize> unsolved;
+  std::size_t num_unsolved = 0;
   void* const memory = simd::workspace().lanes;
-  const int few = std::min(kFewIterations, model.position_iterations);
+  const int first_iterations = std::min(kFirstIterations, model.position_iterations);
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
     auto& lanes = new_lanes<IslandLanes<width>>(memory, islands + first, num_lanes, model);
     lanes.solve();
-    lanes.correct(few);
+    lanes.correct(first_iterations);
     for (std::size_t i = first; i < first + static_cast<std::size_t>(num_lanes); ++i) {
-      if (islands[i]->position_is_solved == 0) far_off[num_far_off++] = islands[i];
+      if (islands[i]->position_is_solved == 0) unsolved[num_unsolved++] = islands[i];
     }
   });
-  in_groups<W>(0, num_far_off, [&](std::size_t first, int num_lanes, auto width) {
-    new_lanes<IslandLanes<width>>(memory, far_off.data() + first, num_lanes, model)
-        .correct(model.position_iterations - few);
+  in_groups<W>(0, num_unsolved, [&](std::size_t first, int num_lanes, auto width) {
+    new_lanes<IslandLanes<width>>(memory, unsolved.data() + first, num_lanes, model)
+        .correct(model.position_iterations - first_iterations);
   });
 }
 

@@ -30,14 +30,14 @@ class ToiLanes {
     prepare_velocities();
     for (int i = 0; i < model_.velocity_iterations; ++i) {
       // After an iteration that changes nothing, later ones change nothing either.
-      constexpr int kBetweenLooks = 8;
-      if (i % kBetweenLooks != 0) {
+      constexpr int kComparisonPeriod = 8;
+      if (i % kComparisonPeriod != 0) {
         iterate();
       } else if (iterate_and_compare()) {
         break;
       }
     }
-    move_on();
+    integrate_position();
   }
 
  private:
@@ -134,7 +134,7 @@ class ToiLanes {
     return !any(is_changed);
   }
 
-  void move_on() {
+  void integrate_position() {
     body_.velocity_x = velocity_.velocity.x;
     body_.velocity_y = velocity_.velocity.y;
     body_.angular_velocity = velocity_.angular_velocity;

@@ -15,7 +15,7 @@ const Kernel& original() { return *kernels().front(); }
 TEST(TrialTest, EveryKernelHasBox2dsBits) {
   ASSERT_FALSE(kernels().empty());
   for (const Kernel* kernel : kernels())
-    EXPECT_TRUE(is_as_box2d(*kernel)) << kernel->instruction_set;
+    EXPECT_TRUE(has_box2ds_bits(*kernel)) << kernel->instruction_set;
 }
 
 TEST(TrialTest, RejectsOtherSteps) {
@@ -25,7 +25,7 @@ TEST(TrialTest, RejectsOtherSteps) {
     --less.velocity_iterations;
     original().solve(islands, count, less);
   };
-  EXPECT_FALSE(is_as_box2d(kernel));
+  EXPECT_FALSE(has_box2ds_bits(kernel));
 }
 
 /// One sine in a thousand is wrong by one unit in the last place, as in another C library.
@@ -37,7 +37,7 @@ TEST(TrialTest, RejectsOtherRotations) {
       rotations[i].sine = std::nextafter(rotations[i].sine, 2.0F);
     }
   };
-  EXPECT_FALSE(is_as_box2d(kernel));
+  EXPECT_FALSE(has_box2ds_bits(kernel));
 }
 
 TEST(TrialTest, ChoosesTheFirstKernelThatTheUserAllows) {
