@@ -25,11 +25,6 @@ constexpr std::uint32_t kRayPeriod = 100;  // pictures per cycle of rays
 
 constexpr double kCameraDistance = 10;  // [m]
 
-Color rgb(int red, int green, int blue) {
-  constexpr double kFull = 255;
-  return {red / kFull, green / kFull, blue / kFull, 1};
-}
-
 const Color kNothing = rgb(0, 0, 0);
 const Color kSky = rgb(215, 215, 255);
 const Color kRay = rgb(255, 0, 0);
