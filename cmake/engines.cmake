@@ -1,4 +1,4 @@
-# The engines as interface targets: walker_sim_box2d and walker_sim_mujoco. Sets mujoco_library and
+# The engines as targets: walker_sim_box2d and walker_sim_mujoco. Sets mujoco_library and
 # mujoco_licences.
 
 # Fetches the pinned ENGINE, unless it is in the cache, and sets OUT to its folder.
@@ -6,7 +6,7 @@ function(walker_sim_fetch_engine engine out)
   execute_process(COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/fetch_engines ${engine}
     OUTPUT_VARIABLE fetched RESULT_VARIABLE result OUTPUT_STRIP_TRAILING_WHITESPACE)
   if(NOT result EQUAL 0)
-    message(FATAL_ERROR "The pinned ${engine} could not be fetched; the reason stands above.")
+    message(FATAL_ERROR "The pinned ${engine} could not be fetched; see above.")
   endif()
   set(${out} ${fetched} PARENT_SCOPE)
 endfunction()
@@ -39,24 +39,45 @@ if(NOT EXISTS "${box2d_source}/Box2D/Box2D.h")
   message(FATAL_ERROR "BOX2D_SOURCE_DIR = ${box2d_source}: must hold Box2D/Box2D.h of box2d-py 2.3.8")
 endif()
 walker_sim_check_box2d(${box2d_source})
-file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
-# Our files replace those of the same name; counters.cpp replaces b2Distance and b2TimeOfImpact.
-list(FILTER box2d_sources EXCLUDE
-  REGEX "/b2(BlockAllocator|Distance|Island|TimeOfImpact|Timer)\\.cpp$")
-set(box2d_replacements b2BlockAllocator b2Island b2Timer counters)
 set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/robots/bipedal_walker/box2d_pinned)
-foreach(name ${box2d_replacements})
-  list(APPEND box2d_sources ${box2d_ours}/${name}.cpp)
-endforeach()
+file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
+list(FILTER box2d_sources EXCLUDE REGEX "/Common/b2BlockAllocator.cpp$")
+list(APPEND box2d_sources ${box2d_ours}/b2BlockAllocator.cpp ${box2d_ours}/velocity_loops.cpp)
+
+# walker_sim_patch_box2d(FILE REGEX REPLACEMENT DECLARATION): replaces text in a copy of Box2D's FILE,
+# which is compiled in the file's place, and puts the DECLARATION in front.
+function(walker_sim_patch_box2d file regex replacement declaration)
+  set(original ${box2d_source}/Box2D/${file})
+  set(copy ${CMAKE_CURRENT_BINARY_DIR}/box2d/${file})
+  file(READ ${original} text)
+  string(REGEX REPLACE "${regex}" "${replacement}" patched "${text}")
+  if(patched STREQUAL text)
+    message(FATAL_ERROR "${original}: has no text that matches ${regex}")
+  endif()
+  file(WRITE ${copy}.new "// Altered by cmake/engines.cmake of walker_sim.\n${declaration}\n${patched}")
+  configure_file(${copy}.new ${copy} COPYONLY) # changes no time stamp if the text is the same
+  list(FILTER box2d_sources EXCLUDE REGEX "/${file}$")
+  set(box2d_sources ${box2d_sources} ${copy} PARENT_SCOPE)
+endfunction()
+# Without the process-wide counters, which all threads would write and nothing reads.
+set(counter_line "[^\n]*b2_(gjk|toi)(Max)?(Root)?(Calls|Iters|Time)[^\n]*\n")
+walker_sim_patch_box2d(Collision/b2Distance.cpp "${counter_line}" "" "")
+walker_sim_patch_box2d(Collision/b2TimeOfImpact.cpp "${counter_line}" "" "")
+# Without reading the clock a dozen times per step, often a system call, for unused profile data.
+walker_sim_patch_box2d(Common/b2Timer.cpp "gettimeofday\\(&t, 0\\)" "t = timeval()" "")
+# With our velocity iterations, velocity_loops.cpp.
+walker_sim_patch_box2d(Dynamics/b2Island.cpp "i < (step|subStep)[.]velocityIterations"
+  "\\0 && !walker_sim_solve_velocities(*this, contactSolver)"
+  "bool walker_sim_solve_velocities(const class b2Island&, class b2ContactSolver&);")
+
 add_library(box2d_pinned STATIC ${box2d_sources})
 set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
-set_source_files_properties(${box2d_ours}/b2Island.cpp ${box2d_ours}/body_list.cpp
-  ${box2d_ours}/broad_phase.cpp ${box2d_ours}/swept_vertices.cpp ${box2d_ours}/world_impacts.cpp
-  ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
+set_source_files_properties(${box2d_ours}/swept_vertices.cpp ${box2d_ours}/velocity_loops.cpp
+  ${box2d_ours}/world_shortcuts.cpp ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp
+  ${box2d_ours}/world_toi.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
 if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # our files only, for exact line numbers
-  foreach(name ${box2d_replacements})
-    set_property(SOURCE ${box2d_ours}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS -O0)
-  endforeach()
+  set_property(SOURCE ${box2d_ours}/b2BlockAllocator.cpp ${box2d_ours}/velocity_loops.cpp
+    APPEND PROPERTY COMPILE_OPTIONS -O0)
 endif()
 # The optimisation level and FP contraction determine the bits. Symbols are hidden because
 # Gymnasium's Box2D may be loaded in the same process.
@@ -70,8 +91,7 @@ target_include_directories(box2d_pinned
 target_compile_options(box2d_pinned PRIVATE ${box2d_options})
 set_target_properties(box2d_pinned PROPERTIES
   CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
-add_library(walker_sim_box2d INTERFACE)
-target_link_libraries(walker_sim_box2d INTERFACE box2d_pinned)
+add_library(walker_sim_box2d ALIAS box2d_pinned)
 
 # ---------------------------------------------------------------- MuJoCo
 set(mujoco_dir ${MUJOCO_DIR})
@@ -106,12 +126,10 @@ endif()
 configure_file(${mujoco_library} ${mujoco_copy} COPYONLY)
 set(mujoco_library ${mujoco_copy})
 file(GLOB mujoco_licences ${mujoco_dir}/*LICENSE* ${mujoco_dir}/THIRD_PARTY*)
-add_library(mujoco_shared SHARED IMPORTED)
-set_target_properties(mujoco_shared PROPERTIES IMPORTED_LOCATION ${mujoco_library})
+add_library(walker_sim_mujoco SHARED IMPORTED)
+set_target_properties(walker_sim_mujoco PROPERTIES IMPORTED_LOCATION ${mujoco_library})
 #catkin_lint: ignore_once missing_directory external_directory
-target_include_directories(mujoco_shared SYSTEM INTERFACE ${mujoco_include_dir})
-add_library(walker_sim_mujoco INTERFACE)
-target_link_libraries(walker_sim_mujoco INTERFACE mujoco_shared)
+target_include_directories(walker_sim_mujoco SYSTEM INTERFACE ${mujoco_include_dir})
 # LD_LIBRARY_PATH may name the distribution's folder. The loader searches DT_RPATH before it, and
 # DT_RUNPATH, the linkers' default, after it.
 target_link_options(walker_sim_mujoco INTERFACE "-Wl,--disable-new-dtags")

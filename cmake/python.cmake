@@ -14,9 +14,9 @@ target_link_libraries(walker_sim_python PRIVATE pybind11::module walker_sim_core
 # extend_path finds it if this build's python/ is on Python's path.
 if(WALKER_SIM_ROS)
   set(python_package ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_PYTHON_DESTINATION})
-  file(RELATIVE_PATH way_to_libraries
+  file(RELATIVE_PATH libraries_path
     /${CATKIN_PACKAGE_PYTHON_DESTINATION} /${CATKIN_PACKAGE_LIB_DESTINATION})
-  set(python_rpath "$ORIGIN/${way_to_libraries}")
+  set(python_rpath "$ORIGIN/${libraries_path}")
 else()
   set(python_package ${CMAKE_CURRENT_BINARY_DIR}/python/walker_sim)
   file(WRITE ${python_package}/__init__.py "")

@@ -1,9 +1,6 @@
 #include "walker_sim/registry.h"
 
-#include <algorithm>
 #include <limits>
-#include <stdexcept>
-#include <utility>
 
 #include "base/parameter_text.h"
 #include "robots/bipedal_walker/registration.h"
@@ -11,20 +8,14 @@
 #include "robots/walker2d/registration.h"
 
 namespace walker {
-namespace {
-
-void append(std::vector<Registration>& all, std::vector<Registration> more) {
-  std::move(more.begin(), more.end(), std::back_inserter(all));
-}
-
-}  // namespace
 
 const std::vector<Registration>& registrations() {
   static const std::vector<Registration> kAll = [] {
     std::vector<Registration> all;
-    append(all, bipedal_walker::registrations());
-    append(all, walker2d::registrations());
-    append(all, hopper::registrations());
+    for (const auto& of_robot :
+         {bipedal_walker::registrations(), walker2d::registrations(), hopper::registrations()}) {
+      all.insert(all.end(), of_robot.begin(), of_robot.end());
+    }
     return all;
   }();
   return kAll;

@@ -14,7 +14,7 @@
 
 namespace walker::simd {
 
-/// A kernel, or the reason why there is none.
+/// A kernel, or the reason for using none.
 template <typename Kernel>
 struct KernelChoice {
   const Kernel* kernel = nullptr;
@@ -57,21 +57,21 @@ AllowedKernels<Kernel> allowed_kernels(const std::vector<const Kernel*>& usable)
   return kernels;
 }
 
-/// Returns the first kernel that passes a trial. Each kernel is tried once per process.
-/// @param is_as_engine called with a kernel; returns whether its results equal the engine's here
-template <typename Kernel, typename Trial>
+/// Returns the first kernel that passes a test, which runs once per process and kernel.
+/// @param has_engines_bits returns whether a kernel's results equal the engine's on this machine
+template <typename Kernel, typename Test>
 KernelChoice<Kernel> choose_kernel(const AllowedKernels<Kernel>& allowed,
-                                   const Trial& is_as_engine) {
+                                   const Test& has_engines_bits) {
   static std::mutex mutex;
   static std::map<const Kernel*, bool> known;
   if (allowed.kernels.empty()) return {nullptr, allowed.fallback_reason};
   const std::lock_guard<std::mutex> lock(mutex);
   for (const Kernel* kernel : allowed.kernels) {
     auto found = known.find(kernel);
-    if (found == known.end()) found = known.emplace(kernel, is_as_engine(*kernel)).first;
+    if (found == known.end()) found = known.emplace(kernel, has_engines_bits(*kernel)).first;
     if (found->second) return {kernel, ""};
   }
-  return {nullptr, "the kernel has other bits here"};
+  return {nullptr, "the kernel's results differ from the engine's on this machine"};
 }
 
 }  // namespace walker::simd

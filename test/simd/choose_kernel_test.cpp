@@ -2,13 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "error_message.h"
 #include "kernel_variable.h"
 
 namespace walker::simd {
 namespace {
 
-/// Each test has its own type, because a kernel's trial runs once per process.
+/// Each test has its own type, because a kernel's test runs once per process.
 template <int>
 struct FakeKernel {
   const char* instruction_set;
@@ -49,32 +51,23 @@ class ChooseKernelTest : public testing::Test {
   std::vector<std::string> fewer_;
 };
 
-TEST_F(ChooseKernelTest, TheWidestThatTheProcessorCanRunComesFirst) {
+TEST_F(ChooseKernelTest, UsesTheWidestSetThatIsAllowed) {
+  const std::vector<std::string>& all = instruction_sets();
   EXPECT_EQ(sets_of(usable_kernels(compiled<0>())), fewer_);
+  const std::vector<std::pair<const char*, std::vector<std::string>>> cases{
+      {nullptr, fewer_},
+      {all.front().c_str(), fewer_},  // no kernel for this set: the next best
+      {all.back().c_str(), {all.back()}},
+      {"off", {}}};
+  for (const auto& [value, sets] : cases) {
+    const KernelVariable variable(value);
+    const auto allowed = allowed_kernels(usable_kernels(compiled<0>()));
+    EXPECT_EQ(sets_of(allowed.kernels), sets);
+    EXPECT_EQ(allowed.fallback_reason == "WALKER_SIM_KERNEL is off", sets.empty());
+  }
 }
 
-TEST_F(ChooseKernelTest, AllAreAllowedUnlessTheUserSaysSo) {
-  const KernelVariable variable(nullptr);
-  EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels), fewer_);
-}
-
-/// If a robot has no kernel for the named set, the next best is allowed.
-TEST_F(ChooseKernelTest, TheUserNamesTheLargestSet) {
-  const KernelVariable first(instruction_sets().front().c_str());
-  EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels), fewer_);
-  const KernelVariable last(instruction_sets().back().c_str());
-  EXPECT_EQ(sets_of(allowed_kernels(usable_kernels(compiled<0>())).kernels),
-            std::vector<std::string>{instruction_sets().back()});
-}
-
-TEST_F(ChooseKernelTest, OffAllowsNone) {
-  const KernelVariable variable("off");
-  const auto allowed = allowed_kernels(usable_kernels(compiled<0>()));
-  EXPECT_TRUE(allowed.kernels.empty());
-  EXPECT_EQ(allowed.fallback_reason, "WALKER_SIM_KERNEL is off");
-}
-
-TEST_F(ChooseKernelTest, WhatThereIsNotIsRefusedByName) {
+TEST_F(ChooseKernelTest, RejectsUnknownSets) {
   const KernelVariable variable("sse3");
   const std::string message =
       message_of<std::invalid_argument>([] { allowed_kernels(usable_kernels(compiled<0>())); });
@@ -82,7 +75,7 @@ TEST_F(ChooseKernelTest, WhatThereIsNotIsRefusedByName) {
   EXPECT_NE(message.find(", sse2, or not set"), std::string::npos) << message;
 }
 
-TEST_F(ChooseKernelTest, NoneForThisProcessorIsSaid) {
+TEST_F(ChooseKernelTest, ReportsAProcessorWithoutKernels) {
   const KernelVariable variable(nullptr);
   const auto choice = choose_kernel(allowed_kernels<FakeKernel<1>>({}),
                                     [](const FakeKernel<1>& /*kernel*/) { return true; });
@@ -90,7 +83,7 @@ TEST_F(ChooseKernelTest, NoneForThisProcessorIsSaid) {
   EXPECT_EQ(choice.fallback_reason, "there is no kernel for this processor");
 }
 
-TEST_F(ChooseKernelTest, TheFirstThatPassesItsTrialIsChosenAndTriedOnce) {
+TEST_F(ChooseKernelTest, ChoosesTheFirstThatPassesAndTestsItOnce) {
   const KernelVariable variable(nullptr);
   const auto allowed = allowed_kernels(usable_kernels(compiled<2>()));
   int trials = 0;
@@ -106,12 +99,13 @@ TEST_F(ChooseKernelTest, TheFirstThatPassesItsTrialIsChosenAndTriedOnce) {
   EXPECT_EQ(trials, static_cast<int>(allowed.kernels.size()));
 }
 
-TEST_F(ChooseKernelTest, NoneThatPassesIsSaid) {
+TEST_F(ChooseKernelTest, ReportsThatNonePasses) {
   const KernelVariable variable(nullptr);
   const auto choice = choose_kernel(allowed_kernels(usable_kernels(compiled<3>())),
                                     [](const FakeKernel<3>& /*kernel*/) { return false; });
   EXPECT_EQ(choice.kernel, nullptr);
-  EXPECT_EQ(choice.fallback_reason, "the kernel has other bits here");
+  EXPECT_EQ(choice.fallback_reason,
+            "the kernel's results differ from the engine's on this machine");
 }
 
 }  // namespace

@@ -123,17 +123,7 @@ void BipedalWalker::finish_step(RobotStep& step) {
 }
 
 void BipedalWalker::observe(double* observation) const {
-  const b2Body& hull = physics_->hull();
-  const b2Vec2 velocity = hull.GetLinearVelocity();  // centre of mass
-  Observed observed{};
-  observed.hull_angle = double{hull.GetAngle()};
-  observed.hull_angular_velocity = double{hull.GetAngularVelocity()};
-  observed.hull_velocity = {double{velocity.x}, double{velocity.y}};
-  for (std::size_t i = 0; i < kJointCount; ++i) {
-    observed.joint_position[i] = double{physics_->joint(i).GetJointAngle()};
-    observed.joint_velocity[i] = double{physics_->joint(i).GetJointSpeed()};
-  }
-  for (std::size_t leg = 0; leg < 2; ++leg) observed.leg_touches[leg] = physics_->leg_touches(leg);
+  Observed observed = observed_in(*physics_);
   std::transform(lidar_.begin(), lidar_.end(), observed.ray_fraction.begin(),
                  [](const RayHit& ray) { return double{ray.fraction}; });
   write_observation(observed, observation);

@@ -42,12 +42,13 @@ const Cairo& cairo() {
 }
 
 /// Clamps to coordinates that cairo can represent: 32-bit fixed point, in 1/256 pixels.
-Pixel within_reach(const Pixel& point) {
-  constexpr double kFarthest = 1e5;
-  return {std::clamp(point[0], -kFarthest, kFarthest), std::clamp(point[1], -kFarthest, kFarthest)};
+Pixel clamped(const Pixel& point) {
+  constexpr double kMaxCoordinate = 1e5;
+  return {std::clamp(point[0], -kMaxCoordinate, kMaxCoordinate),
+          std::clamp(point[1], -kMaxCoordinate, kMaxCoordinate)};
 }
 
-bool is_somewhere(const Pixel& point) { return !std::isnan(point[0]) && !std::isnan(point[1]); }
+bool is_number(const Pixel& point) { return !std::isnan(point[0]) && !std::isnan(point[1]); }
 
 }  // namespace
 
@@ -72,19 +73,19 @@ void Canvas::clear(const Color& color) {
 }
 
 void Canvas::fill(const std::vector<Pixel>& polygon, const Color& color) {
-  if (!std::all_of(polygon.begin(), polygon.end(), is_somewhere)) return;
+  if (!std::all_of(polygon.begin(), polygon.end(), is_number)) return;
   set_ink(color, Edge::hard);
   for (const Pixel& point : polygon) {
-    const auto [x, y] = within_reach(point);
+    const auto [x, y] = clamped(point);
     cairo().line_to(context_.get(), x, y);
   }
   cairo().fill(context_.get());
 }
 
 void Canvas::draw_line(const Pixel& from, const Pixel& to, const Color& color, Edge edge) {
-  if (!is_somewhere(from) || !is_somewhere(to)) return;
-  const auto [x0, y0] = within_reach(from);
-  const auto [x1, y1] = within_reach(to);
+  if (!is_number(from) || !is_number(to)) return;
+  const auto [x0, y0] = clamped(from);
+  const auto [x1, y1] = clamped(to);
   const double length = std::hypot(x1 - x0, y1 - y0);
   // cairo measures the thickness perpendicular to the line.
   const double slant = length > 0 ? std::max(std::abs(x1 - x0), std::abs(y1 - y0)) / length : 1;

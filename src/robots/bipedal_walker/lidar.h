@@ -3,8 +3,6 @@
 
 #include <array>
 
-#include <Box2D/Box2D.h>
-
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/terrain.h"
 
@@ -18,19 +16,11 @@ struct RayHit {
 };
 
 using LidarScan = std::array<RayHit, kLidarRays>;
-using RayEnds = std::array<b2Vec2, kLidarRays>;
 
 /// Casts ray i from the hull's origin towards (sin 0.15 i, -cos 0.15 i): ray 0 straight down, later
 /// ones further forward. The rays do not turn with the hull, and hit only terrain, not the legs.
 /// @param terrain the terrain that `physics` was built with
 /// @throws std::logic_error, Box2D's assertion, if the hull's position is not finite
 void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan);
-
-/// Finds the first hit of each segment from `origin` to `ends` with the terrain, by Box2D's
-/// formulas. Tests only the pieces of terrain below the rays.
-/// @param ends in ascending order of x
-/// @param scan holds upper bounds of the fractions; receives the hits
-void cast_rays(const Physics& physics, const Terrain& terrain, const b2Vec2& origin,
-               const RayEnds& ends, LidarScan& scan);
 
 }  // namespace walker::bipedal_walker

@@ -1,11 +1,14 @@
-// Layout and scaling of observations.
+// Layout and scaling of observations, and their computation from a robot's sensors.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <memory>
 
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/physics.h"
+#include "robots/bipedal_walker/specification.h"
+#include "walker_sim/observation_builder.h"
 
 namespace walker::bipedal_walker {
 
@@ -31,7 +34,12 @@ struct Observed {
   std::array<double, kLidarRays> ray_fraction;  ///< distance over kLidarRange; 1 if nothing is hit
 };
 
+/// Returns the quantities of a world, except for the rays.
+Observed observed_in(const Physics& physics);
+
 /// @param observation receives kObservationSize float32 values, as Gymnasium stores them
 void write_observation(const Observed& observed, double* observation);
+
+std::unique_ptr<ObservationBuilder> make_observation_builder(const Options& options);
 
 }  // namespace walker::bipedal_walker

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "robots/bipedal_walker/body_list.h"
-#include "robots/bipedal_walker/broad_phase.h"
+#include "robots/bipedal_walker/box2d_pinned/world_shortcuts.h"
 
 namespace walker::bipedal_walker {
 namespace {

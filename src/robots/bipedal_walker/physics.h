@@ -7,8 +7,8 @@
 #include <Box2D/Box2D.h>
 
 #include "robots/bipedal_walker/constants.h"
+#include "robots/bipedal_walker/kernel/kernel.h"
 #include "robots/bipedal_walker/terrain.h"
-#include "robots/bipedal_walker/walker_parts.h"
 
 namespace walker::bipedal_walker {
 
@@ -17,6 +17,14 @@ constexpr unsigned kWalkerCategory = 0x0020;  // collision bits of hull and legs
 
 /// Indices of joints, and of the limbs that they carry, in action order.
 enum JointIndex : std::size_t { kHip1, kKnee1, kHip2, kKnee2, kJointCount };
+
+/// Bodies and joints in the order in which Box2D solves them: the chain from the second lower leg
+/// over the hull to the first lower leg.
+struct WalkerParts {
+  b2World* world;
+  std::array<b2Body*, kBodies> bodies;
+  std::array<b2RevoluteJoint*, kJoints> joints;
+};
 
 /// A b2World with one walker in it. Builds, destroys, drives and steps in Gymnasium's order, which
 /// affects the engine's bits.
@@ -54,8 +62,6 @@ class Physics {
   const b2Fixture& obstacle(std::size_t index) const { return *terrain_[index]->GetFixtureList(); }
 
  private:
-  friend class WorldState;  // saves and loads the private state
-
   /// Tracks contacts as Gymnasium's ContactDetector does: the end of any contact of a leg clears
   /// its flag, even if another contact persists.
   class Contacts : public b2ContactListener {

@@ -3,7 +3,7 @@
 #include "robots/bipedal_walker/bipedal_walker.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/heuristic.h"
-#include "robots/bipedal_walker/observation_builder.h"
+#include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/renderer.h"
 
 namespace walker::bipedal_walker {

@@ -25,11 +25,6 @@ constexpr std::uint32_t kRayPeriod = 100;  // pictures per cycle of rays
 
 constexpr double kCameraDistance = 10;  // [m]
 
-Color rgb(int red, int green, int blue) {
-  constexpr double kFull = 255;
-  return {red / kFull, green / kFull, blue / kFull, 1};
-}
-
 const Color kNothing = rgb(0, 0, 0);
 const Color kSky = rgb(215, 215, 255);
 const Color kRay = rgb(255, 0, 0);
@@ -61,7 +56,7 @@ class SideView : public Renderer {
 
   void render(const StateCapture& captured, const Channels& channels, Image& image) override {
     if (channels.depth) {
-      throw std::invalid_argument("depth: BipedalWalker's pictures have none, only color");
+      throw std::invalid_argument("depth: BipedalWalker's renderer draws only color");
     }
     get_ready();
     check(captured);
@@ -89,9 +84,8 @@ class SideView : public Renderer {
     if (links == specification_->links.size() && rays == specification_->range_finder.num_rays) {
       return;
     }
-    throw std::invalid_argument("instant with " + std::to_string(links) + " links and " +
-                                std::to_string(rays) +
-                                " rays: not one of BipedalWalker, which has " +
+    throw std::invalid_argument("capture with " + std::to_string(links) + " links and " +
+                                std::to_string(rays) + " rays; must have, as BipedalWalker, " +
                                 std::to_string(specification_->links.size()) + " and " +
                                 std::to_string(specification_->range_finder.num_rays));
   }
@@ -247,8 +241,8 @@ class SideView : public Renderer {
 
 std::vector<ParameterDescription> camera_parameters() {
   return {
-      {"width", std::int64_t{600}, "pixels", "Of the picture.", 1, kMaxPixels},
-      {"height", std::int64_t{400}, "pixels", "Of the picture.", 1, kMaxPixels},
+      {"width", std::int64_t{600}, "pixels", "Width of the picture.", 1, kMaxPixels},
+      {"height", std::int64_t{400}, "pixels", "Height of the picture.", 1, kMaxPixels},
   };
 }
 

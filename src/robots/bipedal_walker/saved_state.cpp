@@ -73,7 +73,7 @@ std::function<void()> BipedalWalker::load(StateReader& reader) {
       terrain_ = terrain;
       clouds_ = clouds;
     }
-    world.put_into(*physics_);
+    world.restore(*physics_);
     reward_.set_previous_shaping(has_shaping ? std::optional<double>(shaping) : std::nullopt);
     velocity_before_step_ = velocity_before_step;
     lidar_ = lidar;

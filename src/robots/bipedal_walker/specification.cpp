@@ -16,11 +16,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-Color rgb(double red, double green, double blue) {
-  constexpr double kFull = 255;
-  return {red / kFull, green / kFull, blue / kFull, 1};
-}
-
 /// Gymnasium's colours: the hull violet, leg 1 a shade lighter than leg 2.
 Color limb_color(std::size_t joint) {
   const double shade = joint == kHip1 || joint == kKnee1 ? 25 : -25;
@@ -200,6 +195,11 @@ float frame_rotation(const Physics& physics, std::size_t joint) {
   const bool is_hip = joint == kHip1 || joint == kHip2;
   const float own = physics.joint(joint).GetReferenceAngle();
   return is_hip ? own : own + frame_rotation(physics, joint - 1);
+}
+
+Color rgb(double red, double green, double blue) {
+  constexpr double kFull = 255;
+  return {red / kFull, green / kFull, blue / kFull, 1};
 }
 
 const b2Body& child_of(const b2RevoluteJoint& joint) {

@@ -37,6 +37,9 @@ Pose to_pose(const b2Vec2& position, float angle);
 /// parallel to the hull at joint angles 0, at which the walker starts with spread legs.
 float frame_rotation(const Physics& physics, std::size_t joint);
 
+/// Returns the color of components from 0 to 255.
+Color rgb(double red, double green, double blue);
+
 const b2Body& child_of(const b2RevoluteJoint& joint);
 
 }  // namespace walker::bipedal_walker

@@ -13,11 +13,12 @@ constexpr std::int64_t kSectionCount = 4;
 double sign(double value) { return static_cast<double>((value > 0) - (value < 0)); }
 
 /// State machine that generates the ground from left to right, section by section.
-class Surveyor {
+class TerrainGenerator {
  public:
-  Surveyor(Generator& generator, bool hardcore) : generator_(generator), hardcore_(hardcore) {}
+  TerrainGenerator(Generator& generator, bool hardcore)
+      : generator_(generator), hardcore_(hardcore) {}
 
-  Terrain survey() {
+  Terrain generate() {
     for (int i = 0; i < kTerrainLength; ++i) {
       const double x = i * kTerrainStep;
       if (entering_) {
@@ -35,16 +36,13 @@ class Surveyor {
   void enter_section(double x) {
     switch (section_) {
       case Section::grass:
-        break;
+        return;
       case Section::stump:
-        enter_stump(x);
-        break;
+        return enter_stump(x);
       case Section::stairs:
-        enter_stairs(x);
-        break;
+        return enter_stairs(x);
       case Section::pit:
-        enter_pit(x);
-        break;
+        return enter_pit(x);
     }
   }
 
@@ -135,7 +133,7 @@ class Surveyor {
 }  // namespace
 
 Terrain generate_terrain(Generator& generator, bool hardcore) {
-  return Surveyor(generator, hardcore).survey();
+  return TerrainGenerator(generator, hardcore).generate();
 }
 
 Clouds generate_clouds(Generator& generator) {

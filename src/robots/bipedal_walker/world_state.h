@@ -22,13 +22,13 @@ class WorldState {
  public:
   static void save(const Physics& physics, StateWriter& writer);
 
-  /// Reads a state and validates every index, which `put_into` relies on.
+  /// Reads a state and validates every index, which `restore` relies on.
   /// @param terrain the terrain of the destination world
   /// @throws std::invalid_argument naming the invalid value
   static WorldState read(StateReader& reader, const Terrain& terrain);
 
   /// @param physics built with the terrain that was given to `read`
-  void put_into(Physics& physics) const;
+  void restore(Physics& physics) const;
 
  private:
   // Structs without padding, which are written and read as raw bytes.
@@ -36,8 +36,7 @@ class WorldState {
   struct Body {
     b2Vec2 c0, c;  // these and the next three: b2Sweep
     float a0, a, alpha0;
-    b2Vec2 place;
-    float sine, cosine;
+    b2Transform transform;
     b2Vec2 velocity;
     float angular_velocity;
     b2Vec2 force;
@@ -52,20 +51,14 @@ class WorldState {
   };
 
   struct Joint {
-    std::array<float, 3> impulse;
+    b2Vec3 impulse;
     float motor_impulse;
     float motor_speed;
     float max_motor_torque;
     std::int32_t limit_state;
   };
 
-  struct ContactPoint {
-    b2Vec2 place;
-    float normal_impulse;
-    float tangent_impulse;
-    std::uint32_t id;
-  };
-
+  /// Unused fields of a manifold are 0, so that equal states have equal bytes.
   struct Contact {
     std::int32_t fixture_a, fixture_b;  // indices: terrain, then the walker
     std::uint32_t flags;
@@ -73,36 +66,26 @@ class WorldState {
     std::int32_t num_points;
     b2Vec2 normal;
     b2Vec2 point;
-    std::array<ContactPoint, 2> points;
+    std::array<b2ManifoldPoint, b2_maxManifoldPoints> points;
   };
 
   struct Node {
-    b2Vec2 low, high;
+    b2AABB box;
     std::int32_t link;  // parent; of a free node: the next free one
     std::int32_t child1, child2;
     std::int32_t height;  // -1: free
   };
 
-  static Body body_of(const b2Body& body);
-  static Body terrain_at_rest();
-  static void set_body(b2Body& body, const Body& state);
-  static Contact contact_of(const b2Contact& contact, std::int32_t fixture_a,
-                            std::int32_t fixture_b);
-  static void save_tree(const b2DynamicTree& tree, StateWriter& writer);
-
-  void put_tree_into(b2BroadPhase& broad_phase, const std::vector<b2Fixture*>& fixtures) const;
-  void put_contacts_into(b2World& world, const std::vector<b2Fixture*>& fixtures) const;
   void check_numbers() const;
-  void check_bodies(std::size_t num_terrain) const;
   void check_contacts(std::size_t num_obstacles, std::size_t num_terrain) const;
   void check_tree(std::size_t num_fixtures) const;
-  void check_free_nodes(std::size_t num_used) const;
+  void restore_tree(b2BroadPhase& broad_phase, const std::vector<b2Fixture*>& fixtures) const;
+  void restore_contacts(b2World& world, const std::vector<b2Fixture*>& fixtures) const;
 
-  std::uint8_t hull_has_touched_ = 0;
-  std::array<std::uint8_t, 2> leg_touches_{};
-  float inverse_dt_ = 0;  // 1 / dt of the last step
+  std::array<std::uint8_t, 3> touches_{};  // hull, lower legs
+  float inverse_dt_ = 0;                   // 1 / dt of the last step
   std::array<Body, kBodies> bodies_{};
-  std::vector<TerrainBody> terrain_bodies_;  // those that differ from `terrain_at_rest`
+  std::vector<TerrainBody> terrain_bodies_;  // those that are not at rest
   std::array<Joint, kJoints> joints_{};
   std::vector<Contact> contacts_;     // in the world's order
   std::vector<std::int32_t> leaves_;  // tree node of each fixture

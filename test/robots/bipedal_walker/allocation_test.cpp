@@ -28,19 +28,5 @@ TEST_F(AllocationTest, StepsSensesAndActsWithoutTheHeap) {
   }
 }
 
-TEST_F(AllocationTest, EachCallFillsTheBuffersItIsGiven) {
-  Stepper walker("BipedalWalker-v3");
-  Stepper twin("BipedalWalker-v3");
-  walker.reset(1);
-  twin.reset(1);
-  const std::vector<double> old = walker.observation;
-  std::vector<double> elsewhere(kObservationSize, -7);
-  walker.result.observation = elsewhere.data();
-  walker.step({1, 0, -1, 0});
-  twin.step({1, 0, -1, 0});
-  EXPECT_EQ(elsewhere, twin.observation);
-  EXPECT_EQ(walker.observation, old);
-}
-
 }  // namespace
 }  // namespace walker::bipedal_walker

@@ -33,7 +33,7 @@ class BrokenWorldTest : public testing::Test {
     const_cast<b2World&>(walker_->physics_->world()).SetContactFilter(&filter_);
   }
 
-  void walk_until_the_end() {
+  void step_until_the_end() {
     const std::array<double, kJointCount> action{};
     for (int i = 0; i < 500 && !result_.terminated; ++i) {
       episode_->step(action.data(), action.size(), result_);
@@ -47,11 +47,11 @@ class BrokenWorldTest : public testing::Test {
   BipedalWalker* walker_ = nullptr;
 };
 
-TEST_F(BrokenWorldTest, EndsTheEpisodeAndSaysWhy) {
+TEST_F(BrokenWorldTest, EndsTheEpisode) {
   make(false);
   episode_->reset(1, result_);
   break_world();
-  walk_until_the_end();
+  step_until_the_end();
   EXPECT_TRUE(result_.terminated);
   EXPECT_STREQ(result_.end_reason, "the simulation failed");
   EXPECT_STREQ(result_.error, "Box2D failed an assertion");
@@ -60,82 +60,65 @@ TEST_F(BrokenWorldTest, EndsTheEpisodeAndSaysWhy) {
   EXPECT_THROW(episode_->sense(sensors), ResetNeeded);
 }
 
-TEST_F(BrokenWorldTest, TheNextResetRepairsIt) {
+TEST_F(BrokenWorldTest, IsRepairedByTheNextReset) {
   for (const bool reuse_world : {false, true}) {
     make(reuse_world);
     episode_->reset(1, result_);
     const auto start = observation_;
     break_world();
-    walk_until_the_end();
+    step_until_the_end();
     ASSERT_STRNE(result_.error, "");
     episode_->reset(1, result_);
     EXPECT_EQ(observation_, start);
     EXPECT_STREQ(result_.error, "");
     EXPECT_FALSE(result_.terminated);
-    walk_until_the_end();
+    step_until_the_end();
     EXPECT_STREQ(result_.end_reason, "hull touched the ground");
   }
 }
 
-TEST_F(BrokenWorldTest, AResetThatFailsSaysSo) {
+TEST_F(BrokenWorldTest, ResetCanFail) {
   make(true);
   episode_->reset(1, result_);
   break_world();  // destroy() keeps the b2World, and so the filter
   EXPECT_THROW(episode_->reset(2, result_), std::runtime_error);
-  EXPECT_THROW(walk_until_the_end(), ResetNeeded);
+  EXPECT_THROW(step_until_the_end(), ResetNeeded);
   EXPECT_NO_THROW(episode_->reset(2, result_));
 }
 
-TEST_F(BrokenWorldTest, DisturbsNoOther) {
+TEST_F(BrokenWorldTest, DisturbsNoOtherOfItsGroup) {
   constexpr std::size_t kWalkers = 5;
   constexpr std::size_t kBroken = 3;
-  struct Played {
-    std::unique_ptr<Episode> episode;
-    std::array<double, kObservationSize> observation{};
-    Result result;
-  };
-  const auto begin = [this] {
-    auto episodes = std::make_unique<std::array<Played, kWalkers>>();
+  std::array<std::array<std::unique_ptr<Episode>, kWalkers>, 2> sides;
+  auto& [group, single] = sides;
+  for (auto& side : sides) {
     for (std::size_t i = 0; i < kWalkers; ++i) {
-      Played& played = (*episodes)[i];
       make(false);
-      played.episode = std::move(episode_);
-      played.result.observation = played.observation.data();
-      played.episode->reset(i == kBroken ? 1 : 10 + i, played.result);
+      episode_->reset(i == kBroken ? 1 : 10 + i, result_);
       if (i == kBroken) break_world();
+      side[i] = std::move(episode_);
     }
-    return episodes;
-  };
-  const auto together = begin();
-  const auto apart = begin();
+  }
   const std::array<double, kJointCount> action{};
   bool has_failed = false;
   for (int step = 0; step < 200; ++step) {
     std::vector<Episode::GroupStep> steps;
-    steps.reserve(kWalkers);
     for (std::size_t i = 0; i < kWalkers; ++i) {
-      Played& one = (*together)[i];
-      Played& other = (*apart)[i];
-      ASSERT_EQ(one.result.terminated, other.result.terminated) << i;
-      if (one.result.terminated) {
-        ASSERT_STREQ(one.result.error, other.result.error) << i;
-        has_failed = has_failed || one.result.error[0] != '\0';
-        one.episode->reset(step, one.result);
-        other.episode->reset(step, other.result);
+      for (auto& side : sides) {
+        if (side[i]->state().terminated) side[i]->reset(step, result_);
       }
-      steps.push_back({one.episode.get(), action.data()});
-      other.episode->step(action.data(), action.size(), other.result);
+      steps.push_back({group[i].get(), action.data()});
+      single[i]->step(action.data(), action.size(), result_);
     }
     Episode::step_group(steps.data(), kWalkers);
     for (std::size_t i = 0; i < kWalkers; ++i) {
-      Played& one = (*together)[i];
-      const EpisodeState& state = one.episode->state();
-      std::copy(state.observation.begin(), state.observation.end(), one.observation.begin());
-      one.result.reward = state.reward;
-      one.result.terminated = state.terminated;
-      one.result.error = state.error.c_str();
-      EXPECT_EQ((*together)[i].observation, (*apart)[i].observation) << i << " in step " << step;
-      EXPECT_EQ((*together)[i].result.reward, (*apart)[i].result.reward);
+      const EpisodeState& ours = group[i]->state();
+      const EpisodeState& theirs = single[i]->state();
+      EXPECT_EQ(ours.observation, theirs.observation) << i << " in step " << step;
+      EXPECT_EQ(ours.reward, theirs.reward);
+      ASSERT_EQ(ours.terminated, theirs.terminated);
+      EXPECT_EQ(ours.error, theirs.error);
+      has_failed = has_failed || !ours.error.empty();
     }
   }
   EXPECT_TRUE(has_failed);

@@ -73,10 +73,18 @@ void expect_gymnasiums(const Recorded& recorded) {
   EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
 }
 
-/// After a reset, any Box2D version puts the walker at the same pixel.
-TEST(RendererTest, ResetsLookAsGymnasiums) {
-  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 0});
-  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 0});
+TEST(RendererTest, LooksAsGymnasiums) {
+  for (const Recorded& recorded : {Recorded{"BipedalWalker-v3", "heuristic", 6, 0},
+                                   {"BipedalWalker-v3", "heuristic", 6, 9},
+                                   {"BipedalWalker-v3", "heuristic", 6, 150},
+                                   {"BipedalWalker-v3", "heuristic", 6, 1544},
+                                   {"BipedalWalker-v3", "noisy", 14, 83},
+                                   {"BipedalWalkerHardcore-v3", "heuristic", 4, 0},
+                                   {"BipedalWalkerHardcore-v3", "heuristic", 4, 200},
+                                   {"BipedalWalkerHardcore-v3", "heuristic", 4, 610},
+                                   {"BipedalWalkerHardcore-v3", "saturated", 9, 82}}) {
+    expect_gymnasiums(recorded);
+  }
 }
 
 std::map<std::array<int, kColors>, int> palette(const Image& image) {
@@ -107,16 +115,6 @@ TEST(RendererTest, ColorsAreGymnasiums) {
   }
 }
 
-TEST(RendererTest, EpisodesLookAsGymnasiums) {
-  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 9});
-  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 150});
-  expect_gymnasiums({"BipedalWalker-v3", "heuristic", 6, 1544});
-  expect_gymnasiums({"BipedalWalker-v3", "noisy", 14, 83});
-  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 200});
-  expect_gymnasiums({"BipedalWalkerHardcore-v3", "heuristic", 4, 610});
-  expect_gymnasiums({"BipedalWalkerHardcore-v3", "saturated", 9, 82});
-}
-
 TEST(RendererTest, DependsOnTheCaptureAlone) {
   const std::vector<StateCapture> captures = some_captures();
   const auto renderer = make_renderer("BipedalWalker-v3");
@@ -128,7 +126,7 @@ TEST(RendererTest, DependsOnTheCaptureAlone) {
   }
 }
 
-TEST(RendererTest, TwoThreadsDrawAtTheSameTime) {
+TEST(RendererTest, TwoThreadsCanDraw) {
   const std::vector<StateCapture> captures = some_captures();
   const std::vector<Image> expected = draw_all(*make_renderer("BipedalWalker-v3"), captures);
   const auto draw_often = [&](int& differing) {
@@ -179,7 +177,7 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
 
 /// Draws one lidar ray per step, in order and then in reverse, then none until the cycle of 100
 /// steps ends.
-TEST(RendererTest, RayFollowsFromTheStep) {
+TEST(RendererTest, StepSelectsTheRay) {
   StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
   for (Pose& link : captured.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
   const auto red_pixels = [&captured](std::uint32_t step) {
@@ -197,7 +195,7 @@ TEST(RendererTest, RayFollowsFromTheStep) {
     EXPECT_GE(red_pixels(step), vertical) << step;
     EXPECT_EQ(red_pixels(18 - step - 1), red_pixels(step)) << step;
   }
-  EXPECT_GT(red_pixels(8), 2 * vertical) << "it met nothing and has its full length";
+  EXPECT_GT(red_pixels(8), 2 * vertical) << "no hit: it has its full length";
   EXPECT_EQ(red_pixels(9), red_pixels(8));
   EXPECT_EQ(red_pixels(18), vertical);
   EXPECT_EQ(red_pixels(19), 0);
@@ -205,7 +203,7 @@ TEST(RendererTest, RayFollowsFromTheStep) {
   EXPECT_EQ(red_pixels(1000), red_pixels(0));
 }
 
-TEST(RendererTest, AnotherHeightScales) {
+TEST(RendererTest, HeightScales) {
   for (const StateCapture& captured : some_captures()) {
     const Image image = draw(captured);
     const Image large =
@@ -220,7 +218,7 @@ TEST(RendererTest, AnotherHeightScales) {
 }
 
 /// The tolerance covers cairo's rounding where a shape is clipped.
-TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
+TEST(RendererTest, WidthShowsMoreOrLessOnTheRight) {
   for (const StateCapture& captured : some_captures()) {
     const Image image = draw(captured);
     for (const std::uint32_t width : {1U, 300U, 1000U}) {
@@ -240,7 +238,7 @@ TEST(RendererTest, AnotherWidthShowsMoreOrLessOnTheRight) {
 }
 
 /// The hull's position projects to a pixel of the hull's colour, also 3 m left of its usual place.
-TEST(RendererTest, CameraPoseLeadsToTheHull) {
+TEST(RendererTest, CameraPoseProjectsTheHull) {
   std::vector<StateCapture> captures = some_captures();
   captures.push_back(captures[0]);
   for (Pose& link : captures.back().sensors.link_poses) link.position[0] -= 3;
@@ -277,7 +275,7 @@ TEST(RendererTest, CameraIsParallelAndLooksAlongY) {
   }
 }
 
-TEST(RendererTest, RefusesDepth) {
+TEST(RendererTest, RejectsDepth) {
   const auto renderer = make_renderer("BipedalWalker-v3");
   const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
   Image image;
@@ -285,11 +283,11 @@ TEST(RendererTest, RefusesDepth) {
     const std::string message = message_of<std::invalid_argument>([&] {
       renderer->render(captured, {color, true}, image);
     });
-    EXPECT_EQ(message, "depth: BipedalWalker's pictures have none, only color");
+    EXPECT_EQ(message, "depth: BipedalWalker's renderer draws only color");
   }
 }
 
-TEST(RendererTest, DrawsNoColorWhereNoneIsAskedFor) {
+TEST(RendererTest, DrawsNoColorIfNoneIsRequested) {
   const auto renderer = make_renderer("BipedalWalker-v3");
   const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
   Image image = draw(*renderer, captured);
@@ -301,25 +299,19 @@ TEST(RendererTest, DrawsNoColorWhereNoneIsAskedFor) {
   EXPECT_EQ(image.camera_pose.position, pose.position);
 }
 
-TEST(RendererTest, RefusesWrongParameters) {
-  const auto message = [](const Parameters& camera) {
-    return message_of<std::invalid_argument>(
-        [&camera] { make_renderer("BipedalWalker-v3", {}, camera); });
-  };
-  for (const char* name : {"width", "height"}) {
-    for (const ParameterValue& value :
-         {ParameterValue(std::int64_t{0}), ParameterValue(std::int64_t{4097}),
-          ParameterValue(std::int64_t{-600}), ParameterValue(0.5),
-          ParameterValue(std::string("wide"))}) {
-      const std::string text = message({{name, value}});
-      EXPECT_NE(text.find(name), std::string::npos) << text;
-      EXPECT_NE(text.find(to_string(value)), std::string::npos) << text;
+TEST(RendererTest, RejectsWrongParameters) {
+  for (const char* name : {"width", "height", "widht"}) {
+    for (const std::int64_t value : {-600, 0, 4097}) {
+      const std::string message = message_of<std::invalid_argument>([&] {
+        make_renderer("BipedalWalker-v3", {}, {{name, value}});
+      });
+      EXPECT_EQ(message.rfind("parameter " + (name + (" = " + std::to_string(value))), 0), 0U)
+          << message;
     }
   }
-  EXPECT_NE(message({{"widht", std::int64_t{600}}}).find("width"), std::string::npos);
 }
 
-TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
+TEST(RendererTest, RejectsACaptureOfAnotherWalker) {
   const auto renderer = make_renderer("BipedalWalker-v3");
   Stepper walker("Walker2d-v5");
   walker.reset(0);
@@ -328,12 +320,11 @@ TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
   Image image;
   const std::string message =
       message_of<std::invalid_argument>([&] { renderer->render(captured, {}, image); });
-  EXPECT_EQ(message,
-            "instant with 7 links and 0 rays: not one of BipedalWalker, which has 5 and 10");
+  EXPECT_EQ(message, "capture with 7 links and 0 rays; must have, as BipedalWalker, 5 and 10");
 }
 
 /// Non-finite and huge values, as a failed simulation could leave them.
-TEST(RendererTest, DrawsWhatIsNowhere) {
+TEST(RendererTest, DrawsNonFiniteAndHugeNumbers) {
   const auto renderer = make_renderer("BipedalWalkerHardcore-v3");
   const StateCapture sound = capture_of("BipedalWalkerHardcore-v3", "heuristic", 4, 8);
   const Image expected = draw(*renderer, sound);
@@ -353,7 +344,7 @@ TEST(RendererTest, DrawsWhatIsNowhere) {
   EXPECT_EQ(draw(*renderer, sound).rgb, expected.rgb) << "nothing of it stays";
 }
 
-TEST(RendererTest, ImageKeepsItsMemory) {
+TEST(RendererTest, ReusesTheImagesMemory) {
   const auto renderer = make_renderer("BipedalWalker-v3");
   const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
   Image image = draw(*renderer, captured);

@@ -24,7 +24,7 @@ class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, boo
   std::mt19937 random_{3};
 };
 
-TEST_P(SavedStateTest, GoesOnAlike) {
+TEST_P(SavedStateTest, HasTheSameFuture) {
   Stepper original = make();
   Stepper untouched = make();  // is never saved
   Stepper other = make();      // loads states in the middle of its own episode
@@ -76,26 +76,21 @@ Stepper walked(const std::string& id = kPlain, const Parameters& parameters = {}
   return walker;
 }
 
-TEST(SavedState, TellsWhereInTheEpisode) {
-  Stepper walker = walked();
+TEST(SavedState, HasTheProgressOfTheEpisode) {
+  Stepper walker(kPlain);
+  walker.reset(4);
   double episode_return = 0;
-  Stepper again(kPlain);
-  again.reset(4);
   for (int i = 0; i < 30; ++i) {
-    again.step({0.3, -0.4, 0.5, 0.6});
-    episode_return += again.result.reward;
+    walker.step({0.3, -0.4, 0.5, 0.6});
+    episode_return += walker.result.reward;
   }
   Stepper fresh(kPlain);
+  const State before_the_first_reset = save(fresh);
   const Progress progress = load(fresh, save(walker));
   EXPECT_TRUE(progress.has_begun);
   EXPECT_EQ(progress.steps, 30U);
   EXPECT_EQ(progress.episode_return, episode_return);
-  EXPECT_FALSE(load(walker, save(Stepper(kPlain))).has_begun);
-}
-
-TEST(SavedState, BeforeTheFirstReset) {
-  Stepper walker = walked();
-  load(walker, save(Stepper(kPlain)));
+  EXPECT_FALSE(load(walker, before_the_first_reset).has_begun);
   EXPECT_THROW(walker.step({0, 0, 0, 0}), ResetNeeded);
   EXPECT_EQ(walker.environment->generator_state(), GeneratorState{});
 }
@@ -111,7 +106,7 @@ TEST(SavedState, AfterTheEnd) {
   EXPECT_STREQ(fresh.result.end_reason, "hull touched the ground");
 }
 
-TEST(SavedState, TheTimeLimitIsTheLoaders) {
+TEST(SavedState, TimeLimitIsTheLoaders) {
   Stepper limited(kPlain, {{"max_episode_steps", std::int64_t{32}}});
   load(limited, save(walked()));
   limited.step({0, 0, 0, 0});
@@ -130,22 +125,18 @@ std::string refusal(Stepper& walker, const State& state) {
   }
 }
 
-TEST(SavedState, AnothersIsRefused) {
+TEST(SavedState, OfAnotherEnvironmentIsRejected) {
   Stepper walker = walked();
   const State before = save(walker);
-  EXPECT_EQ(refusal(walker, save(walked("BipedalWalkerHardcore-v3"))),
-            "the state is of another environment: id = BipedalWalkerHardcore-v3 there; here it is "
-            "BipedalWalker-v3");
+  const std::string another = "the state is of another environment: ";
   EXPECT_EQ(refusal(walker, save(walked(kPlain, {{"reuse_world", true}}))),
-            "the state is of another environment: parameter reuse_world = true there; here it is "
-            "false");
+            another + "parameter reuse_world = true there; here it is false");
   EXPECT_EQ(refusal(walker, save(Stepper("Hopper-v5"))),
-            "the state is of another environment: id = Hopper-v5 there; here it is "
-            "BipedalWalker-v3");
+            another + "id = Hopper-v5 there; here it is BipedalWalker-v3");
   EXPECT_EQ(save(walker), before);
 }
 
-TEST(SavedState, WhatIsNotWholeIsRefused) {
+TEST(SavedState, DamagedOneIsRejected) {
   Stepper walker = walked();
   const State before = save(walker);
   const State state = save(walked(kPlain, {}, 40));
@@ -170,12 +161,12 @@ TEST(SavedState, WhatIsNotWholeIsRefused) {
 }
 
 /// With a valid checksum, corrupt data may change numbers but must not cause invalid accesses.
-TEST(SavedState, NoIndexIsTrusted) {
+TEST(SavedState, IndicesAreChecked) {
   const State state = save(walked("BipedalWalkerHardcore-v3", {}, 40));
   Stepper walker("BipedalWalkerHardcore-v3");
   std::mt19937 random(5);
-  int num_refused = 0;
-  int num_taken = 0;
+  int num_rejected = 0;
+  int num_loaded = 0;
   for (int i = 0; i < 1500; ++i) {
     State changed = state;
     const std::size_t at = 28 + random() % (state.size() - 28 - 4);
@@ -186,11 +177,11 @@ TEST(SavedState, NoIndexIsTrusted) {
     StateOrigin::seal(changed, 0);
     const State before = save(walker);
     if (!refusal(walker, changed).empty()) {
-      ++num_refused;
+      ++num_rejected;
       ASSERT_EQ(save(walker), before);
       continue;
     }
-    ++num_taken;
+    ++num_loaded;
     for (int step = 0; step < 3 && !walker.has_ended(); ++step) {
       try {
         walker.step({0.5, -0.5, 1, -1});
@@ -198,10 +189,10 @@ TEST(SavedState, NoIndexIsTrusted) {
         break;
       }
     }
-    if (num_taken % 8 == 0) walker.reset(2);
+    if (num_loaded % 8 == 0) walker.reset(2);
   }
-  EXPECT_GT(num_refused, 300);
-  EXPECT_GT(num_taken, 300);
+  EXPECT_GT(num_rejected, 300);
+  EXPECT_GT(num_loaded, 300);
 }
 
 }  // namespace

@@ -64,39 +64,35 @@ class SensorsTest : public testing::Test {
   int step_ = 0;
 };
 
-TEST_F(SensorsTest, JointsAreTheEnginesAndTheObservations) {
-  walk([this](const std::vector<double>& action) {
+TEST_F(SensorsTest, JointsAreBox2dsAndTheObservations) {
+  double max_effort = 0;
+  walk([&](const std::vector<double>& action) {
     for (std::size_t i = 0; i < kJointCount; ++i) {
       const b2RevoluteJoint& joint = twin_.physics().joint(i);
-      const std::size_t place = (i < 2 ? kFirstLeg : kSecondLeg) + 2 * (i % 2);
+      const std::size_t index = (i < 2 ? kFirstLeg : kSecondLeg) + 2 * (i % 2);
       const double shift = i % 2 == 0 ? 0 : 1;
-      const double fastest = i % 2 == 0 ? 4 : 6;
+      const double max_speed = i % 2 == 0 ? 4 : 6;
       EXPECT_EQ(sensors_.joint_position[i], double{joint.GetJointAngle()});
-      EXPECT_NEAR(sensors_.joint_position[i] + shift, walker_.observation[place], 1e-6);
+      EXPECT_NEAR(sensors_.joint_position[i] + shift, walker_.observation[index], 1e-6);
       EXPECT_EQ(sensors_.joint_velocity[i], double{joint.GetJointSpeed()});
-      EXPECT_NEAR(sensors_.joint_velocity[i] / fastest, walker_.observation[place + 1], 1e-6);
+      EXPECT_NEAR(sensors_.joint_velocity[i] / max_speed, walker_.observation[index + 1], 1e-6);
       EXPECT_EQ(sensors_.joint_effort[i], double{joint.GetMotorTorque(50)});
       EXPECT_LE(std::abs(sensors_.joint_effort[i]), 80 * std::abs(action[i]) + 1e-3);
+      max_effort = std::max(max_effort, std::abs(sensors_.joint_effort[i]));
     }
   });
+  EXPECT_NEAR(max_effort, 80, 1e-3);
 }
 
-TEST_F(SensorsTest, EffortsReachTheirLimits) {
-  double most = 0;
-  walk([this, &most](const std::vector<double>& /*action*/) {
-    for (const double effort : sensors_.joint_effort) most = std::max(most, std::abs(effort));
-  });
-  EXPECT_NEAR(most, 80, 1e-3);
-}
-
-TEST_F(SensorsTest, LinksAreWhereTheBodiesAre) {
+TEST_F(SensorsTest, LinkPosesAreTheBodies) {
   walk([this](const std::vector<double>& /*action*/) {
     for (std::size_t i = 0; i <= kJointCount; ++i) {
       const Pose& pose = sensors_.link_poses[i];
       const b2Body& body = twin_.body(i);
       const bool is_hull = i == 0;
-      const b2Vec2 place = is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
-      EXPECT_EQ(pose.position, (Vector3{double{place.x}, 0, double{place.y}}));
+      const b2Vec2 position =
+          is_hull ? body.GetPosition() : twin_.physics().joint(i - 1).GetAnchorB();
+      EXPECT_EQ(pose.position, (Vector3{double{position.x}, 0, double{position.y}}));
       // At joint angle 0, the bodies of the legs are turned by 0.05 rad; their link frames are not.
       const double leg_spread = i < 3 ? -0.05 : 0.05;
       const double spread = is_hull ? 0 : leg_spread;
@@ -109,9 +105,9 @@ TEST_F(SensorsTest, LinksAreWhereTheBodiesAre) {
   });
 }
 
-TEST_F(SensorsTest, VelocityIsThatOfTheOrigin) {
-  double largest_difference = 0;
-  walk([this, &largest_difference](const std::vector<double>& /*action*/) {
+TEST_F(SensorsTest, VelocityIsTheOrigins) {
+  double max_difference = 0;
+  walk([this, &max_difference](const std::vector<double>& /*action*/) {
     const b2Vec2 arm = hull().GetPosition() - hull().GetWorldCenter();
     const auto omega = double{hull().GetAngularVelocity()};
     const b2Vec2 center = hull().GetLinearVelocity();
@@ -119,22 +115,9 @@ TEST_F(SensorsTest, VelocityIsThatOfTheOrigin) {
     EXPECT_NEAR(sensors_.linear_velocity[2], double{center.y} + omega * double{arm.x}, 1e-5);
     EXPECT_EQ(sensors_.linear_velocity[1], 0);
     EXPECT_EQ(sensors_.angular_velocity, (Vector3{0, -omega, 0}));
-    largest_difference = std::max(largest_difference, std::abs(omega) * double{arm.Length()});
+    max_difference = std::max(max_difference, std::abs(omega) * double{arm.Length()});
   });
-  EXPECT_GT(largest_difference, 0.01) << "else the centre's velocity would have passed";
-}
-
-/// Tests only x: vertically, Box2D's position correction moves bodies without a velocity.
-TEST_F(SensorsTest, VelocityIntegratesToTheWay) {
-  double start = 0;
-  double way = 0;
-  walk([this, &start, &way](const std::vector<double>& /*action*/) {
-    if (step_ == 0) start = sensors_.link_poses[0].position[0];
-    if (step_ > 0) way += 0.02 * sensors_.linear_velocity[0];
-  });
-  const double end = sensors_.link_poses[0].position[0];
-  EXPECT_GT(end - start, 1) << "it walks";
-  EXPECT_NEAR(way, end - start, 0.05);
+  EXPECT_GT(max_difference, 0.01) << "else the centre's velocity would have passed";
 }
 
 TEST_F(SensorsTest, AccelerationIsTheChangeOfVelocity) {
@@ -153,7 +136,7 @@ TEST_F(SensorsTest, AccelerationIsTheChangeOfVelocity) {
   EXPECT_GT(largest, 5);
 }
 
-TEST_F(SensorsTest, RangesAreInfiniteExactlyWhereNothingWasMet) {
+TEST_F(SensorsTest, RangesAreInfiniteWithoutAHit) {
   const RangeFinder& finder = walker_.environment->specification().range_finder;
   int infinite = 0;
   int finite = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
@@ -12,31 +13,44 @@ namespace walker::bipedal_walker {
 /// Steps through the same states as a BipedalWalker after `reset(seed)` with the same actions.
 class Twin {
  public:
-  explicit Twin(std::uint64_t seed) : generator_(seed) {
-    terrain_ = generate_terrain(generator_, false);
+  explicit Twin(std::uint64_t seed, bool hardcore = false, bool reuse_world = false)
+      : hardcore_(hardcore), reuse_world_(reuse_world), generator_(seed) {
+    reset();
+  }
+
+  /// Resets without a seed.
+  void reset() {
+    if (physics_ && reuse_world_) {
+      physics_->destroy();
+    } else {
+      physics_.emplace();
+    }
+    terrain_ = generate_terrain(generator_, hardcore_);
     generate_clouds(generator_);
-    physics_.build(terrain_, generator_.uniform(-kInitialPush, kInitialPush));
+    physics_->build(terrain_, generator_.uniform(-kInitialPush, kInitialPush));
     const double no_torque[kJointCount] = {};
     step(no_torque);
   }
 
   void step(const double* action) {
-    physics_.drive(action);
-    physics_.step();
+    physics_->drive(action);
+    physics_->step();
   }
 
-  const Physics& physics() const { return physics_; }
+  const Physics& physics() const { return *physics_; }
   const Terrain& terrain() const { return terrain_; }
 
   /// Returns the hull for 0, then the limbs in action order, as in Specification::links.
   const b2Body& body(std::size_t link) const {
-    return link == 0 ? physics_.hull() : child_of(physics_.joint(link - 1));
+    return link == 0 ? physics().hull() : child_of(physics().joint(link - 1));
   }
 
- private:
+ protected:
+  bool hardcore_;
+  bool reuse_world_;
   Generator generator_;
   Terrain terrain_;
-  Physics physics_;
+  std::optional<Physics> physics_;
 };
 
 }  // namespace walker::bipedal_walker

@@ -14,15 +14,15 @@ static_assert(2 * b2_polygonRadius - 3 * b2_linearSlop < 1.001F * b2_linearSlop)
 /// The rounding error of a vertex is at most 1e-4 m for positions and angles below these limits.
 /// The margin is ten times that, for the errors made here and in Box2D.
 constexpr float kMargin = 1e-3F;
-constexpr float kMaxPlace = 500;  // [m]
-constexpr float kMaxAngle = 100;  // [rad]
+constexpr float kMaxPosition = 500;  // [m]
+constexpr float kMaxAngle = 100;     // [rad]
 
 bool is_same(const b2Sweep& a, const b2Sweep& b) {
   return a.c0 == b.c0 && a.c == b.c && a.a0 == b.a0 && a.a == b.a;
 }
 
-bool is_near(const b2Vec2& place) {
-  return std::abs(place.x) < kMaxPlace && std::abs(place.y) < kMaxPlace;
+bool is_near(const b2Vec2& position) {
+  return std::abs(position.x) < kMaxPosition && std::abs(position.y) < kMaxPosition;
 }
 
 bool is_near(const b2Sweep& sweep) {
@@ -37,8 +37,8 @@ struct Range {
 Range range_of(const b2Vec2* vertices, int count, const b2Vec2& axis) {
   Range range{b2_maxFloat, -b2_maxFloat};
   for (int i = 0; i < count; ++i) {
-    const float place = b2Dot(axis, vertices[i]);
-    range = {std::min(range.low, place), std::max(range.high, place)};
+    const float position = b2Dot(axis, vertices[i]);
+    range = {std::min(range.low, position), std::max(range.high, position)};
   }
   return range;
 }

@@ -7,8 +7,8 @@
 #include <type_traits>
 
 #include "base/limits.h"
-#include "robots/bipedal_walker/box2d_pinned/world_impacts.h"
 #include "robots/bipedal_walker/box2d_pinned/world_step.h"
+#include "robots/bipedal_walker/box2d_pinned/world_toi.h"
 #include "robots/bipedal_walker/physics.h"
 #include "simd/workspace.h"
 
@@ -45,7 +45,7 @@ class Group {
 
   void step() {
     solve_islands();
-    solve_impacts();
+    solve_toi();
     for_each([this](std::size_t i) { steps_[i].end(); });
   }
 
@@ -54,8 +54,7 @@ class Group {
     Queue<Island> islands;
     std::array<bool, kMaxGroupSize> is_waiting{};
     for_each([&](std::size_t i) {
-      steps_[i].start(calls_[i].physics->parts(), model_);
-      is_waiting[i] = steps_[i].begin();
+      is_waiting[i] = steps_[i].begin(calls_[i].physics->parts(), model_);
       if (is_waiting[i]) islands.add(steps_[i].island());
     });
     islands.solve(kernel_.solve, model_);
@@ -65,22 +64,22 @@ class Group {
   }
 
   /// Solves one impact of each world at a time, until no world has another one.
-  void solve_impacts() {
-    Queue<Impact> impacts;
+  void solve_toi() {
+    Queue<ToiIsland> islands;
     std::array<bool, kMaxGroupSize> is_waiting{};
     for_each([&](std::size_t i) {
-      impacts_[i].begin(calls_[i].physics->parts(), model_);
+      tois_[i].begin(calls_[i].physics->parts(), model_);
       is_waiting[i] = true;
     });
     for (;;) {
       for_each([&](std::size_t i) {
-        is_waiting[i] = is_waiting[i] && impacts_[i].find();
-        if (is_waiting[i]) impacts.add(impacts_[i].impact());
+        is_waiting[i] = is_waiting[i] && tois_[i].find();
+        if (is_waiting[i]) islands.add(tois_[i].island());
       });
-      if (impacts.is_empty()) return;
-      impacts.solve(kernel_.solve_impacts, model_);
+      if (islands.is_empty()) return;
+      islands.solve(kernel_.solve_toi, model_);
       for_each([&](std::size_t i) {
-        if (is_waiting[i]) impacts_[i].finish();
+        if (is_waiting[i]) tois_[i].finish();
       });
     }
   }
@@ -103,7 +102,7 @@ class Group {
   std::size_t count_;
   Model model_;
   std::array<WorldStep, kMaxGroupSize> steps_;
-  std::array<WorldImpacts, kMaxGroupSize> impacts_;
+  std::array<WorldToi, kMaxGroupSize> tois_;
 };
 
 }  // namespace

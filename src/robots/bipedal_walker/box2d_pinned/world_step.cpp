@@ -47,12 +47,9 @@ Model model_of(const WalkerParts& parts) {
   return model;
 }
 
-void WorldStep::start(const WalkerParts& parts, const Model& model) {
+bool WorldStep::begin(const WalkerParts& parts, const Model& model) {
   parts_ = parts;
   model_ = &model;
-}
-
-bool WorldStep::begin() {
   b2World& world = *parts_.world;
   if ((world.m_flags & b2World::e_newFixture) != 0) {
     world.m_contactManager.FindNewContacts();
@@ -89,11 +86,11 @@ bool WorldStep::read_island() {
 
 /// @return whether the island has room for the body's contacts
 bool WorldStep::read_contacts(const b2Body& body) {
-  const int most = std::min(kMaxContacts, num_contacts_ + kMaxContactsOfBody);
+  const int capacity = std::min(kMaxContacts, num_contacts_ + kMaxContactsOfBody);
   for (const b2ContactEdge* edge = body.m_contactList; edge != nullptr; edge = edge->next) {
     b2Contact& contact = *edge->contact;
     if (!is_solid(contact)) continue;
-    if (num_contacts_ == most) return false;
+    if (num_contacts_ == capacity) return false;
     const b2Manifold& manifold = contact.m_manifold;
     Contact<float, int>& read = island_.contacts[static_cast<std::size_t>(num_contacts_)];
     read_contact(contact, body, read.manifold);
@@ -132,7 +129,7 @@ void WorldStep::finish_island() {
   }
   write_impulses();
   write_bodies();
-  wake_terrain();
+  set_terrain_awake(true);  // as Box2D's island search does
   fall_asleep();
   synchronize();
   parts_.world->m_contactManager.FindNewContacts();
@@ -169,10 +166,9 @@ void WorldStep::write_bodies() {
   }
 }
 
-/// Wakes the terrain in contact, as Box2D's island search does.
-void WorldStep::wake_terrain() {
+void WorldStep::set_terrain_awake(bool is_awake) {
   std::for_each_n(contacts_.begin(), num_contacts_,
-                  [](b2Contact* contact) { terrain_of(*contact).SetAwake(true); });
+                  [=](b2Contact* contact) { terrain_of(*contact).SetAwake(is_awake); });
 }
 
 /// The end of b2Island::Solve.
@@ -190,8 +186,7 @@ void WorldStep::fall_asleep() {
   }
   if (shortest < b2_timeToSleep || island_.position_is_solved == 0) return;
   for (b2Body* body : parts_.bodies) body->SetAwake(false);
-  std::for_each_n(contacts_.begin(), num_contacts_,
-                  [](b2Contact* contact) { terrain_of(*contact).SetAwake(false); });
+  set_terrain_awake(false);
 }
 
 /// Updates fixtures in the order of the world's list of bodies, which affects the tree's structure.

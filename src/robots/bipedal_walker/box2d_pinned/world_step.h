@@ -1,7 +1,7 @@
 // A step of one b2World in pieces, between which the kernel solves many worlds together. This file
-// has b2World::Step and Solve up to the impacts; world_impacts.h has the impacts.
+// has b2World::Step and Solve; world_toi.h has SolveTOI.
 //
-//   begin -> [solve island] -> finish_island -> impacts -> end
+//   begin -> [solve island] -> finish_island -> WorldToi -> end
 //
 // Supports the worlds that Physics builds: one island of five bodies, in a chain of four joints,
 // and their contacts with static terrain; no sensors, no bullets, no damping, no restitution. Box2D
@@ -14,17 +14,15 @@
 #include <array>
 
 #include "robots/bipedal_walker/kernel/kernel.h"
-#include "robots/bipedal_walker/walker_parts.h"
+#include "robots/bipedal_walker/physics.h"
 
 namespace walker::bipedal_walker {
 
 class WorldStep {
  public:
-  void start(const WalkerParts& parts, const Model& model);
-
   /// Updates the contacts.
   /// @return whether the kernel must solve `island`; if not, Box2D has solved it
-  bool begin();
+  bool begin(const WalkerParts& parts, const Model& model);
   Island& island() { return island_; }
   void finish_island();
 
@@ -37,7 +35,7 @@ class WorldStep {
   void solve_by_box2d();
   void write_bodies();
   void write_impulses();
-  void wake_terrain();
+  void set_terrain_awake(bool is_awake);
   void fall_asleep();
   void synchronize();
 

@@ -1,4 +1,4 @@
-// b2ContactSolver's velocity constraints for contacts between one body of the walker and the static
+// b2ContactSolver's constraints for contacts between one body of the walker and the static
 // terrain, which is at the origin.
 //
 // A contact has a body A and a body B, and its normal n points from A to B. One of them is the
@@ -19,11 +19,13 @@
 #pragma once
 
 #include "robots/bipedal_walker/kernel/lanes.h"
+#include "robots/bipedal_walker/kernel/rotation.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr float kPolygonRadius = 2 * 0.005F;  ///< b2_polygonRadius [m]
+constexpr float kPolygonRadius = 2 * kLinearSlop;  ///< b2_polygonRadius [m]
+constexpr float kMaxLinearCorrection = 0.2F;       ///< b2_maxLinearCorrection [m]
 
 template <int W>
 using ManifoldLanes = ContactManifold<Number<W>, Truth<W>>;
@@ -50,22 +52,31 @@ struct ContactLanes {
   bool any_one, any_two, all_exist, any_walker_is_a;
 };
 
-/// b2WorldManifold::Initialize: returns a contact point, halfway between the skins of both shapes.
+/// Returns the normal of the reference face in world coordinates.
 template <int W>
-WALKER_SIM_INLINE inline Vec2<W> place_of_point(const ManifoldLanes<W>& manifold, int index,
-                                                const Transform<W>& walker, Vec2<W> face_normal) {
+WALKER_SIM_INLINE inline Vec2<W> face_normal_of(const ManifoldLanes<W>& manifold,
+                                                const Transform<W>& walker) {
+  const Rotation<Number<W>> upright{Number<W>(0), Number<W>(1)};
+  const Vec2<W> normal{manifold.normal_x, manifold.normal_y};
+  return select(manifold.walker_has_face, rotate(walker.rotation, normal), rotate(upright, normal));
+}
+
+/// A manifold's point in world coordinates.
+template <int W>
+struct WorldPoint {
+  Vec2<W> plane_point;  ///< on the reference face
+  Vec2<W> clip_point;   ///< on the other body
+};
+
+/// The common part of b2WorldManifold::Initialize and b2PositionSolverManifold::Initialize.
+template <int W>
+WALKER_SIM_INLINE inline WorldPoint<W> world_point(const ManifoldLanes<W>& manifold, int index,
+                                                   const Transform<W>& walker) {
   const Transform<W> terrain{{Number<W>(0), Number<W>(1)}, {Number<W>(0), Number<W>(0)}};
   const Vec2<W> plane{manifold.plane_x, manifold.plane_y};
   const Vec2<W> point{manifold.point_x[index], manifold.point_y[index]};
-  const Vec2<W> plane_point =
-      select(manifold.walker_has_face, transform(walker, plane), transform(terrain, plane));
-  const Vec2<W> clip_point =
-      select(manifold.walker_has_face, transform(terrain, point), transform(walker, point));
-  const Number<W> radius(kPolygonRadius);
-  const Vec2<W> on_face =
-      clip_point + (radius - dot(clip_point - plane_point, face_normal)) * face_normal;
-  const Vec2<W> on_other = clip_point - radius * face_normal;
-  return Number<W>(0.5F) * (on_face + on_other);
+  return {select(manifold.walker_has_face, transform(walker, plane), transform(terrain, plane)),
+          select(manifold.walker_has_face, transform(terrain, point), transform(walker, point))};
 }
 
 /// b2ContactSolver::InitializeVelocityConstraints. The caller sets the impulses.
@@ -76,15 +87,12 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
                                       ContactLanes<W>& contact) {
   const Number<W> zero(0);
   const Number<W> one(1);
+  const Number<W> radius(kPolygonRadius);
   const Number<W> mass = body.inverse_mass;
   const Number<W> inertia = body.inverse_inertia;
   const Truth<W> is_a = manifold.walker_is_a;
 
-  const Rotation<Number<W>> upright{zero, one};
-  const Vec2<W> local_normal{manifold.normal_x, manifold.normal_y};
-  const Vec2<W> face_normal =
-      select(manifold.walker_has_face, rotate(walker.rotation, local_normal),
-             rotate(upright, local_normal));
+  const Vec2<W> face_normal = face_normal_of(manifold, walker);
   const Truth<W> face_is_b = manifold.walker_has_face ^ is_a;
   const Vec2<W> normal = select(face_is_b, -face_normal, face_normal);
   const Vec2<W> tangent = tangent_of(normal);
@@ -94,9 +102,13 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
   };
   for (int i = 0; i < 2; ++i) {
     PointLanes<W>& point = contact.points[i];
-    const Vec2<W> place = place_of_point(manifold, i, walker, face_normal);
-    point.arm = place - center;
-    point.zero_after = select(is_a, Vec2<W>{zero, zero}, cross(zero, place));
+    const auto [plane_point, clip_point] = world_point(manifold, i, walker);
+    const Vec2<W> on_face =
+        clip_point + (radius - dot(clip_point - plane_point, face_normal)) * face_normal;
+    const Vec2<W> on_other = clip_point - radius * face_normal;
+    const Vec2<W> middle = Number<W>(0.5F) * (on_face + on_other);
+    point.arm = middle - center;
+    point.zero_after = select(is_a, Vec2<W>{zero, zero}, cross(zero, middle));
     point.normal_mass = one / mass_along(point.arm, point.arm, normal);
     point.tangent_mass = one / mass_along(point.arm, point.arm, tangent);
   }
@@ -107,9 +119,10 @@ WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const Ma
   const Number<W> k11 = mass_along(arm_1, arm_1, normal);
   const Number<W> k22 = mass_along(arm_2, arm_2, normal);
   const Number<W> k12 = mass_along(arm_1, arm_2, normal);
-  const Number<W> most(1000);  // k_maxConditionNumber
+  const Number<W> max_condition(1000);  // k_maxConditionNumber
   const Number<W> determinant = k11 * k22 - k12 * k12;
-  contact.has_two = manifold.has_two_points & manifold.exists & (k11 * k11 < most * determinant);
+  contact.has_two =
+      manifold.has_two_points & manifold.exists & (k11 * k11 < max_condition * determinant);
   contact.k = {{k11, k12}, {k12, k22}};
   const Number<W> inverse = inverse_of(determinant);
   contact.inverse_k = {{inverse * k22, -inverse * k12}, {-inverse * k12, inverse * k11}};
@@ -169,8 +182,8 @@ WALKER_SIM_INLINE inline void solve_tangent(const ContactLanes<W>& contact, Poin
   const Vec2<W> tangent = tangent_of(contact.normal);
   const Number<W> speed = dot(relative_velocity(contact, point, body), tangent);
   const Number<W> wanted = point.tangent_mass * -speed;
-  const Number<W> most = contact.friction * point.normal_impulse;
-  const Number<W> accumulated = clamp(point.tangent_impulse + wanted, -most, most);
+  const Number<W> max_friction = contact.friction * point.normal_impulse;
+  const Number<W> accumulated = clamp(point.tangent_impulse + wanted, -max_friction, max_friction);
   const Vec2<W> impulse = (accumulated - point.tangent_impulse) * tangent;
   point.tangent_impulse = accumulated;
   apply(contact, impulse, cross(point.arm, impulse), body);
@@ -260,6 +273,43 @@ WALKER_SIM_INLINE inline void solve(ContactLanes<W>& contact, BodyLanes<W>& body
   } else {
     body.velocity = select(contact.exists, now.velocity, body.velocity);
     body.angular_velocity = select(contact.exists, now.angular_velocity, body.angular_velocity);
+  }
+}
+
+/// b2ContactSolver::SolvePositionConstraints and SolveTOIPositionConstraints for one contact.
+/// @param share      fraction of the error to correct: b2_baumgarte or b2_toiBaugarte
+/// @param separation receives the minimum of its value and this contact's separation
+template <int W>
+WALKER_SIM_INLINE inline void solve_position(const ManifoldLanes<W>& manifold, bool any_two,
+                                             const MassLanes<W>& model, float share,
+                                             PositionLanes<W>& body, Number<W>& separation) {
+  const Number<W> inertia = model.inverse_inertia;
+  const Truth<W> face_is_b = manifold.walker_has_face ^ manifold.walker_is_a;
+  const Number<W> sign = select(manifold.walker_is_a, Number<W>(-1), Number<W>(1));
+  const Number<W> signed_mass = sign * model.inverse_mass;
+  const Number<W> signed_inertia = sign * inertia;
+  const Number<W> radius(kPolygonRadius);
+
+  for (int i = 0; i < (any_two ? 2 : 1); ++i) {
+    const Truth<W> takes_part =
+        i == 0 ? manifold.exists : manifold.exists & manifold.has_two_points;
+    const Rotation<Number<W>> rotation = rotation_of<W>(body.angle);
+    const Transform<W> walker{rotation, body.center - rotate(rotation, model.center)};
+    const Vec2<W> face_normal = face_normal_of(manifold, walker);
+    const auto [plane_point, clip_point] = world_point(manifold, i, walker);
+    const Number<W> distance = dot(clip_point - plane_point, face_normal) - radius - radius;
+    const Vec2<W> normal = select(face_is_b, -face_normal, face_normal);
+
+    const Vec2<W> arm = clip_point - body.center;
+    const Number<W> error = clamp(Number<W>(share) * (distance + Number<W>(kLinearSlop)),
+                                  Number<W>(-kMaxLinearCorrection), Number<W>(0));
+    const Number<W> arm_along = cross(arm, normal);
+    const Number<W> mass_along = model.inverse_mass + inertia * arm_along * arm_along;
+    const Vec2<W> impulse = (-error / mass_along) * normal;
+
+    separation = select(takes_part, min(separation, distance), separation);
+    body.center = select(takes_part, body.center + signed_mass * impulse, body.center);
+    body.angle = select(takes_part, body.angle + signed_inertia * cross(arm, impulse), body.angle);
   }
 }
 

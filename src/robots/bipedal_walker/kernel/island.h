@@ -10,7 +10,6 @@
 #include <cstddef>
 
 #include "robots/bipedal_walker/kernel/contact.h"
-#include "robots/bipedal_walker/kernel/contact_position.h"
 #include "robots/bipedal_walker/kernel/revolute_joint.h"
 #include "robots/bipedal_walker/kernel/rotation.h"
 
@@ -66,7 +65,7 @@ class IslandLanes {
   IslandLanes(Island* const* islands, int count, const Model& model)
       : model_(model), count_(count) {
     for (int lane = 0; lane < W; ++lane) islands_[lane] = islands[lane < count ? lane : 0];
-    place_contacts();
+    assign_slots();
   }
 
   void solve() {
@@ -89,25 +88,25 @@ class IslandLanes {
     load_bodies();
     load_joints();
     for (int i = 0; i < kBodies; ++i) {
-      places_[i] = {{bodies_[i].x, bodies_[i].y}, bodies_[i].angle};
+      positions_[i] = {{bodies_[i].x, bodies_[i].y}, bodies_[i].angle};
     }
-    std::array<PlaceLanes<W>, kBodies> kept;
+    std::array<PositionLanes<W>, kBodies> kept;
     Truth<W> is_kept = Truth<W>::none();
     const unsigned all = (1U << count_) - 1;
     for (int i = 0; i < iterations && (to_bits(is_kept) & all) != all; ++i) {
-      const Truth<W> is_new = solve_positions() & ~is_kept;
-      if (!any(is_new)) continue;
+      const Truth<W> has_converged = solve_positions() & ~is_kept;
+      if (!any(has_converged)) continue;
       for (int k = 0; k < kBodies; ++k) {
-        kept[k].center = select(is_new, places_[k].center, kept[k].center);
-        kept[k].angle = select(is_new, places_[k].angle, kept[k].angle);
+        kept[k].center = select(has_converged, positions_[k].center, kept[k].center);
+        kept[k].angle = select(has_converged, positions_[k].angle, kept[k].angle);
       }
-      is_kept = is_kept | is_new;
+      is_kept = is_kept | has_converged;
     }
     for (int i = 0; i < kBodies; ++i) {
-      const Vec2<W> center = select(is_kept, kept[i].center, places_[i].center);
+      const Vec2<W> center = select(is_kept, kept[i].center, positions_[i].center);
       bodies_[i].x = center.x;
       bodies_[i].y = center.y;
-      bodies_[i].angle = select(is_kept, kept[i].angle, places_[i].angle);
+      bodies_[i].angle = select(is_kept, kept[i].angle, positions_[i].angle);
       rotations_[i] = rotation_of<W>(bodies_[i].angle);
     }
     store(bodies_, &Island::bodies);
@@ -119,23 +118,25 @@ class IslandLanes {
 
  private:
   /// Assigns each contact of each world to a slot of its body.
-  void place_contacts() {
+  void assign_slots() {
     static const Contact<float, int> kNone{};
     num_slots_ = 0;
     std::array<int, W> next{};  // index of each world's next contact
     for (int body = 0; body < kBodies; ++body) {
       if (body == kHull) slots_of_hull_ = num_slots_;
       if (body == kHull + 1) slots_of_other_leg_ = num_slots_;
-      int most = 0;
-      for (const Island* island : islands_) most = std::max(most, island->num_contacts[body]);
-      for (int i = 0; i < most; ++i) {
+      int num_slots = 0;
+      for (const Island* island : islands_) {
+        num_slots = std::max(num_slots, island->num_contacts[body]);
+      };
+      for (int i = 0; i < num_slots; ++i) {
         Slot<W>& slot = slots_[num_slots_];
         std::array<const Contact<float, int>*, W> contacts;
         for (int lane = 0; lane < W; ++lane) {
           const bool exists = i < islands_[lane]->num_contacts[body];
-          places_of_contacts_[num_slots_][lane] = exists ? next[lane]++ : -1;
+          contact_indices_[num_slots_][lane] = exists ? next[lane]++ : -1;
           contacts[lane] =
-              exists ? &islands_[lane]->contacts[places_of_contacts_[num_slots_][lane]] : &kNone;
+              exists ? &islands_[lane]->contacts[contact_indices_[num_slots_][lane]] : &kNone;
         }
         Contact<Number<W>, Truth<W>> lanes;
         gather<W>(lanes, contacts.data());
@@ -270,9 +271,9 @@ class IslandLanes {
       ContactImpulses<float> nowhere;
       std::array<ContactImpulses<float>*, W> worlds;
       for (int lane = 0; lane < W; ++lane) {
-        const int place = places_of_contacts_[i][lane];
+        const int index = contact_indices_[i][lane];
         // cppcheck-suppress uninitvar  // it is only written
-        worlds[lane] = place < 0 ? &nowhere : &islands_[lane]->contacts[place].impulses;
+        worlds[lane] = index < 0 ? &nowhere : &islands_[lane]->contacts[index].impulses;
       }
       scatter<W>(impulses, worlds.data(), count_);
     }
@@ -284,14 +285,14 @@ class IslandLanes {
     for (int i = 0; i < num_slots_; ++i) {
       const int body = slots_[i].body;
       solve_position(slots_[i].manifold, slots_[i].any_two, MassLanes<W>(model_.bodies[body]),
-                     kBaumgarte, places_[body], separation);
+                     kBaumgarte, positions_[body], separation);
     }
     Truth<W> is_near = separation >= Number<W>(-3.0F * kLinearSlop);
     for (int i = 0; i < kJoints; ++i) {
       const int a = body_a(i);
       const int b = body_b(i);
       is_near = is_near & solve_position(model_.joints[i], model_.bodies[a], model_.bodies[b],
-                                         joint_states_[i], places_[a], places_[b]);
+                                         joint_states_[i], positions_[a], positions_[b]);
     }
     return is_near;
   }
@@ -302,13 +303,13 @@ class IslandLanes {
   int num_slots_;
   int slots_of_hull_, slots_of_other_leg_;  ///< first slots; slots are sorted by body
   std::array<Slot<W>, kMaxContactsInLanes> slots_;
-  std::array<std::array<int, W>, kMaxContactsInLanes> places_of_contacts_;
+  std::array<std::array<int, W>, kMaxContactsInLanes> contact_indices_;
   std::array<ContactImpulses<Number<W>>, kMaxContactsInLanes> impulses_;
   std::array<ContactLanes<W>, kMaxContactsInLanes> contacts_;
   std::array<BodyState<Number<W>>, kBodies> bodies_;
   std::array<Rotation<Number<W>>, kBodies> rotations_;
   std::array<BodyLanes<W>, kBodies> velocities_;
-  std::array<PlaceLanes<W>, kBodies> places_;
+  std::array<PositionLanes<W>, kBodies> positions_;
   std::array<JointState<Number<W>, Truth<W>>, kJoints> joint_states_;
   std::array<JointLanes<W>, kJoints> joints_;
 };

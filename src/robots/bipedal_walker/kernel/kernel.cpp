@@ -1,6 +1,5 @@
 #include "robots/bipedal_walker/kernel/kernel.h"
 
-#include "robots/bipedal_walker/kernel/instruction_sets.h"
 #include "simd/instruction_sets.h"
 
 namespace walker::bipedal_walker {

@@ -1,6 +1,6 @@
 // Interface of the kernel, which reimplements Box2D's solvers for many walkers, bit for bit.
 //
-// The kernel does not depend on Box2D: a world's numbers are copied into an Island or an Impact,
+// The kernel does not depend on Box2D: a world's numbers are copied into an Island or an ToiIsland,
 // solved together with those of other worlds, and copied back.
 #pragma once
 
@@ -103,7 +103,7 @@ struct Island {
 };
 
 /// b2Island at a time of impact, before and after b2Island::SolveTOI.
-struct Impact {
+struct ToiIsland {
   int body;  ///< index into Model::bodies
   float dt;  ///< rest of the step [s]
   BodyState<float> state;
@@ -121,11 +121,14 @@ struct Kernel {
 
   /// @param count at most kMaxGroupSize
   void (*solve)(Island* const* islands, std::size_t count, const Model& model);
-  void (*solve_impacts)(Impact* const* impacts, std::size_t count, const Model& model);
+  void (*solve_toi)(ToiIsland* const* islands, std::size_t count, const Model& model);
 
   /// b2Rot::Set for `count` angles [rad], with the C library's bits.
   void (*rotate)(const float* angles, std::size_t count, Rotation<float>* rotations);
 };
+
+/// Compilations, each in a file of its own. Only those for the target architecture exist.
+extern const Kernel kernel_sse2, kernel_avx2, kernel_avx512, kernel_neon;
 
 /// Returns the kernels that this processor can run, the one with the most lanes first.
 std::vector<const Kernel*> kernels();

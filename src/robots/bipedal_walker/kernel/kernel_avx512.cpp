@@ -1,5 +1,4 @@
 #define WALKER_SIM_INSTRUCTION_SET avx512
-#include "robots/bipedal_walker/kernel/instruction_sets.h"
 #include "robots/bipedal_walker/kernel/solve.h"
 
 namespace walker::bipedal_walker {

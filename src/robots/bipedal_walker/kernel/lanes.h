@@ -1,7 +1,7 @@
 // Box2D's vector algebra (b2Math.h) on one number per lane, in Box2D's order of operations, and
 // copies between worlds and lanes.
 //
-// This file, those beside it that say so, and world_step.cpp and world_impacts.cpp restate formulas
+// This file, those beside it that say so, and world_step.cpp and world_toi.cpp restate formulas
 // of Box2D 2.3 in code of our own, for several worlds at once. They are altered and not the
 // original software. Box2D's notice:
 //
@@ -34,6 +34,8 @@ template <int W>
 using Number = simd::Vector<float, W>;
 template <int W>
 using Truth = simd::Mask<float, W>;
+
+constexpr float kLinearSlop = 0.005F;  ///< b2_linearSlop [m]
 
 using simd::any;
 using simd::max;
@@ -120,6 +122,12 @@ template <int W>
 struct BodyLanes {
   Vec2<W> velocity;
   Number<W> angular_velocity;
+};
+
+template <int W>
+struct PositionLanes {
+  Vec2<W> center;
+  Number<W> angle;
 };
 
 template <int W>

@@ -19,7 +19,7 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 template <int W>
 struct JointLanes {
   Vec2<W> arm_a, arm_b;
-  Number<W> motor_mass, motor_speed, most_motor_impulse;
+  Number<W> motor_mass, motor_speed, max_motor_impulse;
   Number<W> motor_impulse, limit_impulse;
   Vec2<W> impulse;
   Number<W> exx, exy, exz, eyy, eyz, ezz;           ///< m_mass, symmetric: ez.x = ex.z, ...
@@ -69,14 +69,14 @@ WALKER_SIM_INLINE inline void prepare(const Model::Joint& model, const Model::Bo
   joint.at_upper = ~joint.at_lower & (angle >= Number<W>(model.upper_angle));
   joint.at_limit = joint.at_lower | joint.at_upper;
   joint.any_at_limit = any(joint.at_limit);
-  const Truth<W> is_at_the_same =
+  const Truth<W> is_same_limit =
       (joint.at_lower & state.at_lower) | (joint.at_upper & state.at_upper);
 
   const Number<W> ratio(dt_ratio);
   joint.motor_speed = state.motor_speed;
-  joint.most_motor_impulse = Number<W>(dt) * state.motor_torque;
+  joint.max_motor_impulse = Number<W>(dt) * state.motor_torque;
   joint.motor_impulse = state.motor_impulse * ratio;
-  joint.limit_impulse = select(is_at_the_same, state.limit_impulse, Number<W>(0)) * ratio;
+  joint.limit_impulse = select(is_same_limit, state.limit_impulse, Number<W>(0)) * ratio;
   joint.impulse = {state.impulse_x * ratio, state.impulse_y * ratio};
 
   const Vec2<W> impulse = joint.impulse;
@@ -106,7 +106,7 @@ WALKER_SIM_INLINE inline void solve(const Model::Body& model_a, const Model::Bod
 
   const Number<W> error = b.angular_velocity - a.angular_velocity - joint.motor_speed;
   const Number<W> accumulated = clamp(joint.motor_impulse + -joint.motor_mass * error,
-                                      -joint.most_motor_impulse, joint.most_motor_impulse);
+                                      -joint.max_motor_impulse, joint.max_motor_impulse);
   const Number<W> torque = accumulated - joint.motor_impulse;
   joint.motor_impulse = accumulated;
   a.angular_velocity -= inertia_a * torque;
@@ -154,14 +154,7 @@ WALKER_SIM_INLINE inline void solve(const Model::Body& model_a, const Model::Bod
   b.angular_velocity += inertia_b * angular_b;
 }
 
-template <int W>
-struct PlaceLanes {
-  Vec2<W> center;
-  Number<W> angle;
-};
-
 constexpr float kPi = 3.14159265359F;                         ///< b2_pi
-constexpr float kLinearSlop = 0.005F;                         ///< b2_linearSlop [m]
 constexpr float kAngularSlop = 2.0F / 180.0F * kPi;           ///< b2_angularSlop [rad]
 constexpr float kMaxAngularCorrection = 8.0F / 180.0F * kPi;  ///< b2_maxAngularCorrection [rad]
 
@@ -172,7 +165,7 @@ WALKER_SIM_INLINE inline Truth<W> solve_position(const Model::Joint& model,
                                                  const Model::Body& model_a,
                                                  const Model::Body& model_b,
                                                  const JointState<Number<W>, Truth<W>>& state,
-                                                 PlaceLanes<W>& a, PlaceLanes<W>& b) {
+                                                 PositionLanes<W>& a, PositionLanes<W>& b) {
   const Number<W> zero(0);
   const Number<W> mass_a(model_a.inverse_mass);
   const Number<W> mass_b(model_b.inverse_mass);
@@ -184,10 +177,11 @@ WALKER_SIM_INLINE inline Truth<W> solve_position(const Model::Joint& model,
     const Number<W> angle = b.angle - a.angle - Number<W>(model.reference_angle);
     const Number<W> beyond_lower = angle - Number<W>(model.lower_angle);
     const Number<W> beyond_upper = angle - Number<W>(model.upper_angle);
-    const Number<W> most(kMaxAngularCorrection);
+    const Number<W> max_correction(kMaxAngularCorrection);
     const Number<W> slop(kAngularSlop);
-    const Number<W> correction = select(state.at_lower, clamp(beyond_lower + slop, -most, zero),
-                                        clamp(beyond_upper - slop, zero, most));
+    const Number<W> correction =
+        select(state.at_lower, clamp(beyond_lower + slop, -max_correction, zero),
+               clamp(beyond_upper - slop, zero, max_correction));
     const Number<W> motor_mass = Number<W>(1) / (inertia_a + inertia_b);
     const Number<W> impulse = -motor_mass * correction;
     const Truth<W> at_limit = state.at_lower | state.at_upper;

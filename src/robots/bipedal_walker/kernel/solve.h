@@ -6,16 +6,16 @@
 #include <type_traits>
 
 #include "base/limits.h"
-#include "robots/bipedal_walker/kernel/impact.h"
 #include "robots/bipedal_walker/kernel/island.h"
 #include "robots/bipedal_walker/kernel/rotation.h"
+#include "robots/bipedal_walker/kernel/toi.h"
 #include "simd/workspace.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 /// Position iterations after which most worlds have converged; most of the others never do.
-constexpr int kFewIterations = 6;
+constexpr int kFirstIterations = 6;
 
 constexpr int kMinLanes = 4;
 
@@ -43,29 +43,29 @@ Lanes& new_lanes(void* memory, Problem* const* problems, int count, const Model&
 
 template <int W>
 void solve_islands(Island* const* islands, std::size_t count, const Model& model) {
-  std::array<Island*, kMaxGroupSize> far_off;
-  std::size_t num_far_off = 0;
+  std::array<Island*, kMaxGroupSize> unsolved;
+  std::size_t num_unsolved = 0;
   void* const memory = simd::workspace().lanes;
-  const int few = std::min(kFewIterations, model.position_iterations);
+  const int first_iterations = std::min(kFirstIterations, model.position_iterations);
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
     auto& lanes = new_lanes<IslandLanes<width>>(memory, islands + first, num_lanes, model);
     lanes.solve();
-    lanes.correct(few);
+    lanes.correct(first_iterations);
     for (std::size_t i = first; i < first + static_cast<std::size_t>(num_lanes); ++i) {
-      if (islands[i]->position_is_solved == 0) far_off[num_far_off++] = islands[i];
+      if (islands[i]->position_is_solved == 0) unsolved[num_unsolved++] = islands[i];
     }
   });
-  in_groups<W>(0, num_far_off, [&](std::size_t first, int num_lanes, auto width) {
-    new_lanes<IslandLanes<width>>(memory, far_off.data() + first, num_lanes, model)
-        .correct(model.position_iterations - few);
+  in_groups<W>(0, num_unsolved, [&](std::size_t first, int num_lanes, auto width) {
+    new_lanes<IslandLanes<width>>(memory, unsolved.data() + first, num_lanes, model)
+        .correct(model.position_iterations - first_iterations);
   });
 }
 
 template <int W>
-void solve_impacts(Impact* const* impacts, std::size_t count, const Model& model) {
+void solve_toi(ToiIsland* const* islands, std::size_t count, const Model& model) {
   void* const memory = simd::workspace().lanes;
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
-    new_lanes<ImpactLanes<width>>(memory, impacts + first, num_lanes, model).solve();
+    new_lanes<ToiLanes<width>>(memory, islands + first, num_lanes, model).solve();
   });
 }
 
@@ -83,7 +83,7 @@ void rotate_all(const float* angles, std::size_t count, Rotation<float>* rotatio
 
 template <int W>
 constexpr Kernel make_kernel(const char* instruction_set) {
-  return {instruction_set, W, solve_islands<W>, solve_impacts<W>, rotate_all<W>};
+  return {instruction_set, W, solve_islands<W>, solve_toi<W>, rotate_all<W>};
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

@@ -59,9 +59,10 @@ bool is_same(const b2Body& one, const b2Body& other) {
 }
 
 /// Steps worlds by the kernel and identical worlds by Box2D.
-class Trial {
+class KernelComparison {
  public:
-  explicit Trial(const Kernel& kernel) : kernel_(kernel), ours_(kWorlds), plain_(kWorlds) {
+  explicit KernelComparison(const Kernel& kernel)
+      : kernel_(kernel), ours_(kWorlds), plain_(kWorlds) {
     for (std::size_t i = 0; i < kWorlds; ++i) {
       const Terrain terrain = rough_ground(generator_);
       const double push = generator_.uniform(-50, 50);
@@ -104,18 +105,18 @@ class Trial {
 
 }  // namespace
 
-bool is_as_box2d(const Kernel& kernel) {
+bool has_box2ds_bits(const Kernel& kernel) {
   constexpr int kSteps = 12;
   if (!has_rotations_of_library(kernel)) return false;
-  Trial trial(kernel);
+  KernelComparison comparison(kernel);
   for (int i = 0; i < kSteps; ++i) {
-    if (!trial.step()) return false;
+    if (!comparison.step()) return false;
   }
   return true;
 }
 
 KernelChoice choose_kernel() {
-  return simd::choose_kernel(simd::allowed_kernels(kernels()), is_as_box2d);
+  return simd::choose_kernel(simd::allowed_kernels(kernels()), has_box2ds_bits);
 }
 
 }  // namespace walker::bipedal_walker

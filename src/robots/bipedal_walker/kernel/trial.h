@@ -9,11 +9,11 @@ namespace walker::bipedal_walker {
 using KernelChoice = simd::KernelChoice<Kernel>;
 
 /// Returns the fastest kernel that the user allows, that this processor can run and that passes
-/// `is_as_box2d`, if any. Each kernel is tested once per process.
+/// `has_box2ds_bits`, if any. Each kernel is tested once per process.
 /// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
 KernelChoice choose_kernel();
 
 /// Whether rotations have the C library's bits, and some hundred steps have Box2D's.
-bool is_as_box2d(const Kernel& kernel);
+bool has_box2ds_bits(const Kernel& kernel);
 
 }  // namespace walker::bipedal_walker

@@ -3,40 +3,19 @@
 
 #include <gtest/gtest.h>
 
-#include <optional>
 #include <random>
 #include <string>
 #include <tuple>
 
-#include "base/random.h"
 #include "robots/bipedal_walker/kernel/world_words.h"
-#include "robots/bipedal_walker/physics.h"
+#include "robots/bipedal_walker/twin.h"
 
 namespace walker::bipedal_walker {
 namespace {
 
-class Place {
+class World : public Twin {
  public:
-  Place(std::uint64_t seed, bool hardcore, bool reuse_world)
-      : hardcore_(hardcore), reuse_world_(reuse_world), generator_(seed) {
-    begin();
-  }
-
-  void begin() {
-    if (physics_ && reuse_world_) {
-      physics_->destroy();
-    } else {
-      physics_.emplace();
-    }
-    terrain_ = generate_terrain(generator_, hardcore_);
-    physics_->build(terrain_, generator_.uniform(-kInitialPush, kInitialPush));
-    step(std::array<double, kJointCount>{});
-  }
-
-  void step(const std::array<double, kJointCount>& action) {
-    physics_->drive(action.data());
-    physics_->step();
-  }
+  using Twin::Twin;
 
   std::vector<std::byte> save() {
     std::vector<std::byte> state;
@@ -45,7 +24,7 @@ class Place {
     return state;
   }
 
-  void become(Place& other) {
+  void load(World& other) {
     const std::vector<std::byte> state = other.save();
     StateReader reader(state.data(), state.size());
     const WorldState world = WorldState::read(reader, other.terrain_);
@@ -55,19 +34,11 @@ class Place {
       physics_.emplace();
       physics_->build(terrain_, 0);
     }
-    world.put_into(*physics_);
+    world.restore(*physics_);
     generator_ = other.generator_;
   }
 
   std::vector<std::uint32_t> words() { return words_of(*physics_); }
-  const Physics& physics() const { return *physics_; }
-
- private:
-  bool hardcore_;
-  bool reuse_world_;
-  Generator generator_;
-  Terrain terrain_;
-  std::optional<Physics> physics_;
 };
 
 /// Mode, hardcore, reuse_world.
@@ -82,19 +53,19 @@ class WorldStateTest : public testing::TestWithParam<std::tuple<std::string, boo
     return action;
   }
 
-  void expect_same_future(Place& actual, Place& expected, int num_steps) {
+  void expect_same_future(World& actual, World& expected, int num_steps) {
     ASSERT_EQ(actual.words(), expected.words()) << "at once";
     ASSERT_EQ(actual.save(), expected.save());
     for (int reset = 0; reset < 3; ++reset) {
       for (int i = 0; i < num_steps; ++i) {
         const Action action = draw();
-        actual.step(action);
-        expected.step(action);
+        actual.step(action.data());
+        expected.step(action.data());
         ASSERT_EQ(actual.words(), expected.words()) << reset << " resets, " << i + 1 << " steps";
       }
       ASSERT_EQ(actual.save(), expected.save());
-      actual.begin();
-      expected.begin();
+      actual.reset();
+      expected.reset();
       ASSERT_EQ(actual.words(), expected.words()) << "after " << reset + 1 << " resets";
     }
   }
@@ -102,31 +73,31 @@ class WorldStateTest : public testing::TestWithParam<std::tuple<std::string, boo
   std::mt19937 random_{7};
 };
 
-TEST_P(WorldStateTest, GoesOnAsTheOtherWorld) {
+TEST_P(WorldStateTest, HasTheSameFuture) {
   const auto& [mode, hardcore, reuse_world] = GetParam();
-  Place original(1, hardcore, reuse_world);
-  Place another(2, hardcore, reuse_world);  // loads every state, whatever its own history
+  World original(1, hardcore, reuse_world);
+  World another(2, hardcore, reuse_world);  // loads every state, whatever its own history
   int num_asleep = 0;
   for (int time = 0; time < 12; ++time) {
-    if (mode == "rest") original.begin();  // some walkers fall asleep, others never do
+    if (mode == "rest") original.reset();  // some walkers fall asleep, others never do
     const auto num_steps = mode == "rest" ? 300 : random_() % 60;
     for (std::size_t i = 0; i < num_steps && original.physics().hull().IsAwake(); ++i) {
-      original.step(draw());
+      original.step(draw().data());
     }
-    for (int i = 0; i < time; ++i) another.step(draw());
+    for (int i = 0; i < time; ++i) another.step(draw().data());
     num_asleep += original.physics().hull().IsAwake() ? 0 : 1;
     const std::vector<std::uint32_t> before = original.words();
-    Place fresh(3, hardcore, reuse_world);
-    fresh.become(original);
-    another.become(original);
+    World fresh(3, hardcore, reuse_world);
+    fresh.load(original);
+    another.load(original);
     ASSERT_EQ(original.words(), before) << "saving changes nothing";
     ASSERT_EQ(another.words(), before);
     ASSERT_NO_FATAL_FAILURE(expect_same_future(fresh, another, 25)) << "time " << time;
-    another.become(original);
+    another.load(original);
     ASSERT_EQ(another.words(), before);
     if (time % 4 == 3 && mode != "rest") {
-      original.begin();
-      another.begin();
+      original.reset();
+      another.reset();
       ASSERT_EQ(another.words(), original.words());
     }
   }

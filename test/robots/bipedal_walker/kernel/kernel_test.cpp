@@ -62,9 +62,9 @@ INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
 
 const Kernel& original() { return *kernels().front(); }
 
-Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_impacts) solve_impacts,
+Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_toi) solve_toi,
                    const char* mode) {
-  const Kernel kernel{"altered", original().lanes, solve, solve_impacts, original().rotate};
+  const Kernel kernel{"altered", original().lanes, solve, solve_toi, original().rotate};
   RunOptions options;
   options.mode = mode;
   options.hardcore = true;
@@ -72,55 +72,54 @@ Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_impacts
   return run({&kernel}, options);
 }
 
-TEST(KernelControlTest, AnIterationLessIsNoticed) {
-  const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
-    Model less = model;
-    --less.velocity_iterations;
-    original().solve(islands, count, less);
-  };
-  EXPECT_GT(run_altered(solve, original().solve_impacts, "random").tallies[0].different, 0);
+/// One iteration less over velocities or positions.
+template <int Model::*kIterations>
+void solve_less(Island* const* islands, std::size_t count, const Model& model) {
+  Model less = model;
+  --(less.*kIterations);
+  original().solve(islands, count, less);
 }
 
-TEST(KernelControlTest, AnIterationOverPositionsLessIsNoticed) {
-  const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
-    Model less = model;
-    --less.position_iterations;
-    original().solve(islands, count, less);
-  };
-  EXPECT_GT(run_altered(solve, original().solve_impacts, "random").tallies[0].different, 0);
+/// Most islands converge long before the last iteration, so this kernel makes only 5.
+void solve_toi_less(ToiIsland* const* islands, std::size_t count, const Model& model) {
+  Model less = model;
+  less.velocity_iterations = 5;
+  original().solve_toi(islands, count, less);
 }
 
-/// Most impacts converge long before the last iteration, so this kernel makes only 5.
-TEST(KernelControlTest, IterationsLessAtImpactsAreNoticed) {
-  const auto solve_impacts = [](Impact* const* impacts, std::size_t count, const Model& model) {
-    Model less = model;
-    less.velocity_iterations = 5;
-    original().solve_impacts(impacts, count, less);
+TEST(KernelControlTest, FewerIterationsAreNoticed) {
+  const auto count_different = [](auto solve, auto solve_toi, const char* mode) {
+    return run_altered(solve, solve_toi, mode).tallies[0].different;
   };
-  EXPECT_GT(run_altered(original().solve, solve_impacts, "saturated").tallies[0].different, 0);
+  const Kernel& kernel = original();
+  EXPECT_GT(count_different(solve_less<&Model::velocity_iterations>, kernel.solve_toi, "random"),
+            0);
+  EXPECT_GT(count_different(solve_less<&Model::position_iterations>, kernel.solve_toi, "random"),
+            0);
+  EXPECT_GT(count_different(kernel.solve, solve_toi_less, "saturated"), 0);
 }
 
-bool has_no_luck() {
+bool is_unlucky() {
   static std::mt19937 random(5);
   return random() % 3 == 0;
 }
 
 /// About one result in three is non-finite; Box2D then solves that world itself.
-TEST(KernelFallbackTest, WorldsThatAreLeftToBox2dHaveItsBits) {
+TEST(KernelFallbackTest, Box2dSolvesNonFiniteResults) {
   const auto solve = [](Island* const* islands, std::size_t count, const Model& model) {
     original().solve(islands, count, model);
     for (std::size_t i = 0; i < count; ++i) {
-      if (has_no_luck()) islands[i]->bodies[i % kBodies].x = std::nanf("");
+      if (is_unlucky()) islands[i]->bodies[i % kBodies].x = std::nanf("");
     }
   };
-  const auto solve_impacts = [](Impact* const* impacts, std::size_t count, const Model& model) {
-    original().solve_impacts(impacts, count, model);
+  const auto solve_toi = [](ToiIsland* const* islands, std::size_t count, const Model& model) {
+    original().solve_toi(islands, count, model);
     for (std::size_t i = 0; i < count; ++i) {
-      if (has_no_luck()) impacts[i]->state.angle = std::numeric_limits<float>::infinity();
+      if (is_unlucky()) islands[i]->state.angle = std::numeric_limits<float>::infinity();
     }
   };
   for (const char* mode : {"random", "endless"}) {
-    const Report report = run_altered(solve, solve_impacts, mode);
+    const Report report = run_altered(solve, solve_toi, mode);
     EXPECT_EQ(report.tallies[0].different, 0) << report.tallies[0].first_different;
   }
 }

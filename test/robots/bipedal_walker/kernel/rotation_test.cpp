@@ -55,7 +55,7 @@ const std::vector<long>& none() {
   return kNone;
 }
 
-TEST(RotationTest, IsTheLibrarys) {
+TEST(RotationTest, HasTheLibrarysBits) {
   std::mt19937 random(1);
   std::vector<float> angles(1000003);
   for (float& angle : angles) {
@@ -66,7 +66,7 @@ TEST(RotationTest, IsTheLibrarys) {
 }
 
 /// Multiples of pi/8 and the thresholds between formulas, with 1000 floats on either side.
-TEST(RotationTest, IsTheLibrarysWhereFormulasChange) {
+TEST(RotationTest, HasTheLibrarysBitsWhereFormulasChange) {
   std::vector<float> angles{0.0F,
                             -0.0F,
                             std::numeric_limits<float>::min(),
@@ -87,14 +87,14 @@ TEST(RotationTest, IsTheLibrarysWhereFormulasChange) {
   EXPECT_EQ(count_different(angles), none());
 }
 
-TEST(RotationTest, LanesDoNotSeeEachOther) {
+TEST(RotationTest, LanesAreIndependent) {
   const float inf = std::numeric_limits<float>::infinity();
   for (const float odd : {1e6F, inf, -inf, std::nanf("")}) {
     for (const Kernel* kernel : kernels()) {
       const auto lanes = static_cast<std::size_t>(kernel->lanes);
-      for (std::size_t place = 0; place < lanes; ++place) {
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
         std::vector<float> angles(lanes, 1.25F);
-        angles[place] = odd;
+        angles[lane] = odd;
         std::vector<Rotation<float>> rotations(lanes);
         kernel->rotate(angles.data(), lanes, rotations.data());
         for (std::size_t i = 0; i < lanes; ++i) {
@@ -107,7 +107,7 @@ TEST(RotationTest, LanesDoNotSeeEachOther) {
 }
 
 /// Every float with WALKER_SIM_TEST_ALL_ANGLES (two billion), otherwise one in 1009.
-TEST(RotationTest, IsTheLibrarysForFloatsBelow100) {
+TEST(RotationTest, HasTheLibrarysBitsBelow100) {
   const std::uint32_t stride = std::getenv("WALKER_SIM_TEST_ALL_ANGLES") != nullptr ? 1 : 1009;
   constexpr std::uint32_t kChunk = 1U << 20U;
   const std::uint32_t end = to_word(100);

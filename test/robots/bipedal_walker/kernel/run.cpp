@@ -36,9 +36,9 @@ int count_contacts(const Physics& physics) {
 }
 
 /// One world: Box2D's copy, and one copy per contestant.
-class Place {
+class World {
  public:
-  Place(std::size_t num_sides, std::uint64_t seed, RunOptions options)
+  World(std::size_t num_sides, std::uint64_t seed, RunOptions options)
       : options_(std::move(options)), generator_(seed), random_(seed), sides_(num_sides) {
     begin();
   }
@@ -93,19 +93,8 @@ class Place {
     Action action{};
     if (options_.mode == "rest") return action;
     if (options_.mode == "heuristic") {
-      const Physics& physics = *sides_[0];
-      Observed observed{};
-      observed.hull_angle = double{physics.hull().GetAngle()};
-      observed.hull_velocity = {double{physics.hull().GetLinearVelocity().x},
-                                double{physics.hull().GetLinearVelocity().y}};
-      for (std::size_t i = 0; i < kJointCount; ++i) {
-        observed.joint_position[i] = double{physics.joint(i).GetJointAngle()};
-        observed.joint_velocity[i] = double{physics.joint(i).GetJointSpeed()};
-      }
-      for (std::size_t leg = 0; leg < 2; ++leg)
-        observed.leg_touches[leg] = physics.leg_touches(leg);
       std::array<double, kObservationSize> observation{};
-      write_observation(observed, observation.data());
+      write_observation(observed_in(*sides_[0]), observation.data());
       heuristic_.act(observation.data(), action.data());
     }
     for (double& value : action) {
@@ -129,10 +118,10 @@ class Place {
     }
     if (options_.mode == "far" && random() % 20 == 0) {
       b2Body& body = *parts.bodies[random() % parts.bodies.size()];
-      const b2Vec2 place = body.GetPosition();
+      const b2Vec2 position = body.GetPosition();
       const double distance = std::pow(10.0, uniform(random, -2, 0.5));
-      body.SetTransform(b2Vec2(place.x + static_cast<float>(distance * uniform(random, -1, 1)),
-                               place.y + static_cast<float>(distance * uniform(random, 0, 1))),
+      body.SetTransform(b2Vec2(position.x + static_cast<float>(distance * uniform(random, -1, 1)),
+                               position.y + static_cast<float>(distance * uniform(random, 0, 1))),
                         static_cast<float>(uniform(random, -40, 40)));
     }
   }
@@ -147,18 +136,14 @@ class Place {
   std::uint64_t life_ = 0;
 };
 
-std::string describe(Place& place, std::size_t side, long steps) {
+std::string describe(World& world, std::size_t side, long steps) {
+  const auto ours = world.side(side).parts().bodies;
+  const auto theirs = world.side(0).parts().bodies;
   std::ostringstream text;
-  text << "after " << steps << " steps, " << count_contacts(place.side(0)) << " contacts:";
-  const auto ours = place.side(side).parts().bodies;
-  const auto theirs = place.side(0).parts().bodies;
-  text << std::hexfloat;
+  text << "after " << steps << " steps, " << count_contacts(world.side(0)) << " contacts:";
   for (std::size_t i = 0; i < ours.size(); ++i) {
-    for (const b2Body* body : {ours[i], theirs[i]}) {
-      text << "\n  " << body->GetWorldCenter().x << " " << body->GetWorldCenter().y << " "
-           << body->GetAngle() << "  " << body->GetLinearVelocity().x << " "
-           << body->GetLinearVelocity().y << " " << body->GetAngularVelocity();
-    }
+    const b2Vec2 apart = ours[i]->GetWorldCenter() - theirs[i]->GetWorldCenter();
+    text << "\n  body " << i << " is off by " << apart.x << " " << apart.y;
   }
   return text.str();
 }
@@ -168,56 +153,56 @@ class Run {
   Run(const std::vector<const Kernel*>& contestants, const RunOptions& options)
       : contestants_(contestants), calls_(options.worlds), differs_(options.worlds) {
     report_.tallies.resize(contestants.size());
-    places_.reserve(options.worlds);
+    worlds_.reserve(options.worlds);
     for (std::size_t i = 0; i < options.worlds; ++i) {
-      places_.push_back(std::make_unique<Place>(contestants.size() + 1, i, options));
+      worlds_.push_back(std::make_unique<World>(contestants.size() + 1, i, options));
     }
   }
 
   const Report& report() const { return report_; }
 
   void step() {
-    for (const auto& place : places_) place->step();
+    for (const auto& world : worlds_) world->step();
     std::fill(differs_.begin(), differs_.end(), false);
     for (std::size_t k = 0; k < contestants_.size(); ++k) {
-      for (std::size_t i = 0; i < places_.size(); ++i) calls_[i] = {&places_[i]->side(k + 1), {}};
+      for (std::size_t i = 0; i < worlds_.size(); ++i) calls_[i] = {&worlds_[i]->side(k + 1), {}};
       step_together(*contestants_[k], calls_.data(), calls_.size());
       compare(k);
     }
-    report_.steps += static_cast<long>(places_.size());
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      Place& place = *places_[i];
-      report_.most_contacts = std::max(report_.most_contacts, count_contacts(place.side(0)));
-      report_.failures += place.has_failed() ? 1 : 0;
-      report_.sleeps += place.side(0).hull().IsAwake() ? 0 : 1;
-      if (!differs_[i] && !place.has_ended()) continue;
+    report_.steps += static_cast<long>(worlds_.size());
+    for (std::size_t i = 0; i < worlds_.size(); ++i) {
+      World& world = *worlds_[i];
+      report_.most_contacts = std::max(report_.most_contacts, count_contacts(world.side(0)));
+      report_.failures += world.has_failed() ? 1 : 0;
+      report_.sleeps += world.side(0).hull().IsAwake() ? 0 : 1;
+      if (!differs_[i] && !world.has_ended()) continue;
       ++report_.resets;
-      place.begin();
+      world.begin();
     }
   }
 
  private:
-  bool is_as_box2d(std::size_t world, std::size_t side) {
-    Place& place = *places_[world];
-    const bool has_failed = calls_[world].failure != nullptr;
-    if (has_failed || place.has_failed()) return has_failed == place.has_failed();
-    return words_of(place.side(side)) == words_of(place.side(0));
+  bool has_box2ds_bits(std::size_t index, std::size_t side) {
+    World& world = *worlds_[index];
+    const bool has_failed = calls_[index].failure != nullptr;
+    if (has_failed || world.has_failed()) return has_failed == world.has_failed();
+    return words_of(world.side(side)) == words_of(world.side(0));
   }
 
   void compare(std::size_t contestant) {
     Tally& tally = report_.tallies[contestant];
     const std::size_t side = contestant + 1;
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      if (is_as_box2d(i, side)) continue;
+    for (std::size_t i = 0; i < worlds_.size(); ++i) {
+      if (has_box2ds_bits(i, side)) continue;
       differs_[i] = true;
       if (tally.different++ == 0) {
-        tally.first_different = describe(*places_[i], side, report_.steps);
+        tally.first_different = describe(*worlds_[i], side, report_.steps);
       }
     }
   }
 
   const std::vector<const Kernel*>& contestants_;
-  std::vector<std::unique_ptr<Place>> places_;
+  std::vector<std::unique_ptr<World>> worlds_;
   std::vector<WorldCall> calls_;
   std::vector<bool> differs_;
   Report report_;

@@ -10,17 +10,17 @@
 
 #include "robots/bipedal_walker/box2d_pinned/swept_vertices.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
-#include "robots/bipedal_walker/walker_parts.h"
+#include "robots/bipedal_walker/physics.h"
 
 namespace walker::bipedal_walker {
 
-class WorldImpacts {
+class WorldToi {
  public:
   void begin(const WalkerParts& parts, const Model& model);
 
   /// Advances a body to the first remaining impact with the terrain; returns whether there is one.
   bool find();
-  Impact& impact() { return impact_; }
+  ToiIsland& island() { return island_; }
   void finish();
 
  private:
@@ -28,14 +28,14 @@ class WorldImpacts {
   float time_of_impact(b2Contact& contact);
   bool advance(b2Contact& contact, float alpha);
   void gather_contacts(b2Body& walker, float alpha);
-  void read_impact(const b2Body& walker, float alpha);
+  void read_island(const b2Body& walker, float alpha);
   void solve_by_box2d();
   std::size_t index_of(const b2Body& walker) const;
 
   WalkerParts parts_;
   const Model* model_;
   std::array<SweptVertices, kBodies> swept_;
-  Impact impact_;
+  ToiIsland island_;
   // Contents of the b2Island of one impact.
   int num_bodies_;
   int num_contacts_;

@@ -2,7 +2,7 @@
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. kernel/lanes.h has the terms.
-#include "robots/bipedal_walker/box2d_pinned/world_impacts.h"
+#include "robots/bipedal_walker/box2d_pinned/world_toi.h"
 
 #include <Box2D/Collision/b2TimeOfImpact.h>
 #include <Box2D/Dynamics/b2Island.h>
@@ -22,7 +22,7 @@ bool can_move(const b2Fixture& fixture) {
 }  // namespace
 
 /// Terrain already has `alpha0` = 0 and no island flags, from the end of the last step.
-void WorldImpacts::begin(const WalkerParts& parts, const Model& model) {
+void WorldToi::begin(const WalkerParts& parts, const Model& model) {
   parts_ = parts;
   model_ = &model;
   for (b2Body* body : parts_.bodies) body->m_sweep.alpha0 = 0;
@@ -34,7 +34,7 @@ void WorldImpacts::begin(const WalkerParts& parts, const Model& model) {
   }
 }
 
-bool WorldImpacts::find() {
+bool WorldToi::find() {
   for (;;) {
     float alpha = 1;
     b2Contact* const first = find_first(alpha);
@@ -43,14 +43,14 @@ bool WorldImpacts::find() {
   }
 }
 
-std::size_t WorldImpacts::index_of(const b2Body& walker) const {
+std::size_t WorldToi::index_of(const b2Body& walker) const {
   const auto& bodies = parts_.bodies;
   return static_cast<std::size_t>(
       std::distance(bodies.begin(), std::find(bodies.begin(), bodies.end(), &walker)));
 }
 
 /// Returns the contact with the earliest impact before `alpha`, or null, and sets `alpha` to it.
-b2Contact* WorldImpacts::find_first(float& alpha) {
+b2Contact* WorldToi::find_first(float& alpha) {
   b2Contact* first = nullptr;
   for (b2Contact* contact = parts_.world->GetContactList(); contact != nullptr;
        contact = contact->m_next) {
@@ -68,7 +68,7 @@ b2Contact* WorldImpacts::find_first(float& alpha) {
   return first;
 }
 
-float WorldImpacts::time_of_impact(b2Contact& contact) {
+float WorldToi::time_of_impact(b2Contact& contact) {
   b2Fixture& fixture_a = *contact.m_fixtureA;
   b2Fixture& fixture_b = *contact.m_fixtureB;
   b2Sweep& sweep_a = fixture_a.m_body->m_sweep;
@@ -100,7 +100,7 @@ float WorldImpacts::time_of_impact(b2Contact& contact) {
 
 /// Moves both bodies to the time of impact.
 /// @return whether they touch there; if not, both are restored and the contact is disabled
-bool WorldImpacts::advance(b2Contact& contact, float alpha) {
+bool WorldToi::advance(b2Contact& contact, float alpha) {
   b2ContactListener* const listener = parts_.world->m_contactManager.m_contactListener;
   b2Body& body_a = *contact.m_fixtureA->m_body;
   b2Body& body_b = *contact.m_fixtureB->m_body;
@@ -130,12 +130,12 @@ bool WorldImpacts::advance(b2Contact& contact, float alpha) {
   contacts_[0] = &contact;
   num_contacts_ = 1;
   gather_contacts(walker, alpha);
-  read_impact(walker, alpha);
+  read_island(walker, alpha);
   return true;
 }
 
 /// Adds the body's other contacts at that time to the island.
-void WorldImpacts::gather_contacts(b2Body& walker, float alpha) {
+void WorldToi::gather_contacts(b2Body& walker, float alpha) {
   b2ContactListener* const listener = parts_.world->m_contactManager.m_contactListener;
   for (b2ContactEdge* edge = walker.m_contactList; edge != nullptr; edge = edge->next) {
     if (num_contacts_ == b2_maxTOIContacts) break;
@@ -160,25 +160,25 @@ void WorldImpacts::gather_contacts(b2Body& walker, float alpha) {
 }
 
 /// Reads at most the contacts that the kernel supports. If there are more, `finish` uses Box2D.
-void WorldImpacts::read_impact(const b2Body& walker, float alpha) {
-  impact_.body = static_cast<int>(index_of(walker));
-  impact_.dt = (1.0F - alpha) * model_->dt;
-  impact_.state = state_of(walker);
-  impact_.num_contacts = std::min(num_contacts_, kMaxContactsOfBody);
-  impact_.pattern = static_cast<unsigned>(num_contacts_);
-  for (int i = 0; i < impact_.num_contacts; ++i) {
-    const auto place = static_cast<std::size_t>(i);
-    read_contact(*contacts_[place], walker, impact_.contacts[place]);
-    impact_.pattern = 2 * impact_.pattern + (impact_.contacts[place].has_two_points != 0 ? 1 : 0);
+void WorldToi::read_island(const b2Body& walker, float alpha) {
+  island_.body = static_cast<int>(index_of(walker));
+  island_.dt = (1.0F - alpha) * model_->dt;
+  island_.state = state_of(walker);
+  island_.num_contacts = std::min(num_contacts_, kMaxContactsOfBody);
+  island_.pattern = static_cast<unsigned>(num_contacts_);
+  for (int i = 0; i < island_.num_contacts; ++i) {
+    auto& contact = island_.contacts[static_cast<std::size_t>(i)];
+    read_contact(*contacts_[static_cast<std::size_t>(i)], walker, contact);
+    island_.pattern = 2 * island_.pattern + (contact.has_two_points != 0 ? 1 : 0);
   }
 }
 
-void WorldImpacts::finish() {
-  b2Body& walker = *parts_.bodies[static_cast<std::size_t>(impact_.body)];
-  if (num_contacts_ <= kMaxContactsOfBody && is_finite(impact_.state)) {
-    walker.m_sweep.c0.Set(impact_.safe_x, impact_.safe_y);
-    walker.m_sweep.a0 = impact_.safe_angle;
-    set_state(walker, impact_.state);
+void WorldToi::finish() {
+  b2Body& walker = *parts_.bodies[static_cast<std::size_t>(island_.body)];
+  if (num_contacts_ <= kMaxContactsOfBody && is_finite(island_.state)) {
+    walker.m_sweep.c0.Set(island_.safe_x, island_.safe_y);
+    walker.m_sweep.a0 = island_.safe_angle;
+    set_state(walker, island_.state);
     walker.SynchronizeTransform();
   } else {
     solve_by_box2d();
@@ -193,7 +193,7 @@ void WorldImpacts::finish() {
   parts_.world->m_contactManager.FindNewContacts();
 }
 
-void WorldImpacts::solve_by_box2d() {
+void WorldToi::solve_by_box2d() {
   b2World& world = *parts_.world;
   b2Island island(2 * b2_maxTOIContacts, b2_maxTOIContacts, 0, &world.m_stackAllocator,
                   world.m_contactManager.m_contactListener);
@@ -201,7 +201,7 @@ void WorldImpacts::solve_by_box2d() {
   std::for_each_n(contacts_.begin(), num_contacts_,
                   [&](b2Contact* contact) { island.Add(contact); });
   b2TimeStep step = whole_step(world, *model_);
-  step.dt = impact_.dt;
+  step.dt = island_.dt;
   step.inv_dt = 1.0F / step.dt;
   step.dtRatio = 1;
   step.positionIterations = 20;

@@ -10,17 +10,18 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
-constexpr int kImpactPositionIterations = 20;
+constexpr int kToiPositionIterations = 20;
 constexpr float kToiBaumgarte = 0.75F;  ///< b2_toiBaugarte
 
 template <int W>
-class ImpactLanes {
+class ToiLanes {
  public:
-  /// @param impacts `count` impacts, at most W
-  ImpactLanes(Impact* const* impacts, int count, const Model& model)
+  /// @param islands `count` islands, at most W
+  ToiLanes(ToiIsland* const* islands, int count, const Model& model)
       : model_(model), count_(count) {
-    for (int lane = 0; lane < W; ++lane) impacts_[lane] = impacts[lane < count ? lane : 0];
-    for (const Impact* impact : impacts_) num_slots_ = std::max(num_slots_, impact->num_contacts);
+    for (int lane = 0; lane < W; ++lane) islands_[lane] = islands[lane < count ? lane : 0];
+    for (const ToiIsland* island : islands_)
+      num_slots_ = std::max(num_slots_, island->num_contacts);
     load();
   }
 
@@ -29,24 +30,24 @@ class ImpactLanes {
     prepare_velocities();
     for (int i = 0; i < model_.velocity_iterations; ++i) {
       // After an iteration that changes nothing, later ones change nothing either.
-      constexpr int kBetweenLooks = 8;
-      if (i % kBetweenLooks != 0) {
+      constexpr int kComparisonPeriod = 8;
+      if (i % kComparisonPeriod != 0) {
         iterate();
       } else if (iterate_and_compare()) {
         break;
       }
     }
-    move_on();
+    integrate_position();
   }
 
  private:
   void load() {
     std::array<const BodyState<float>*, W> states;
     for (int lane = 0; lane < W; ++lane) {
-      const Impact& impact = *impacts_[lane];
-      const Model::Body& body = model_.bodies[impact.body];
-      states[lane] = &impact.state;
-      dt_.set(lane, impact.dt);
+      const ToiIsland& island = *islands_[lane];
+      const Model::Body& body = model_.bodies[island.body];
+      states[lane] = &island.state;
+      dt_.set(lane, island.dt);
       mass_.inverse_mass.set(lane, body.inverse_mass);
       mass_.inverse_inertia.set(lane, body.inverse_inertia);
       mass_.center.x.set(lane, body.center_x);
@@ -57,8 +58,8 @@ class ImpactLanes {
     for (int i = 0; i < num_slots_; ++i) {
       std::array<const ContactManifold<float, int>*, W> manifolds;
       for (int lane = 0; lane < W; ++lane) {
-        const Impact& impact = *impacts_[lane];
-        manifolds[lane] = i < impact.num_contacts ? &impact.contacts[i] : &kNone;
+        const ToiIsland& island = *islands_[lane];
+        manifolds[lane] = i < island.num_contacts ? &island.contacts[i] : &kNone;
       }
       gather<W>(manifolds_[i], manifolds.data());
     }
@@ -66,28 +67,28 @@ class ImpactLanes {
 
   /// Runs position iterations until the penetration of each body is within tolerance.
   void correct() {
-    PlaceLanes<W> place{{body_.x, body_.y}, body_.angle};
-    PlaceLanes<W> kept = place;
+    PositionLanes<W> position{{body_.x, body_.y}, body_.angle};
+    PositionLanes<W> kept = position;
     Truth<W> is_kept = Truth<W>::none();
     const unsigned all = (1U << count_) - 1;
-    for (int k = 0; k < kImpactPositionIterations && (to_bits(is_kept) & all) != all; ++k) {
+    for (int k = 0; k < kToiPositionIterations && (to_bits(is_kept) & all) != all; ++k) {
       Number<W> separation(0);
       for (int i = 0; i < num_slots_; ++i) {
         solve_position(manifolds_[i], any(manifolds_[i].has_two_points), mass_, kToiBaumgarte,
-                       place, separation);
+                       position, separation);
       }
       const Truth<W> is_near = separation >= Number<W>(-1.5F * kLinearSlop);
-      kept.center = select(is_kept, kept.center, place.center);
-      kept.angle = select(is_kept, kept.angle, place.angle);
+      kept.center = select(is_kept, kept.center, position.center);
+      kept.angle = select(is_kept, kept.angle, position.angle);
       is_kept = is_kept | is_near;
     }
     body_.x = kept.center.x;
     body_.y = kept.center.y;
     body_.angle = kept.angle;
     for (int lane = 0; lane < count_; ++lane) {
-      impacts_[lane]->safe_x = body_.x[lane];
-      impacts_[lane]->safe_y = body_.y[lane];
-      impacts_[lane]->safe_angle = body_.angle[lane];
+      islands_[lane]->safe_x = body_.x[lane];
+      islands_[lane]->safe_y = body_.y[lane];
+      islands_[lane]->safe_angle = body_.angle[lane];
     }
   }
 
@@ -133,13 +134,13 @@ class ImpactLanes {
     return !any(is_changed);
   }
 
-  void move_on() {
+  void integrate_position() {
     body_.velocity_x = velocity_.velocity.x;
     body_.velocity_y = velocity_.velocity.y;
     body_.angular_velocity = velocity_.angular_velocity;
     integrate<W>(dt_, body_);
     std::array<BodyState<float>*, W> states;
-    for (int lane = 0; lane < W; ++lane) states[lane] = &impacts_[lane]->state;
+    for (int lane = 0; lane < W; ++lane) states[lane] = &islands_[lane]->state;
     scatter<W>(body_, states.data(), count_);
   }
 
@@ -150,7 +151,7 @@ class ImpactLanes {
   std::array<ManifoldLanes<W>, kMaxContactsOfBody> manifolds_;
   std::array<ContactLanes<W>, kMaxContactsOfBody> contacts_;
   const Model& model_;
-  std::array<Impact*, W> impacts_;
+  std::array<ToiIsland*, W> islands_;
   int count_;
   int num_slots_ = 0;
 };
