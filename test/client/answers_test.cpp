@@ -247,8 +247,8 @@ TEST(Answers, AreNoLongerThanTheyNeedToBe) {
     EXPECT_LT(max_answer_bytes(service, server), kMebibyte + 4096);
   }
   EXPECT_EQ(max_answer_bytes(kGetSpec, server), kMaxSpecificationBytes);
-  EXPECT_GE(max_answer_bytes(kSnapshot, server), 8000000 + kMaxSpecificationBytes);
-  EXPECT_LT(max_answer_bytes(kSnapshot, server), 10000000 + kMaxSpecificationBytes);
+  EXPECT_GE(max_answer_bytes(kSnapshot, server), 16000000 + kMaxSpecificationBytes);
+  EXPECT_LT(max_answer_bytes(kSnapshot, server), 18000000 + kMaxSpecificationBytes);
   EXPECT_LT(max_answer_bytes(kRender, server), 70 * kMebibyte);
   ServerSpecification large = server;
   large.num_envs = kMaxEnvironments;
