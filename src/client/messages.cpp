@@ -129,7 +129,10 @@ std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& se
   if (service == kResetBatch || service == kStepBatch) {  // includes final rows
     bytes = server.num_envs * (2 * row + kNumbers + kTexts) + kWords;
   }
-  if (service == kSnapshot) bytes = kMaxRecordedSteps * action + kMaxSpecificationBytes + kWords;
+  if (service == kSnapshot) {
+    const std::size_t steps = kMaxRecordedSteps * (action + sizeof(std::uint64_t));
+    bytes = steps + kMaxSpecificationBytes + kWords;
+  }
   if (service == kRender) bytes = std::size_t{kMaxPixels} * kMaxPixels * sizeof(float) + kWords;
   return std::min(bytes, tcpros::kMaxMessageBytes);
 }

@@ -37,8 +37,8 @@ constexpr std::array<ServiceType, 9> kServiceTypes{{
     {"step_batch", "walker_sim/StepBatch", "a7b1821e24f157217a6d76a0c335603f"},
     {"render", "walker_sim/Render", "ddec8823bcc866f5390ff2c9bb477f29"},
     {"step_many", "walker_sim/StepMany", "0f84f7c61cb488b9aad4529423766e03"},
-    {"snapshot", "walker_sim/Snapshot", "c425fdd3049b84653d18b3ad46b1f6b0"},
-    {"restore", "walker_sim/Restore", "8775c9e27967286b57741a266e340322"},
+    {"snapshot", "walker_sim/Snapshot", "2da424fb660ee1b8d8190e653d30b45e"},
+    {"restore", "walker_sim/Restore", "c6aed4159958bb4803d219a0481eb653"},
 }};
 
 }  // namespace walker

@@ -59,6 +59,7 @@ void Episode::configure(const EpisodeOptions& options) {
   if (!options.records_actions) return;
   const std::size_t steps = std::min(specification().max_episode_steps, kMaxRecordedSteps);
   actions_.reserve(steps * specification().action_size());
+  checksums_.reserve(steps + 1);
 }
 
 void Episode::reset(std::optional<std::uint64_t> seed) {
@@ -84,6 +85,7 @@ void Episode::begin_episode(std::optional<std::uint64_t> seed) {
   state_.error.clear();
   state_.seed = seed;
   actions_.clear();
+  checksums_.clear();
   was_loaded_ = false;
   sensors_are_fresh_ = false;
   try {
@@ -97,6 +99,7 @@ void Episode::begin_episode(std::optional<std::uint64_t> seed) {
     if (!generator_) state_.generator_state = {};
     fail(kResetFailed, std::current_exception());
   }
+  if (options_.records_actions) record_checksum();
 }
 
 void Episode::step(const double* action, std::size_t size) {
@@ -147,6 +150,7 @@ void Episode::prepare(const double* action) {
     actions_.insert(actions_.end(), action, action + size);
   } else if (!actions_.empty()) {
     actions_ = {};
+    checksums_ = {};
   }
 }
 
@@ -155,8 +159,13 @@ void Episode::conclude() {
   sensors_are_fresh_ = false;
   if (step_.failure) {
     fail(kStepFailed, std::exchange(step_.failure, nullptr));
-    return;
+  } else {
+    take_outcome();
   }
+  if (!actions_.empty()) record_checksum();
+}
+
+void Episode::take_outcome() {
   robot_->observe(state_.observation.data());
   state_.reward = step_.reward;
   state_.episode_return += step_.reward;
@@ -206,6 +215,7 @@ void Episode::take_over(Episode& other) {
   std::swap(step_, other.step_);
   std::swap(generator_, other.generator_);
   std::swap(actions_, other.actions_);
+  std::swap(checksums_, other.checksums_);
   std::swap(was_loaded_, other.was_loaded_);
   sensors_are_fresh_ = false;
   other.sensors_are_fresh_ = false;

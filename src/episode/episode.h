@@ -26,7 +26,7 @@ namespace walker {
 
 struct EpisodeOptions {
   std::optional<std::uint64_t> first_seed;  ///< used if the first reset has no seed
-  bool records_actions = false;             ///< required by `record`
+  bool records_actions = false;             ///< required by `record` and `repeat`
 };
 
 /// The state machine of an episode: phase, step count, time limit, error, last outcome, generator
@@ -97,7 +97,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void begin(const EpisodeRecord& record);
   /// Repeats the record's remaining steps, at least one, until about `until`.
   /// @return whether all steps are done
-  /// @throws std::invalid_argument naming a step that fails, or if the sum of rewards differs
+  /// @throws std::invalid_argument naming the first step that fails or whose checksum differs
   bool repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until);
   /// Swaps the two episodes. Here the other one counts as the next episode.
   void take_over(Episode& other);
@@ -131,19 +131,23 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void begin_episode(std::optional<std::uint64_t> seed);
   void prepare(const double* action);
   void conclude();
+  void take_outcome();
   void end(const char* reason);
   void fail(const char* reason, const std::exception_ptr& thrown);
   void require_state(const char* call) const;
+  void record_checksum();
+  void require_checksum(const EpisodeRecord& record) const;
   void copy_to(Result& result) const;
   const StateOrigin& origin() const;
 
   alignas(kCacheLine) std::unique_ptr<Robot> robot_;
   EpisodeOptions options_;
   EpisodeState state_;
-  RobotStep step_;                      // reused: robot and info stay the same
-  std::optional<Generator> generator_;  // nullopt before the first reset
-  std::vector<double> actions_;         // of the current episode, steps x action size
-  bool was_loaded_ = false;             // the episode's first actions are unknown
+  RobotStep step_;                        // reused: robot and info stay the same
+  std::optional<Generator> generator_;    // nullopt before the first reset
+  std::vector<double> actions_;           // of the current episode, steps x action size
+  std::vector<std::uint64_t> checksums_;  // of the current episode, of the reset and each step
+  bool was_loaded_ = false;               // the episode's first actions are unknown
   bool sensors_are_fresh_ = false;
   Sensors sensors_;
   Scene scene_;

@@ -4,6 +4,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "base/bits.h"
 #include "base/engine_release.h"
 #include "base/limits.h"
 #include "base/printable_text.h"
@@ -79,6 +80,11 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
                                 std::to_string(record.num_steps) + " steps of " +
                                 std::to_string(specification.action_size()));
   }
+  const std::size_t num_transitions = std::size_t{record.num_steps} + 1;
+  if (!record.checksums.empty() && record.checksums.size() != num_transitions) {
+    throw std::invalid_argument("checksums has " + std::to_string(record.checksums.size()) +
+                                " values; must have none or " + std::to_string(num_transitions));
+  }
 }
 
 EpisodeRecord Episode::record() const {
@@ -100,7 +106,7 @@ EpisodeRecord Episode::record() const {
   record.generator_state = state_.generator_state;
   record.num_steps = state_.step;
   record.actions = actions_;
-  record.episode_return = state_.episode_return;
+  record.checksums = checksums_;
   check_repeatable(record, specification());
   return record;
 }
@@ -119,23 +125,45 @@ void Episode::begin(const EpisodeRecord& record) {
 
 bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until) {
   const std::size_t size = specification().action_size();
-  const std::size_t num_steps = record.actions.size() / size;
-  while (state_.step < num_steps) {
+  require_checksum(record);
+  while (state_.step < record.num_steps) {
     try {
       step(&record.actions[state_.step * size], size);
     } catch (const std::exception& error) {
       throw std::invalid_argument("step " + std::to_string(state_.step + 1) +
                                   " of the record: " + error.what());
     }
+    require_checksum(record);
     if (std::chrono::steady_clock::now() >= until) break;
   }
-  if (state_.step < num_steps) return false;
-  if (state_.episode_return != record.episode_return) {
-    throw std::invalid_argument("episode_return = " + to_string(record.episode_return) +
-                                " in the record; repeated here it is " +
-                                to_string(state_.episode_return));
-  }
-  return true;
+  return state_.step == record.num_steps;
+}
+
+void Episode::require_checksum(const EpisodeRecord& record) const {
+  if (record.checksums.empty()) return;
+  const std::uint64_t recorded = record.checksums[state_.step];
+  if (recorded == checksums_.back()) return;
+  throw std::invalid_argument("step " + std::to_string(state_.step) +
+                              " of the record: checksum = " + std::to_string(recorded) +
+                              "; repeated here it is " + std::to_string(checksums_.back()));
+}
+
+/// FNV-1a on 64-bit words. The shift lets a difference in a sign reach the lower bits.
+void Episode::record_checksum() {
+  constexpr std::uint64_t kOffsetBasis = 0xcbf29ce484222325;
+  constexpr std::uint64_t kPrime = 0x100000001b3;
+  std::uint64_t checksum = checksums_.empty() ? kOffsetBasis : checksums_.back();
+  const auto add = [&checksum](std::uint64_t word) {
+    checksum = (checksum ^ word) * kPrime;
+    checksum ^= checksum >> 32U;
+  };
+  add(state_.step);
+  for (const double value : state_.observation) add(to_bits(value));
+  add(to_bits(state_.reward));
+  add(state_.terminated ? 1 : 0);
+  add(state_.truncated ? 1 : 0);
+  for (const double value : state_.info) add(to_bits(value));
+  checksums_.push_back(checksum);
 }
 
 }  // namespace walker

@@ -21,7 +21,9 @@ struct EpisodeRecord {
   GeneratorState generator_state{};   ///< before the reset
   std::uint32_t num_steps = 0;
   std::vector<double> actions;  ///< steps x action size, as given [unitless]
-  double episode_return = 0;    ///< sum of the rewards; verified when the record is repeated
+  /// Of the reset and each step, verified when the record is repeated (see EpisodeRecord.msg);
+  /// empty: not compared.
+  std::vector<std::uint64_t> checksums;
 };
 
 /// Returns a record with only the origin: id, parameters, engine and its version.

@@ -6,18 +6,18 @@
 
 #include "base/printable_text.h"
 #include "base/standard_descriptors.h"
-#include "replay/replay_report.h"
+#include "replay/replay.h"
 
 namespace {
 
 constexpr const char* kUsage =
     "Usage: replay BAG [BAG ...]\n"
     "Repeats every episode of every walker in the bags (several: the parts of one recording) and\n"
-    "compares observations, rewards, flags and info with the recorded ones to the bit. To record\n"
-    "every episode, or those that begin while it records:\n"
+    "compares observations, rewards, flags and info with the recorded ones to the bit, by their\n"
+    "checksums. To record every episode, or those that end while it records:\n"
     "  roslaunch walker_sim walker.launch recording:=FILE.bag agent:=random\n"
-    "  rosbag record transition episode spec restored\n"
-    "Exit status: 0 all that was compared is equal; 1 something differs, steps are missing, or\n"
+    "  rosbag record episode_record\n"
+    "Exit status: 0 all that was compared is equal; 1 something differs, episodes are missing, or\n"
     "nothing was compared; 2 bad usage, or a bag that cannot be read\n";
 
 constexpr int kDifferent = 1;

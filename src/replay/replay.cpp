@@ -1,160 +1,216 @@
 #include "replay/replay.h"
 
 #include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
 #include <exception>
 #include <iomanip>
-#include <optional>
+#include <memory>
+#include <ostream>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
-#include "base/bits.h"
 #include "base/engine_release.h"
-#include "base/random.h"
+#include "base/printable_text.h"
 #include "base/shortest_text.h"
+#include "episode/episode.h"
+#include "replay/bag_reader.h"
 #include "ros/records.h"
-#include "walker_sim/registry.h"
 
 namespace walker {
 namespace {
 
-std::string text(double value) { return shortest_text(value); }
-std::string text(bool value) { return value ? "true" : "false"; }
-std::string text(std::size_t value) { return std::to_string(value); }
-std::string text(const std::string& value) { return '"' + value + '"'; }
+struct Counts {
+  std::size_t equal = 0;
+  std::size_t steps = 0;  // of equal episodes
+  std::size_t differing = 0;
+  std::size_t missing = 0;
+  std::size_t not_compared = 0;
+};
 
-std::string hexadecimal(double value) {
+/// Number, seed, steps, return and end of an episode.
+using Row = std::array<std::string, 5>;
+
+std::string return_text(double value) {
+  constexpr double kManyDigits = 1e9;
+  if (std::abs(value) < kManyDigits) return fixed_text(value, 2);
   ClassicStream stream;
-  stream << " (0x" << std::hex << std::setw(16) << std::setfill('0') << to_bits(value) << ")";
+  stream << value;
   return stream.str();
 }
 
-/// Compares fields and keeps a description of the first difference.
-class Comparison {
+Row describe(const walker_sim::Episode& episode) {
+  return {std::to_string(episode.episode),
+          episode.has_seed != 0 ? std::to_string(episode.seed) : "continued",
+          std::to_string(episode.length), return_text(episode.episode_return),
+          printable(episode.end_reason, kMaxQuotedBytes)};
+}
+
+void write(const Row& row, const std::string& verdict, std::ostream& out) {
+  constexpr std::array<int, 5> kWidths{7, 9, 6, 8, 35};
+  ClassicStream line;
+  for (std::size_t i = 0; i + 1 < row.size(); ++i) line << std::setw(kWidths[i]) << row[i] << "  ";
+  line << std::left << std::setw(verdict.empty() ? 0 : kWidths.back()) << row.back();
+  if (!verdict.empty()) line << "  " << printable(verdict);
+  out << line.str() << '\n' << std::flush;  // shows progress in a long recording
+}
+
+/// @throws std::invalid_argument if the episode was recorded in an environment, or with an engine,
+///         other than this one
+void check_origin(EpisodeRecord record, const Specification& specification) {
+  EpisodeRecord origin;
+  origin.id = std::move(record.id);
+  origin.parameters = std::move(record.parameters);
+  origin.engine = std::move(record.engine);
+  origin.engine_version = std::move(record.engine_version);
+  check_repeatable(origin, specification);
+}
+
+/// Repeats the episodes of one publisher in the order of recording.
+class WalkerReport {
  public:
-  template <typename Value>
-  void compare(const std::string& name, const Value& recorded, const Value& repeated) {
-    if (recorded != repeated) differ(name, text(recorded), text(repeated));
-  }
+  WalkerReport(std::string publisher, Counts& counts, std::ostream& out)
+      : publisher_(std::move(publisher)), counts_(counts), out_(out) {}
 
-  void compare(const std::string& name, double recorded, double repeated) {
-    if (to_bits(recorded) == to_bits(repeated)) return;
-    std::string one = text(recorded);
-    std::string other = text(repeated);
-    if (one == other) {  // NaNs of different bits
-      one += hexadecimal(recorded);
-      other += hexadecimal(repeated);
-    }
-    differ(name, one, other);
+  void add(const BagEpisode& episode) {
+    if (episode.publisher != publisher_ || !known_.insert(episode.hash).second) return;
+    const walker_sim::EpisodeRecord& record = episode.record;
+    set_environment(record.spec);
+    const std::uint32_t number = record.episode.episode;
+    // After the restart of a server the numbers begin again.
+    if (last_number_ != 0 && number > last_number_ + 1) write_missing(last_number_ + 1, number - 1);
+    last_number_ = number;
+    write(describe(record.episode), verdict(record), out_);
   }
-
-  /// @param element_names printed after the index; may be empty
-  void compare(const std::string& name, const std::vector<double>& recorded,
-               const std::vector<double>& repeated,
-               const std::vector<std::string>& element_names = {}) {
-    compare("size of " + name, recorded.size(), repeated.size());
-    for (std::size_t i = 0; i < std::min(recorded.size(), repeated.size()); ++i) {
-      if (to_bits(recorded[i]) == to_bits(repeated[i])) continue;
-      std::string element = name + "[" + std::to_string(i) + "]";
-      if (i < element_names.size()) element += " (" + element_names[i] + ")";
-      compare(element, recorded[i], repeated[i]);
-    }
-  }
-
-  const std::string& first() const { return first_; }
 
  private:
-  void differ(const std::string& name, const std::string& recorded, const std::string& repeated) {
-    if (first_.empty()) first_ = name + " is " + recorded + ", repeated " + repeated;
+  /// Makes the environment, and writes a heading, unless the previous episode had the same.
+  void set_environment(const walker_sim::EnvironmentSpec& spec) {
+    std::string key = spec.id + '\n' + spec.engine + '\n' + spec.engine_version;
+    for (const auto* texts : {&spec.parameter_names, &spec.parameter_values}) {
+      for (const std::string& text : *texts) key += '\n' + text;
+    }
+    if (key == environment_key_) return;
+    environment_key_ = std::move(key);
+    out_ << printable(publisher_ + ": " + spec.id + " on " + spec.engine + " " +
+                      engine_release(spec.engine_version))
+         << "\n";
+    write({"episode", "seed", "steps", "return", "end"}, "", out_);
+    environment_.reset();
+    try {
+      environment_ = make_episode(spec.id, parameters_of(spec));
+      EpisodeOptions options;
+      options.records_actions = true;
+      environment_->configure(options);
+    } catch (const std::exception& error) {
+      unsupported_reason_ = error.what();
+    }
   }
 
-  std::string first_;
+  void write_missing(std::uint32_t first, std::uint32_t last) {
+    counts_.missing += last - first + 1;
+    std::string numbers = std::to_string(first);
+    if (first != last) numbers += "-" + std::to_string(last);
+    write({numbers}, "not in the bag", out_);
+  }
+
+  /// Repeats the episode. Returns what its line ends with, and counts it.
+  std::string verdict(const walker_sim::EpisodeRecord& message) {
+    EpisodeRecord record;
+    try {
+      if (!environment_) throw std::invalid_argument(unsupported_reason_);
+      record = to_record(message);
+      check_origin(record, environment_->specification());
+      if (record.checksums.empty()) throw std::invalid_argument("the record has no checksums");
+    } catch (const std::exception& error) {
+      ++counts_.not_compared;
+      return std::string("not compared: ") + error.what();
+    }
+    const std::string difference = repeat(record, message.episode.end_reason);
+    if (!difference.empty()) {
+      ++counts_.differing;
+      return "differs at " + difference;
+    }
+    ++counts_.equal;
+    counts_.steps += record.num_steps;
+    return "equal";
+  }
+
+  /// Returns where the repeated episode differs from the record, and how; empty if it does not.
+  std::string repeat(const EpisodeRecord& record, const std::string& end_reason) {
+    try {
+      environment_->begin(record);
+    } catch (const std::exception& error) {
+      return std::string("its beginning: ") + error.what();
+    }
+    try {
+      environment_->repeat(record, std::chrono::steady_clock::time_point::max());
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    const EpisodeState& state = environment_->state();
+    if (!state.has_ended() || state.end_reason == end_reason) return "";
+    return "its end: end_reason = " + end_reason + "; repeated here it is " + state.end_reason;
+  }
+
+  std::string publisher_;
+  Counts& counts_;
+  std::ostream& out_;
+  std::set<std::size_t> known_;  // hashes
+  std::uint32_t last_number_ = 0;
+  std::string environment_key_;
+  std::unique_ptr<Episode> environment_;  // null: cannot be made here
+  std::string unsupported_reason_;        // why `environment_` is null
 };
 
-std::string compare_versions(const walker_sim::EnvironmentSpec& recorded,
-                             const Specification& own) {
-  const std::string then = recorded.engine + " " + engine_release(recorded.engine_version) +
-                           " and walker_sim " + recorded.version;
-  const std::string now = own.engine + " " + engine_release(own.engine_version) +
-                          " and walker_sim " + walker::version();
-  std::string differences = then == now ? "" : "recorded with " + then + "; repeated with " + now;
-  if (has_other_libm(recorded.engine_version, own.engine_version)) {
-    if (!differences.empty()) differences += "; ";
-    differences += "recorded with libm: " + libm_of(recorded.engine_version) +
-                   "; repeated with libm: " + libm_of(own.engine_version) +
-                   ": its sin, cos and pow differ in the last bit, so episodes may differ";
+bool summarize(const Counts& counts, std::ostream& out) {
+  if (counts.equal + counts.differing == 0) {
+    out << "Nothing was compared\n";
+    return false;
   }
-  return differences;
+  out << counts.equal << (counts.equal == 1 ? " episode" : " episodes") << " equal to the bit ("
+      << counts.steps << " steps)";
+  if (counts.differing != 0) out << ", " << counts.differing << " differing";
+  if (counts.missing != 0) out << ", " << counts.missing << " missing";
+  if (counts.not_compared != 0) out << ", " << counts.not_compared << " not compared";
+  out << "\n";
+  return counts.differing == 0 && counts.missing == 0;
 }
 
 }  // namespace
 
-Replay::Replay(const walker_sim::EnvironmentSpec& spec)
-    : episode_(make_episode(spec.id, parameters_of(spec))),
-      other_versions_(compare_versions(spec, episode_->specification())) {
-  if (episode_->specification().episodes_are_independent) return;
-  throw std::invalid_argument(
-      "its episodes depend on those before them (parameter reuse_world), so none can be repeated "
-      "alone");
-}
-
-void Replay::begin(const walker_sim::Episode& beginning, const std::vector<double>& actions) {
-  difference_.clear();
-  is_at_beginning_ = true;
-  const std::optional<std::uint64_t> seed = seed_of(beginning);
-  const GeneratorState state = generator_state_of(beginning);
-  if (seed && Generator(*seed).state() != state) {
-    difference_ = "at the beginning: generator_state is not that of seed " + std::to_string(*seed);
-    return;
+bool replay(const std::vector<std::string>& paths, std::ostream& out) {
+  std::vector<std::pair<std::uint64_t, std::string>> bags;  // with the time of their first episode
+  std::vector<std::string> publishers;
+  for (const std::string& path : paths) {
+    std::uint64_t begin = 0;
+    const bool is_closed = read_episodes(path, [&](const BagEpisode& episode) {
+      if (begin == 0) begin = episode.time;
+      const std::string& publisher = episode.publisher;
+      if (std::find(publishers.begin(), publishers.end(), publisher) == publishers.end()) {
+        publishers.push_back(publisher);
+      }
+    });
+    if (!is_closed)
+      out << printable(path) << ": was not closed; its last episodes may be missing\n";
+    bags.emplace_back(begin, path);
   }
-  try {
-    episode_->begin(state, seed);
-  } catch (const std::exception& error) {
-    difference_ = std::string("at the beginning: ") + error.what();
-    return;
+  if (publishers.empty()) {
+    out << "No episode in the bag: it has no message of the type walker_sim/EpisodeRecord; record "
+           "the topic episode_record\n";
+    return false;
   }
-  const std::size_t size = episode_->specification().action_size();
-  for (std::size_t i = 0; i < actions.size() && difference_.empty(); i += size) {
-    const auto first = actions.begin() + static_cast<std::ptrdiff_t>(i);
-    step({first, first + static_cast<std::ptrdiff_t>(std::min(size, actions.size() - i))});
+  std::sort(bags.begin(), bags.end());
+  Counts counts;
+  for (const std::string& publisher : publishers) {
+    WalkerReport report(publisher, counts, out);
+    for (const auto& bag : bags) {
+      read_episodes(bag.second, [&](const BagEpisode& episode) { report.add(episode); });
+    }
   }
-}
-
-void Replay::step(const std::vector<double>& action) {
-  try {
-    episode_->step(action);
-  } catch (const std::exception& error) {
-    // An invalid action, or one after the repeated episode's end.
-    difference_ = "at step " + std::to_string(episode_->state().step + 1) +
-                  ", which is refused: " + error.what();
-  }
-}
-
-void Replay::compare(const walker_sim::Transition& recorded) {
-  if (!difference_.empty()) return;
-  if (!is_at_beginning_) step(recorded.action);
-  is_at_beginning_ = false;
-  if (!difference_.empty()) return;
-  const EpisodeState& repeated = episode_->state();
-  Comparison comparison;
-  comparison.compare<std::size_t>("step", recorded.step, repeated.step);
-  comparison.compare("error", recorded.error, repeated.error);  // first, since it causes the others
-  comparison.compare("observation", recorded.observation, repeated.observation);
-  comparison.compare("reward", recorded.reward, repeated.reward);
-  comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);
-  comparison.compare("terminated", recorded.terminated != 0, repeated.terminated);
-  comparison.compare("truncated", recorded.truncated != 0, repeated.truncated);
-  comparison.compare("info", recorded.info, repeated.info, episode_->specification().info_names);
-  if (comparison.first().empty()) return;
-  difference_ = "at step " + std::to_string(recorded.step) + ": " + comparison.first();
-}
-
-void Replay::compare_end(const walker_sim::Episode& recorded) {
-  if (!difference_.empty()) return;
-  const EpisodeState& repeated = episode_->state();
-  Comparison comparison;
-  comparison.compare<std::size_t>("length", recorded.length, repeated.step);
-  comparison.compare("episode_return", recorded.episode_return, repeated.episode_return);
-  comparison.compare("end_reason", recorded.end_reason, repeated.end_reason);
-  if (!comparison.first().empty()) difference_ = "at the end: " + comparison.first();
+  return summarize(counts, out);
 }
 
 }  // namespace walker

@@ -1,1 +1,1 @@
-walker_sim_sources(replay_sources bag_check bag_episodes bag_index replay replay_report)
+walker_sim_sources(replay_sources bag_reader replay)

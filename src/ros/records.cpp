@@ -60,7 +60,7 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   record.generator_state = generator_state_of(message.episode);
   record.num_steps = message.episode.length;
   record.actions = message.actions;
-  record.episode_return = message.episode.episode_return;
+  record.checksums = message.checksums;
   return record;
 }
 

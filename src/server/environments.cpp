@@ -18,8 +18,8 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
   const auto make_episode = [&] {
     std::unique_ptr<Environment> environment = make();
     EpisodeOptions own;
+    own.records_actions = index == options.shown_environment;
     own.first_seed = seed + index++;
-    own.records_actions = options.num_envs == 1;
     episode_of(*environment).configure(own);
     return environment;
   };

@@ -1,5 +1,6 @@
 #include "server/outputs.h"
 
+#include <stdexcept>
 #include <utility>
 
 #include "server/topics/converters.h"
@@ -25,16 +26,12 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
       odometry_{node.advertise<nav_msgs::Odometry>("odom", kState), {}},
       reward_{node.advertise<std_msgs::Float64>("reward", kState), {}},
       observation_{node.advertise<std_msgs::Float64MultiArray>("observation", kState), {}},
-      transition_{
-          recorder_watch_.advertise<walker_sim::Transition>(node, "transition", kRecord, !kLatched),
-          {}},
-      episode_{recorder_watch_.advertise<walker_sim::Episode>(node, "episode", kRecord, kLatched),
-               {}},
+      transition_{node.advertise<walker_sim::Transition>("transition", kRecord), {}},
+      episode_{node.advertise<walker_sim::Episode>("episode", kRecord, kLatched), {}},
       transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue), {}},
-      restored_publisher_(
-          recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "restored", kState, kLatched)),
-      spec_publisher_(
-          recorder_watch_.advertise<walker_sim::EnvironmentSpec>(node, "spec", kState, kLatched)),
+      record_publisher_(recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "episode_record",
+                                                                             kRecord, !kLatched)),
+      spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
       static_transforms_publisher_(
           node.advertise<tf2_msgs::TFMessage>("/tf_static", kListenerQueue, kLatched)),
       markers_(node, shown_, frames_.odometry),
@@ -53,18 +50,34 @@ void Outputs::publish_reset(ros::Time stamp) {
   publish_episode(stamp);
   if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is no scene
   publish_state(stamp);
+  if (shown_.state().has_ended()) publish_record(stamp);  // failed, or restored as ended
   camera_.show(stamp);
-}
-
-void Outputs::publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp) {
-  restored_publisher_.publish(record);
-  publish_reset(stamp);
 }
 
 void Outputs::publish_step(ros::Time stamp) {
   publish_state(stamp);
-  if (shown_.state().has_ended()) publish_episode(stamp);
+  if (shown_.state().has_ended()) {
+    publish_episode(stamp);
+    publish_record(stamp);
+  }
   camera_.show(stamp);
+}
+
+void Outputs::publish_record(ros::Time stamp) {
+  if (record_publisher_.getNumSubscribers() > 0) record_publisher_.publish(record(stamp));
+}
+
+std::optional<walker_sim::EpisodeRecord> Outputs::abandoned_record(ros::Time stamp) const {
+  const EpisodeState& state = shown_.state();
+  const bool is_running = state.has_begun() && !state.has_ended();
+  if (!is_running || record_publisher_.getNumSubscribers() == 0) return std::nullopt;
+  walker_sim::EpisodeRecord message = record(stamp);
+  message.episode.end_reason = "reset before its end";
+  return message;
+}
+
+void Outputs::publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& record) {
+  if (record) record_publisher_.publish(*record);
 }
 
 void Outputs::publish_state(ros::Time stamp) {
@@ -120,7 +133,18 @@ walker_sim::EpisodeRecord Outputs::message(EpisodeRecord record, ros::Time stamp
   message.spec = spec();
   to_message(shown_.state(), frames_, stamp, message.episode);
   message.actions = std::move(record.actions);
+  message.checksums = std::move(record.checksums);
   return message;
+}
+
+walker_sim::EpisodeRecord Outputs::record(ros::Time stamp) const {
+  EpisodeRecord record;
+  try {
+    record = shown_.record();
+  } catch (const std::logic_error&) {
+    // The episode cannot be repeated: the message has only its number, length and return.
+  }
+  return message(std::move(record), stamp);
 }
 
 }  // namespace walker

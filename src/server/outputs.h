@@ -1,6 +1,8 @@
 // Outputs of a state: topics, markers, pictures, and the transition in a response.
 #pragma once
 
+#include <optional>
+
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <std_msgs/Float64.h>
@@ -30,11 +32,14 @@ class Outputs {
   /// Publishes the state after a reset, with the episode (latched) and the scene.
   void publish_reset(ros::Time stamp);
 
-  /// Publishes the state after a restore likewise, and the record (latched) to replay a bag.
-  void publish_restored(const walker_sim::EpisodeRecord& record, ros::Time stamp);
-
-  /// Publishes the state after a step, and the episode (latched) if it has ended.
+  /// Publishes the state after a step, and if the episode has ended, also the episode (latched) and
+  /// its record.
   void publish_step(ros::Time stamp);
+
+  /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode
+  /// runs or nobody subscribes to records.
+  std::optional<walker_sim::EpisodeRecord> abandoned_record(ros::Time stamp) const;
+  void publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& record);
 
   walker_sim::Transition message(const EpisodeState& state, ros::Time stamp) const;
   walker_sim::EnvironmentSpec spec() const;
@@ -65,11 +70,13 @@ class Outputs {
   void publish_state(ros::Time stamp);
   void publish_sensors(ros::Time stamp);
   void publish_episode(ros::Time stamp);
+  void publish_record(ros::Time stamp);
+  walker_sim::EpisodeRecord record(ros::Time stamp) const;
 
   Episode& shown_;
   ServerOptions options_;
   Frames frames_;
-  RecorderWatch recorder_watch_;  // of the topics needed to replay a bag
+  RecorderWatch recorder_watch_;  // of the topic needed to replay a bag
 
   Topic<sensor_msgs::JointState> joint_states_;
   Topic<sensor_msgs::LaserScan> scan_;
@@ -81,7 +88,7 @@ class Outputs {
   Topic<walker_sim::Transition> transition_;
   Topic<walker_sim::Episode> episode_;
   Topic<tf2_msgs::TFMessage> transforms_;
-  ros::Publisher restored_publisher_;
+  ros::Publisher record_publisher_;
   ros::Publisher spec_publisher_;
   ros::Publisher static_transforms_publisher_;
   MarkerTopics markers_;

@@ -117,9 +117,8 @@ std::vector<ParameterDescription> server_parameters() {
       {"publish_clock", true, "", "Publish /clock; false: follow it when free-running.", 0, 0},
       {"paused", false, "", "Begin paused when free-running.", 0, 0},
       {"wait_for_recorder", std::string(), "",
-       "Name of the node that records: nothing moves before it listens to transition, episode, "
-       "restored and spec, from which replay repeats every episode; services come with that, too. "
-       "Empty: nobody.",
+       "Name of the node that records: nothing moves, and no service is offered, before it "
+       "subscribes to episode_record, from which replay repeats every episode. Empty: nobody.",
        0, 0},
       {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
       {"camera_rate", 25.0, "1/s",

@@ -42,7 +42,9 @@ constexpr std::chrono::seconds kRecorderStarts{3};  // enough if both start toge
 
 /// Upper bound of a ~restore request: the longest recordable episode and its spec's strings.
 std::size_t max_record_bytes(const Specification& specification) {
-  return kMaxRecordedSteps * specification.action_size() * sizeof(double) + kMaxRecordTextBytes;
+  const std::size_t step_bytes =
+      specification.action_size() * sizeof(double) + sizeof(std::uint64_t);
+  return kMaxRecordedSteps * step_bytes + kMaxRecordTextBytes;
 }
 
 ros::NodeHandle make_node(WakingQueue& queue) {

@@ -30,6 +30,7 @@ Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock
 const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed) {
   clock_.require();
   Episode& environment = single_episode(pool_, "reset");
+  outputs_.publish_abandoned(outputs_.abandoned_record(clock_.now()));
   environment.reset(seed);
   stepping_agents_.clear();
   ++counters_.resets;
@@ -91,9 +92,11 @@ void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
   clock_.require();
   const EpisodeState& state = shown().state();
   const std::uint32_t episode = state.episode;
+  const auto abandoned = outputs_.abandoned_record(clock_.now());
   batch_calls_.reset(request, response);
   stepping_agents_.clear();
   if (state.episode != episode) {
+    outputs_.publish_abandoned(abandoned);
     publish_reset();
   } else {
     advance_time();
@@ -124,12 +127,11 @@ walker_sim::EpisodeRecord Simulation::snapshot() const {
 const EpisodeState& Simulation::restore(Episode& repeated) {
   clock_.require();
   Episode& environment = single_episode(pool_, "restore");
+  outputs_.publish_abandoned(outputs_.abandoned_record(clock_.now()));
   environment.take_over(repeated);
   ++counters_.resets;
-  command_.clear();
   stepping_agents_.clear();
-  advance_time();
-  outputs_.publish_restored(snapshot(), clock_.now());
+  publish_reset();
   return environment.state();
 }
 

@@ -198,8 +198,8 @@ TEST(Messages, BoundsTheSizeOfAnswers) {
     EXPECT_LT(max_answer_bytes(service, kServer), kMebibyte + 4096);
   }
   EXPECT_EQ(max_answer_bytes(kGetSpec, kServer), kMaxSpecificationBytes);
-  EXPECT_GE(max_answer_bytes(kSnapshot, kServer), 8000000 + kMaxSpecificationBytes);
-  EXPECT_LT(max_answer_bytes(kSnapshot, kServer), 10000000 + kMaxSpecificationBytes);
+  EXPECT_GE(max_answer_bytes(kSnapshot, kServer), 16000000 + kMaxSpecificationBytes);
+  EXPECT_LT(max_answer_bytes(kSnapshot, kServer), 18000000 + kMaxSpecificationBytes);
   EXPECT_LT(max_answer_bytes(kRender, kServer), 70 * kMebibyte);
   ServerSpecification large = kServer;
   large.num_envs = kMaxEnvironments;

@@ -111,6 +111,13 @@ TEST_F(EpisodeRecordTest, ActionsAreWhole) {
   EXPECT_EQ(refusal(), "actions has 0 values; must have 25769803770, 4294967295 steps of 6");
 }
 
+TEST_F(EpisodeRecordTest, ChecksumsAreOfEachTransition) {
+  record_.checksums = {1, 2};
+  EXPECT_EQ(refusal(), "nothing thrown");
+  record_.checksums = {1};
+  EXPECT_EQ(refusal(), "checksums has 1 values; must have none or 2");
+}
+
 TEST(EpisodeRecord, EpisodesThatDependOnEarlierOnesAreNotRepeatable) {
   const Specification fresh = make("BipedalWalker-v3")->specification();
   EXPECT_NO_THROW(check_repeatable(describe_origin(fresh), fresh));

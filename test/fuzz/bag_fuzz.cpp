@@ -1,9 +1,9 @@
-// Untrusted bags: rosbag can read every bag that the check accepts.
+// Untrusted bags.
 #include <stdexcept>
 
 #include "fuzz/memory_file.h"
 #include "fuzz/target.h"
-#include "replay/bag_episodes.h"
+#include "replay/bag_reader.h"
 
 namespace walker::fuzz {
 namespace {
@@ -11,10 +11,7 @@ namespace {
 void run(const std::uint8_t* data, std::size_t size) {
   const MemoryFile file(data, size);
   try {
-    const BagEpisodes bag({file.path()});
-    for (const BagWalker& walker : bag.walkers()) {
-      bag.read_transitions(walker, [](const walker_sim::Transition&) {});
-    }
+    read_episodes(file.path(), [](const BagEpisode&) {});
   } catch (const std::runtime_error& refusal) {
     accept(refusal);
   }

@@ -43,4 +43,4 @@ walker_sim_add_fuzz_targets(client LIBRARIES walker_sim_wire walker_sim_box2d wa
   TARGETS client http
   ALSO test/fuzz/scripted_socket.cpp $<TARGET_OBJECTS:walker_sim_core_objects>)
 walker_sim_add_fuzz_targets(server LIBRARIES walker_sim_replay walker_sim_server
-  TARGETS bag bag_index episode_record requests service_session)
+  TARGETS bag episode_record requests service_session)

@@ -1,10 +1,10 @@
-// The replay finds differences of one bit, for each environment.
+// The replay repeats recorded episodes and reports differences, gaps, and what cannot be compared.
 #include <gtest/gtest.h>
+#include <std_msgs/Float64.h>
 
-#include <cstdlib>
+#include <cstddef>
 #include <functional>
 #include <limits>
-#include <regex>
 #include <string>
 #include <vector>
 
@@ -14,119 +14,38 @@
 namespace walker::test {
 namespace {
 
-using walker_sim::Episode;
+using walker_sim::EpisodeRecord;
+
+constexpr const char* kId = "BipedalWalker-v3";
 
 class ReplayOfEach : public BagTest, public testing::WithParamInterface<const char*> {};
 
-TEST_P(ReplayOfEach, SoundEpisodesAreEqual) {
+TEST_P(ReplayOfEach, EqualEpisodes) {
   const Session session = three_episodes(GetParam());
   const Outcome outcome = replay_of(session);
   EXPECT_TRUE(outcome.is_equal) << outcome;
   const Specification& specification = session.simulation().specification();
-  EXPECT_EQ(outcome.text.rfind("/transition: " + specification.id + " on " + specification.engine +
-                                   " " + engine_release(specification.engine_version) + "\n",
-                               0),
-            0U)
-      << outcome;
-  EXPECT_TRUE(std::regex_match(
-      outcome.line(1),
-      std::regex("                  42     20 +-?[0-9.]+  truncated: 20 steps +equal")))
-      << outcome;
-  EXPECT_TRUE(std::regex_search(outcome.line(2), std::regex("continued .*truncated.*  equal$")))
-      << outcome;
-  EXPECT_TRUE(std::regex_search(
-      outcome.line(3), std::regex("^18446744073709551615 +10 .*goes on after the bag  equal$")))
-      << outcome;
-  EXPECT_TRUE(outcome.says("\n3 episodes equal to the bit (50 steps)\n")) << outcome;
+  EXPECT_PRED2(starts_with, outcome.text,
+               "/walker_sim: " + specification.id + " on " + specification.engine + " " +
+                   engine_release(specification.engine_version) + "\n");
+  EXPECT_PRED2(matches, outcome.line(1), "^ *42 +20 .*truncated: 20 steps +equal$");
+  EXPECT_PRED2(matches, outcome.line(2), "^continued +20 .*truncated: 20 steps +equal$");
+  EXPECT_PRED2(matches, outcome.line(3),
+               "^18446744073709551615 +10 .*reset before its end +equal$");
+  EXPECT_PRED2(ends_with, outcome.text, "\n3 episodes equal to the bit (50 steps)\n");
 }
 
-TEST_P(ReplayOfEach, AnEpisodeToItsTermination) {
+TEST_P(ReplayOfEach, EpisodeToItsTermination) {
   Session session(GetParam());
   session.reset(3);
   session.walk();
-  ASSERT_TRUE(session.simulation().state().terminated);
+  ASSERT_TRUE(session.state().terminated);
   const Outcome outcome = replay_of(session);
   EXPECT_TRUE(outcome.is_equal) << outcome;
-  EXPECT_NE(outcome.line(1).find(session.simulation().state().end_reason + "  equal"),
-            std::string::npos)
-      << outcome;
+  EXPECT_PRED2(contains, outcome.line(1), session.state().end_reason);
 }
 
-TEST_P(ReplayOfEach, WhatDiffersIsFoundAtItsStep) {
-  struct Case {
-    std::function<void(Session&)> change;
-    std::string words;
-  };
-  const std::vector<Case> cases = {
-      {[](Session& s) { falsify(s.transition(2, 7).observation[2]); },
-       "differs at step 7: observation[2] is "},
-      {[](Session& s) { falsify(s.transition(2, 0).observation[0]); },
-       "differs at step 0: observation[0] is "},
-      {[](Session& s) {
-         s.transition(2, 20).observation.back() = std::numeric_limits<double>::quiet_NaN();
-       },
-       "] is nan, repeated "},
-      {[](Session& s) { s.transition(2, 7).observation.pop_back(); },
-       "differs at step 7: size of observation is "},
-      {[](Session& s) { falsify(s.transition(2, 5).reward); }, "differs at step 5: reward is "},
-      {[](Session& s) { s.transition(2, 0).reward = -0.0; },
-       "differs at step 0: reward is -0, repeated 0"},
-      {[](Session& s) { falsify(s.transition(2, 19).episode_return); },
-       "differs at step 19: episode_return is "},
-      {[](Session& s) { s.transition(2, 4).terminated = 1; },
-       "differs at step 4: terminated is true, repeated false"},
-      {[](Session& s) { s.transition(2, 20).truncated = 0; },
-       "differs at step 20: truncated is false, repeated true"},
-      {[](Session& s) { s.transition(2, 4).info.push_back(0); },
-       "differs at step 4: size of info is "},
-      {[](Session& s) { s.transition(2, 3).error = "b2Assert"; },
-       "differs at step 3: error is \"b2Assert\", repeated \"\""},
-      // A changed action shows in the step that it causes. The sign is one bit.
-      {[](Session& s) { s.transition(2, 11).action[0] *= -1; }, "differs at step 11: observation["},
-      {[](Session& s) { s.transition(2, 11).action.pop_back(); },
-       "differs at step 11, which is refused: action has "},
-      {[](Session& s) { s.transition(2, 11).action[1] = std::numeric_limits<double>::infinity(); },
-       "differs at step 11, which is refused: action[1]"},
-      {[](Session& s) { s.all<Episode>()[3]->end_reason = "terminated: bored"; },
-       "differs at the end: end_reason is \"terminated: bored\", repeated \"truncated: 20 steps\""},
-      {[](Session& s) { falsify(s.all<Episode>()[3]->episode_return); },
-       "differs at the end: episode_return is "},
-      {[](Session& s) { s.all<Episode>()[3]->length = 19; },
-       "differs at the end: length is 19, repeated 20"},
-      {[](Session& s) { s.all<Episode>()[2]->generator_state[0] ^= 1U; }, "differs at step 0: obs"},
-      {[](Session& s) { s.all<Episode>()[2]->generator_state[3] ^= 1U; },
-       "differs at the beginning: "},  // the increment must be odd
-      {[](Session& s) { s.all<Episode>()[2]->has_seed = 1; },
-       "differs at the beginning: generator_state is not that of seed 0"},
-  };
-  for (const Case& one : cases) {
-    Session session = three_episodes(GetParam());
-    one.change(session);
-    const Outcome outcome = replay_of(session);
-    EXPECT_FALSE(outcome.is_equal) << one.words << "\n" << outcome;
-    EXPECT_NE(outcome.line(2).find(one.words), std::string::npos) << one.words << "\n" << outcome;
-    EXPECT_TRUE(ends_with(outcome.line(1), "  equal")) << outcome;
-    EXPECT_TRUE(ends_with(outcome.line(3), "  equal")) << outcome;
-    EXPECT_TRUE(outcome.says("\n2 episodes equal to the bit (30 steps), 1 differing\n")) << outcome;
-  }
-}
-
-TEST_P(ReplayOfEach, TheDigitsTellWhatDiffers) {
-  Session session = three_episodes(GetParam());
-  const double repeated = session.transition(2, 7).observation[3];
-  falsify(session.transition(2, 7).observation[3]);
-  const double recorded = session.transition(2, 7).observation[3];
-  const Outcome outcome = replay_of(session);
-  std::smatch match;
-  const std::string line = outcome.line(2);
-  ASSERT_TRUE(
-      std::regex_search(line, match, std::regex("observation\\[3\\] is (\\S+), repeated (\\S+)$")))
-      << outcome;
-  EXPECT_EQ(std::strtod(match[1].str().c_str(), nullptr), recorded);
-  EXPECT_EQ(std::strtod(match[2].str().c_str(), nullptr), repeated);
-}
-
-TEST_P(ReplayOfEach, ARestoredEpisodeIsRepeatedFromItsRecord) {
+TEST_P(ReplayOfEach, RestoredEpisodesAreRepeatedFromTheirReset) {
   Session session(GetParam(), short_episodes(GetParam()));
   session.reset(7);
   session.walk(8);
@@ -136,17 +55,52 @@ TEST_P(ReplayOfEach, ARestoredEpisodeIsRepeatedFromItsRecord) {
   session.restore(running);
   session.walk();
   session.restore(ended);
-  session.reset();
-  session.walk(5);
   const Outcome outcome = replay_of(session);
   EXPECT_TRUE(outcome.is_equal) << outcome;
-  EXPECT_TRUE(std::regex_search(
-      outcome.line(2), std::regex("^ *7 +20 .*truncated: 20 steps  +equal, restored at step 8$")))
-      << outcome;
-  EXPECT_TRUE(std::regex_search(
-      outcome.line(3), std::regex("^ *7 +20 .*truncated: 20 steps  +equal, restored at step 20$")))
-      << outcome;
-  EXPECT_TRUE(ends_with(outcome.line(4), "  equal")) << outcome;
+  for (const int episode : {1, 2, 3}) {
+    EXPECT_PRED2(matches, outcome.line(episode), "^ *7 +20 .*truncated: 20 steps  +equal$");
+  }
+}
+
+TEST_P(ReplayOfEach, DifferencesAreReportedWithTheirStep) {
+  struct Case {
+    std::function<void(EpisodeRecord&)> change;
+    std::string words;
+  };
+  const std::size_t size = make(GetParam())->specification().action_size();
+  const std::size_t eleventh = 10 * size;
+  const std::vector<Case> cases = {
+      {[](auto& r) { r.checksums[0] ^= 1U; }, "differs at step 0 of the record: checksum = "},
+      {[](auto& r) { r.checksums[7] ^= 1U; }, "differs at step 7 of the record: checksum = "},
+      {[](auto& r) { r.checksums[20] ^= 1U; }, "differs at step 20 of the record: checksum = "},
+      {[&](auto& r) { r.actions[eleventh] *= -1; }, "differs at step 11 of the record: checksum"},
+      {[&](auto& r) { r.actions[eleventh] = std::numeric_limits<double>::infinity(); },
+       "differs at step 11 of the record: action[0]"},
+      {[](auto& r) { r.actions.pop_back(); }, "differs at its beginning: actions has "},
+      {[](auto& r) { r.checksums.pop_back(); },
+       "differs at its beginning: checksums has 20 values; must have none or 21"},
+      {[](auto& r) { ++r.episode.length; }, "differs at its beginning: actions has "},
+      {[](auto& r) { r.episode.end_reason = "terminated: bored"; },
+       "differs at its end: end_reason = terminated: bored; repeated here it is truncated: 20 "
+       "steps"},
+      {[](auto& r) { r.episode.generator_state[0] ^= 1U; }, "differs at step 0 of the record"},
+      {[](auto& r) { r.episode.generator_state[3] ^= 1U; },  // the increment must be odd
+       "differs at its beginning: "},
+      {[](auto& r) { r.episode.has_seed = 1; },
+       "differs at its beginning: generator_state is not that of seed = 0"},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.words);
+    Session session = three_episodes(GetParam());
+    one.change(session.records()[1]);
+    const Outcome outcome = replay_of(session);
+    EXPECT_FALSE(outcome.is_equal);
+    EXPECT_PRED2(ends_with, outcome.line(1), "  equal");
+    EXPECT_PRED2(contains, outcome.line(2), one.words);
+    EXPECT_PRED2(ends_with, outcome.line(3), "  equal");
+    EXPECT_PRED2(ends_with, outcome.text,
+                 "\n2 episodes equal to the bit (30 steps), 1 differing\n");
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Ids, ReplayOfEach,
@@ -157,6 +111,141 @@ INSTANTIATE_TEST_SUITE_P(Ids, ReplayOfEach,
                            name.erase(name.find('-'), 1);
                            return name;
                          });
+
+using ReplayTest = BagTest;
+
+TEST_F(ReplayTest, EpisodesThatCannotBeRepeatedAreNotCompared) {
+  struct Case {
+    std::function<void(EpisodeRecord&)> change;
+    std::string words;
+  };
+  const std::vector<Case> cases = {
+      {[](auto& r) { r.spec.id = "BipedalWalker-v4"; },
+       "environment BipedalWalker-v4: unknown; did you mean BipedalWalker-v3?"},
+      {[](auto& r) { r.spec.parameter_names[0] = "softcore"; }, "parameter softcore = "},
+      {[](auto& r) { r.spec.parameter_values.pop_back(); }, "parameter_values has "},
+      {[](auto& r) { r.spec.engine = "Bullet"; },
+       "engine = Bullet in the record; here it is Box2D"},
+      {[](auto& r) { r.spec.engine_version = "0.0.7"; },
+       "engine_version = 0.0.7 in the record; here it is "},
+      {[](auto& r) {
+         r.spec.id = "Walker2d-v5";
+         r.spec.parameter_names = {"xml_file"};
+         r.spec.parameter_values = {"/nowhere/model.xml"};
+       },
+       "parameter xml_file = /nowhere/model.xml: "},
+      {[](auto& r) {
+         auto& names = r.spec.parameter_names;
+         const auto found = std::find(names.begin(), names.end(), "reuse_world");
+         r.spec.parameter_values[found - names.begin()] = "true";
+       },
+       "an episode of this environment depends on those before it"},
+      {[](auto& r) { r.checksums.clear(); }, "the record has no checksums"}};
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.words);
+    Session session = three_episodes();
+    one.change(session.records()[2]);
+    Outcome outcome = replay_of(session);
+    EXPECT_TRUE(outcome.is_equal) << outcome;
+    EXPECT_PRED2(contains, outcome.line(3), "  not compared: " + one.words);
+    EXPECT_PRED2(ends_with, outcome.text,
+                 "\n2 episodes equal to the bit (40 steps), 1 not compared\n");
+    session.records().erase(session.records().begin(), session.records().begin() + 2);
+    outcome = replay_of(session);
+    EXPECT_FALSE(outcome.is_equal) << outcome;
+    EXPECT_PRED2(ends_with, outcome.text, "\nNothing was compared\n");
+  }
+}
+
+TEST_F(ReplayTest, EpisodesMissingWithinTheRecordingAreReported) {
+  Session session = three_episodes();
+  for (int i = 0; i < 4; ++i) session.reset();
+  session.abandon();
+  auto& records = session.records();
+  ASSERT_EQ(records.size(), 7U);
+  records.erase(records.begin() + 4, records.begin() + 6);
+  records.erase(records.begin() + 2);
+  records.erase(records.begin());  // before the recording
+  const Outcome outcome = replay_of(session);
+  EXPECT_FALSE(outcome.is_equal);
+  EXPECT_EQ(outcome.line(1), "(no line)");
+  EXPECT_PRED2(ends_with, outcome.line(3), "  not in the bag");
+  EXPECT_PRED2(matches, outcome.text, "\n *5-6  .*not in the bag\n");
+  EXPECT_PRED2(matches, outcome.line(7), " 0 .*reset before its end +equal$");
+  EXPECT_PRED2(ends_with, outcome.text, "3 episodes equal to the bit (20 steps), 3 missing\n");
+}
+
+TEST_F(ReplayTest, RestartedServer) {
+  Session session("Walker2d-v5");
+  for (int i = 0; i < 2; ++i) {
+    session.reset(5);
+    session.walk(10);
+  }
+  session.abandon();
+  session.start("Walker2d-v5", {{"healthy_reward", 2.0}});
+  session.reset(6);
+  session.walk(10);
+  session.abandon();
+  Outcome outcome = replay_of(session);
+  EXPECT_TRUE(outcome.is_equal) << outcome;
+  const std::string heading = "/walker_sim: Walker2d-v5 on MuJoCo";
+  EXPECT_NE(outcome.text.find(heading), outcome.text.rfind(heading)) << outcome;
+  EXPECT_PRED2(ends_with, outcome.text, "\n3 episodes equal to the bit (30 steps)\n");
+  std::swap(session.records()[1].spec, session.records()[2].spec);
+  outcome = replay_of(session);
+  EXPECT_FALSE(outcome.is_equal);
+  EXPECT_PRED2(ends_with, outcome.text, "\n1 episode equal to the bit (10 steps), 2 differing\n");
+}
+
+TEST_F(ReplayTest, PartsOfARecordingAreReadInTheirOrderAndOverlapsOnce) {
+  const Session session = three_episodes();
+  {
+    rosbag::Bag first(path("0.bag"), rosbag::bagmode::Write);
+    rosbag::Bag second(path("1.bag"), rosbag::bagmode::Write);
+    session.write(first, 0, 2);
+    session.write(second, 1, 3);
+  }
+  const std::string expected = replay_of(session).text;
+  EXPECT_EQ(replay_bags({path("0.bag"), path("1.bag")}).text, expected);
+  EXPECT_EQ(replay_bags({path("1.bag"), path("0.bag")}).text, expected);
+  EXPECT_EQ(replay_bags({path("0.bag"), path("1.bag"), path("1.bag")}).text, expected);
+}
+
+TEST_F(ReplayTest, WalkersAreDistinguishedByTheirNodesOrElseTheirTopics) {
+  Session one(kId);
+  Session two("Walker2d-v4");
+  for (Session* session : {&one, &two}) {
+    session->reset(1);
+    session->walk(5);
+    session->abandon();
+  }
+  two.records()[0].checksums[2] ^= 1U;
+  for (const bool has_nodes : {true, false}) {
+    {
+      rosbag::Bag bag(path(), rosbag::bagmode::Write);
+      one.write(bag, 0, 1, has_nodes ? "/one" : "", has_nodes ? "episode_record" : "/one");
+      two.write(bag, 0, 1, has_nodes ? "/two" : "", has_nodes ? "episode_record" : "/two");
+    }
+    const Outcome outcome = replay_bags({path()});
+    EXPECT_FALSE(outcome.is_equal);
+    EXPECT_PRED2(starts_with, outcome.text, "/one: BipedalWalker-v3 on Box2D");
+    EXPECT_PRED2(contains, outcome.text, "\n/two: Walker2d-v4 on MuJoCo");
+    EXPECT_PRED2(ends_with, outcome.text, "\n1 episode equal to the bit (5 steps), 1 differing\n");
+  }
+}
+
+TEST_F(ReplayTest, BagsWithoutEpisodes) {
+  { const rosbag::Bag empty(path("empty.bag"), rosbag::bagmode::Write); }
+  {
+    rosbag::Bag bag(path("other.bag"), rosbag::bagmode::Write);
+    bag.write("/episode_record", ros::Time(1), std_msgs::Float64());
+  }
+  for (const char* name : {"empty.bag", "other.bag"}) {
+    const Outcome outcome = replay_bags({path(name)});
+    EXPECT_FALSE(outcome.is_equal);
+    EXPECT_PRED2(starts_with, outcome.text, "No episode in the bag");
+  }
+}
 
 }  // namespace
 }  // namespace walker::test

@@ -389,24 +389,26 @@ class BatchTest(ServerTest):
             self.assertEqual(begun.has_seed, state.episode == 1)
         self.assertEqual(len({message.generator_state for message in kept}), len(begins))
 
-    def test_a_recorded_episode_of_the_shown_environment_repeats(self):
-        """The published generator state begins the same episode on another server."""
+    def test_the_shown_environments_episodes_are_recorded(self):
+        """At their end or the reset that abandons them, for a restore on another server."""
         self.serve(num_envs=3, shown_environment=2)
         transitions = self.record("/transition", Transition)
-        episodes = self.record("/episode", Episode)
+        records = self.record("/episode_record", EpisodeRecord)
         self.reset(seeds=[1, 2, 3])
         self.step_until_the_end_of(2, STAND, STAND, FALL)
         for _ in range(5):
             last = self.step(STAND, STAND, FALL)
+        self.reset(environments=[0])
+        self.assertFalse(self.try_reset(environments=[2, 2]).success)
+        self.reset(environments=[2])
         told = transitions.wait(lambda m: (m.episode, m.step) == (2, last.steps[2]), "the state")
-        spec = self.call("get_spec").spec
-        begun = episodes.wait(lambda m: m.episode == 2, "the second episode")
+        ended, abandoned = records.wait_count(2)
+        self.assertRegex(ended.episode.end_reason, "^terminated: .+")
+        self.assertEqual(abandoned.episode.end_reason, "reset before its end")
+        self.assertEqual((abandoned.episode.episode, abandoned.episode.length), (2, told.step))
         self.server.stop()
         self.serve(publish_clock=False)
-        begun.length = told.step
-        begun.episode_return = told.episode_return
-        record = EpisodeRecord(spec=spec, episode=begun, actions=FALL * told.step)
-        restored = self.call("restore", record=record)
+        restored = self.call("restore", record=abandoned)
         self.assertTrue(restored.success, restored.status_message)
         self.assertTrue(same_experience(restored.transition, told))
 

@@ -181,7 +181,7 @@ class HostileTest(ServerTest):
             too_long = (
                 f"service /walker_sim/{name}: a request of {{}} bytes; at most \\d+ are taken"
             )
-            large = b"\xff" * (34 * MILLION if name == "restore" else MILLION)
+            large = b"\xff" * (42 * MILLION if name == "restore" else MILLION)
             self.assert_refused([(name, large, too_long.format(len(large)))])
             announced = self.server.client(name, ALL[name])
             announced.connection.sendall(struct.pack("<I", MOST))
@@ -233,7 +233,7 @@ class HostileTest(ServerTest):
     def test_a_record_with_flipped_bits(self):
         """An accepted record has bitwise the length and the return of the original.
 
-        A record with another action that gives the same return is valid.
+        A record with another action that gives the same transitions is valid.
         """
         self.serve_two()
         self.begin_again()
@@ -468,7 +468,8 @@ class HostileTest(ServerTest):
             (lambda r: setattr(r, "actions", [0.5] * 5), "actions has 5 values; must have 4"),
             (lambda r: setattr(r, "actions", [NAN] * 4), "step 1 of the record: action.* = nan"),
             (lambda r: setattr(r, "actions", [INF] * 4), "step 1 of the record: action.* = inf"),
-            (lambda r: setattr(r.episode, "episode_return", NAN), "episode_return = "),
+            (lambda r: setattr(r, "checksums", [1]), "checksums has 1 values; must have none or 2"),
+            (lambda r: setattr(r, "checksums", [1, 2]), "step 0 of the record: checksum = 1"),
             (lambda r: setattr(r.episode, "has_seed", False), None),
             (lambda r: setattr(r.episode, "seed", 9), "generator_state is not that of seed = 9"),
             (lambda r: setattr(r.spec, "id", "\x1b[2J" * 20_000), r"id = \\x1b\[2J"),

@@ -95,7 +95,7 @@ class RecordsTest(ServerTest):
     def test_a_restore_is_a_reset_to_topics_and_time(self):
         self.serve_lockstep()
         episodes = self.record("/episode", Episode)
-        restored = self.record("/restored", EpisodeRecord)
+        records = self.record("/episode_record", EpisodeRecord)
         transitions = self.record("/transition", Transition)
         self.ask("reset", has_seed=True, seed=5)
         self.play(actions(4, 7, 1))
@@ -109,10 +109,13 @@ class RecordsTest(ServerTest):
         self.assertEqual((episode.length, episode.end_reason), (7, ""))
         self.assertEqual((episode.has_seed, episode.seed), (True, 5))
         self.assertEqual(nanoseconds(episode), nanoseconds(reply))
-        published = restored.wait()
-        published.episode.header.seq = episode.header.seq  # assigned by roscpp
-        self.assertEqual(published.episode, episode)
-        self.assertEqual(bits(published.actions), bits(record.actions))
+        abandoned = records.wait()
+        self.assertEqual(abandoned.episode.end_reason, "reset before its end")
+        self.assertEqual((abandoned.episode.episode, abandoned.episode.length), (1, 10))
+        self.assertEqual(nanoseconds(abandoned.episode), nanoseconds(last))
+        self.assertEqual(bits(abandoned.actions[: 7 * 4]), bits(record.actions))
+        self.assertEqual(abandoned.checksums[:8], record.checksums)
+        self.assertEqual(len(abandoned.checksums), 11)
 
     def test_a_free_running_server_restores_and_goes_on(self):
         self.serve(real_time_factor=5.0)
@@ -264,7 +267,7 @@ class RecordsTest(ServerTest):
         self.ask("reset", has_seed=True, seed=4)
         short = self.ask("snapshot").record
         bad = copy.deepcopy(record)
-        bad.episode.episode_return += 1
+        bad.checksums = [*bad.checksums[:-1], 0]
         clients = [self.connect("restore", Restore) for _ in range(3)]
         get_spec = self.connect("get_spec", GetSpec)
         records = (record, bad, short)
@@ -279,7 +282,7 @@ class RecordsTest(ServerTest):
         replies = [client.receive() for client in clients]
         self.assertEqual([reply.success for reply in replies], [True, False, True])
         self.assertTrue(same_experience(replies[0].transition, present))
-        self.assertIn("episode_return = ", replies[1].status_message)
+        self.assertIn("of the record: checksum = 0; repeated here", replies[1].status_message)
         first, last = replies[0].transition, replies[2].transition
         self.assertEqual((last.episode, last.step), (first.episode + 1, 0))
 
@@ -360,8 +363,11 @@ class RecordsTest(ServerTest):
         def set_seed(record):
             record.episode.seed = 2
 
-        def set_return(record):
-            record.episode.episode_return += 1
+        def set_checksum(record):
+            record.checksums = [*record.checksums[:2], 5, record.checksums[3]]
+
+        def lose_checksum(record):
+            record.checksums = record.checksums[:-1]
 
         def spoil_action(record):
             record.actions = [float("nan"), *record.actions[1:]]
@@ -374,11 +380,13 @@ class RecordsTest(ServerTest):
             (lose_value, "parameter_values has 10 values; must have 11"),
             (lose_action, "actions has 17 values; must have 18"),
             (set_seed, "generator_state is not that of seed = 2"),
-            (set_return, "episode_return = "),
+            (set_checksum, "step 2 of the record: checksum = 5; repeated here it is "),
+            (lose_checksum, "checksums has 3 values; must have none or 4"),
             (spoil_action, "step 1 of the record: action[0] (thigh_joint) = nan; must be finite"),
         ):
             with self.subTest(change.__name__):
                 self.assertIn(words, changed(change))
+        good.checksums = []  # as in a record that is written by hand
         self.ask("restore", record=good)
 
     def test_under_reuse_world_neither_is_possible(self):
@@ -387,6 +395,12 @@ class RecordsTest(ServerTest):
         reply = self.call("snapshot")
         self.assertFalse(reply.success)
         self.assertIn("reuse_world", reply.status_message)
+        records = self.record("/episode_record", EpisodeRecord)
+        self.ask("step", action=[0.0] * 4)
+        self.ask("reset")
+        record = records.wait()
+        self.assertEqual((record.episode.episode, record.episode.length), (1, 1))
+        self.assertEqual((record.actions, record.checksums), ((), ()))
         self.server.stop()
 
         self.serve_lockstep()

@@ -229,7 +229,7 @@ class ServicePortTest(ServerTest):
                 told = str(error)
             self.assertIn(words, told)
         restore = self.server.client("restore", Restore)
-        most = 1_000_000 * 4 * 8  # bytes of the longest episode's actions
+        most = 1_000_000 * 5 * 8  # bytes of the longest episode's actions and checksums
         reply = restore(record=EpisodeRecord(actions=[0.0] * 1_000_000 * 4))
         self.assertIn("id =  in the record", reply.status_message)
         restore.connection.sendall(struct.pack("<I", most + 2 * MEGABYTE))
