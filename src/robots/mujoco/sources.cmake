@@ -1,5 +1,5 @@
 walker_sim_sources(core_sources
-  camera compile_apart locomotion_robot locomotion_robot_registration layout library_physics links mjcf_size model
+  camera locomotion_robot locomotion_robot_registration layout library_physics links mjcf_limits model
   observation_builder offscreen_context physics planar_base planar_robot processor renderer scratch sense
   specification)
 
