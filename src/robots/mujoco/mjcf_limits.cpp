@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string_view>
@@ -22,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto npos = std::string_view::npos;
 constexpr std::uintmax_t kMaxBytes = std::uintmax_t{64} << 20U;
 constexpr int kMaxElements = 20000;  // MuJoCo's compile time is quadratic in their number
 constexpr double kMaxCells = 2e8;    // up to 8 bytes each
@@ -32,12 +32,12 @@ struct Range {
   int max;
 };
 
-/// Returns the ranges of attributes, whose names no two elements use for different things.
-const std::map<std::string_view, Range>& attribute_ranges() {
+/// Returns the allowed values of an attribute, if they are limited. It does not depend on the
+/// element, because no other element has larger values for one of these names.
+std::optional<Range> range_of(std::string_view attribute) {
   constexpr Range kIterations{0, 10000};
   constexpr Range kPixels{1, 16384};
   constexpr Range kFacets{1, 1000};
-  constexpr Range kUserNumbers{-1, 1000};
   constexpr Range kSide{0, 32768};
   static const std::map<std::string_view, Range> kRanges{
       {"iterations", kIterations},
@@ -55,21 +55,15 @@ const std::map<std::string_view, Range>& attribute_ranges() {
       {"nconmax", {-1, 100000}},
       {"nkey", {0, 10000}},
       {"nuserdata", {0, 1000000}},
-      {"nuser_body", kUserNumbers},
-      {"nuser_jnt", kUserNumbers},
-      {"nuser_geom", kUserNumbers},
-      {"nuser_site", kUserNumbers},
-      {"nuser_cam", kUserNumbers},
-      {"nuser_tendon", kUserNumbers},
-      {"nuser_actuator", kUserNumbers},
-      {"nuser_sensor", kUserNumbers},
       {"dim", {1, 100000}},
       {"nrow", kSide},
       {"ncol", kSide},
       {"width", kSide},
       {"height", kSide},
   };
-  return kRanges;
+  if (attribute.substr(0, 6) == "nuser_") return Range{-1, 1000};
+  const auto found = kRanges.find(attribute);
+  return found == kRanges.end() ? std::nullopt : std::optional(found->second);
 }
 
 // ---------------------------------------------------------------- XML
@@ -112,6 +106,17 @@ Element take_element(std::string_view& text) {
     element.attributes.emplace(name, take_until(text, quote));
     text.remove_prefix(std::min<std::size_t>(1, text.size()));
   }
+}
+
+/// Returns what ends a comment, CDATA or the like that begins here, without its '<'; empty: an
+/// element.
+std::string_view end_of_markup(std::string_view text) {
+  constexpr std::array<std::array<std::string_view, 2>, 4> kMarkups{
+      {{"!--", "-->"}, {"![CDATA[", "]]>"}, {"!", ">"}, {"?", "?>"}}};
+  for (const auto& [begin, end] : kMarkups) {
+    if (text.substr(0, begin.size()) == begin) return end;
+  }
+  return {};
 }
 
 // ---------------------------------------------------------------- the check
@@ -163,8 +168,8 @@ class Check {
     std::string_view text = content;
     while (take_until(text, "<"), !text.empty()) {
       text.remove_prefix(1);
-      if (text.substr(0, 3) == "!--") {
-        text.remove_prefix(std::min(text.find("-->"), text.size()));
+      if (const std::string_view end = end_of_markup(text); !end.empty()) {
+        text.remove_prefix(std::min(text.find(end), text.size()));
       } else if (!text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0) {
         check_element(take_element(text));
       }
@@ -190,14 +195,13 @@ class Check {
   }
 
   static void check_range(const Element& element, std::string_view name) {
-    const auto range = attribute_ranges().find(name);
-    if (range == attribute_ranges().end()) return;
-    const auto [min, max] = range->second;
+    const std::optional<Range> range = range_of(name);
+    if (!range) return;
     const double value = element.number(name);
-    if (min <= value && value <= max) return;
+    if (range->min <= value && value <= range->max) return;
     throw std::runtime_error(std::string(element.name) + " " + std::string(name) + " = " +
                              printable(element.attribute(name)) + ": must be between " +
-                             std::to_string(min) + " and " + std::to_string(max));
+                             std::to_string(range->min) + " and " + std::to_string(range->max));
   }
 
   void count_cells(const Element& element) {
