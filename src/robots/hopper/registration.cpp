@@ -40,7 +40,7 @@ std::vector<Registration> registrations() {
   kind.healthy_ranges = {
       {"healthy_state_range",
        "rad, m/s, rad/s",
-       "Between these is each number of a healthy hopper's state, from the torso's angle on.",
+       "Interval of each value of a healthy hopper's state, from the torso's angle on.",
        {-100.0, 100.0},
        mujoco::kBasePitch,
        mujoco::kStateEnd,

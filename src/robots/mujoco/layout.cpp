@@ -83,14 +83,6 @@ int joint_of(const mjModel& model, int actuator) {
   return at(model.actuator_trnid, actuator, 2)[0];
 }
 
-std::string spelled(int number) {
-  constexpr std::array<const char*, 13> kWords{"no",   "one",    "two",   "three", "four",
-                                               "five", "six",    "seven", "eight", "nine",
-                                               "ten",  "eleven", "twelve"};
-  const auto index = static_cast<std::size_t>(number);
-  return index < kWords.size() ? kWords[index] : std::to_string(number);
-}
-
 /// For a hinge, MuJoCo treats the transmissions `jointinparent` and `joint` alike.
 bool drives_joint(const mjModel& model, int actuator) {
   const int transmission = model.actuator_trntype[actuator];
@@ -105,7 +97,7 @@ void check_actuator(const mjModel& model, const PlanarModel& source, int actuato
                  "actuator " + name_of(model, mjOBJ_ACTUATOR, actuator) + ": " + reason);
   };
   if (!drives_joint(model, actuator) || joint < kBaseJoints) {
-    refuse("must drive one of the " + spelled(model.nu) + " hinges");
+    refuse("must drive one of the " + std::to_string(model.nu) + " hinges");
   }
   for (int other = 0; other < actuator; ++other) {
     if (joint_of(model, other) == joint) {

@@ -1,6 +1,8 @@
 #include "robots/mujoco/library_physics.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -92,6 +94,43 @@ void check_warnings(const mjData& data) {
                                mju_warningText(warning, statistics.lastinfo));
     }
   }
+}
+
+DataPool::DataPool(ModelPointer model) : model_(std::move(model)) {}
+
+std::shared_ptr<DataPool> DataPool::of(const ModelPointer& model) {
+  static std::mutex mutex;
+  static std::map<const mjModel*, std::weak_ptr<DataPool>> all;
+  const std::lock_guard<std::mutex> lock(mutex);
+  for (auto each = all.begin(); each != all.end();) {
+    each = each->second.expired() ? all.erase(each) : std::next(each);
+  }
+  std::weak_ptr<DataPool>& known = all[model.get()];
+  std::shared_ptr<DataPool> pool = known.lock();
+  if (!pool) {
+    pool = std::make_shared<DataPool>(model);
+    known = pool;
+  }
+  return pool;
+}
+
+DataPool::Loan::Loan(DataPool& pool) : pool_(pool) {
+  {
+    const std::lock_guard<std::mutex> lock(pool_.mutex_);
+    if (!pool_.unused_.empty()) {
+      data_ = std::move(pool_.unused_.back());
+      pool_.unused_.pop_back();
+    }
+  }
+  if (data_) return;
+  data_ = make_data(pool_.model());
+  const std::lock_guard<std::mutex> lock(pool_.mutex_);
+  pool_.unused_.reserve(++pool_.num_made_);  // so that the destructor cannot fail
+}
+
+DataPool::Loan::~Loan() {
+  const std::lock_guard<std::mutex> lock(pool_.mutex_);
+  pool_.unused_.push_back(std::move(data_));
 }
 
 }  // namespace walker::mujoco

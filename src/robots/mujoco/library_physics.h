@@ -1,5 +1,10 @@
-// Physics stepped by MuJoCo's library.
+// Physics stepped by MuJoCo's library, and a pool of its mjData.
 #pragma once
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <vector>
 
 #include "robots/mujoco/physics.h"
 
@@ -41,5 +46,38 @@ void advance(const mjModel& model, mjData& data, const double* control, int coun
 
 /// @throws std::runtime_error with MuJoCo's warning if a bad state occurred since the last reset
 void check_warnings(const mjData& data);
+
+/// Pool of mjData of one model. Its size is the maximum number of simultaneous loans, independent
+/// of the number of worlds. Thread-safe.
+class DataPool {
+ public:
+  explicit DataPool(ModelPointer model);
+
+  /// Returns the pool that all users of this model share.
+  static std::shared_ptr<DataPool> of(const ModelPointer& model);
+
+  const mjModel& model() const { return *model_; }
+
+  /// Borrows an mjData, with the contents that the last borrower left, until destruction.
+  class Loan {
+   public:
+    explicit Loan(DataPool& pool);
+    Loan(const Loan&) = delete;
+    Loan& operator=(const Loan&) = delete;
+    ~Loan();
+
+    mjData& data() const { return *data_; }
+
+   private:
+    DataPool& pool_;
+    DataPointer data_;
+  };
+
+ private:
+  ModelPointer model_;
+  std::mutex mutex_;
+  std::size_t num_made_ = 0;
+  std::vector<DataPointer> unused_;
+};
 
 }  // namespace walker::mujoco

@@ -4,9 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "robots/mujoco/camera.h"
 #include "robots/mujoco/locomotion_robot.h"
-#include "robots/mujoco/observation_builder.h"
 #include "robots/mujoco/renderer.h"
 
 namespace walker::mujoco {

@@ -1,10 +1,10 @@
-#include "robots/mujoco/observation_builder.h"
-
+// Computes a planar robot's observation from its sensors' measurements.
 #include <vector>
 
 #include "base/checks.h"
 #include "base/unwrapped_angle.h"
 #include "robots/mujoco/planar_base.h"
+#include "robots/mujoco/planar_robot.h"
 #include "robots/mujoco/specification.h"
 
 namespace walker::mujoco {

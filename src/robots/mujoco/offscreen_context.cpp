@@ -93,8 +93,7 @@ EGLDisplay open_display() {
   if (display == EGL_NO_DISPLAY) display = display_without_device();
   if (display == EGL_NO_DISPLAY) display = initialized(egl().get_display(EGL_DEFAULT_DISPLAY));
   if (display == EGL_NO_DISPLAY) {
-    throw std::runtime_error(
-        "no device or platform of EGL's works (is libgl1-mesa-dri installed?)");
+    throw std::runtime_error("no EGL device or platform works (is libgl1-mesa-dri installed?)");
   }
   if (!has_extension(display, "EGL_KHR_surfaceless_context")) {
     throw std::runtime_error("EGL here has no EGL_KHR_surfaceless_context");
@@ -165,8 +164,8 @@ class OsmesaContext : public OffscreenContext {
   OsmesaContext() {
     if (dlsym(RTLD_DEFAULT, "eglGetProcAddress") != nullptr) {
       throw std::runtime_error(
-          "another part of this process has loaded EGL for all to see, where "
-          "MuJoCo looks for OpenGL first");
+          "another part of this process has loaded EGL globally, where MuJoCo looks for OpenGL "
+          "first");
     }
     constexpr int kDepthBits = 24;
     constexpr int kStencilBits = 8;
@@ -196,7 +195,7 @@ std::unique_ptr<OffscreenContext> make() {
   return std::make_unique<Context>();
 }
 
-struct Way {
+struct Backend {
   const char* name;
   const char* other;  // value of MUJOCO_GL that excludes this one
   Make make;
@@ -205,16 +204,16 @@ struct Way {
 /// Returns the factory of the first kind of context that works.
 Make choose() {
   const char* const given = std::getenv("MUJOCO_GL");
-  const std::string wish = given == nullptr ? "" : given;
+  const std::string wanted = given == nullptr ? "" : given;
   std::string failures;
-  for (const Way& way : {Way{"EGL", "osmesa", make<EglContext>},  //
-                         Way{"OSMesa", "egl", make<OsmesaContext>}}) {
-    if (wish == way.other) continue;
+  for (const Backend& backend : {Backend{"EGL", "osmesa", make<EglContext>},  //
+                                 Backend{"OSMesa", "egl", make<OsmesaContext>}}) {
+    if (wanted == backend.other) continue;
     try {
-      way.make();
-      return way.make;
+      backend.make();
+      return backend.make;
     } catch (const std::runtime_error& error) {
-      failures += std::string("; ") + way.name + ": " + error.what();
+      failures += std::string("; ") + backend.name + ": " + error.what();
     }
   }
   throw std::runtime_error(
@@ -240,8 +239,7 @@ void refuse_pictures_in_fork() {
   if (!has_drawn_before_fork()) return;
   throw std::runtime_error(
       "the parent process had drawn a picture before it forked this one, and OpenGL does not "
-      "outlive "
-      "a fork: draw the first picture after the fork, or start this process by spawn or "
+      "outlive a fork: draw the first picture after the fork, or start this process by spawn or "
       "forkserver");
 }
 

@@ -47,7 +47,15 @@ class Physics {
 
   /// Makes engine steps of several worlds, with the same results as `step`.
   /// @param calls of distinct worlds, without a failure
-  virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept;
+  virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept {
+    for (PhysicsCall* call = calls; call != calls + num_calls; ++call) {
+      try {
+        call->physics->step(call->control, count);
+      } catch (...) {
+        call->failure = std::current_exception();
+      }
+    }
+  }
 
   /// Group size at which `step_together` is fastest.
   virtual std::size_t group_size() const { return 1; }
@@ -62,7 +70,9 @@ class Physics {
   /// @param values receives `state_size()` values
   virtual void save(double* values) const = 0;
   virtual void load(const double* values) = 0;
-  std::size_t state_size() const;
+  std::size_t state_size() const {
+    return static_cast<std::size_t>(model().nq + 3 * model().nv + model().nu);
+  }
 
   /// Returns a short description of what makes the steps.
   virtual std::string stepper() const = 0;

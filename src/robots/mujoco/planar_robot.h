@@ -13,6 +13,7 @@
 #include "robots/mujoco/layout.h"
 #include "robots/mujoco/physics.h"
 #include "robots/robot.h"
+#include "walker_sim/observation_builder.h"
 
 namespace walker::mujoco {
 
@@ -37,6 +38,10 @@ struct PlanarOptions {
 /// @param position, velocity MuJoCo's qpos and qvel
 void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
                        const double* velocity, double* observation);
+
+/// Creates the builder for the environment with the same options.
+/// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
+std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions& options);
 
 /// Steps, observes and measures. Derived classes add reward and termination.
 class PlanarRobot : public Robot {

@@ -1,19 +1,118 @@
 #include "robots/mujoco/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <future>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
-#include "robots/mujoco/camera.h"
+#include "base/limits.h"
 #include "robots/mujoco/layout.h"
 #include "robots/mujoco/offscreen_context.h"
 #include "robots/mujoco/planar_base.h"
+#include "robots/mujoco/specification.h"
 
 namespace walker::mujoco {
 namespace {
+
+// ---------------------------------------------------------------- the camera
+
+constexpr const char* kTrackingCamera = "track";
+
+std::string text_of(const Parameters& parameters, const char* name) {
+  return to_string(parameters.at(name));
+}
+
+double number(const Parameters& parameters, const char* name) {
+  return std::get<double>(parameters.at(name));
+}
+
+std::int64_t integer(const Parameters& parameters, const char* name) {
+  return std::get<std::int64_t>(parameters.at(name));
+}
+
+std::string cameras_of(const mjModel& model) {
+  if (model.ncam == 0) return "the model has none";
+  std::string text = "the model has";
+  for (int i = 0; i < model.ncam; ++i) {
+    const char* const name = mj_id2name(&model, mjOBJ_CAMERA, i);
+    text += (i > 0 ? ", " : " ") + std::to_string(i);
+    if (name != nullptr) text += std::string(" ") + name;
+  }
+  return text;
+}
+
+[[noreturn]] void refuse(const mjModel& model, const Parameters& camera, const char* name) {
+  throw std::invalid_argument("parameter " + std::string(name) + " = " + text_of(camera, name) +
+                              ": no such camera; " + cameras_of(model));
+}
+
+/// Returns the index of the model's camera; -1: the free camera.
+int find_camera(const mjModel& model, const Parameters& camera) {
+  const std::int64_t id = integer(camera, "camera_id");
+  if (id >= model.ncam) refuse(model, camera, "camera_id");
+  if (id >= 0) return static_cast<int>(id);
+  const std::string name = text_of(camera, "camera_name");
+  if (name.empty()) return -1;
+  const int found = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
+  if (found < 0 && name != kTrackingCamera) refuse(model, camera, "camera_name");
+  return found;
+}
+
+/// @throws std::invalid_argument if the model lacks the camera; the message lists those it has
+mjvCamera choose_camera(const mjModel& model, const Parameters& camera) {
+  mjvCamera chosen;
+  mjv_defaultCamera(&chosen);
+  chosen.fixedcamid = find_camera(model, camera);
+  chosen.type = chosen.fixedcamid < 0 ? mjCAMERA_FREE : mjCAMERA_FIXED;
+  const auto& lookat = std::get<std::vector<double>>(camera.at("lookat"));
+  std::copy(lookat.begin(), lookat.end(), chosen.lookat);
+  chosen.distance = number(camera, "distance");
+  chosen.elevation = number(camera, "elevation");
+  chosen.azimuth = number(camera, "azimuth");
+  return chosen;
+}
+
+Camera describe_camera(const mjModel& model, const mjvCamera& chosen, const Parameters& camera) {
+  constexpr double kDegree = M_PI / 180;
+  const double angle = chosen.type == mjCAMERA_FIXED ? model.cam_fovy[chosen.fixedcamid]
+                                                     : double{model.vis.global.fovy};
+  Camera description;
+  description.width = static_cast<std::uint32_t>(integer(camera, "width"));
+  description.height = static_cast<std::uint32_t>(integer(camera, "height"));
+  description.focal_length = description.height / 2.0 / std::tan(angle * kDegree / 2);
+  description.near = double{model.vis.map.znear} * model.stat.extent;
+  description.far = double{model.vis.map.zfar} * model.stat.extent;
+  return description;
+}
+
+/// Returns the camera's optical frame in the world: x to the right, y down, z forward.
+Pose optical_frame(const mjvScene& scene) {
+  const mjvGLCamera& left_eye = scene.camera[0];
+  const mjvGLCamera& right_eye = scene.camera[1];
+  Pose pose;
+  Vector3 forward{};
+  Vector3 up{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    pose.position[k] = (double{left_eye.pos[k]} + double{right_eye.pos[k]}) / 2;
+    forward[k] = double{left_eye.forward[k]};
+    up[k] = double{left_eye.up[k]};
+  }
+  Vector3 right{};
+  mju_cross(right.data(), forward.data(), up.data());
+  const std::array<mjtNum, 9> axes{right[0], -up[0], forward[0],  //
+                                   right[1], -up[1], forward[1],  //
+                                   right[2], -up[2], forward[2]};
+  std::array<mjtNum, 4> quaternion{};
+  mju_mat2Quat(quaternion.data(), axes.data());
+  pose.orientation = {quaternion[1], quaternion[2], quaternion[3], quaternion[0]};
+  return pose;
+}
+
+// ---------------------------------------------------------------- drawing
 
 constexpr int kColors = 3;
 
@@ -35,10 +134,10 @@ void call_with(OffscreenContext& context, const Function& function) {
 }
 
 /// MuJoCo's scene, off-screen buffer and OpenGL resources of a model.
-class Studio {
+class RenderContext {
  public:
   // Creates the context in a new thread, because EGL stores the bound API per thread.
-  Studio(const mjModel& model, int max_geom)
+  RenderContext(const mjModel& model, int max_geom)
       : context_(std::async(std::launch::async, make_offscreen_context).get()) {
     mjv_defaultScene(&scene_);
     mjr_defaultContext(&render_context_);
@@ -54,10 +153,10 @@ class Studio {
     }
   }
 
-  Studio(const Studio&) = delete;
-  Studio& operator=(const Studio&) = delete;
+  RenderContext(const RenderContext&) = delete;
+  RenderContext& operator=(const RenderContext&) = delete;
 
-  ~Studio() {
+  ~RenderContext() {
     try {
       call_with(*context_, [this] { mjr_freeContext(&render_context_); });
       // NOLINTNEXTLINE(bugprone-empty-catch): then the context's end frees it
@@ -114,8 +213,8 @@ class MujocoRenderer : public Renderer {
     mjvOption options;
     mjv_defaultOption(&options);
     mjv_updateScene(model_.get(), data_.get(), &options, nullptr, &chosen_, mjCAT_ALL,
-                    &studio_->scene());
-    image.camera_pose = optical_frame(studio_->scene());
+                    &context_->scene());
+    image.camera_pose = optical_frame(context_->scene());
     image.width = camera_.width;
     image.height = camera_.height;
     const std::size_t pixels = std::size_t{image.width} * image.height;
@@ -123,11 +222,11 @@ class MujocoRenderer : public Renderer {
     image.depth.resize(channels.depth ? pixels : 0);
     if (!channels.color && !channels.depth) return;
     // Shadows and reflections are half of a picture's work and do not affect its depth.
-    studio_->scene().flags[mjRND_SHADOW] = channels.color ? 1 : 0;
-    studio_->scene().flags[mjRND_REFLECTION] = channels.color ? 1 : 0;
+    context_->scene().flags[mjRND_SHADOW] = channels.color ? 1 : 0;
+    context_->scene().flags[mjRND_REFLECTION] = channels.color ? 1 : 0;
     const mjrRect viewport{0, 0, static_cast<int>(image.width), static_cast<int>(image.height)};
-    studio_->draw(viewport, channels.color ? image.rgb.data() : nullptr,
-                  channels.depth ? image.depth.data() : nullptr);
+    context_->draw(viewport, channels.color ? image.rgb.data() : nullptr,
+                   channels.depth ? image.depth.data() : nullptr);
     turn_upside_down(image.rgb, std::size_t{image.width} * kColors);
     turn_upside_down(image.depth, image.width);
     for (float& depth : image.depth) depth = to_meters(depth);
@@ -135,7 +234,7 @@ class MujocoRenderer : public Renderer {
 
  private:
   void get_ready() {
-    if (studio_) return;
+    if (context_) return;
     data_.reset(mj_makeData(model_.get()));
     if (!data_) throw std::runtime_error("MuJoCo could not allocate the picture's state");
     // A shallow copy: the model is shared, and its off-screen buffer may be too small.
@@ -144,7 +243,7 @@ class MujocoRenderer : public Renderer {
         std::max(sized.vis.global.offwidth, static_cast<int>(camera_.width));
     sized.vis.global.offheight =
         std::max(sized.vis.global.offheight, static_cast<int>(camera_.height));
-    studio_.emplace(sized, max_geom_);
+    context_.emplace(sized, max_geom_);
   }
 
   /// Sets the renderer's robot to the measured pose.
@@ -183,11 +282,34 @@ class MujocoRenderer : public Renderer {
   mjvCamera chosen_;
   Camera camera_;
   int max_geom_;
-  DataPointer data_;  // null before the first picture, like studio_
-  std::optional<Studio> studio_;
+  DataPointer data_;  // null before the first picture, like context_
+  std::optional<RenderContext> context_;
 };
 
 }  // namespace
+
+std::vector<ParameterDescription> camera_parameters(double distance) {
+  constexpr double kFar = 1e6;
+  constexpr double kTurn = 360;
+  constexpr std::int64_t kSize = 480;
+  return {
+      {"width", kSize, "pixels", "Width of the image.", 1, kMaxPixels},
+      {"height", kSize, "pixels", "Height of the image.", 1, kMaxPixels},
+      {"camera_id", std::int64_t{-1}, "", "Index of a camera of the model; -1: by camera_name.", -1,
+       std::numeric_limits<std::int32_t>::max()},
+      {"camera_name", std::string(kTrackingCamera), "",
+       "A camera of the model; empty, and where the model has none called track: a free one, which "
+       "the next four describe.",
+       0, 0},
+      {"distance", distance, "m", "Distance of the free camera from lookat.", 1e-3, kFar},
+      {"lookat", std::vector<double>{0, 0, 1.15}, "m", "Point at which the free camera looks.",
+       -kFar, kFar},
+      {"elevation", -20.0, "degrees", "Elevation of the free camera; negative: from above.", -90,
+       90},
+      {"azimuth", 90.0, "degrees", "Azimuth of the free camera; 90: along y.", -kTurn, kTurn},
+      {"max_geom", std::int64_t{1000}, "", "Maximum number of shapes in an image.", 1, 1e6},
+  };
+}
 
 std::unique_ptr<Renderer> make_renderer(const PlanarModel& model, const std::string& robot,
                                         const Parameters& camera) {

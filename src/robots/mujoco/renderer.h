@@ -3,12 +3,19 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "robots/mujoco/layout.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
 
 namespace walker::mujoco {
+
+/// Returns the camera's parameters. Their defaults are Gymnasium's (DEFAULT_CAMERA_CONFIG of
+/// hopper_v5.py and walker2d_v5.py, DEFAULT_SIZE of mujoco_env.py), except that the default camera
+/// is the model's tracking camera; Gymnasium 1.4's does not follow the robot.
+/// @param distance default of the parameter `distance` [m]
+std::vector<ParameterDescription> camera_parameters(double distance);
 
 /// Creates a renderer that draws with MuJoCo's own. For a depth z, OpenGL's depth buffer holds
 /// (1 - near / z) / (1 - near / far); the background has the value 1, which is the depth `far`.

@@ -2,10 +2,28 @@
 
 #include <algorithm>
 
-#include "robots/mujoco/links.h"
 #include "robots/mujoco/planar_base.h"
+#include "robots/mujoco/specification.h"
 
 namespace walker::mujoco {
+namespace {
+
+Pose pose_of_body(const mjData& data, int body) {
+  return to_pose(at(data.xpos, body, 3), at(data.xquat, body, 4));
+}
+
+/// Whether the body, or one fixed to it, touches the static world.
+bool touches_ground(const mjModel& model, const mjData& data, int body) {
+  const auto carrier = [&model](int geom) { return carrier_of(model, model.geom_bodyid[geom]); };
+  return std::any_of(data.contact, data.contact + data.ncon, [&](const mjContact& contact) {
+    const int first = carrier(contact.geom1);
+    const int second = carrier(contact.geom2);
+    return contact.exclude == 0 &&
+           ((first == body && second == 0) || (first == 0 && second == body));
+  });
+}
+
+}  // namespace
 
 void sense(const mjModel& model, const mjData& data, const Layout& layout, Sensors& sensors) {
   const std::size_t num_joints = layout.joints.size();
@@ -38,22 +56,6 @@ void sense_motion(const mjData& data, const double* velocity_before_step, double
     sensors.linear_acceleration[k] = (slide(data.qvel) - slide(velocity_before_step)) / dt;
     sensors.angular_velocity[k] = data.qvel[kBasePitch] * along(kBasePitch);
   }
-}
-
-Vector3 to_vector3(const mjtNum* vector) { return {vector[0], vector[1], vector[2]}; }
-
-Pose pose_of_body(const mjData& data, int body) {
-  return to_pose(at(data.xpos, body, 3), at(data.xquat, body, 4));
-}
-
-bool touches_ground(const mjModel& model, const mjData& data, int body) {
-  const auto carrier = [&model](int geom) { return carrier_of(model, model.geom_bodyid[geom]); };
-  return std::any_of(data.contact, data.contact + data.ncon, [&](const mjContact& contact) {
-    const int first = carrier(contact.geom1);
-    const int second = carrier(contact.geom2);
-    return contact.exclude == 0 &&
-           ((first == body && second == 0) || (first == 0 && second == body));
-  });
 }
 
 }  // namespace walker::mujoco

@@ -15,12 +15,4 @@ void sense(const mjModel& model, const mjData& data, const Layout& layout, Senso
 void sense_motion(const mjData& data, const double* velocity_before_step, double dt,
                   Sensors& sensors);
 
-Vector3 to_vector3(const mjtNum* vector);
-
-/// Returns the pose in the world.
-Pose pose_of_body(const mjData& data, int body);
-
-/// Whether the body, or one fixed to it, touches the static world.
-bool touches_ground(const mjModel& model, const mjData& data, int body);
-
 }  // namespace walker::mujoco

@@ -8,6 +8,11 @@
 
 namespace walker::mujoco {
 
+Vector3 to_vector3(const mjtNum* vector);
+
+/// @param quaternion in MuJoCo's order, w first
+Pose to_pose(const mjtNum* position, const mjtNum* quaternion);
+
 Specification make_specification(const PlanarOptions& options, const Layout& layout,
                                  const mjModel& model);
 

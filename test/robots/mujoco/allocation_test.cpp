@@ -34,7 +34,7 @@ TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
   }
 }
 
-TEST_F(AllocationTest, EachCallFillsTheBuffersItIsGiven) {
+TEST_F(AllocationTest, FillsTheGivenBuffers) {
   Stepper walker("Walker2d-v5");
   Stepper twin("Walker2d-v5");
   walker.reset(1);

@@ -64,7 +64,7 @@ class CoordinatesTest : public testing::TestWithParam<Case> {
   }
 };
 
-TEST_P(CoordinatesTest, AreSetAsGymnasiumDoes) {
+TEST_P(CoordinatesTest, AreSetAsByGymnasium) {
   Stepper ours = make_ours();
   Reference theirs(GetParam().model);
   const auto size = static_cast<std::size_t>(theirs.size());
@@ -90,7 +90,7 @@ TEST_P(CoordinatesTest, AreSetAsGymnasiumDoes) {
   }
 }
 
-TEST_P(CoordinatesTest, OthersAreRefusedAndChangeNothing) {
+TEST_P(CoordinatesTest, RejectedOnesChangeNothing) {
   Stepper ours = make_ours();
   Stepper untouched = make_ours();
   const std::size_t size = ours.observation.size() / 2;
@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Robots, CoordinatesTest,
                                          Case{"Hopper-v5", "hopper_v5.xml", nullptr},
                                          Case{"Hopper-v4", "hopper_v4.xml", nullptr}));
 
-TEST(Coordinates, AnEpisodeThatHasEndedGoesOn) {
+TEST(Coordinates, ContinueAnEndedEpisode) {
   const std::unique_ptr<Episode> episode = make_episode("Hopper-v5");
   EpisodeOptions options;
   options.records_actions = true;

@@ -38,7 +38,7 @@ TEST_P(GaitTest, WalksThroughWholeEpisodes) {
   EXPECT_LE(falls, kMayFall);
 }
 
-TEST_P(GaitTest, ActionsAreSinglesWithinTheBounds) {
+TEST_P(GaitTest, ActionsAreFloatsWithinTheBounds) {
   const auto environment = make(GetParam());
   const Specification& specification = environment->specification();
   const auto gait = make_agent("heuristic", specification, 0);
@@ -51,7 +51,7 @@ TEST_P(GaitTest, ActionsAreSinglesWithinTheBounds) {
   }
 }
 
-TEST_P(GaitTest, IsForObservationsWithoutTheTrunksX) {
+TEST_P(GaitTest, NeedsObservationsWithoutX) {
   const std::string id = GetParam();
   const auto environment = make(id, {{"exclude_current_positions_from_observation", false}});
   EXPECT_EQ(
@@ -62,7 +62,7 @@ TEST_P(GaitTest, IsForObservationsWithoutTheTrunksX) {
 
 /// Pins the weights, because a gait with a slightly different weight may walk as well. Each motor
 /// is within its bounds at one of these heights, so that every weight matters.
-TEST_P(GaitTest, HasTheWeightsThatWereFound) {
+TEST_P(GaitTest, HasTheTrainedWeights) {
   const std::map<double, std::vector<float>> of_walker2d{
       {0.25, {-0.210025266F, -0.0464313887F, -1, -1, -0.148415551F, -1}},
       {1.5, {-1, -1, 0.605275571F, -0.909228504F, -1, -0.0145301549F}}};

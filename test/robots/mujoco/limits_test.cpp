@@ -10,8 +10,7 @@
 #include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
-#include "robots/mujoco/player.h"
-#include "stepper.h"
+#include "robots/mujoco/walker2d_sizes.h"
 
 namespace walker::mujoco {
 namespace {
@@ -24,8 +23,8 @@ using Control = std::vector<double>;
 struct Case {
   const char* file;
   int num_pairs;
-  int most_contacts;     // two per pair of capsules, or of a capsule and the floor
-  int most_constraints;  // four per frictional contact, one per frictionless one or joint limit
+  int max_contacts;      // two per pair of capsules, or of a capsule and the floor
+  int max_constraints;   // four per frictional contact, one per frictionless one or joint limit
   State worst_position;  // all capsules entirely in the ground, all joints beyond their limits
   int worst_contacts;    // in that position
   int worst_constraints;
@@ -56,9 +55,9 @@ struct Usage {
 };
 
 /// Draws states and controls that do not occur in normal episodes.
-class Violence {
+class ExtremeStates {
  public:
-  explicit Violence(std::uint64_t seed) : generator_(seed) {}
+  explicit ExtremeStates(std::uint64_t seed) : generator_(seed) {}
 
   /// Draws a base between deep in the ground and high in the air, joints beyond their limits, and
   /// speeds up to `fastest`.
@@ -92,8 +91,8 @@ class Limits : public testing::TestWithParam<Case> {
 };
 
 TEST_P(Limits, FitTheSizes) {
-  EXPECT_LE(GetParam().most_contacts, ours->nconmax);
-  EXPECT_LE(GetParam().most_constraints, ours->njmax);
+  EXPECT_LE(GetParam().max_contacts, ours->nconmax);
+  EXPECT_LE(GetParam().max_constraints, ours->njmax);
 }
 
 TEST_P(Limits, AreReachedByTheWorstCase) {
@@ -118,14 +117,14 @@ TEST_P(Limits, AreReachedByTheWorstCase) {
   EXPECT_LT(usage.stack, ours->nstack / 4);
 }
 
-TEST_P(Limits, AreNotPassedByRandomViolence) {
+TEST_P(Limits, AreNotExceededByExtremeStates) {
   LibraryPhysics physics(ours);
-  Violence violence(1);
+  ExtremeStates states(1);
   Usage usage;
   int unstable = 0;
   for (int i = 0; i < 10000; ++i) {
-    violence.draw(violence.draw_speed(), position, velocity);
-    violence.draw(control);
+    states.draw(states.draw_speed(), position, velocity);
+    states.draw(control);
     physics.reset(position.data(), velocity.data());
     usage.add(physics.data());
     try {
@@ -136,9 +135,9 @@ TEST_P(Limits, AreNotPassedByRandomViolence) {
     usage.add(physics.data());
   }
   EXPECT_GE(usage.contacts, GetParam().worst_contacts);
-  EXPECT_LE(usage.contacts, GetParam().most_contacts);
+  EXPECT_LE(usage.contacts, GetParam().max_contacts);
   EXPECT_GE(usage.constraints, GetParam().worst_constraints);
-  EXPECT_LE(usage.constraints, GetParam().most_constraints);
+  EXPECT_LE(usage.constraints, GetParam().max_constraints);
   EXPECT_LT(usage.stack, ours->nstack / 4);
   EXPECT_LT(unstable, 100);
 }
@@ -148,7 +147,7 @@ TEST_P(Limits, AreNotPassedByRandomViolence) {
 class Equality : public Limits {
  protected:
   /// @return the error message if the engine fails, otherwise an empty string
-  static std::string advance(LibraryPhysics& physics, const Control& control) {
+  static std::string step_once(LibraryPhysics& physics, const Control& control) {
     try {
       physics.step(control.data(), 1);
     } catch (const std::runtime_error& error) {
@@ -168,13 +167,13 @@ class Equality : public Limits {
       ASSERT_EQ(data.qacc[i], expected.qacc[i]) << i;
       ASSERT_EQ(data.qacc_warmstart[i], expected.qacc_warmstart[i]) << i;
     }
-    most_contacts_ = std::max(most_contacts_, data.ncon);
+    max_contacts_ = std::max(max_contacts_, data.ncon);
   }
 
   Folder folder_;
   ModelPointer stock_ = load_model(folder_.write("stock.xml", stock_text(GetParam().file)));
   std::array<LibraryPhysics, 2> pair_{LibraryPhysics(ours), LibraryPhysics(stock_)};
-  int most_contacts_ = 0;
+  int max_contacts_ = 0;
 };
 
 TEST_P(Equality, IsTestedAgainstAnotherModel) {
@@ -186,26 +185,26 @@ TEST_P(Equality, IsTestedAgainstAnotherModel) {
   EXPECT_GT(stock_->njmax, ours->njmax);
 }
 
-TEST_P(Equality, HoldsInRandomAndViolentStates) {
+TEST_P(Equality, HoldsInExtremeStates) {
   constexpr int kStepsFromEach = 20;
   constexpr int kWantedSteps = 50000;
-  Violence violence(2);
+  ExtremeStates states(2);
   int steps = 0;
   while (steps < kWantedSteps) {
-    violence.draw(violence.draw_speed(), position, velocity);
+    states.draw(states.draw_speed(), position, velocity);
     for (LibraryPhysics& physics : pair_) physics.reset(position.data(), velocity.data());
     expect_equal();
     for (int i = 0; i < kStepsFromEach; ++i) {
-      if (i % kFrameSkip == 0) violence.draw(control);
-      const std::string error = advance(pair_[0], control);
-      ASSERT_EQ(error, advance(pair_[1], control));
+      if (i % kFrameSkip == 0) states.draw(control);
+      const std::string error = step_once(pair_[0], control);
+      ASSERT_EQ(error, step_once(pair_[1], control));
       if (!error.empty()) break;
       ++steps;
       expect_equal();
       if (HasFatalFailure()) return;
     }
   }
-  EXPECT_GE(most_contacts_, GetParam().worst_contacts);
+  EXPECT_GE(max_contacts_, GetParam().worst_contacts);
 }
 
 std::string name_of(const testing::TestParamInfo<Case>& test) {
@@ -215,27 +214,6 @@ std::string name_of(const testing::TestParamInfo<Case>& test) {
 
 INSTANTIATE_TEST_SUITE_P(BuiltIn, Limits, testing::ValuesIn(cases()), name_of);
 INSTANTIATE_TEST_SUITE_P(BuiltIn, Equality, testing::ValuesIn(cases()), name_of);
-
-TEST(StockModel, GivesTheSameEpisodes) {
-  const Folder folder;
-  const std::string file = folder.write("stock.xml", stock_text("walker2d_v5.xml"));
-  Stepper ours("Walker2d-v5", {{"terminate_when_unhealthy", false}});
-  Stepper stock("Walker2d-v5", {{"terminate_when_unhealthy", false}, {"xml_file", file}});
-  std::vector<double> action;
-  for (const char* kind : {"saturated", "random"}) {
-    Actions actions(kind, 5);
-    ours.reset(7);
-    stock.reset(7);
-    ASSERT_EQ(ours.observation, stock.observation);
-    while (!ours.has_ended()) {
-      actions.draw(ours.observation, action);
-      ours.step(action);
-      stock.step(action);
-      ASSERT_EQ(ours.row(), stock.row());
-    }
-    EXPECT_TRUE(stock.result.truncated);
-  }
-}
 
 }  // namespace
 }  // namespace walker::mujoco

@@ -133,7 +133,7 @@ class Models : public testing::TestWithParam<std::pair<const char*, const char*>
   const Fields ours = fields_of(*load_model(GetParam().second));
 };
 
-TEST_P(Models, AreGymnasiumsInEveryFieldThatMatters) {
+TEST_P(Models, EqualGymnasiums) {
   std::size_t compared = 0;
   for (const auto& [name, values] : ours) {
     if (different.count(name) != 0 || unrecorded_fields().count(name) != 0) continue;
@@ -149,7 +149,7 @@ TEST_P(Models, AreGymnasiumsInEveryFieldThatMatters) {
 }
 
 /// Every field in the list of differences differs, and every recorded field is a field of ours.
-TEST_P(Models, DifferWhereTheListSaysSo) {
+TEST_P(Models, DifferInTheListedFields) {
   for (const auto& [name, reason] : different) {
     ASSERT_EQ(ours.count(name), 1U) << name;
     if (unrecorded_fields().count(name) != 0) continue;
@@ -223,7 +223,7 @@ TEST_P(Models, PairsAreTheContactsThatTheMasksAllow) {
 }
 
 /// Negative control of the comparison above.
-TEST(RecordedModels, OfTheTwoVersionsDifferInTheFrictionOfTheRightFoot) {
+TEST(RecordedModels, DifferInTheRightFootsFriction) {
   const std::map<std::string, Fields> recorded = recorded_models("walker2d");
   std::set<std::string> differing;
   for (const auto& [name, values] : recorded.at("Walker2d-v4")) {

@@ -75,7 +75,7 @@ class ObservationBuilderTest : public testing::TestWithParam<Case> {
   }
 };
 
-TEST_P(ObservationBuilderTest, MakesTheEnvironmentsObservationOfEveryStep) {
+TEST_P(ObservationBuilderTest, EqualsTheEnvironmentsObservation) {
   Observer observer(GetParam().id, parameters());
   Seen seen;
   for (const char* kind : {"random", "heuristic", "balance", "smooth", "saturated"}) {
@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(Ids, ObservationBuilderTest,
 
 /// The coordinates of the root joints do not start at the world's origin, and the actuators and
 /// joints have different orders.
-TEST(OtherModels, AreReadForWhereTheirRootJointsBegin) {
+TEST(OtherModels, MayHaveShiftedRootJoints) {
   std::string text = other_walker_text();
   text = replaced(text, "name=\"x\" type=\"slide\"", "name=\"x\" type=\"slide\" ref=\"-3\"");
   text = replaced(text, "name=\"pitch\" type=\"hinge\"", "name=\"pitch\" type=\"hinge\" ref=\"4\"");
@@ -158,7 +158,7 @@ class MeasurementsTest : public testing::Test {
 
 using Places = std::vector<std::size_t>;
 
-TEST_F(MeasurementsTest, EachGoesIntoItsPlace) {
+TEST_F(MeasurementsTest, EachChangesItsElements) {
   for (std::size_t i = 0; i < kJointCount; ++i) {
     EXPECT_EQ(changed_by([i](Measurements& m) { m.joint_position[i] += 0.1; }),
               Places{kBaseJoints + i});
@@ -179,13 +179,13 @@ TEST_F(MeasurementsTest, EachGoesIntoItsPlace) {
             (Places{kBasePitch, kX, kZ}));
 }
 
-TEST_F(MeasurementsTest, ContactsAreCheckedThoughTheObservationHasNone) {
+TEST_F(MeasurementsTest, ContactsAreChecked) {
   EXPECT_EQ(changed_by([](Measurements& m) { m.contacts[0] ^= 1; }), Places{});
   EXPECT_EQ(refusal([](Measurements& m) { m.contacts.clear(); }),
             "contacts has 0 values; must have 2, one per contact link");
 }
 
-TEST_F(MeasurementsTest, WhatIsWrongIsRefused) {
+TEST_F(MeasurementsTest, RejectsWrongMeasurements) {
   EXPECT_EQ(refusal([](Measurements& m) { m.position[0] = kNaN; }),
             "position[0] = nan m; must be finite");
   EXPECT_EQ(refusal([](Measurements& m) { m.position[2] = kNaN; }),

@@ -16,7 +16,7 @@ namespace walker::mujoco {
 namespace {
 
 // test/robots/mujoco/no_avx_test.py covers an emulated processor without AVX.
-TEST(Processor, WithoutAvxIsRefusedInWords) {
+TEST(Processor, RejectsAProcessorWithoutAvx) {
   EXPECT_EQ(message_of<std::runtime_error>([] {
               check_processor(false);
             }).rfind("MuJoCo's library needs a processor with AVX", 0),
@@ -25,7 +25,7 @@ TEST(Processor, WithoutAvxIsRefusedInWords) {
   EXPECT_NO_THROW(check_processor());
 }
 
-TEST(Libm, IsNamedInTheEnginesVersion) {
+TEST(Libm, IsPartOfTheEngineVersion) {
   for (const Registration& registration : registrations()) {
     const auto walker = make(registration.id);
     const Specification& specification = walker->specification();
@@ -36,7 +36,7 @@ TEST(Libm, IsNamedInTheEnginesVersion) {
   EXPECT_TRUE(std::regex_match(libm_variant(), std::regex("fma|no fma|[0-9a-f]{16}")));
 }
 
-TEST(Libm, OfTheMachineDoesNotDecideAboutSavedStates) {
+TEST(Libm, DoesNotAffectSavedStates) {
   Specification specification = make("Walker2d-v5")->specification();
   std::vector<std::byte> state;
   const std::size_t begin = StateOrigin(specification).begin(state);

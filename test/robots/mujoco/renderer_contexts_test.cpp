@@ -62,7 +62,7 @@ std::vector<Image> draw_all(const std::vector<StateCapture>& captures) {
   return images;
 }
 
-TEST(RendererContexts, RenderersDrawInThreadsAtTheSameTime) {
+TEST(RendererContexts, RenderersDrawInConcurrentThreads) {
   const std::vector<StateCapture> captures = some_captures();
   const std::vector<Image> alone = draw_all(captures);
   std::array<std::future<std::vector<Image>>, 4> threads;
@@ -75,7 +75,7 @@ TEST(RendererContexts, RenderersDrawInThreadsAtTheSameTime) {
   }
 }
 
-TEST(RendererContexts, ARendererGoesFromThreadToThread) {
+TEST(RendererContexts, ARendererMovesBetweenThreads) {
   const std::vector<StateCapture> captures = some_captures();
   const std::vector<Image> alone = draw_all(captures);
   auto renderer = make_small_renderer();
@@ -135,7 +135,7 @@ class CallersContext {
   EGLSurface surface_;
 };
 
-TEST(RendererContexts, TheCallersStaysCurrent) {
+TEST(RendererContexts, LeavesTheCallersContextCurrent) {
   const std::vector<StateCapture> captures = some_captures();
   const Image alone = draw_all(captures)[0];
   const CallersContext context;
@@ -149,7 +149,7 @@ TEST(RendererContexts, TheCallersStaysCurrent) {
 
 /// MuJoCo rejects a near plane that is almost at distance 0. Later images must not be
 /// affected.
-TEST(RendererContexts, AnErrorLeavesNoneCurrent) {
+TEST(RendererContexts, RestoresTheCallersContextAfterAnError) {
   const std::vector<StateCapture> captures = some_captures();
   const Image alone = draw_all(captures)[0];
   const Folder folder;
@@ -170,7 +170,7 @@ TEST(RendererContexts, AnErrorLeavesNoneCurrent) {
 }
 
 /// MuJoCo resolves OpenGL's functions once, and those of one library do not fit another's contexts.
-TEST(RendererContexts, TheFirstChoiceStays) {
+TEST(RendererContexts, KeepsTheFirstChoice) {
   const std::vector<StateCapture> captures = some_captures();
   const Image alone = draw_all(captures)[0];
   for (const char* const library : {"osmesa", "egl", "glfw"}) {

@@ -146,7 +146,7 @@ class RendererDepthTest : public testing::TestWithParam<View> {
                          {"terminate_when_unhealthy", false}};
 };
 
-TEST_P(RendererDepthTest, IsThatOfTheFloorAndOfTheWalker) {
+TEST_P(RendererDepthTest, EqualsRayCasting) {
   constexpr double kTessellation = 3e-3;  // error of drawing capsules as prisms [m]
   constexpr double kFacing = 1e-2;        // maximum depth range within a pixel without an edge [m]
   constexpr double kNear = 12;            // up to here the depth buffer resolves 0.1 mm [m]
@@ -214,7 +214,7 @@ StateCapture first_capture(const Parameters& parameters) {
 }
 
 /// The skybox is drawn around the camera, nearer than `far`; without it, the depth is `far`.
-TEST(RendererDepth, OfTheSkyIsFarAway) {
+TEST(RendererDepth, SkyIsFar) {
   const Folder folder;
   const Parameters clear{
       {"xml_file", folder.write("clear.xml", without(builtin_text("walker2d_v5.xml"),
@@ -250,7 +250,7 @@ TEST(RendererDepth, DoesNotDependOnTheColor) {
   EXPECT_TRUE(color.depth.empty());
 }
 
-TEST(RendererDepth, IsThatOfTendonsToo) {
+TEST(RendererDepth, IncludesTendons) {
   const Folder folder;
   const std::string sites = replaced(
       builtin_text("walker2d_v5.xml"), "<worldbody>",

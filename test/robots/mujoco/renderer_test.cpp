@@ -72,7 +72,7 @@ TEST(RendererTest, DependsOnTheCaptureAlone) {
   }
 }
 
-TEST(RendererTest, ChangesNoBitOfAnEpisode) {
+TEST(RendererTest, LeavesTheEpisodeUnchanged) {
   for (const char* id : {"Walker2d-v4", "Walker2d-v5"}) {
     Stepper drawn(id);
     Stepper alone(id);
@@ -101,7 +101,7 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
   }
 }
 
-TEST(RendererTest, DrawsAboveTheModelsOwnSize) {
+TEST(RendererTest, DrawsLargerThanTheModelsBuffer) {
   const auto renderer = make_renderer(
       "Walker2d-v5", {}, {{"width", std::int64_t{1000}}, {"height", std::int64_t{960}}});
   const StateCapture captured = capture_of("Walker2d-v5", "saturated", 2, 10);
@@ -112,7 +112,7 @@ TEST(RendererTest, DrawsAboveTheModelsOwnSize) {
   EXPECT_GT(structural_similarity(shrunk(large, 2), same), 0.9);
 }
 
-TEST(RendererTest, RefusesWrongParameters) {
+TEST(RendererTest, RejectsWrongParameters) {
   const auto message = [](const Parameters& camera) {
     return message_of<std::invalid_argument>(
         [&camera] { make_renderer("Walker2d-v5", {}, camera); });
@@ -141,7 +141,7 @@ TEST(RendererTest, RefusesWrongParameters) {
   }
 }
 
-TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
+TEST(RendererTest, RejectsACaptureOfAnotherRobot) {
   const auto renderer = make_renderer("Walker2d-v5");
   Stepper walker("BipedalWalker-v3");
   walker.reset(0);
@@ -152,7 +152,7 @@ TEST(RendererTest, RefusesACaptureOfAnotherWalker) {
             "instant with 4 joints and 5 links: not one of Walker2d");
 }
 
-TEST(RendererTest, RefusesACaptureThatIsNowhere) {
+TEST(RendererTest, RejectsNonFiniteCaptures) {
   const auto renderer = make_renderer("Walker2d-v5");
   const StateCapture sound = capture_of("Walker2d-v5", "zero", 1, 0);
   const Image expected = draw(*renderer, sound);

@@ -16,7 +16,7 @@ constexpr double kNoAction[kJointCount] = {};
 
 RewardOptions options(bool is_v5) { return {1.0, 1e-3, 1.0, true, is_v5}; }
 
-TEST(Reward, IsWhatItsPartsAddUpTo) {
+TEST(Reward, IsTheSumOfItsTerms) {
   RewardOptions weighted = options(true);
   weighted.forward_reward_weight = 2.5;
   weighted.healthy_reward = 0.7;
@@ -36,7 +36,7 @@ TEST(Reward, AddsInGymnasiumsOrder) {
 }
 
 /// Costs are NumPy 2's `weight * numpy.sum(numpy.square(action))` for float32 actions.
-TEST(Reward, CostsWhatNumPySaysToTheBit) {
+TEST(Reward, CostEqualsNumPys) {
   struct Case {
     double weight;
     double action[kJointCount];
@@ -55,7 +55,7 @@ TEST(Reward, CostsWhatNumPySaysToTheBit) {
   }
 }
 
-TEST(Reward, ChargesTheActionAsGivenNotAsLimited) {
+TEST(Reward, CostUsesTheUnclampedAction) {
   const double action[kJointCount] = {3, 0, 0, 0, 0, 0};
   EXPECT_EQ(reward_of_step(options(true), 0, true, action, kJointCount).control,
             -double{1e-3F * 9});
@@ -95,7 +95,7 @@ TEST(Reward, KeepsTheSignOfZero) {
   EXPECT_FALSE(std::signbit(reward_of_step(rewarding, 0, true, kNoAction, kJointCount).control));
 }
 
-TEST(Reward, ForSurvivalDependsOnTheVersion) {
+TEST(Reward, SurvivalDependsOnTheVersion) {
   for (const bool is_v5 : {false, true}) {
     for (const bool terminates : {false, true}) {
       for (const bool is_healthy : {false, true}) {

@@ -16,7 +16,7 @@ namespace {
 class SavedStateTest : public testing::TestWithParam<
                            std::tuple<std::string, const char*, const char*, std::string>> {};
 
-TEST_P(SavedStateTest, GoesOnAlike) {
+TEST_P(SavedStateTest, ContinuesIdentically) {
   const auto& [id, saver, loader, kind] = GetParam();
   Stepper original = make_by(saver, id);
   Stepper untouched = make_by(saver, id);  // is never saved
@@ -87,7 +87,7 @@ std::string refusal(Stepper& walker, const State& state) {
   }
 }
 
-TEST(SavedState, HasTheSameBytesWhateverMakesTheSteps) {
+TEST(SavedState, HasTheSameBytesByKernelAndLibrary) {
   Stepper by_kernel = make_by(nullptr, "Walker2d-v5");
   Stepper by_library = make_by("off", "Walker2d-v5");
   by_kernel.reset(3);
@@ -106,7 +106,7 @@ TEST(SavedState, HasTheSameBytesWhateverMakesTheSteps) {
   }
 }
 
-TEST(SavedState, OfAChangedModelIsRefused) {
+TEST(SavedState, RejectsAChangedModel) {
   const Folder folder;
   const std::string text = builtin_text("walker2d_v5.xml");
   const Parameters parameters{{"xml_file", folder.write("walker.xml", text)}};
@@ -141,7 +141,7 @@ TEST(SavedState, AfterAnUnstableSimulation) {
   expect_alike_from_here(walker, fresh, Actions("zero", 1));
 }
 
-TEST(SavedState, AnothersIsRefused) {
+TEST(SavedState, RejectsStatesOfOtherEnvironments) {
   Stepper walker("Walker2d-v5");
   walker.reset(1);
   const State before = save(walker);

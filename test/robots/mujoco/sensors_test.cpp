@@ -118,7 +118,7 @@ class SensorsTest : public testing::TestWithParam<const char*> {
   Sensors sensors_;
 };
 
-TEST_P(SensorsTest, JointsAreTheEngines) {
+TEST_P(SensorsTest, JointsEqualTheEngines) {
   walk([this](const std::vector<double>& action, Twin& twin) {
     for (std::size_t i = 0; i < kJointCount; ++i) {
       const Joint& joint = specification_.joints[i];
@@ -133,7 +133,7 @@ TEST_P(SensorsTest, JointsAreTheEngines) {
   });
 }
 
-TEST_P(SensorsTest, PosesAreTheEnginesToTheBit) {
+TEST_P(SensorsTest, PosesEqualTheEngines) {
   walk([this](const std::vector<double>& /*action*/, Twin& twin) {
     const mjData& shown = twin.shown();
     for (std::size_t i = 0; i < specification_.links.size(); ++i) {
@@ -146,7 +146,7 @@ TEST_P(SensorsTest, PosesAreTheEnginesToTheBit) {
   });
 }
 
-TEST_P(SensorsTest, TheTrunkMovesAsTheEngineSays) {
+TEST_P(SensorsTest, TrunkVelocitiesEqualTheEngines) {
   Vector3 before{};
   walk([this, &before](const std::vector<double>& /*action*/, Twin& twin) {
     const int trunk = mj_name2id(model_.get(), mjOBJ_BODY, specification_.links[0].name.c_str());
@@ -166,7 +166,7 @@ TEST_P(SensorsTest, TheTrunkMovesAsTheEngineSays) {
   });
 }
 
-TEST_P(SensorsTest, FeetTouchWhereTheyReachTheFloor) {
+TEST_P(SensorsTest, ContactsMatchTheFeetsHeight) {
   const double floor = is_other() ? -0.1 : 0;
   std::array<int, 2> seen{};  // lifted, touching
   walk([&](const std::vector<double>& /*action*/, Twin& /*twin*/) {
@@ -182,7 +182,7 @@ TEST_P(SensorsTest, FeetTouchWhereTheyReachTheFloor) {
   EXPECT_GT(seen[1], 20);
 }
 
-TEST_P(SensorsTest, LookingChangesNothing) {
+TEST_P(SensorsTest, SensingChangesNothing) {
   Stepper watched("Walker2d-v5", parameters_);
   Stepper alone("Walker2d-v5", parameters_);
   Scene scene;
@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(Walker2d, SensorsTest,
                            return name.substr(0, 8) == "walker2d" ? name.substr(9, 2) : name;
                          });
 
-TEST(Sensors, AreThereWhenAnEpisodeHasEnded) {
+TEST(Sensors, AreAvailableAfterTheEnd) {
   Stepper walker("Walker2d-v5", {{"max_episode_steps", std::int64_t{3}}});
   Sensors sensors;
   EXPECT_THROW(walker.environment->sense(sensors), ResetNeeded);

@@ -48,7 +48,7 @@ class Links : public testing::TestWithParam<const char*> {
 };
 
 /// All shapes are solid and have the same density.
-TEST_P(Links, WeighWhatTheirShapesWeigh) {
+TEST_P(Links, HaveTheMassOfTheirShapes) {
   for (const Link& link : specification_.links) {
     SCOPED_TRACE(link.name);
     Parts parts;
@@ -66,7 +66,7 @@ TEST_P(Links, WeighWhatTheirShapesWeigh) {
 }
 
 /// The links' masses and inertias give the kinetic energy of MuJoCo's mass matrix, up to rounding.
-TEST_P(Links, MoveWithTheEnginesEnergy) {
+TEST_P(Links, HaveTheEnginesKineticEnergy) {
   const ModelPointer model = load_model(file_);
   const DataPointer data(mj_makeData(model.get()));
   Generator generator(0);
@@ -102,7 +102,7 @@ TEST_P(Links, MoveWithTheEnginesEnergy) {
 }
 
 /// Forward kinematics from the specification and the joint angles, in random states.
-TEST_P(Links, StandWhereTheJointsPutThem) {
+TEST_P(Links, FollowForwardKinematics) {
   std::map<std::string, std::size_t> index;
   for (std::size_t i = 0; i < specification_.links.size(); ++i) {
     index[specification_.links[i].name] = i;
@@ -140,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(Walker2d, Links,
                            return name == "other" ? name : name.substr(sizeof("walker2d_") - 1, 2);
                          });
 
-TEST(OtherWalker, IsDescribedAsItIs) {
+TEST(OtherWalker, HasItsJointsAndLinks) {
   const Folder folder;
   const std::string file = folder.write("other.xml", other_walker_text());
   const auto walker = make("Walker2d-v5", {{"xml_file", file}});
@@ -190,7 +190,7 @@ TEST(OtherWalker, StandsOnItsPlane) {
   EXPECT_NEAR(scene.floor->z, -0.1, 1e-12) << "the plane of a body that stands still";
 }
 
-TEST(OtherWalker, MayHaveNoPlane) {
+TEST(OtherWalker, CanHaveNoPlane) {
   const Folder folder;
   const std::string text =
       without(other_walker_text(), "<geom name=\"ground\" type=\"plane\"", "/>");
@@ -203,7 +203,7 @@ TEST(OtherWalker, MayHaveNoPlane) {
 }
 
 /// The force limit of a motor applies before its gear.
-TEST(OtherWalker, MotorsMayHaveALimitOfForce) {
+TEST(OtherWalker, CanHaveForceLimits) {
   const Folder folder;
   const std::string text = replaced(other_walker_text(), "gainprm=\"5\"",
                                     "gainprm=\"5\" forcelimited=\"true\" forcerange=\"-2 3\"");
@@ -217,7 +217,7 @@ TEST(OtherWalker, MotorsMayHaveALimitOfForce) {
   EXPECT_EQ(sensors.joint_effort[4], 12);
 }
 
-TEST(OtherWalker, BodiesAndJointsMayHaveNoName) {
+TEST(OtherWalker, CanHaveUnnamedBodies) {
   const Folder folder;
   const std::string text =
       replaced(builtin_text("walker2d_v5.xml"), "<body name=\"thigh\" ", "<body ");
@@ -227,49 +227,56 @@ TEST(OtherWalker, BodiesAndJointsMayHaveNoName) {
   EXPECT_EQ(walker->specification().joints[1].parent, "body_2");
 }
 
-TEST(BuiltInWalkers, AreGymnasiums) {
-  for (const char* id : {"Walker2d-v4", "Walker2d-v5"}) {
-    const auto walker = make(id);
-    const Specification& specification = walker->specification();
-    EXPECT_EQ(specification.id, id);
-    EXPECT_EQ(specification.dt, 0.008);
-    EXPECT_EQ(specification.max_episode_steps, 1000U);
-    EXPECT_TRUE(std::isnan(specification.reward_threshold));
-    EXPECT_EQ(specification.observation_dtype, "float64");
-    EXPECT_EQ(specification.observation_low, std::vector<double>(17, -kInfinity));
-    EXPECT_EQ(specification.observation_high, std::vector<double>(17, kInfinity));
-    EXPECT_EQ(specification.action_low, std::vector<double>(6, -1));
-    EXPECT_EQ(specification.action_high, std::vector<double>(6, 1));
-    EXPECT_EQ(specification.effort_per_action, std::vector<double>(6, 100));
-    EXPECT_EQ(specification.contact_links, (std::vector<std::string>{"foot", "foot_left"}));
-    EXPECT_EQ(specification.range_finder.num_rays, 0U);
-    const std::vector<std::string> links{"torso",      "thigh",    "leg",      "foot",
-                                         "thigh_left", "leg_left", "foot_left"};
-    const std::vector<std::string> parents{"torso", "thigh",      "leg",
-                                           "torso", "thigh_left", "leg_left"};
-    ASSERT_EQ(specification.links.size(), 7U);
-    for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(specification.links[i].name, links[i]);
-    ASSERT_EQ(specification.joints.size(), 6U);
-    for (std::size_t i = 0; i < 6; ++i) {
-      const Joint& joint = specification.joints[i];
-      const bool is_foot = i % 3 == 2;
-      EXPECT_EQ(joint.name, links[i + 1] + "_joint");
-      EXPECT_EQ(joint.parent, parents[i]);
-      EXPECT_EQ(joint.child, links[i + 1]);
-      EXPECT_EQ(joint.axis, (Vector3{0, -1, 0}));
-      EXPECT_NEAR(joint.lower, (is_foot ? -45 : -150) * kDegree, 1e-12);
-      EXPECT_NEAR(joint.upper, (is_foot ? 45 : 0) * kDegree, 1e-12);
-      EXPECT_EQ(joint.maximum_effort, 100);
+/// Spaces, limits and info names: spaces_gymnasium_test.py.
+TEST(BuiltInRobots, HaveGymnasiumsLinksAndJoints) {
+  struct Expected {
+    std::vector<std::string> ids;
+    std::vector<std::string> links;
+    std::vector<std::string> parents;  ///< by joint
+    std::vector<std::string> contact_links;
+    double effort;
+  };
+  const Expected robots[] = {
+      {{"Walker2d-v4", "Walker2d-v5"},
+       {"torso", "thigh", "leg", "foot", "thigh_left", "leg_left", "foot_left"},
+       {"torso", "thigh", "leg", "torso", "thigh_left", "leg_left"},
+       {"foot", "foot_left"},
+       100},
+      {{"Hopper-v4", "Hopper-v5"},
+       {"torso", "thigh", "leg", "foot"},
+       {"torso", "thigh", "leg"},
+       {"foot"},
+       200}};
+  for (const auto& [ids, links, parents, contact_links, effort] : robots) {
+    for (const std::string& id : ids) {
+      const auto robot = make(id);
+      const Specification& specification = robot->specification();
+      EXPECT_EQ(specification.id, id);
+      EXPECT_EQ(specification.observation_dtype, "float64");
+      EXPECT_EQ(specification.effort_per_action, std::vector<double>(parents.size(), effort));
+      EXPECT_EQ(specification.contact_links, contact_links);
+      EXPECT_EQ(specification.range_finder.num_rays, 0U);
+      ASSERT_EQ(specification.links.size(), links.size());
+      for (std::size_t i = 0; i < links.size(); ++i) {
+        EXPECT_EQ(specification.links[i].name, links[i]);
+      }
+      ASSERT_EQ(specification.joints.size(), parents.size());
+      for (std::size_t i = 0; i < parents.size(); ++i) {
+        const Joint& joint = specification.joints[i];
+        const bool is_foot = i % 3 == 2;
+        EXPECT_EQ(joint.name, links[i + 1] + "_joint");
+        EXPECT_EQ(joint.parent, parents[i]);
+        EXPECT_EQ(joint.child, links[i + 1]);
+        EXPECT_EQ(joint.axis, (Vector3{0, -1, 0}));
+        EXPECT_NEAR(joint.lower, (is_foot ? -45 : -150) * kDegree, 1e-12);
+        EXPECT_NEAR(joint.upper, (is_foot ? 45 : 0) * kDegree, 1e-12);
+        EXPECT_EQ(joint.maximum_effort, effort);
+      }
     }
   }
-  EXPECT_EQ(make("Walker2d-v4")->specification().info_names,
-            (std::vector<std::string>{"x_position", "x_velocity"}));
-  EXPECT_EQ(make("Walker2d-v5")->specification().info_names,
-            (std::vector<std::string>{"x_position", "z_distance_from_origin", "x_velocity",
-                                      "reward_forward", "reward_ctrl", "reward_survive"}));
 }
 
-TEST(BuiltInWalkers, StandOnTheFloor) {
+TEST(BuiltInRobots, StandOnTheFloor) {
   Stepper walker("Walker2d-v5");
   walker.reset(0);
   Scene scene;
@@ -282,7 +289,7 @@ TEST(BuiltInWalkers, StandOnTheFloor) {
   EXPECT_TRUE(scene.ground.empty());
 }
 
-TEST(BuiltInWalkers, SayWhichEngineRuns) {
+TEST(BuiltInRobots, NameTheEngine) {
   namespace fs = std::filesystem;
   const auto walker = make("Walker2d-v5");
   const Specification& specification = walker->specification();

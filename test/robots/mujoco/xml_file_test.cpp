@@ -65,181 +65,144 @@ class XmlFileTest : public testing::Test {
   fs::path home_ = fs::current_path();
 };
 
-// ---------------------------------------------------------------- what MuJoCo refuses
+// ---------------------------------------------------------------- what MuJoCo rejects
 
-TEST_F(XmlFileTest, AFileThatIsNotThereIsNamed) {
+TEST_F(XmlFileTest, NamesAMissingFile) {
   for (const std::string& path : {folder_.path("missing.xml"), folder_.path("no/such/folder.xml"),
                                   std::string("walker2d_v3.xml"), std::string()}) {
     const std::string message = refusal_of_path(path);
     expect_words(message, {"parameter xml_file = " + path + ": ", "ile"});
-    EXPECT_GT(message.size(), path.size() + 30) << message << ": says why";
+    EXPECT_GT(message.size(), path.size() + 30) << message << ": no reason";
   }
-  expect_words(refusal_of_path(folder_.path()), {folder_.path() + ": ", "XML"});
+  expect_words(refusal_of_path(folder_.path()), {folder_.path() + ": ", "a regular file"});
 }
 
-TEST_F(XmlFileTest, WhatIsNoModelIsRefusedInMuJoCosWords) {
-  expect_words(refusal(""), {"XML"});
-  expect_words(refusal("not a model"), {"XML"});
-  expect_words(refusal("<mujoco><worldbody></mujoco>"), {"XML"});
+TEST_F(XmlFileTest, ReportsMuJoCosErrors) {
+  for (const std::string& text :
+       {std::string(), std::string("not a model"), std::string("<mujoco><worldbody></mujoco>"),
+        std::string(5000, 'x'), std::string("\0\1\2", 3)}) {
+    expect_words(refusal(text), {"XML"});
+  }
   expect_words(refusal("<html><body/></html>"), {"nrecognized", "html"});
-  expect_words(refusal(std::string(5000, 'x')), {"XML"});
-  expect_words(refusal(std::string("\0\1\2", 3)), {"XML"});
-}
-
-TEST_F(XmlFileTest, AnErrorInsideIsToldInMuJoCosWordsWithItsLine) {
-  expect_words(refusal_with("<option ", "<opinion "), {"Schema violation", "opinion", "line 1"});
-  expect_words(refusal_with("integrator=\"RK4\"", "integrator=\"RK5\""), {"RK5", "line"});
-  expect_words(refusal_with("joint=\"leg_joint\"", "joint=\"arm_joint\""), {"arm_joint", "line"});
-  expect_words(refusal_with("density=\"1000\"", "density=\"0\""), {"mass and inertia"});
-  expect_words(refusal_with("size=\"0.04 0.25\"", "size=\"-1\""), {"size", "must be positive"});
-  expect_words(refusal_with("<worldbody>", "<include file=\"nothing.xml\"/><worldbody>"),
-               {"nothing.xml"});
-  expect_words(refusal_with("name=\"leg\"", "name=\"foot\""), {"foot"});
-}
-
-/// MuJoCo's default error handler would end the process.
-TEST_F(XmlFileTest, BuffersThatAreTooSmallAreRefused) {
-  const std::string text =
-      replaced(builtin_text("walker2d_v5.xml"), "nstack=\"8000\"", "nstack=\"10\"");
-  expect_words(refusal(text), {"tack overflow"});
-}
-
-// ---------------------------------------------------------------- what we refuse
-
-TEST_F(XmlFileTest, OtherNumbersOfJointsAreRefusedWithTheirs) {
-  const std::string rule = "; must be nq = nv = 9, nu = 6, na = 0, as in walker2d_v5.xml";
-  EXPECT_EQ(refusal("<mujoco/>"), "nq = 0, nv = 0, nu = 0, na = 0" + rule);
-  EXPECT_EQ(refusal_with("<motor joint=\"leg_joint\"/>", ""),
-            "nq = 9, nv = 9, nu = 5, na = 0" + rule);
-  EXPECT_EQ(refusal_with("<motor joint=\"foot_left_joint\"/>",
-                         "<general joint=\"foot_left_joint\" dyntype=\"filter\"/>"),
-            "nq = 9, nv = 9, nu = 6, na = 1" + rule);
-  EXPECT_EQ(refusal(replaced(other_walker_text(), "<worldbody>",
-                             "<worldbody><body><freejoint/><geom size=\"1\"/></body>")),
-            "nq = 16, nv = 15, nu = 6, na = 0" + rule);
-  const std::string ball =
-      replaced(stock_text("walker2d_v5.xml"), "name=\"foot_left_joint\" ", "name=\"b\" ");
-  EXPECT_EQ(refusal(replaced(without(ball, "<motor joint=\"foot_left_joint\"", "/>"), "name=\"b\" ",
-                             "name=\"b\" type=\"ball\" limited=\"false\" ")),
-            "nq = 12, nv = 11, nu = 5, na = 0" + rule);
-}
-
-TEST_F(XmlFileTest, OtherKindsOfJointsAreRefusedByName) {
-  const std::string root =
-      "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)";
-  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"hinge\" axis=\"1 0 0\""), root);
-  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"0 0 1\"", "type=\"hinge\" axis=\"0 0 1\""), root);
-  EXPECT_EQ(refusal_with("name=\"rooty\"", "name=\"rooty\" type=\"slide\""), root);
-  EXPECT_EQ(refusal_with("name=\"leg_joint\"", "name=\"leg_joint\" type=\"slide\""),
-            "joint leg_joint: must be a hinge, and the only joint of its body");
-  EXPECT_EQ(refusal_with("name=\"rooty\"", "name=\"rooty\" pos=\"0 0 0.1\""),
-            "joint rooty: must turn about the trunk's origin (pos 0 0 0)");
-}
-
-TEST_F(XmlFileTest, ATrunkWithOtherAxesIsRefused) {
-  const std::string reason =
-      "the trunk must slide along the world's x, then z, and turn about its y";
-  EXPECT_EQ(refusal_with("name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 0 1\""), reason);
-  EXPECT_EQ(refusal_with("name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 -1 0\""),
-            reason);
-  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"0 1 0\""), reason);
-  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"-1 0 0\""),
-            reason);
-  EXPECT_EQ(refusal_with("type=\"slide\" axis=\"0 0 1\"", "type=\"slide\" axis=\"1 0 0.01\""),
-            reason);
-  EXPECT_EQ(refusal_with("<body name=\"torso\" pos=\"0 0 1.25\"",
-                         "<body name=\"torso\" pos=\"0 0 1.25\" euler=\"0 10 0\""),
-            reason);
-}
-
-/// The pitch joint is on a body of its own, a child of the body with the slides.
-TEST_F(XmlFileTest, ATrunkOfTwoBodiesIsRefused) {
-  const std::string hinge = "<joint class=\"root\" name=\"rooty\" axis=\"0 1 0\"/>";
-  std::string text = replaced(stock_text("walker2d_v5.xml"), hinge,
-                              "<geom size=\"0.1 0.1\"/><body name=\"upper\">" + hinge);
-  text = replaced(text, "</worldbody>", "</body></worldbody>");
-  EXPECT_EQ(refusal(text),
-            "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
-}
-
-TEST_F(XmlFileTest, ALimbWithTwoJointsIsRefused) {
-  const std::string foot = "<joint name=\"foot_joint\" pos=\"-0.2 0 0.1\" range=\"-45 45\"/>";
-  std::string text = replaced(stock_text("walker2d_v5.xml"), foot, "");
-  text = replaced(text, "<geom name=\"leg_geom\"",
-                  "<joint name=\"foot_joint\" range=\"-45 45\"/><geom name=\"leg_geom\"");
-  EXPECT_EQ(refusal(text), "joint leg_joint: must be a hinge, and the only joint of its body");
-}
-
-/// A lever beside the walker would have no parent in the specification.
-TEST_F(XmlFileTest, ALimbThatHangsOnTheWorldIsRefused) {
-  std::string text = stock_text("walker2d_v5.xml");
-  text = without(text, "<joint name=\"foot_left_joint\"", "/>");
-  text = replaced(text, "</worldbody>",
-                  "<body name=\"lever\"><joint name=\"foot_left_joint\" range=\"0 1\"/>"
-                  "<geom size=\"0.1 0.1\"/></body></worldbody>");
-  EXPECT_EQ(refusal(text), "joint foot_left_joint: must carry a limb of the trunk");
-}
-
-TEST_F(XmlFileTest, OtherActuatorsAreRefusedByName) {
-  const std::string motor = "<motor joint=\"leg_joint\"/>";
-  EXPECT_EQ(refusal_with(motor, "<motor name=\"knee\" joint=\"thigh_joint\"/>"),
-            "actuator knee: drives a joint that actuator number 0 drives already");
-  EXPECT_EQ(refusal_with(motor, "<motor joint=\"rooty\"/>"),
-            "actuator number 1: must drive one of the six hinges");
-  EXPECT_EQ(refusal_with(motor, "<motor joint=\"leg_joint\" ctrllimited=\"false\"/>"),
-            "actuator number 1: must have a ctrlrange");
-  const std::string rule = "actuator number 1: must be a motor";
-  const std::string range = "joint=\"leg_joint\" ctrllimited=\"true\" ctrlrange=\"-1 1\"/>";
-  EXPECT_EQ(refusal_with(motor, "<position " + range), rule);
-  EXPECT_EQ(refusal_with(motor, "<velocity " + range), rule);
-  EXPECT_EQ(refusal_with(motor, "<general biastype=\"affine\" " + range), rule);
-  EXPECT_EQ(refusal_with(motor, "<general gaintype=\"affine\" " + range), rule);
-  EXPECT_EQ(refusal_with(motor, "<motor joint=\"leg_joint\" gear=\"0\"/>"),
-            "actuator number 1: must have a gear other than 0");
-  const std::string tendon =
-      "<tendon><fixed name=\"t\"><joint joint=\"leg_joint\" coef=\"1\"/>"
-      "</fixed></tendon><actuator>";
-  EXPECT_EQ(refusal(replaced(replaced(stock_text("walker2d_v5.xml"), "<actuator>", tendon), motor,
-                             "<motor tendon=\"t\"/>")),
-            "actuator number 1: must drive one of the six hinges");
-}
-
-/// MuJoCo would work for hours or overflow its stack.
-TEST_F(XmlFileTest, SettingsWithoutMeasureAreRefused) {
   const struct {
-    const char *setting, *reason;
+    const char *from, *to;
+    std::vector<std::string> words;
   } cases[] = {
-      {"<option iterations='2147483647' tolerance='0'/>",
-       "option iterations = 2147483647: must be in [0, 10000]"},
-      {"<option noslip_iterations='10001'/>",
-       "option noslip_iterations = 10001: must be in [0, 10000]"},
-      {"<option mpr_iterations='10001'/>", "option mpr_iterations = 10001: must be in [0, 10000]"},
-      {"<visual><global offwidth='2147483647'/></visual>",
-       "global offwidth = 2147483647: must be in [1, 16384]"},
-      {"<visual><global offheight='0'/></visual>", "global offheight = 0: must be in [1, 16384]"},
-      {"<visual><quality shadowsize='2147483647'/></visual>",
-       "quality shadowsize = 2147483647: must be in [0, 16384]"},
-      {"<visual><quality offsamples='-1'/></visual>",
-       "quality offsamples = -1: must be in [0, 64]"},
-      {"<visual><quality numslices='100000'/></visual>",
-       "quality numslices = 100000: must be in [1, 1000]"},
-      {"<visual><quality numstacks='0'/></visual>", "quality numstacks = 0: must be in [1, 1000]"},
-      {"<visual><quality numquads='1001'/></visual>",
-       "quality numquads = 1001: must be in [1, 1000]"},
+      {"<option ", "<opinion ", {"Schema violation", "opinion", "line 1"}},
+      {"integrator=\"RK4\"", "integrator=\"RK5\"", {"RK5", "line"}},
+      {"joint=\"leg_joint\"", "joint=\"arm_joint\"", {"arm_joint", "line"}},
+      {"density=\"1000\"", "density=\"0\"", {"mass and inertia"}},
+      {"size=\"0.04 0.25\"", "size=\"-1\"", {"size", "must be positive"}},
+      {"<worldbody>", "<include file=\"nothing.xml\"/><worldbody>", {"nothing.xml"}},
+      {"name=\"leg\"", "name=\"foot\"", {"foot"}},
+      // MuJoCo's default error handler would end the process.
+      {"<worldbody>", "<size nstack=\"10\"/><worldbody>", {"tack overflow"}},
   };
-  for (const auto& one : cases) {
-    EXPECT_EQ(refusal_with("<worldbody>", std::string(one.setting) + "<worldbody>"), one.reason);
+  for (const auto& [from, to, words] : cases) expect_words(refusal_with(from, to), words);
+}
+
+// ---------------------------------------------------------------- what we reject
+
+/// A change of Gymnasium's model, and the error message.
+struct Change {
+  const char *from, *to, *message;
+};
+
+TEST_F(XmlFileTest, RejectsModelsOfOtherRobots) {
+  const char* const root =
+      "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)";
+  const char* const axes = "the trunk must slide along the world's x, then z, and turn about its y";
+  const char* const motor = "<motor joint=\"leg_joint\"/>";
+  const char* const no_motor = "actuator number 1: must be a motor";
+  const Change changes[] = {
+      {"type=\"slide\" axis=\"1 0 0\"", "type=\"hinge\" axis=\"1 0 0\"", root},
+      {"type=\"slide\" axis=\"0 0 1\"", "type=\"hinge\" axis=\"0 0 1\"", root},
+      {"name=\"rooty\"", "name=\"rooty\" type=\"slide\"", root},
+      {"name=\"leg_joint\"", "name=\"leg_joint\" type=\"slide\"",
+       "joint leg_joint: must be a hinge, and the only joint of its body"},
+      {"name=\"rooty\"", "name=\"rooty\" pos=\"0 0 0.1\"",
+       "joint rooty: must turn about the trunk's origin (pos 0 0 0)"},
+      {"name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 0 1\"", axes},
+      {"name=\"rooty\" axis=\"0 1 0\"", "name=\"rooty\" axis=\"0 -1 0\"", axes},
+      {"type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"0 1 0\"", axes},
+      {"type=\"slide\" axis=\"1 0 0\"", "type=\"slide\" axis=\"-1 0 0\"", axes},
+      {"type=\"slide\" axis=\"0 0 1\"", "type=\"slide\" axis=\"1 0 0.01\"", axes},
+      {"<body name=\"torso\" pos=\"0 0 1.25\"",
+       "<body name=\"torso\" pos=\"0 0 1.25\" euler=\"0 10 0\"", axes},
+      {motor, "<motor name=\"knee\" joint=\"thigh_joint\"/>",
+       "actuator knee: drives a joint that actuator number 0 drives already"},
+      {motor, "<motor joint=\"rooty\"/>", "actuator number 1: must drive one of the 6 hinges"},
+      {motor, "<motor joint=\"leg_joint\" ctrllimited=\"false\"/>",
+       "actuator number 1: must have a ctrlrange"},
+      {motor, "<position joint=\"leg_joint\" ctrllimited=\"true\" ctrlrange=\"-1 1\"/>", no_motor},
+      {motor, "<velocity joint=\"leg_joint\" ctrllimited=\"true\" ctrlrange=\"-1 1\"/>", no_motor},
+      {motor, "<general biastype=\"affine\" joint=\"leg_joint\" ctrllimited=\"true\"/>", no_motor},
+      {motor, "<general gaintype=\"affine\" joint=\"leg_joint\" ctrllimited=\"true\"/>", no_motor},
+      {motor, "<motor joint=\"leg_joint\" gear=\"0\"/>",
+       "actuator number 1: must have a gear other than 0"},
+      // Simulation time is in whole nanoseconds and must increase.
+      {"timestep=\"0.002\"", "timestep=\"1e-9\"", "timestep = 1e-09 s; must be at least 1e-06 s"},
+  };
+  for (const auto& [from, to, message] : changes) {
+    EXPECT_EQ(refusal_with(from, to), message) << from << " -> " << to;
   }
 }
 
-/// Simulation time is in whole nanoseconds and must increase.
-TEST_F(XmlFileTest, AStepOfNoTimeIsRefused) {
-  expect_words(refusal_with("timestep=\"0.002\"", "timestep=\"1e-9\""), {"timestep = 1e-09 s"});
+TEST_F(XmlFileTest, RejectsOtherNumbersOfJoints) {
+  const std::string stock = stock_text("walker2d_v5.xml");
+  const std::string motor = "<motor joint=\"foot_left_joint\"/>";
+  const std::pair<std::string, const char*> cases[] = {
+      {"<mujoco/>", "nq = 0, nv = 0, nu = 0, na = 0"},
+      {without(stock, "<motor joint=\"leg_joint\"", "/>"), "nq = 9, nv = 9, nu = 5, na = 0"},
+      {replaced(stock, motor, "<general joint=\"foot_left_joint\" dyntype=\"filter\"/>"),
+       "nq = 9, nv = 9, nu = 6, na = 1"},
+      {replaced(other_walker_text(), "<worldbody>",
+                "<worldbody><body><freejoint/><geom size=\"1\"/></body>"),
+       "nq = 16, nv = 15, nu = 6, na = 0"},
+      {replaced(replaced(stock, motor, ""), "name=\"foot_left_joint\" ",
+                "name=\"b\" type=\"ball\" limited=\"false\" "),
+       "nq = 12, nv = 11, nu = 5, na = 0"},
+  };
+  for (const auto& [text, sizes] : cases) {
+    EXPECT_EQ(refusal(text), sizes + std::string("; must be nq = nv = 9, nu = 6, na = 0, as in ") +
+                                 "walker2d_v5.xml");
+  }
+}
+
+TEST_F(XmlFileTest, RejectsJointsOnOtherBodies) {
+  const std::string stock = stock_text("walker2d_v5.xml");
+  const std::string pitch = "<joint class=\"root\" name=\"rooty\" axis=\"0 1 0\"/>";
+  const std::string two_bodies =
+      replaced(replaced(stock, pitch, "<geom size=\"0.1 0.1\"/><body name=\"upper\">" + pitch),
+               "</worldbody>", "</body></worldbody>");
+  EXPECT_EQ(refusal(two_bodies),
+            "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
+
+  const std::string foot = "<joint name=\"foot_joint\" pos=\"-0.2 0 0.1\" range=\"-45 45\"/>";
+  const std::string two_joints =
+      replaced(replaced(stock, foot, ""), "<geom name=\"leg_geom\"",
+               "<joint name=\"foot_joint\" range=\"-45 45\"/><geom name=\"leg_geom\"");
+  EXPECT_EQ(refusal(two_joints),
+            "joint leg_joint: must be a hinge, and the only joint of its body");
+
+  // A lever beside the walker would have no parent in the specification.
+  const std::string lever =
+      replaced(without(stock, "<joint name=\"foot_left_joint\"", "/>"), "</worldbody>",
+               "<body name=\"lever\"><joint name=\"foot_left_joint\" range=\"0 1\"/>"
+               "<geom size=\"0.1 0.1\"/></body></worldbody>");
+  EXPECT_EQ(refusal(lever), "joint foot_left_joint: must carry a limb of the trunk");
+
+  const std::string tendon = replaced(
+      replaced(stock, "<actuator>",
+               "<tendon><fixed name=\"t\"><joint joint=\"leg_joint\" coef=\"1\"/></fixed></tendon>"
+               "<actuator>"),
+      "<motor joint=\"leg_joint\"/>", "<motor tendon=\"t\"/>");
+  EXPECT_EQ(refusal(tendon), "actuator number 1: must drive one of the 6 hinges");
 }
 
 // ---------------------------------------------------------------- what works
 
-TEST_F(XmlFileTest, AnotherWalkerWalks) {
+TEST_F(XmlFileTest, StepsAnotherWalker) {
   Stepper walker("Walker2d-v5", {{"xml_file", folder_.write("m.xml", other_walker_text())},
                                  {"terminate_when_unhealthy", false}});
   const Specification& specification = walker.environment->specification();
@@ -259,7 +222,7 @@ TEST_F(XmlFileTest, AnotherWalkerWalks) {
   }
 }
 
-TEST_F(XmlFileTest, TheBuiltInModelsAreTakenFromFilesAsWell) {
+TEST_F(XmlFileTest, BuiltInModelInAFileGivesTheSameEpisode) {
   Stepper ours("Walker2d-v5");
   Stepper same("Walker2d-v5",
                {{"xml_file", folder_.write("m.xml", builtin_text("walker2d_v5.xml"))}});
@@ -273,7 +236,7 @@ TEST_F(XmlFileTest, TheBuiltInModelsAreTakenFromFilesAsWell) {
 }
 
 /// For a hinge, MuJoCo computes the same torque in both frames.
-TEST_F(XmlFileTest, AMotorMayDriveItsHingeInTheParentsFrame) {
+TEST_F(XmlFileTest, AcceptsMotorsInTheParentsFrame) {
   const std::string text = stock_text("walker2d_v5.xml");
   Stepper stock("Walker2d-v5", {{"xml_file", folder_.write("m.xml", text)}});
   Stepper turned("Walker2d-v5",
@@ -290,7 +253,7 @@ TEST_F(XmlFileTest, AMotorMayDriveItsHingeInTheParentsFrame) {
   }
 }
 
-TEST_F(XmlFileTest, PathsAreTakenAsTheyCome) {
+TEST_F(XmlFileTest, AcceptsAnyPath) {
   const std::string text = builtin_text("walker2d_v4.xml");
   fs::create_directory(folder_.path("pfad mit \xc3\xa4\xc3\xb6\xc3\xbc"));
   const std::string odd =
@@ -305,7 +268,7 @@ TEST_F(XmlFileTest, PathsAreTakenAsTheyCome) {
 }
 
 /// Included files are relative to the including file, not to the working directory.
-TEST_F(XmlFileTest, IncludesAreFoundBesideTheFile) {
+TEST_F(XmlFileTest, FindsIncludesBesideTheFile) {
   const std::string text = stock_text("walker2d_v5.xml");
   const std::string begin = "<actuator>";
   const std::string motors =
@@ -316,7 +279,7 @@ TEST_F(XmlFileTest, IncludesAreFoundBesideTheFile) {
   EXPECT_EQ(refusal_of_path(file), "nothing thrown");
 }
 
-TEST_F(XmlFileTest, ATildeIsTheHomeFolder) {
+TEST_F(XmlFileTest, ExpandsTheHomeFolder) {
   const char* const home = std::getenv("HOME");
   const std::string old = home == nullptr ? "" : home;
   setenv("HOME", folder_.path().c_str(), 1);
@@ -332,7 +295,7 @@ TEST_F(XmlFileTest, ATildeIsTheHomeFolder) {
 
 // ---------------------------------------------------------------- sharing
 
-TEST_F(XmlFileTest, EnvironmentsOfOneModelShareIt) {
+TEST_F(XmlFileTest, EnvironmentsShareAModel) {
   EXPECT_EQ(load_model("walker2d_v5.xml"), load_model("walker2d_v5.xml"));
   EXPECT_NE(load_model("walker2d_v4.xml"), load_model("walker2d_v5.xml"));
   const std::string file = folder_.write("m.xml", other_walker_text());
@@ -342,15 +305,11 @@ TEST_F(XmlFileTest, EnvironmentsOfOneModelShareIt) {
   const auto first = make("Walker2d-v5", {{"xml_file", file}});
   const auto second = make("Walker2d-v5", {{"xml_file", file}});
   EXPECT_EQ(model.use_count(), users + 2);
+  const std::weak_ptr<const mjModel> unused = load_model(folder_.write("n.xml", "<mujoco/>"));
+  EXPECT_TRUE(unused.expired());
 }
 
-TEST_F(XmlFileTest, AModelThatNobodyUsesIsDropped) {
-  const std::weak_ptr<const mjModel> model =
-      load_model(folder_.write("m.xml", other_walker_text()));
-  EXPECT_TRUE(model.expired());
-}
-
-TEST_F(XmlFileTest, AChangedFileIsCompiledAnew) {
+TEST_F(XmlFileTest, CompilesAChangedFileAgain) {
   const std::string text = builtin_text("walker2d_v5.xml");
   const std::string file = folder_.write("m.xml", text);
   const auto old = make("Walker2d-v5", {{"xml_file", file}});
@@ -363,7 +322,7 @@ TEST_F(XmlFileTest, AChangedFileIsCompiledAnew) {
   expect_words(refusal_of_path(file), {file});
 }
 
-TEST_F(XmlFileTest, ACorrectedFileIsTaken) {
+TEST_F(XmlFileTest, AcceptsACorrectedFile) {
   const std::string file = folder_.write("m.xml", "<mujoco/>");
   EXPECT_NE(refusal_of_path(file), "nothing thrown");
   folder_.write("m.xml", builtin_text("walker2d_v5.xml"));

@@ -2,7 +2,6 @@
 // violates them do not compile, instead of giving other results than the library.
 #pragma once
 
-#include "robots/walker2d/kernel/ground.h"
 #include "robots/walker2d/kernel/kernel.h"
 #include "robots/walker2d/model_constants.h"
 

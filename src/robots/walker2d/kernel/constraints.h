@@ -8,7 +8,7 @@
 // they are computed once and counted twice.
 #pragma once
 
-#include "robots/walker2d/kernel/ground.h"
+#include "robots/walker2d/kernel/kernel.h"
 #include "robots/walker2d/kernel/smooth.h"
 
 namespace walker::walker2d::kernel {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "robots/mujoco/engine.h"
-#include "robots/walker2d/kernel/ground.h"
+#include "robots/walker2d/kernel/kernel.h"
 
 namespace walker::walker2d {
 

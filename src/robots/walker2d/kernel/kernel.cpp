@@ -1,7 +1,6 @@
 #include "robots/walker2d/kernel/kernel.h"
 
 #include "robots/walker2d/kernel/assumptions.h"
-#include "robots/walker2d/kernel/instruction_sets.h"
 #include "simd/instruction_sets.h"
 
 namespace walker::walker2d {

@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "robots/walker2d/kernel/ground.h"
-
 namespace walker::walker2d {
 
 /// State that MuJoCo's steps pass from one to the next.
@@ -20,6 +18,14 @@ struct World {
   std::array<double, kMotors> torque{};    ///< of the motors [N m]
   unsigned pattern = 0;                    ///< equal for worlds with the same contacts and limits
   bool is_flagged = false;  ///< the library must redo this step from the state before it
+};
+
+/// Contact parameters of the floor with each limb, in the order of bodies. The models of
+/// Walker2d-v4 and v5 differ in them.
+struct Ground {
+  static constexpr std::size_t kLimbs = 7;
+  std::array<double, kLimbs> friction{};
+  std::array<double, kLimbs> diagonal{};  ///< MuJoCo's diagApprox of a contact's rows
 };
 
 using StepWorlds = void (*)(World* const* worlds, std::size_t count, int steps,
@@ -39,6 +45,10 @@ struct Kernel {
   /// Computes the warm start of a new state, without torques. Flags the world as `step` does.
   void (*start)(World& world, const Ground& ground);
 };
+
+// One translation unit for each instruction set.
+extern const Kernel kernel_sse2;
+extern const Kernel kernel_avx2;
 
 /// Returns the kernels that this processor can run, the one with the most lanes first.
 std::vector<const Kernel*> kernels();

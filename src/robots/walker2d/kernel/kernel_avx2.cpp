@@ -1,5 +1,5 @@
 #define WALKER_SIM_INSTRUCTION_SET avx2
-#include "robots/walker2d/kernel/instruction_sets.h"
+#include "robots/walker2d/kernel/kernel.h"
 #include "robots/walker2d/kernel/runge_kutta.h"
 
 namespace walker::walker2d {

@@ -7,7 +7,6 @@
 
 #include "base/limits.h"
 #include "robots/mujoco/library_physics.h"
-#include "robots/mujoco/scratch.h"
 #include "robots/walker2d/kernel/coverage.h"
 #include "robots/walker2d/kernel/kernel.h"
 #include "robots/walker2d/kernel/trial.h"
@@ -20,7 +19,7 @@ class KernelPhysics : public mujoco::Physics {
   KernelPhysics(const Kernel& kernel, mujoco::ModelPointer model)
       : kernel_(kernel),
         ground_(ground_of(*model)),
-        scratch_(mujoco::Scratch::of(model)),
+        pool_(mujoco::DataPool::of(model)),
         model_(std::move(model)) {}
 
   const mjModel& model() const override { return *model_; }
@@ -33,7 +32,7 @@ class KernelPhysics : public mujoco::Physics {
     control_ = {};
     kernel_.start(world_, ground_);
     if (!world_.is_flagged) return;
-    const mujoco::Scratch::Loan loan(*scratch_);
+    const mujoco::DataPool::Loan loan(*pool_);
     mjData& data = loan.data();
     mj_resetData(model_.get(), &data);
     std::copy_n(position, World::kSize, data.qpos);
@@ -84,7 +83,7 @@ class KernelPhysics : public mujoco::Physics {
   std::size_t group_size() const override { return kMaxGroupSize; }
 
   void measure(const std::function<void(const mjData&)>& look) const override {
-    const mujoco::Scratch::Loan loan(*scratch_);
+    const mujoco::DataPool::Loan loan(*pool_);
     mjData& data = loan.data();
     write(world_, data);
     std::copy(control_.begin(), control_.end(), data.ctrl);
@@ -151,7 +150,7 @@ class KernelPhysics : public mujoco::Physics {
 
   /// @throws as `step`
   void step_by_library(const World& before, int count) {
-    const mujoco::Scratch::Loan loan(*scratch_);
+    const mujoco::DataPool::Loan loan(*pool_);
     mjData& data = loan.data();
     mj_resetData(model_.get(), &data);
     write(before, data);
@@ -167,15 +166,13 @@ class KernelPhysics : public mujoco::Physics {
   }
 
   void read(const mjData& data) {
-    std::copy_n(data.qpos, World::kSize, world_.position.begin());
-    std::copy_n(data.qvel, World::kSize, world_.velocity.begin());
-    std::copy_n(data.qacc_warmstart, World::kSize, world_.warm_start.begin());
+    read_state(data, world_);
     std::copy_n(data.ctrl, World::kMotors, control_.begin());
   }
 
   const Kernel& kernel_;
   Ground ground_;
-  std::shared_ptr<mujoco::Scratch> scratch_;
+  std::shared_ptr<mujoco::DataPool> pool_;
   mujoco::ModelPointer model_;
   World world_;
   std::array<double, World::kMotors> control_{};

@@ -2,7 +2,7 @@
 // kernel's constants are generated from this list, and models are compared with them.
 //
 // Excluded: names, visuals, fields of elements that the model does not have (their counts are
-// included), and the floor's friction, which differs between models (ground.h).
+// included), and the floor's friction, which differs between models (kernel.h).
 #pragma once
 
 // clang-format off

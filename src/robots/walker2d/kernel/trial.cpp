@@ -14,28 +14,17 @@ namespace {
 
 World world_of(const mjModel& model, const mjData& data) {
   World world;
-  std::copy_n(data.qpos, World::kSize, world.position.begin());
-  std::copy_n(data.qvel, World::kSize, world.velocity.begin());
-  std::copy_n(data.qacc_warmstart, World::kSize, world.warm_start.begin());
+  read_state(data, world);
   for (std::size_t i = 0; i < World::kMotors; ++i) {
     world.torque[i] = mujoco::at(model.actuator_gear, static_cast<int>(i), 6)[0] * data.ctrl[i];
   }
   return world;
 }
 
-bool is_as(const World& world, const mjData& data) {
-  const auto is_equal = [](const auto& ours, const mjtNum* theirs) {
-    return std::equal(ours.begin(), ours.end(), theirs,
-                      [](double a, double b) { return to_bits(a) == to_bits(b); });
-  };
-  return is_equal(world.position, data.qpos) && is_equal(world.velocity, data.qvel) &&
-         is_equal(world.warm_start, data.qacc_warmstart);
-}
-
 /// Steps the same worlds with the kernel and with the library.
-class Trial {
+class KernelCheck {
  public:
-  Trial(const Kernel& kernel, const mjModel& model)
+  KernelCheck(const Kernel& kernel, const mjModel& model)
       : kernel_(kernel), model_(model), ground_(ground_of(model)) {
     for (int i = 0; i < kWorlds; ++i) begin(static_cast<double>(i) / kWorlds);
   }
@@ -84,7 +73,7 @@ class Trial {
   }
 
   void compare(const World& world, const mjData& data) {
-    int& count = is_as(world, data) ? num_equal_ : num_different_;
+    int& count = has_state(world, data) ? num_equal_ : num_different_;
     ++(world.is_flagged ? num_flagged_ : count);
   }
 
@@ -100,11 +89,26 @@ class Trial {
 
 }  // namespace
 
+void read_state(const mjData& data, World& world) {
+  std::copy_n(data.qpos, World::kSize, world.position.begin());
+  std::copy_n(data.qvel, World::kSize, world.velocity.begin());
+  std::copy_n(data.qacc_warmstart, World::kSize, world.warm_start.begin());
+}
+
+bool has_state(const World& world, const mjData& data) {
+  const auto is_equal = [](const auto& ours, const mjtNum* theirs) {
+    return std::equal(ours.begin(), ours.end(), theirs,
+                      [](double a, double b) { return to_bits(a) == to_bits(b); });
+  };
+  return is_equal(world.position, data.qpos) && is_equal(world.velocity, data.qvel) &&
+         is_equal(world.warm_start, data.qacc_warmstart);
+}
+
 bool is_as_library(const Kernel& kernel, const mjModel& model) {
   constexpr int kSteps = 12;
-  Trial trial(kernel, model);
-  for (int i = 0; i < kSteps; ++i) trial.step();
-  return trial.has_passed();
+  KernelCheck check(kernel, model);
+  for (int i = 0; i < kSteps; ++i) check.step();
+  return check.has_passed();
 }
 
 KernelChoice choose_kernel(const mjModel& model) {

@@ -19,4 +19,10 @@ KernelChoice choose_kernel(const mjModel& model);
 /// @param model must be covered
 bool is_as_library(const Kernel& kernel, const mjModel& model);
 
+/// Copies the state that steps pass on from the library's data; not the torques.
+void read_state(const mjData& data, World& world);
+
+/// Whether this state equals the library's to the bit.
+bool has_state(const World& world, const mjData& data);
+
 }  // namespace walker::walker2d

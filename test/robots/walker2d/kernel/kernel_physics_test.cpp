@@ -14,6 +14,7 @@
 #include "kernel_variable.h"
 #include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
+#include "robots/walker2d/kernel/kernel.h"
 #include "walker_sim/agent.h"
 
 namespace walker::walker2d {
@@ -93,7 +94,7 @@ class EnvironmentTest : public testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(EnvironmentTest, TheSpecificationSaysWhatSteps) {
+TEST_P(EnvironmentTest, SpecificationNamesTheStepper) {
   EXPECT_EQ(stepper_of(make_by("sse2", GetParam())), ", stepped by the kernel for sse2");
   EXPECT_EQ(stepper_of(make_by("off", GetParam())),
             ", stepped by the library: WALKER_SIM_KERNEL is off");
@@ -105,7 +106,7 @@ TEST_P(EnvironmentTest, RandomEpisodesAreTheSame) {
   compare(one, other, 40, 1000, [&](const Stepper&) { return any_action(1); });
 }
 
-TEST_P(EnvironmentTest, TheGaitsEpisodesAreTheSame) {
+TEST_P(EnvironmentTest, GaitEpisodesAreTheSame) {
   Stepper one = make_by(nullptr, GetParam());
   Stepper other = make_by("off", GetParam());
   const auto gait = make_agent("heuristic", one.environment->specification(), 0);
@@ -134,7 +135,7 @@ TEST_P(EnvironmentTest, WildStartsAreTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(Walkers, EnvironmentTest, testing::Values("Walker2d-v4", "Walker2d-v5"));
 
-TEST(KernelEnvironmentTest, OtherNumbersOfFramesAreTheSame) {
+TEST(KernelEnvironmentTest, OtherFrameSkipsAreTheSame) {
   for (const std::int64_t frames : {1, 3, 17}) {
     const Parameters parameters{{"frame_skip", frames}};
     Stepper one = make_by(nullptr, "Walker2d-v5", parameters);
@@ -188,20 +189,20 @@ class KernelPhysicsTest : public testing::Test {
   std::unique_ptr<mujoco::Physics> library_;
 };
 
-TEST_F(KernelPhysicsTest, NegativeZerosStayAsTheLibraryHasThem) {
+TEST_F(KernelPhysicsTest, KeepsNegativeZeros) {
   State position = standing_;
   for (const std::size_t i : {0U, 2U, 4U, 8U}) position[i] = -0.0;
   reset(position, State(kSize, -0.0));
   for (int i = 0; i < 100; ++i) step(State(kMotors, i % 2 == 0 ? 0.0 : -0.0));
 }
 
-TEST_F(KernelPhysicsTest, DenormalsAreKept) {
+TEST_F(KernelPhysicsTest, KeepsDenormals) {
   reset(standing_, State(kSize, 5e-324));
   for (int i = 0; i < 100; ++i) step(State(kMotors, -1e-310));
 }
 
 /// MuJoCo clips large and infinite controls and warns of NaN. The next episode is unaffected.
-TEST_F(KernelPhysicsTest, BadControlsAreTheLibrarys) {
+TEST_F(KernelPhysicsTest, RejectsTheControlsThatTheLibraryRejects) {
   for (const double bad : {kInfinity, -kInfinity, 1e11, kNan}) {
     reset(standing_, State(kSize, 0.1));
     EXPECT_EQ(step(State(kMotors, 0.1)), "nothing thrown");
@@ -214,7 +215,7 @@ TEST_F(KernelPhysicsTest, BadControlsAreTheLibrarys) {
   EXPECT_EQ(step(State(kMotors, 1e9)), "nothing thrown");
 }
 
-TEST_F(KernelPhysicsTest, BadStatesAreTheLibrarys) {
+TEST_F(KernelPhysicsTest, RejectsTheStatesThatTheLibraryRejects) {
   for (const double bad : {kNan, kInfinity, 2e10, 1e150}) {
     for (int i = 0; i < kSize; ++i) {
       State position = standing_;
@@ -231,7 +232,7 @@ TEST_F(KernelPhysicsTest, BadStatesAreTheLibrarys) {
   EXPECT_EQ(step(State(kMotors, 0.1)), "nothing thrown");
 }
 
-TEST_F(KernelPhysicsTest, MeasuresWhatTheLibraryMeasures) {
+TEST_F(KernelPhysicsTest, MeasuresAsTheLibrary) {
   reset(standing_, State(kSize, 0.5));
   State control(kMotors, 0);
   for (int i = 0; i < 300; ++i) {
@@ -253,6 +254,41 @@ TEST_F(KernelPhysicsTest, MeasuresWhatTheLibraryMeasures) {
       });
     }
     ASSERT_EQ(to_bits(seen[0]), to_bits(seen[1])) << i;
+  }
+}
+
+/// The kernel variable or the model file may change while environments are made.
+TEST(KernelPhysicsGroupTest, StepsOtherKindsOfWorldsApart) {
+  const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
+  const mujoco::ModelPointer other_model = mujoco::load_model("walker2d_v4.xml");
+  const auto make_by_each = [&] {
+    std::vector<std::unique_ptr<mujoco::Physics>> all;
+    for (const char* kernel : {"sse2", "off", kernels().front()->instruction_set}) {
+      const KernelVariable variable(kernel);
+      all.push_back(make_kernel_physics(model));
+      all.push_back(make_kernel_physics(other_model));
+    }
+    return all;
+  };
+  const auto together = make_by_each();
+  const auto apart = make_by_each();
+  const State velocity(kSize, 0.3);
+  for (const auto* all : {&together, &apart}) {
+    for (const auto& physics : *all) physics->reset(model->qpos0, velocity.data());
+  }
+  const State control(kMotors, 0.7);
+  std::vector<mujoco::PhysicsCall> calls(together.size());
+  for (int step = 0; step < 100; ++step) {
+    for (std::size_t i = 0; i < calls.size(); ++i)
+      calls[i] = {together[i].get(), control.data(), {}};
+    together[step % calls.size()]->step_together(calls.data(), calls.size(), 4);
+    for (std::size_t i = 0; i < calls.size(); ++i) {
+      ASSERT_FALSE(calls[i].failure);
+      apart[i]->step(control.data(), 4);
+      for (int k = 0; k < kSize; ++k) {
+        ASSERT_EQ(to_bits(together[i]->position()[k]), to_bits(apart[i]->position()[k]));
+      }
+    }
   }
 }
 

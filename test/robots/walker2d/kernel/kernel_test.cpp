@@ -61,13 +61,13 @@ INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
                                           testing::ValuesIn(modes())),
                          name_of);
 
-TEST(KernelControlTest, AFoldedPowIsNoticed) {
+TEST(KernelControlTest, DetectsAFoldedPow) {
   const Kernel& kernel = kernel_with_folded_pow;
   const Report report = run({{"", &kernel, kernel.step}}, "walker2d_v5.xml", "random", 5000);
   EXPECT_GT(report.tallies[0].different, 0);
 }
 
-TEST(KernelControlTest, AFusedAdditionIsNoticed) {
+TEST(KernelControlTest, DetectsAFusedAddition) {
   const Kernel& kernel = kernel_with_fused_add;
   const Report report = run({{"", &kernel, kernel.step}}, "walker2d_v5.xml", "random", 1000);
   EXPECT_GT(report.tallies[0].different, 0);
@@ -102,7 +102,7 @@ class KernelGroupTest : public testing::Test {
   Ground ground_ = ground_of(*mujoco::load_model("walker2d_v5.xml"));
 };
 
-TEST_F(KernelGroupTest, NoResultDependsOnTheOthers) {
+TEST_F(KernelGroupTest, ResultsAreIndependentOfTheGroup) {
   for (const Kernel* kernel : kernels()) {
     for (std::size_t count = 1; count <= 40; ++count) {
       SCOPED_TRACE(kernel->instruction_set + (" of " + std::to_string(count)));

@@ -12,7 +12,7 @@ namespace {
 constexpr double kTolerance = 1e-9;
 constexpr int kBefore = 2;  // evaluations by the caller: the start and the first step
 
-TEST(LineSearch, GivesUpOnADescentWithoutEnd) {
+TEST(LineSearch, StopsOnAnEndlessDescent) {
   int evaluations = kBefore;
   const auto evaluate = [&](Point<double>& point) {
     ++evaluations;
@@ -24,7 +24,7 @@ TEST(LineSearch, GivesUpOnADescentWithoutEnd) {
 }
 
 /// The slope jumps from -1 to 1 at the minimum, so that no point is flat.
-TEST(LineSearch, GivesUpOnABracketThatOnlyNarrows) {
+TEST(LineSearch, StopsOnABracketThatOnlyNarrows) {
   constexpr double kMinimum = 0.3;
   int evaluations = kBefore;
   const auto value_at = [](double alpha) -> Point<double> {
@@ -42,7 +42,7 @@ TEST(LineSearch, GivesUpOnABracketThatOnlyNarrows) {
 
 /// The slope is steeper the nearer the minimum is, so no candidate narrows the bracket and the
 /// search returns the first midpoint.
-TEST(LineSearch, EndsInTheMiddleWhereNothingNarrowsTheBracket) {
+TEST(LineSearch, ReturnsTheMidpointIfNothingNarrowsTheBracket) {
   const auto value_at = [](double alpha) -> Point<double> {
     return {alpha, 2 * std::abs(alpha) - alpha * alpha / 2,
             std::copysign(2 - std::abs(alpha), alpha), 0.5};

@@ -8,8 +8,8 @@
 #include <random>
 #include <sstream>
 
-#include "bits.h"
 #include "robots/walker2d/kernel/coverage.h"
+#include "robots/walker2d/kernel/trial.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 
@@ -39,7 +39,7 @@ void begin_near_standing(Random& random, mjData& data) {
   }
 }
 
-void begin_violently(Random& random, mjData& data) {
+void begin_fast(Random& random, mjData& data) {
   begin_near_standing(random, data);
   for (int i = 0; i < kSize; ++i) {
     if (i > 2) data.qpos[i] += uniform(random, -0.5, 0.5);
@@ -55,7 +55,7 @@ void begin_tiny(Random& random, mjData& data) {
   }
 }
 
-void begin_anyhow(Random& random, double largest_power, mjData& data) {
+void begin_anywhere(Random& random, double largest_power, mjData& data) {
   const double speed = std::pow(10.0, uniform(random, -3.5, largest_power));
   for (int i = 0; i < kSize; ++i) {
     data.qpos[i] = i == 1 ? uniform(random, -1.25, 1.25) : uniform(random, -2, 2);
@@ -67,7 +67,7 @@ void drive_randomly(Random& random, std::size_t /*world*/, mjData& data) {
   std::generate_n(data.ctrl, World::kMotors, [&] { return uniform(random, -1, 1); });
 }
 
-void drive_violently(Random& random, std::size_t /*world*/, mjData& data) {
+void drive_hard(Random& random, std::size_t /*world*/, mjData& data) {
   std::generate_n(data.ctrl, World::kMotors, [&] {
     const double sign = random() % 2 == 0 ? 1.5 : -1.5;
     return random() % 3 == 0 ? sign * uniform(random, -1, 1) : sign;
@@ -100,23 +100,23 @@ bool ends_by_fall(Random& random, const mjData& data) {
   return !(z > 0.8 && z < 2 && angle > -1 && angle < 1) || random() % 1000 == 0;
 }
 
-bool ends_seldom(Random& random, const mjData& /*data*/) { return random() % 400 == 0; }
+bool ends_rarely(Random& random, const mjData& /*data*/) { return random() % 400 == 0; }
 
 bool ends_at_once(Random& /*random*/, const mjData& /*data*/) { return true; }
 
 const std::map<std::string, Mode>& all_modes() {
-  const auto begin_wildly = [](Random& random, mjData& data) { begin_anyhow(random, 3.5, data); };
+  const auto begin_wildly = [](Random& random, mjData& data) { begin_anywhere(random, 3.5, data); };
   const auto begin_extremely = [](Random& random, mjData& data) {
-    begin_anyhow(random, 10.5, data);
+    begin_anywhere(random, 10.5, data);
   };
   static const std::map<std::string, Mode> kModes{
       {"random", {begin_near_standing, drive_randomly, ends_by_fall}},
-      {"violent", {begin_violently, drive_violently, ends_by_fall}},
-      {"endless", {begin_violently, drive_violently, ends_seldom}},
-      {"rest", {[](Random&, mjData&) {}, drive_symmetrically, ends_seldom}},
-      {"tiny", {begin_tiny, drive_symmetrically, ends_seldom}},
-      {"wild", {begin_wildly, drive_violently, ends_at_once}},
-      {"extreme", {begin_extremely, drive_violently, ends_at_once}},
+      {"violent", {begin_fast, drive_hard, ends_by_fall}},
+      {"endless", {begin_fast, drive_hard, ends_rarely}},
+      {"rest", {[](Random&, mjData&) {}, drive_symmetrically, ends_rarely}},
+      {"tiny", {begin_tiny, drive_symmetrically, ends_rarely}},
+      {"wild", {begin_wildly, drive_hard, ends_at_once}},
+      {"extreme", {begin_extremely, drive_hard, ends_at_once}},
       {"gait", {begin_near_standing, drive_by_gait, ends_by_fall}},
   };
   return kModes;
@@ -125,21 +125,6 @@ const std::map<std::string, Mode>& all_modes() {
 bool has_warned(const mjData& data) {
   return std::any_of(std::begin(data.warning), std::end(data.warning),
                      [](const mjWarningStat& warning) { return warning.number > 0; });
-}
-
-bool is_as(const World& world, const mjData& data) {
-  const auto is_equal = [](const auto& ours, const mjtNum* theirs) {
-    return std::equal(ours.begin(), ours.end(), theirs,
-                      [](double a, double b) { return to_bits(a) == to_bits(b); });
-  };
-  return is_equal(world.position, data.qpos) && is_equal(world.velocity, data.qvel) &&
-         is_equal(world.warm_start, data.qacc_warmstart);
-}
-
-void copy(const mjData& data, World& world) {
-  std::copy_n(data.qpos, kSize, world.position.begin());
-  std::copy_n(data.qvel, kSize, world.velocity.begin());
-  std::copy_n(data.qacc_warmstart, kSize, world.warm_start.begin());
 }
 
 struct Side {
@@ -185,7 +170,7 @@ class Run {
     mj_resetData(model_.get(), &data);
     mode_.begin(random_, data);
     for (const auto& side : sides_) {
-      copy(data, side->worlds[i]);
+      read_state(data, side->worlds[i]);
       side->contestant.kernel->start(side->worlds[i], ground_);
     }
     mj_forward(model_.get(), &data);
@@ -225,12 +210,12 @@ class Run {
         ++tally.flagged;
       } else if (has_warned(data)) {
         ++tally.missed;
-      } else if (!is_as(world, data)) {
+      } else if (!has_state(world, data)) {
         if (tally.different++ == 0) tally.first_different = describe(what, world, data);
       } else {
         continue;
       }
-      copy(data, world);
+      read_state(data, world);
     }
   }
 

@@ -14,7 +14,7 @@
 namespace walker::walker2d {
 namespace {
 
-TEST(TrialTest, EveryKernelIsAsTheLibrary) {
+TEST(TrialTest, AcceptsEveryKernel) {
   ASSERT_FALSE(kernels().empty());
   for (const char* file : {"walker2d_v4.xml", "walker2d_v5.xml"}) {
     for (const Kernel* kernel : kernels()) {
@@ -23,7 +23,7 @@ TEST(TrialTest, EveryKernelIsAsTheLibrary) {
   }
 }
 
-TEST(TrialTest, AKernelWithOtherBitsIsRefused) {
+TEST(TrialTest, RejectsAKernelWithOtherBits) {
   EXPECT_FALSE(is_as_library(kernel_with_fused_add, *mujoco::load_model("walker2d_v5.xml")));
 }
 
@@ -32,20 +32,20 @@ void flag_all(World* const* worlds, std::size_t count, int /*steps*/, const Grou
 }
 
 /// Such a kernel is correct, but slower than no kernel.
-TEST(TrialTest, AKernelThatAnswersForNothingIsRefused) {
+TEST(TrialTest, RejectsAKernelThatFlagsEverything) {
   const Kernel kernel{"none", 1, flag_all, flag_all,
                       [](World& world, const Ground& /*ground*/) { world.is_flagged = true; }};
   EXPECT_FALSE(is_as_library(kernel, *mujoco::load_model("walker2d_v5.xml")));
 }
 
-TEST(TrialTest, TheFirstKernelIsChosen) {
+TEST(TrialTest, ChoosesTheFirstKernel) {
   const KernelVariable variable(nullptr);
   const KernelChoice choice = choose_kernel(*mujoco::load_model("walker2d_v5.xml"));
   EXPECT_EQ(choice.kernel, kernels().front());
   EXPECT_EQ(choice.fallback_reason, "");
 }
 
-TEST(TrialTest, TheUserMayAskForAnother) {
+TEST(TrialTest, ChoosesTheUsersKernel) {
   const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
   for (const Kernel* kernel : kernels()) {
     const KernelVariable variable(kernel->instruction_set);
@@ -56,7 +56,7 @@ TEST(TrialTest, TheUserMayAskForAnother) {
   EXPECT_EQ(choose_kernel(*model).fallback_reason, "WALKER_SIM_KERNEL is off");
 }
 
-TEST(TrialTest, WhatThereIsNotIsRefusedByName) {
+TEST(TrialTest, RejectsAnUnknownKernel) {
   const KernelVariable variable("sse3");
   const std::string message = message_of<std::invalid_argument>(
       [] { choose_kernel(*mujoco::load_model("walker2d_v5.xml")); });
@@ -64,7 +64,7 @@ TEST(TrialTest, WhatThereIsNotIsRefusedByName) {
   EXPECT_NE(message.find("sse2"), std::string::npos) << message;
 }
 
-TEST(TrialTest, AnotherModelIsTheLibrarys) {
+TEST(TrialTest, ChoosesNoneForAnotherModel) {
   const KernelChoice choice = choose_kernel(*mujoco::load_model("hopper_v5.xml"));
   EXPECT_EQ(choice.kernel, nullptr);
   EXPECT_EQ(choice.fallback_reason, "the model has another nq");
