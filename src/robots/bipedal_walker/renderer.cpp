@@ -247,8 +247,8 @@ class SideView : public Renderer {
 
 std::vector<ParameterDescription> camera_parameters() {
   return {
-      {"width", std::int64_t{600}, "pixels", "Of the picture.", 1, kMaxPixels},
-      {"height", std::int64_t{400}, "pixels", "Of the picture.", 1, kMaxPixels},
+      {"width", std::int64_t{600}, "pixels", "Width of the picture.", 1, kMaxPixels},
+      {"height", std::int64_t{400}, "pixels", "Height of the picture.", 1, kMaxPixels},
   };
 }
 

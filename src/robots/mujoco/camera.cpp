@@ -60,21 +60,22 @@ std::vector<ParameterDescription> camera_parameters(double distance) {
   constexpr double kTurn = 360;
   constexpr std::int64_t kSize = 480;
   return {
-      {"width", kSize, "pixels", "Of the picture.", 1, kMaxPixels},
-      {"height", kSize, "pixels", "Of the picture.", 1, kMaxPixels},
+      {"width", kSize, "pixels", "Width of the picture.", 1, kMaxPixels},
+      {"height", kSize, "pixels", "Height of the picture.", 1, kMaxPixels},
       {"camera_id", std::int64_t{-1}, "", "Index of a camera of the model; -1: by camera_name.", -1,
        std::numeric_limits<std::int32_t>::max()},
       {"camera_name", std::string(kTrackingCamera), "",
-       "A camera of the model; empty, and where the model has none called track: a free one, which "
-       "the next four describe.",
+       "Name of a camera of the model; empty, or track if the model has no such camera: a free "
+       "camera, set by distance, lookat, elevation and azimuth.",
        0, 0},
-      {"distance", distance, "m", "Of the free camera from the point at which it looks.", 1e-3,
-       kFar},
-      {"lookat", std::vector<double>{0, 0, 1.15}, "m", "The point at which the free camera looks.",
+      {"distance", distance, "m", "Distance of the free camera from its lookat point.", 1e-3, kFar},
+      {"lookat", std::vector<double>{0, 0, 1.15}, "m", "Point at which the free camera looks.",
        -kFar, kFar},
-      {"elevation", -20.0, "degrees", "Of the free camera's view; negative: from above.", -90, 90},
-      {"azimuth", 90.0, "degrees", "Of the free camera's view; 90: along y.", -kTurn, kTurn},
-      {"max_geom", std::int64_t{1000}, "", "Most shapes in a picture.", 1, 1e6},
+      {"elevation", -20.0, "degrees", "Elevation of the free camera's view; negative: from above.",
+       -90, 90},
+      {"azimuth", 90.0, "degrees", "Azimuth of the free camera's view; 90: along y.", -kTurn,
+       kTurn},
+      {"max_geom", std::int64_t{1000}, "", "Maximum number of shapes in a picture.", 1, 1e6},
   };
 }
 
