@@ -44,7 +44,7 @@ class Twin {
     episode_return_ += result_.reward;
   }
 
-  Environment& environment() { return *environment_; }
+  Environment& environment() const { return *environment_; }
   const Sensors& sense() {
     environment_->sense(sensors_);
     return sensors_;

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <memory>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -17,6 +16,7 @@
 #include "description/link_tree.h"
 #include "server/markers/scene_markers.h"
 #include "server/markers/state_markers.h"
+#include "server/twin.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -72,27 +72,20 @@ const Marker* find(const MarkerArray& array, const std::string& name) {
 
 /// A walker just after a reset.
 struct World {
-  explicit World(const std::string& id) : environment(make(id)) {
-    const Specification& specification = environment->specification();
-    std::vector<double> observation(specification.observation_size());
-    std::vector<double> info(specification.info_names.size());
-    Result result;
-    result.observation = observation.data();
-    result.info = info.data();
-    environment->reset(0, result);
-    environment->sense(sensors);
-    environment->scene(scene);
+  explicit World(const std::string& id) : twin(id) {
+    twin.reset(0);
+    sensors = twin.sense();
+    twin.environment().scene(scene);
     status.episode = 3;
     status.step = 7;
     status.episode_return = 1.25;
     status.seed = 42;
   }
 
-  MarkerArray state() const {
-    return state_markers(environment->specification(), sensors, status, header());
-  }
+  MarkerArray state() const { return state_markers(specification(), sensors, status, header()); }
+  const Specification& specification() const { return twin.environment().specification(); }
 
-  std::unique_ptr<Environment> environment;
+  test::Twin twin;
   Sensors sensors;
   Scene scene;
   EpisodeState status;
@@ -211,7 +204,7 @@ TEST(SceneMarkers, OnlyDeleteInAnEmptyScene) {
 
 TEST(StateMarkers, ShowRaysFromTheHullToTheirHits) {
   World world("BipedalWalker-v3");
-  const RangeFinder& finder = world.environment->specification().range_finder;
+  const RangeFinder& finder = world.specification().range_finder;
   const Vector3& hull = world.sensors.link_poses[0].position;
   std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(), 2.0);
   world.sensors.ranges.back() = std::numeric_limits<double>::infinity();
@@ -316,7 +309,7 @@ double lowest_corner(const Link& link, const Pose& pose) {
 
 TEST(ContactMarkers, AreAtTheLowestPointOfEachTouchingFoot) {
   World world("BipedalWalker-v3");
-  const Specification& specification = world.environment->specification();
+  const Specification& specification = world.specification();
   const std::map<std::string, Place> places = place_links(specification);
   ASSERT_EQ(specification.contact_links.size(), 2U);
   for (std::size_t foot = 0; foot < 2; ++foot) {
@@ -343,16 +336,11 @@ TEST(ContactMarkers, AreAtTheLowestPointOfEachTouchingFoot) {
 
 TEST(ContactMarkers, AreOnTheFloor) {
   World world("Walker2d-v5");
-  const std::vector<double> still(world.environment->specification().action_size());
-  std::vector<double> observation(world.environment->specification().observation_size());
-  std::vector<double> info(world.environment->specification().info_names.size());
-  Result result;
-  result.observation = observation.data();
-  result.info = info.data();
+  const std::vector<double> still(world.specification().action_size());
   std::size_t seen = 0;
   for (int i = 0; i < 40; ++i) {
-    world.environment->step(still.data(), still.size(), result);
-    world.environment->sense(world.sensors);
+    world.twin.step(still);
+    world.sensors = world.twin.sense();
     const MarkerArray array = world.state();
     const Marker& contacts = *find(array, "contacts");
     if (contacts.action != Marker::ADD) continue;
