@@ -30,8 +30,8 @@ set(short_rostests
   server/namespaces_test
   server/publish_order_test
   server/records_test
-  server/step_many_test
-  server/walker2d_topics_test)
+  server/sensor_topics_test
+  server/step_many_test)
 # These measure wall time, so each runs alone.
 set(timed_rostests
   server/pace_test

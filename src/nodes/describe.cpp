@@ -27,8 +27,8 @@ constexpr const char* kUsage =
     "  --meshes FOLDER  copies the package's meshes there (an existing folder), under the names "
     "that\n"
     "                   the URDF has for them\n"
-    "  --engine         tells instead what engine makes the steps, and from which file\n"
-    "  --               no option follows\n";
+    "  --engine         prints the engine, its version and its file instead\n"
+    "  --               ends the options\n";
 
 struct Options {
   std::string id = "BipedalWalker-v3";

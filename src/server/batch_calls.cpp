@@ -148,12 +148,12 @@ void BatchCalls::account(const std::vector<double>& actions,
 template <typename Response>
 void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
   ++counters_.simulation_errors;
-  const std::string words = std::to_string(state.environment) + ": " +
-                            (state.failed_at_reset() ? kResetFailed : kStepFailed) + ": " +
-                            state.error;
-  if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << words);
+  const std::string text = std::to_string(state.environment) + ": " +
+                           (state.failed_at_reset() ? kResetFailed : kStepFailed) + ": " +
+                           state.error;
+  if (throttle_.passes()) ROS_ERROR_STREAM("Environment " << text);
   if (!response.status_message.empty()) response.status_message += '\n';
-  response.status_message += "environment " + words;
+  response.status_message += "environment " + text;
   response.failed_environments.push_back(state.environment);
   response.failures.push_back(state.error);
   if constexpr (std::is_same_v<Response, walker_sim::StepBatch::Response>) {

@@ -15,7 +15,7 @@ namespace walker {
 namespace {
 
 constexpr double kMaxTimeout = 3600;
-constexpr double kHighestRate = 1000;
+constexpr double kMaxRate = 1000;
 
 Mode parse_mode(const std::string& text) {
   if (text == to_text(Mode::free)) return Mode::free;
@@ -50,7 +50,8 @@ std::string resolve_recorder(const std::string& name) {
   return ros::names::resolve(name);
 }
 
-std::string wanted_id(const Parameters& given) {
+/// The id, whose parameters must be known before all can be checked.
+std::string read_id(const Parameters& given) {
   const auto found = given.find("env");
   const ParameterValue value =
       found == given.end() ? server_parameters().front().default_value : found->second;
@@ -58,22 +59,22 @@ std::string wanted_id(const Parameters& given) {
   throw std::invalid_argument("parameter env = " + to_string(value) + ": must be a text");
 }
 
-std::uint32_t small_number(const Parameters& parameters, const char* name) {
+std::uint32_t to_uint32(const Parameters& parameters, const char* name) {
   return static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at(name)));
 }
 
 /// Reads the options for several environments.
 void read_batch_options(const Parameters& parameters, ServerOptions& options) {
-  options.num_envs = small_number(parameters, "num_envs");
-  options.num_threads = small_number(parameters, "num_threads");
-  options.shown_environment = small_number(parameters, "shown_environment");
+  options.num_envs = to_uint32(parameters, "num_envs");
+  options.num_threads = to_uint32(parameters, "num_threads");
+  options.shown_environment = to_uint32(parameters, "shown_environment");
   options.autoreset_mode =
       parse_autoreset_mode(std::get<std::string>(parameters.at("autoreset_mode")));
   if (options.mode == Mode::free) {
     if (options.num_envs > 1) {
       throw std::invalid_argument("parameter num_envs = " + std::to_string(options.num_envs) +
                                   ": must be 1 in mode free, where one effort_command drives one "
-                                  "walker; mode lockstep takes more");
+                                  "walker; mode lockstep allows more");
     }
     options.autoreset_mode =
         options.auto_reset ? AutoresetMode::next_step : AutoresetMode::disabled;
@@ -93,37 +94,37 @@ const char* to_text(Mode mode) { return mode == Mode::free ? "free" : "lockstep"
 std::vector<ParameterDescription> server_parameters() {
   return {
       {"env", std::string("BipedalWalker-v3"), "", "Id of the environment.", 0, 0},
-      {"mode", std::string("free"), "", "Who steps: free (the server) or lockstep (~step).", 0, 0},
-      {"num_envs", std::int64_t{1}, "", "Environments in this server; more than one in lock-step.",
-       1, kMaxEnvironments},
+      {"mode", std::string("free"), "",
+       "Stepping mode: free (the server steps) or lockstep (clients step by ~step).", 0, 0},
+      {"num_envs", std::int64_t{1}, "",
+       "Number of environments; more than one needs mode lockstep.", 1, kMaxEnvironments},
       {"num_threads", std::int64_t{0}, "",
        "Threads that step several environments; 0: one per processor.", 0, kMaxThreads},
       {"autoreset_mode", std::string("next_step"), "",
-       "What ~step_batch does at an episode's end, in lock-step: next_step, same_step or disabled.",
-       0, 0},
+       "What ~step_batch does after an episode ends: next_step, same_step or disabled.", 0, 0},
       {"shown_environment", std::int64_t{0}, "",
-       "Index of the environment that the topics tell of, below num_envs.", 0,
+       "Index of the environment whose topics are published; less than num_envs.", 0,
        kMaxEnvironments - 1},
       {"seed", std::string(), "",
-       "Of the first reset, where that brings none, as decimal text; empty: drawn and reported. "
-       "Environment i takes seed + i.",
+       "Seed of the first reset if its request has none, as decimal text; empty: drawn at random. "
+       "Environment i uses seed + i.",
        0, 0},
       {"real_time_factor", 1.0, "",
-       "Simulation time over wall time when free-running; 0: as fast as it goes.", 0,
+       "Simulation time over wall time in mode free; 0: as fast as possible.", 0,
        kMaxRealTimeFactor},
-      {"auto_reset", true, "", "Begin the next episode by itself when free-running.", 0, 0},
+      {"auto_reset", true, "", "Start the next episode automatically in mode free.", 0, 0},
       {"command_timeout", 0.5, "s",
-       "Age at which an effort command gives way to zero torque; 0: never.", 0, kMaxTimeout},
-      {"publish_clock", true, "", "Publish /clock; false: follow it when free-running.", 0, 0},
-      {"paused", false, "", "Begin paused when free-running.", 0, 0},
+       "Age after which zero torque replaces an effort command; 0: never.", 0, kMaxTimeout},
+      {"publish_clock", true, "", "Publish /clock; false: follow it in mode free.", 0, 0},
+      {"paused", false, "", "Start paused in mode free.", 0, 0},
       {"wait_for_recorder", std::string(), "",
-       "Name of the node that records: nothing moves, and no service is offered, before it "
-       "subscribes to episode_record, from which replay repeats every episode. Empty: nobody.",
+       "Name of the recording node: the server neither steps nor advertises services before that "
+       "node subscribes to episode_record, which replay needs. Empty: do not wait.",
        0, 0},
       {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
       {"camera_rate", 25.0, "1/s",
-       "Pictures per second of simulation time while somebody subscribes; 0: one of every state.",
-       0, kHighestRate},
+       "Pictures per second of simulation time while there are subscribers; 0: one per state.", 0,
+       kMaxRate},
       {"diagnostic_period", 1.0, "s", "Wall time between diagnostics.", 0.01, kMaxTimeout},
   };
 }
@@ -154,7 +155,7 @@ ServerOptions read_server_options() {
   Parameters given = private_parameters();
   take_as_text("seed", given);
   ServerOptions options;
-  options.id = wanted_id(given);
+  options.id = read_id(given);
   const std::vector<ParameterDescription> environment = parameter_descriptions(options.id);
   const std::vector<ParameterDescription> camera = server_camera_parameters(options.id);
   std::vector<ParameterDescription> all = server_parameters();

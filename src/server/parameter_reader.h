@@ -21,9 +21,9 @@ struct ServerOptions {
   Mode mode;
   std::uint32_t num_envs = 1;
   std::uint32_t num_threads = 0;  ///< for several environments; 0: one per processor
-  /// What follows an episode's end: in lock-step within ~step_batch, in mode free by itself.
+  /// What follows an episode's end: within ~step_batch in lockstep, automatically in mode free.
   AutoresetMode autoreset_mode = AutoresetMode::next_step;
-  std::uint32_t shown_environment = 0;  ///< index of the one that is published
+  std::uint32_t shown_environment = 0;  ///< index of the published environment
   std::optional<std::uint64_t> seed;    ///< none: drawn at random
   double real_time_factor;              ///< 0: as fast as possible
   bool auto_reset;

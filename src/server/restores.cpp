@@ -28,7 +28,7 @@ void Restores::add(const walker_sim::EpisodeRecord& record, const Reply<Response
   waiting_.push_back({to_record(record), reply});
 }
 
-bool Restores::go_on() {
+bool Restores::continue_first() {
   while (!waiting_.empty() && !waiting_.front().reply.is_awaited()) waiting_.pop_front();
   if (waiting_.empty()) return false;
   Waiting& first = waiting_.front();

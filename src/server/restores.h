@@ -28,7 +28,7 @@ class Restores {
 
   /// Repeats one slice of the first record, if there is one.
   /// @return whether an episode has been restored
-  bool go_on();
+  bool continue_first();
 
  private:
   struct Waiting {

@@ -64,13 +64,13 @@ ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive, Simula
 }
 
 /// Warns if robot_description lacks a link: viewers would draw the walker wrong, or not at all.
-void compare_with_description(const ros::NodeHandle& node, const Specification& specification) {
+void check_robot_description(const ros::NodeHandle& node, const Specification& specification) {
   std::string key;
   std::string description;
   if (!node.searchParam("robot_description", key) || !node.getParam(key, description)) return;
   for (const Link& link : specification.links) {
     if (description.find("<link name=\"" + link.name + "\"") != std::string::npos) continue;
-    ROS_WARN_STREAM(key << " has no link " << link.name << ", so it describes another robot than "
+    ROS_WARN_STREAM(key << " has no link " << link.name << ": it describes another robot than "
                         << specification.id << "; walker.launch makes it from its arguments env "
                         << "and xml_file, not from config");
     return;
@@ -122,20 +122,25 @@ void advertise_trigger(ServicePort& port, const char* service, const Call& call)
   });
 }
 
+/// Makes the call, and logs an exception before it rethrows it.
+template <typename Call>
+void call_and_log(const char* service, const Call& call) {
+  try {
+    call();
+  } catch (const std::exception& error) {
+    static Throttle throttle;
+    if (throttle.passes()) {
+      ROS_ERROR_STREAM(service << ": " << error.what() << throttle.left_out());
+    }
+    throw;
+  }
+}
+
 /// An Empty response has no field for a reason: the server logs it, and the client's call fails.
 template <typename Call>
 void advertise_empty(ServicePort& port, const char* service, const Call& call) {
-  port.advertise<std_srvs::Empty>(name(service), [service, call](auto&, auto&) {
-    try {
-      call();
-    } catch (const std::exception& error) {
-      static Throttle throttle;
-      if (throttle.passes()) {
-        ROS_ERROR_STREAM(service << ": " << error.what() << throttle.left_out());
-      }
-      throw;
-    }
-  });
+  port.advertise<std_srvs::Empty>(name(service),
+                                  [service, call](auto&, auto&) { call_and_log(service, call); });
 }
 
 }  // namespace
@@ -160,14 +165,14 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       drive_(make_drive(options, simulation_)),
       diagnostics_(node_, options, simulation_, *drive_, outputs_),
       effort_subscriber_(subscribe_to_efforts(node_, *drive_, simulation_)) {
-  if (options_.recorder.empty()) offer_services();
+  if (options_.recorder.empty()) advertise_services();
   const Specification& specification = pool_.specification();
   ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "
                                 << specification.engine << " " << specification.engine_version
                                 << " from " << specification.engine_path << ", mode "
                                 << to_text(options_.mode));
   ROS_INFO_STREAM(listening_addresses());
-  compare_with_description(node_, specification);
+  check_robot_description(node_, specification);
 }
 
 void Server::run() {
@@ -180,7 +185,7 @@ void Server::run() {
     // Clients wait for services, so none resets before the recorder listens.
     wait_for_recorder();
     if (!ros::ok()) return;
-    offer_services();
+    advertise_services();
   }
   drive_->start();
   while (ros::ok()) {
@@ -208,10 +213,10 @@ void Server::wait_for_recorder() {
 void Server::serve(Drive::Clock::duration longest) {
   if (restores_.are_in_flight()) longest = Drive::Clock::duration::zero();
   if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
-  if (restores_.go_on()) drive_->restart_schedule();
+  if (restores_.continue_first()) drive_->restart_schedule();
 }
 
-void Server::offer_services() {
+void Server::advertise_services() {
   advertise<walker_sim::Reset>(port_, "reset", [this](const auto& request, auto& response) {
     const std::optional<std::uint64_t> seed = request.seed;
     const EpisodeState& state = drive_->reset(request.has_seed != 0 ? seed : std::nullopt);
@@ -267,10 +272,10 @@ void Server::offer_services() {
                                            });
   advertise_trigger(port_, "pause", [this] { return drive_->pause(); });
   advertise_trigger(port_, "unpause", [this] { return drive_->unpause(); });
-  offer_gazebo_services();
+  advertise_gazebo_services();
 }
 
-void Server::offer_gazebo_services() {
+void Server::advertise_gazebo_services() {
   const auto reset = [this] { drive_->reset(std::nullopt); };
   advertise_empty(port_, "pause_physics", [this] { drive_->pause(); });
   advertise_empty(port_, "unpause_physics", [this] {
@@ -287,16 +292,10 @@ void Server::offer_gazebo_services() {
       });
   advertise<gazebo::SetPhysicsProperties>(
       port_, "set_physics_properties", [&](const auto& request, auto& response) {
-        try {
+        // Gazebo accepts all values, so clients seldom check the response.
+        call_and_log("set_physics_properties", [&] {
           gazebo::set_physics_properties(request, specification, *drive_, response);
-        } catch (const std::exception& error) {
-          // Gazebo accepts all values, so clients seldom check the response.
-          static Throttle throttle;
-          if (throttle.passes()) {
-            ROS_WARN_STREAM("set_physics_properties: " << error.what() << throttle.left_out());
-          }
-          throw;
-        }
+        });
       });
 }
 

@@ -37,10 +37,10 @@ class Server {
   void wait_for_recorder();
   void serve(Drive::Clock::duration longest);
 
-  void offer_services();
-  /// Advertises services with Gazebo's names and types: a remap alone does not serve a client that
-  /// expects another type. Both resets begin an episode; simulation time continues.
-  void offer_gazebo_services();
+  void advertise_services();
+  /// Advertises services with Gazebo's names and types, because a remap cannot change the type that
+  /// a client expects. Both resets begin an episode; simulation time continues.
+  void advertise_gazebo_services();
 
   ServerOptions options_;
   WakingQueue callbacks_;

@@ -170,17 +170,17 @@ void Simulation::record_commanding(const std::string& agent) {
   static Throttle throttle;
   if (!throttle.passes()) return;
   ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
-                  << agent << " takes the place of that of " << commanding_agent_ << " ("
+                  << agent << " replaces that of " << commanding_agent_ << " ("
                   << counters_.contested_commands << " such commands so far)");
 }
 
 void Simulation::record_stepping(const std::string& agent) {
-  if (!stepping_agents_.note(agent)) return;
+  if (!stepping_agents_.record(agent)) return;
   ++counters_.contested_steps;
   static Throttle throttle;
   if (!throttle.passes()) return;
   ROS_WARN_STREAM("Two agents step the walker: "
-                  << agent << " goes on after a step of " << stepping_agents_.other() << " ("
+                  << agent << " resumes after a step of " << stepping_agents_.other() << " ("
                   << counters_.contested_steps << " such steps so far)");
 }
 

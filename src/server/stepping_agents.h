@@ -16,7 +16,7 @@ class SteppingAgents {
 
   /// @param agent name of the node that made a step
   /// @return whether it resumes after the steps of another agent that had replaced it
-  bool note(const std::string& agent) {
+  bool record(const std::string& agent) {
     if (agent == last_) return false;
     const bool comes_back = agent == other_;
     other_ = last_;

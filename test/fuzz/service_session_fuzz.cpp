@@ -48,9 +48,7 @@ SharedBySessions& shared() {
   static SharedBySessions made_once = [] {
     silence();
     constexpr std::size_t kMaxRequestBytes = 4096;
-    const OfferedService service{"walker_sim/Step",        "0123",
-                                 "walker_sim/StepRequest", "walker_sim/StepResponse",
-                                 kMaxRequestBytes,         step};
+    const OfferedService service{"walker_sim/Step", "0123", kMaxRequestBytes, step};
     OfferedService slow = service;
     slow.call = render;
     SharedBySessions made;

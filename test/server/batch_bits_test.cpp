@@ -24,9 +24,9 @@ constexpr std::size_t kSize = 8;
 constexpr std::uint64_t kSeed = 40;  // as in batch_bits_test.test
 
 /// Client of one server, with an in-process twin of each of its environments.
-class Herd {
+class BatchClient {
  public:
-  Herd(const std::string& server, const std::string& id, std::string autoreset_mode)
+  BatchClient(const std::string& server, const std::string& id, std::string autoreset_mode)
       : autoreset_mode_(std::move(autoreset_mode)) {
     for (std::size_t i = 0; i < kSize; ++i) {
       twins_.push_back(std::make_unique<Twin>(id));
@@ -54,9 +54,9 @@ class Herd {
     for (std::size_t row = 0; row < count; ++row) {
       const std::size_t i = environments.empty() ? row : environments[row];
       reset_twin(i, seeds.empty() ? std::nullopt : seeds[row]);
-      const walker_sim::Transition told =
+      const walker_sim::Transition row_state =
           transition(i, call.response.observations, call.response.info, row);
-      EXPECT_TRUE(twins_[i]->equals(told)) << "environment " << i;
+      EXPECT_TRUE(twins_[i]->equals(row_state)) << "environment " << i;
     }
   }
 
@@ -99,35 +99,35 @@ class Herd {
   }
 
   void compare_row(std::size_t i, const std::vector<double>& action,
-                   const walker_sim::StepBatch::Response& told) {
+                   const walker_sim::StepBatch::Response& response) {
     Twin& twin = *twins_[i];
     SCOPED_TRACE("environment " + std::to_string(i));
-    const bool is_due = twin.has_ended();
-    if (is_due) {
+    const bool needs_reset = twin.has_ended();
+    if (needs_reset) {
       EXPECT_EQ(autoreset_mode_, "next_step");
       reset_twin(i, std::nullopt);
     } else {
       twin.step(action);
       ++lengths_[i];
     }
-    walker_sim::Transition row = transition(i, told.observations, told.info, i);
-    row.reward = told.rewards[i];
-    row.terminated = told.terminated[i];
-    row.truncated = told.truncated[i];
+    walker_sim::Transition row = transition(i, response.observations, response.info, i);
+    row.reward = response.rewards[i];
+    row.terminated = response.terminated[i];
+    row.truncated = response.truncated[i];
     if (twin.has_ended() && autoreset_mode_ == "same_step") {
-      ASSERT_LT(num_final_, told.final_environments.size());
-      EXPECT_EQ(told.final_environments[num_final_], i);
+      ASSERT_LT(num_final_, response.final_environments.size());
+      EXPECT_EQ(response.final_environments[num_final_], i);
       const walker_sim::Transition last =
-          transition(i, told.final_observations, told.final_info, num_final_++);
+          transition(i, response.final_observations, response.final_info, num_final_++);
       row.observation = last.observation;
       row.info = last.info;
       EXPECT_TRUE(twin.equals(row));
       reset_twin(i, std::nullopt);
-      row = transition(i, told.observations, told.info, i);
+      row = transition(i, response.observations, response.info, i);
     }
     EXPECT_TRUE(twin.equals(row));
-    EXPECT_EQ(told.episodes[i], episodes_[i]);
-    EXPECT_EQ(told.steps[i], lengths_[i]);
+    EXPECT_EQ(response.episodes[i], episodes_[i]);
+    EXPECT_EQ(response.steps[i], lengths_[i]);
   }
 
   /// Converts a row to the message that the twin compares. Rows contain neither return nor error:
@@ -168,19 +168,19 @@ struct Case {
 
 class BatchBits : public testing::TestWithParam<Case> {};
 
-TEST_P(BatchBits, AreThoseOfEnvironmentsInProcess) {
-  Herd herd(GetParam().server, GetParam().id, GetParam().autoreset_mode);
-  herd.reset({}, {});  // environment i takes the seed kSeed + i
+TEST_P(BatchBits, EqualEnvironmentsInProcess) {
+  BatchClient client(GetParam().server, GetParam().id, GetParam().autoreset_mode);
+  client.reset({}, {});  // environment i takes the seed kSeed + i
   for (int i = 0; i < 1000 && !HasFailure(); ++i) {
-    if (GetParam().autoreset_mode == std::string("disabled") && !herd.ended().empty()) {
-      herd.reset(herd.ended(), {});
+    if (GetParam().autoreset_mode == std::string("disabled") && !client.ended().empty()) {
+      client.reset(client.ended(), {});
     }
-    if (i == 30) herd.reset({6, 1}, {std::nullopt, 12});
-    herd.step();
+    if (i == 30) client.reset({6, 1}, {std::nullopt, 12});
+    client.step();
   }
-  EXPECT_GT(herd.num_episodes(), 2 * kSize) << "too few episodes came to their end";
-  herd.reset({}, std::vector<std::optional<std::uint64_t>>(kSize, 3));
-  for (int i = 0; i < 50 && !HasFailure() && herd.ended().empty(); ++i) herd.step();
+  EXPECT_GT(client.num_episodes(), 2 * kSize) << "too few episodes ended";
+  client.reset({}, std::vector<std::optional<std::uint64_t>>(kSize, 3));
+  for (int i = 0; i < 50 && !HasFailure() && client.ended().empty(); ++i) client.step();
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -191,8 +191,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"/walker2d/next_step", "Walker2d-v5", "next_step"},
                     Case{"/walker2d/same_step", "Walker2d-v5", "same_step"},
                     Case{"/walker2d/disabled", "Walker2d-v5", "disabled"}),
-    [](const testing::TestParamInfo<Case>& of) {
-      return std::string(of.param.id, of.param.id[0] == 'B' ? 13 : 8) + of.param.autoreset_mode;
+    [](const testing::TestParamInfo<Case>& instance) {
+      return std::string(instance.param.id, instance.param.id[0] == 'B' ? 13 : 8) +
+             instance.param.autoreset_mode;
     });
 
 }  // namespace

@@ -38,11 +38,14 @@ std::unique_ptr<Episode> make_alone(const MakeEnvironment& make) {
   return alone;
 }
 
-/// The parts of a server that serve batch calls.
-struct Herd {
-  Herd(const std::string& id, AutoresetMode mode, std::uint32_t num_envs = 4)
+/// The parts of a server that make batch calls.
+struct BatchServer {
+  /// @param make_environment null: from the registry
+  BatchServer(const std::string& id, AutoresetMode mode, std::uint32_t num_envs = 4,
+              const MakeEnvironment& make_environment = nullptr)
       : options(options_of(id, mode, num_envs)),
-        pool(make_pool(options, [id] { return make(id); })),
+        pool(make_pool(
+            options, make_environment ? make_environment : [id] { return make(id); })),
         calls(pool, options, counters, episodes) {}
 
   static ServerOptions options_of(const std::string& id, AutoresetMode mode,
@@ -87,8 +90,7 @@ void expect_same_account(const EpisodeState& shown, const EpisodeState& alone) {
   expect_same_state(shown, alone);
 }
 
-void expect_same(Episode& shown, Episode& alone) {
-  expect_same_account(shown.state(), alone.state());
+void expect_same_sensors(Episode& shown, Episode& alone) {
   EXPECT_EQ(to_bits(shown.sensors().joint_position), to_bits(alone.sensors().joint_position));
   EXPECT_EQ(to_bits(shown.sensors().joint_velocity), to_bits(alone.sensors().joint_velocity));
   EXPECT_EQ(shown.sensors().linear_velocity, alone.sensors().linear_velocity);
@@ -101,82 +103,96 @@ void expect_same(Episode& shown, Episode& alone) {
 }
 
 struct Case {
+  const char* name;
   const char* id;
   AutoresetMode mode;
+  bool fails_at_resets;  // sometimes, as MuJoCo does if its memory is too small
 };
 
 class AnyBatch : public testing::TestWithParam<Case> {};
 
-TEST_P(AnyBatch, TheShownEnvironmentIsAsOneDrivenAlone) {
-  const auto [id, mode] = GetParam();
-  Herd herd(id, mode);
-  Episode& shown = herd.pool.episode(kShown);
-  const std::unique_ptr<Episode> driven_alone = make_alone([id = id] { return make_episode(id); });
+TEST_P(AnyBatch, StepsTheShownEnvironmentLikeOneAlone) {
+  const auto& [name, id, mode, fails_at_resets] = GetParam();
+  const CrampedWalker cramped;
+  const MakeEnvironment make_cramped = std::ref(cramped);
+  BatchServer server(id, mode, 4, fails_at_resets ? make_cramped : nullptr);
+  Episode& shown = server.pool.episode(kShown);
+  const std::unique_ptr<Episode> driven_alone =
+      make_alone(fails_at_resets ? make_cramped : [id = id] { return make(id); });
   Episode& alone = *driven_alone;
+  const auto expect_same = [&, fails = fails_at_resets] {
+    expect_same_account(shown.state(), alone.state());
+    if (!fails) expect_same_sensors(shown, alone);
+  };
   EXPECT_FALSE(shown.state().has_begun());
-  herd.reset();
+  server.reset();
   alone.reset(std::nullopt);
-  expect_same(shown, alone);
+  expect_same();
   const std::size_t width = shown.specification().action_size();
+  std::uint32_t failed = 0;
   for (int i = 0; i < 500 && !HasFailure(); ++i) {
-    const std::vector<double> actions = herd.actions();
+    const std::vector<double> actions = server.actions();
     if (alone.state().has_ended()) {
       alone.reset(std::nullopt);
     } else {
       const double* own = actions.data() + kShown * width;
       alone.step(std::vector<double>(own, own + width));
     }
-    herd.calls.step(actions, herd.reply);
-    expect_same(shown, alone);
-    herd.calls.reset_ended(herd.reply);
-    if (alone.state().has_ended() && mode == AutoresetMode::same_step) {
+    server.calls.step(actions, server.reply);
+    expect_same();
+    server.calls.reset_ended(server.reply);
+    if (mode == AutoresetMode::same_step && alone.state().has_ended() &&
+        !alone.state().failed_at_reset()) {
       alone.reset(std::nullopt);
-      expect_same(shown, alone);
+      expect_same();
     }
+    failed += alone.state().failed_at_reset() ? 1 : 0;
   }
   EXPECT_GT(alone.state().episode, 2U);
+  EXPECT_EQ(failed > 1, fails_at_resets);
 }
 
-INSTANTIATE_TEST_SUITE_P(Modes, AnyBatch,
-                         testing::Values(Case{"BipedalWalker-v3", AutoresetMode::next_step},
-                                         Case{"BipedalWalker-v3", AutoresetMode::same_step},
-                                         Case{"Walker2d-v5", AutoresetMode::next_step},
-                                         Case{"Walker2d-v5", AutoresetMode::same_step}),
-                         [](const testing::TestParamInfo<Case>& of) {
-                           return std::string(of.param.id, of.param.id[0] == 'B' ? 13 : 8) +
-                                  to_text(of.param.mode);
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Modes, AnyBatch,
+    testing::Values(
+        Case{"BipedalWalkerNextStep", "BipedalWalker-v3", AutoresetMode::next_step, false},
+        Case{"BipedalWalkerSameStep", "BipedalWalker-v3", AutoresetMode::same_step, false},
+        Case{"Walker2dNextStep", "Walker2d-v5", AutoresetMode::next_step, false},
+        Case{"Walker2dSameStep", "Walker2d-v5", AutoresetMode::same_step, false},
+        Case{"FailingNextStep", "Walker2d-v5", AutoresetMode::next_step, true},
+        Case{"FailingSameStep", "Walker2d-v5", AutoresetMode::same_step, true}),
+    [](const testing::TestParamInfo<Case>& instance) { return instance.param.name; });
 
-TEST(BatchCalls, CountEveryEnvironment) {
-  Herd herd("BipedalWalker-v3", AutoresetMode::next_step);
-  herd.reset();
-  herd.reset({1, 3});
-  EXPECT_EQ(herd.counters.resets, 6U);
+TEST(BatchCalls, CountStepsResetsAndEpisodes) {
+  BatchServer server("BipedalWalker-v3", AutoresetMode::next_step);
+  server.reset();
+  server.reset({1, 3});
+  EXPECT_EQ(server.counters.resets, 6U);
   std::uint64_t ended = 0;
   for (int i = 0; i < 300; ++i) {
-    herd.calls.step(herd.actions(), herd.reply);
+    server.calls.step(server.actions(), server.reply);
     for (std::size_t j = 0; j < 4; ++j) {
-      ended += herd.reply.terminated[j] != 0 || herd.reply.truncated[j] != 0 ? 1 : 0;
+      ended += server.reply.terminated[j] != 0 || server.reply.truncated[j] != 0 ? 1 : 0;
     }
   }
   EXPECT_GT(ended, 4U);
-  EXPECT_EQ(herd.episodes.summary().episodes, ended);
-  EXPECT_EQ(herd.counters.steps + herd.counters.resets, 6U + 4U * 300U);
-  EXPECT_GE(herd.counters.resets, 6U + ended - 4U);
-  EXPECT_GT(herd.counters.clamped_commands, herd.counters.steps / 2);
+  EXPECT_EQ(server.episodes.summary().episodes, ended);
+  EXPECT_EQ(server.counters.steps + server.counters.resets, 6U + 4U * 300U);
+  EXPECT_GE(server.counters.resets, 6U + ended - 4U);
+  EXPECT_GT(server.counters.clamped_commands, server.counters.steps / 2);
 }
 
-TEST(BatchCalls, AStatisticIsOfTheWholeEpisode) {
-  Herd herd("BipedalWalker-v3", AutoresetMode::disabled);
-  herd.reset();
+TEST(BatchCalls, RecordReturnAndLengthOfAnEpisode) {
+  BatchServer server("BipedalWalker-v3", AutoresetMode::disabled);
+  server.reset();
   std::vector<double> returns(4);
   for (;;) {
-    herd.calls.step(herd.actions(), herd.reply);
+    server.calls.step(server.actions(), server.reply);
     for (std::size_t i = 0; i < 4; ++i) {
-      returns[i] += herd.reply.rewards[i];
-      if (herd.reply.terminated[i] == 0) continue;
-      EXPECT_EQ(herd.episodes.summary().return_mean, returns[i]);
-      EXPECT_EQ(herd.episodes.summary().length_mean, herd.reply.steps[i]);
+      returns[i] += server.reply.rewards[i];
+      if (server.reply.terminated[i] == 0) continue;
+      EXPECT_EQ(server.episodes.summary().return_mean, returns[i]);
+      EXPECT_EQ(server.episodes.summary().length_mean, server.reply.steps[i]);
       return;
     }
   }
@@ -213,35 +229,32 @@ class Brittle : public BareRobot {
   int steps_ = 0;
 };
 
-/// Resets fail in the middle one of three environments, or in a single environment.
+/// Resets fail in the middle one of three environments.
 class Failing : public testing::TestWithParam<AutoresetMode> {
  protected:
   using Flags = std::vector<std::uint8_t>;
   using Numbers = std::vector<std::uint32_t>;
   using Values = std::vector<double>;
 
-  void serve(std::uint32_t num_envs, std::uint32_t shown) {
-    options_ = Herd::options_of("Brittle", GetParam(), num_envs);
-    options_.shown_environment = shown;
-    int num_made = 0;
-    calls_.reset();
-    // NOLINTNEXTLINE(modernize-make-unique): a Pool does not move
-    pool_ = std::unique_ptr<Pool>(new Pool(make_pool(options_, [&] {
-      const bool may_fail = num_envs == 1 || num_made++ == 1;
-      return std::make_unique<Episode>(std::make_unique<Brittle>(may_fail ? fails_ : never_));
-    })));
-    calls_.emplace(*pool_, options_, counters_, episodes_);
+  static ServerOptions make_options() {
+    ServerOptions options = BatchServer::options_of("Brittle", GetParam(), 3);
+    options.shown_environment = 1;
+    return options;
+  }
+  std::unique_ptr<Environment> make_brittle() {
+    const bool may_fail = num_made_++ == 1;
+    return std::make_unique<Episode>(std::make_unique<Brittle>(may_fail ? fails_ : never_));
   }
   void reset(const Numbers& listed = {}) {
     walker_sim::ResetBatch::Request request;
     request.environments = listed;
-    calls_->reset(request, begun_);
+    calls_.reset(request, begun_);
   }
   void step() {
-    calls_->step(Values(options_.num_envs), reply_);
-    calls_->reset_ended(reply_);
+    calls_.step(Values(options_.num_envs), reply_);
+    calls_.reset_ended(reply_);
   }
-  const EpisodeState& shown() { return pool_->episode(options_.shown_environment).state(); }
+  const EpisodeState& shown() { return pool_.episode(options_.shown_environment).state(); }
   void expect_shown_failed(std::uint32_t episode) {
     EXPECT_TRUE(shown().failed_at_reset());
     EXPECT_EQ(shown().episode, episode);
@@ -254,22 +267,22 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
 
   const bool never_ = false;
   bool fails_ = false;
-  ServerOptions options_;
+  int num_made_ = 0;
+  ServerOptions options_ = make_options();
   ServerCounters counters_;
   EpisodeStatistics episodes_;
-  std::unique_ptr<Pool> pool_;
-  std::optional<BatchCalls> calls_;
+  Pool pool_ = make_pool(options_, [this] { return make_brittle(); });
+  BatchCalls calls_{pool_, options_, counters_, episodes_};
   walker_sim::ResetBatch::Response begun_;
   walker_sim::StepBatch::Response reply_;
 };
 
-constexpr const char* kOfTheMiddle = "environment 1: the simulation failed at its reset: broken";
+constexpr const char* kMiddleFailed = "environment 1: the simulation failed at its reset: broken";
 
-TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
-  serve(3, 1);
+TEST_P(Failing, ResetAffectsOnlyItsEnvironment) {
   fails_ = true;
   reset();
-  EXPECT_EQ(begun_.status_message, kOfTheMiddle);
+  EXPECT_EQ(begun_.status_message, kMiddleFailed);
   EXPECT_EQ(begun_.observations, (Values{10, 0, 10}));
   EXPECT_EQ(begun_.info[0], 1);
   EXPECT_TRUE(std::isnan(begun_.info[1]));
@@ -284,7 +297,7 @@ TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
     return;
   }
   step();  // repeats the failed reset
-  EXPECT_EQ(reply_.status_message, kOfTheMiddle);
+  EXPECT_EQ(reply_.status_message, kMiddleFailed);
   EXPECT_EQ(reply_.rewards, (Values{1, 0, 1}));
   EXPECT_EQ(reply_.observations, (Values{11, 0, 11}));
   EXPECT_EQ(reply_.terminated, (Flags{0, 1, 0}));
@@ -302,11 +315,10 @@ TEST_P(Failing, AtItsResetLeavesTheOthersAlone) {
   step();
   EXPECT_EQ(reply_.status_message, "");
   EXPECT_EQ(reply_.steps[1], 1U);
-  EXPECT_EQ(pool_->episode(1).state().episode_return, 1);
+  EXPECT_EQ(pool_.episode(1).state().episode_return, 1);
 }
 
-TEST_P(Failing, AtItsAutoresetLeavesTheOthersAlone) {
-  serve(3, 1);
+TEST_P(Failing, AutoresetAffectsOnlyItsEnvironment) {
   if (GetParam() == AutoresetMode::disabled) return;
   reset();
   step();
@@ -324,7 +336,7 @@ TEST_P(Failing, AtItsAutoresetLeavesTheOthersAlone) {
     EXPECT_EQ(reply_.final_observations, (Values{12, 12, 12}));
     EXPECT_EQ(reply_.final_info, (Values{1, 1, 1}));
   }
-  EXPECT_EQ(reply_.status_message, kOfTheMiddle);
+  EXPECT_EQ(reply_.status_message, kMiddleFailed);
   EXPECT_EQ(reply_.observations, (Values{10, 0, 10}));
   EXPECT_EQ(reply_.episodes, (Numbers{2, 2, 2}));
   EXPECT_EQ(reply_.steps, (Numbers{0, 0, 0}));
@@ -342,97 +354,20 @@ TEST_P(Failing, AtItsAutoresetLeavesTheOthersAlone) {
   EXPECT_EQ(shown().error, "");
 }
 
-TEST_P(Failing, AnotherThanTheShownOneDoesNotConcernIt) {
-  serve(3, 2);
-  fails_ = true;
-  reset();
-  EXPECT_EQ(shown().episode, 1U);
-  EXPECT_EQ(shown().error, "");
-  EXPECT_EQ(shown().seed, kSeed + 2);
-  if (GetParam() == AutoresetMode::disabled) return;
-  step();
-  EXPECT_EQ(shown().step, 1U);
-  EXPECT_EQ(shown().episode_return, 1);
-}
-
-TEST_P(Failing, AloneIsTheSame) {
-  serve(1, 0);
-  fails_ = true;
-  reset();
-  EXPECT_EQ(begun_.status_message, "environment 0: the simulation failed at its reset: broken");
-  EXPECT_EQ(begun_.observations, Values{0});
-  expect_shown_failed(1);
-  if (GetParam() == AutoresetMode::disabled) return;  // the step is refused
-  step();
-  EXPECT_EQ(reply_.status_message, "environment 0: the simulation failed at its reset: broken");
-  EXPECT_EQ(reply_.terminated, Flags{1});
-  EXPECT_EQ(reply_.steps, Numbers{0});
-  EXPECT_EQ(reply_.episodes, Numbers{2});
-  EXPECT_EQ(reply_.final_environments.size(), GetParam() == AutoresetMode::same_step ? 1U : 0U);
-  fails_ = false;
-  step();
-  EXPECT_EQ(reply_.status_message, "");
-  EXPECT_EQ(reply_.steps, Numbers{0});
-  EXPECT_EQ(reply_.observations, Values{10});
-  step();
-  EXPECT_EQ(reply_.steps, Numbers{1});
-  EXPECT_EQ(counters_.simulation_errors, 2U);
-}
-
 INSTANTIATE_TEST_SUITE_P(Modes, Failing,
                          testing::Values(AutoresetMode::next_step, AutoresetMode::same_step,
                                          AutoresetMode::disabled),
                          [](const auto& instance) { return to_text(instance.param); });
 
-/// Bitwise, with failures that MuJoCo raises.
-TEST_P(AnyBatch, AShownOneThatFailsAtResetsIsAsOneDrivenAlone) {
-  const AutoresetMode mode = GetParam().mode;
-  if (std::string(GetParam().id) != "Walker2d-v5") return;
-  const CrampedWalker cramped;
-  ServerOptions options = Herd::options_of("Walker2d-v5", mode, 4);
-  Pool pool = make_pool(options, std::ref(cramped));
-  ServerCounters counters;
-  EpisodeStatistics episodes;
-  BatchCalls calls(pool, options, counters, episodes);
-  const std::unique_ptr<Episode> driven_alone = make_alone(std::ref(cramped));
-  Episode& alone = *driven_alone;
-  walker_sim::ResetBatch::Response begun;
-  walker_sim::StepBatch::Response reply;
-  calls.reset({}, begun);
-  alone.reset(std::nullopt);
-  std::uint32_t failed = 0;
-  const std::vector<double> actions(24, 0.5);
-  const std::vector<double> action(6, 0.5);
-  for (int i = 0; i < 400 && !HasFailure(); ++i) {
-    const bool resets = mode == AutoresetMode::next_step ? alone.state().has_ended()
-                                                         : alone.state().failed_at_reset();
-    if (resets) {
-      alone.reset(std::nullopt);
-    } else {
-      alone.step(action);
-    }
-    calls.step(actions, reply);
-    expect_same_account(pool.episode(kShown).state(), alone.state());
-    calls.reset_ended(reply);
-    if (alone.state().has_ended() && !alone.state().failed_at_reset() &&
-        mode == AutoresetMode::same_step) {
-      alone.reset(std::nullopt);
-      expect_same_account(pool.episode(kShown).state(), alone.state());
-    }
-    failed += alone.state().failed_at_reset() ? 1 : 0;
-  }
-  EXPECT_GT(failed, 1U);
-}
-
-TEST_F(AllocationTest, AReplyThatIsKeptTakesNoMoreMemory) {
+TEST_F(AllocationTest, StepsWithAReusedResponseDoNotAllocate) {
   for (const std::uint32_t num_envs : {1U, 4U}) {
-    Herd herd("Walker2d-v5", AutoresetMode::next_step, num_envs);
-    herd.reset();
-    const std::vector<double> actions = herd.actions();
-    for (int i = 0; i < 500; ++i) herd.calls.step(actions, herd.reply);
+    BatchServer server("Walker2d-v5", AutoresetMode::next_step, num_envs);
+    server.reset();
+    const std::vector<double> actions = server.actions();
+    for (int i = 0; i < 500; ++i) server.calls.step(actions, server.reply);
     allocations = 0;
     const Counting counting;
-    for (int i = 0; i < 500; ++i) herd.calls.step(actions, herd.reply);
+    for (int i = 0; i < 500; ++i) server.calls.step(actions, server.reply);
     EXPECT_EQ(allocations, 0) << num_envs;
   }
 }

@@ -240,10 +240,10 @@ class ClockTest(ServerTest):
         began = time.monotonic()
         server = self.serve("/follower/walker_sim", publish_clock=False)
         self.diagnostics = self.record("/diagnostics", DiagnosticArray)
-        advice = "start the server that does, or set publish_clock = true for this one"
+        advice = "start the server that publishes it, or set publish_clock = true for this one"
         waits = self.pace(lambda s: s.level == DiagnosticStatus.WARN, "a warning")
-        self.assertEqual(waits.message, f"waits for /clock, which nobody publishes: {advice}")
-        self.wait_for_log(server, "WARN] Nothing moves: waits for /clock, which nobody")
+        self.assertEqual(waits.message, f"waits for /clock, which has no publisher: {advice}")
+        self.wait_for_log(server, "WARN] Nothing moves: waits for /clock, which has no publisher")
         publisher = rospy.Publisher("/clock", Clock, queue_size=1000)
         self.addCleanup(publisher.unregister)
         transitions = self.record("/follower/transition", Transition)
@@ -251,7 +251,7 @@ class ClockTest(ServerTest):
         self.assert_follows(publisher, transitions, 100 * SECOND)
         publisher.unregister()
         self.diagnostics.clear()
-        self.pace(lambda s: "which nobody publishes" in s.message, "a warning again")
+        self.pace(lambda s: "which has no publisher" in s.message, "a warning again")
         self.assert_said_once_a_second(server, began)
 
     def test_a_pause_misses_no_deadline(self):
@@ -406,7 +406,8 @@ class ClockTest(ServerTest):
             self.addCleanup(server.end)
             self.assertEqual(server.wait(), 1, server.output())
             self.assertIn(
-                f"parameter {key} = {shown}: must be [seconds, nanoseconds], whole", server.output()
+                f"parameter {key} = {shown}: must be [seconds, nanoseconds], integers",
+                server.output(),
             )
             rospy.delete_param(key)
         self.assertEqual(clock.messages(), [])
@@ -433,7 +434,7 @@ class ClockTest(ServerTest):
             self.assertGreater(now, 5)
             self.assertLess(now, SECOND)
             server.stop()
-            warned = "the parameter " + key + " says so" in server.output()
+            warned = "the value of the parameter " + key in server.output()
             self.assertIs(warned, seconds == 2**31)
             # On exit the server reduces the reservation to its last stamp, in a readable form.
             self.assertEqual(rospy.get_param(key), [seconds, now])

@@ -1,9 +1,9 @@
 // The templates in config/ document exactly the parameters that the nodes read.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <string>
 #include <variant>
@@ -16,11 +16,10 @@
 namespace walker {
 namespace {
 
-/// One parameter of a template, with the comment above it joined to one line.
+/// One parameter of a template.
 struct Entry {
-  std::string name;
   std::string value;
-  std::string comment;
+  std::string comment;  // above it, joined to one line
 };
 
 struct Template {
@@ -50,12 +49,10 @@ Template walker2d_template() {
   return own;
 }
 
-Template agent_template() { return {"agent", agent_parameters()}; }
-
-std::vector<Entry> read_template(const std::string& name) {
+std::map<std::string, Entry> read_template(const std::string& name) {
   std::ifstream file(std::string(WALKER_SIM_SOURCE_DIR) + "/config/" + name + ".yaml");
   EXPECT_TRUE(file) << "config/" << name << ".yaml cannot be read";
-  std::vector<Entry> entries;
+  std::map<std::string, Entry> entries;
   std::string comment;
   for (std::string line; std::getline(file, line);) {
     if (line.empty()) {
@@ -64,7 +61,7 @@ std::vector<Entry> read_template(const std::string& name) {
       comment += line.substr(1);
     } else {
       const std::size_t colon = line.find(": ");
-      entries.push_back({line.substr(0, colon), line.substr(colon + 2), comment});
+      entries[line.substr(0, colon)] = {line.substr(colon + 2), comment};
     }
   }
   return entries;
@@ -96,31 +93,25 @@ std::string default_text(const ParameterDescription& parameter) {
 
 class ConfigTemplate : public testing::TestWithParam<Template> {};
 
-TEST_P(ConfigTemplate, HasEachParameterWithItsDefaultUnitAndRange) {
-  const std::vector<Entry> entries = read_template(GetParam().name);
+TEST_P(ConfigTemplate, HasExactlyTheParametersWithDefaultUnitAndRange) {
+  std::map<std::string, Entry> entries = read_template(GetParam().name);
   for (const ParameterDescription& parameter : GetParam().parameters) {
-    const auto entry = std::find_if(entries.begin(), entries.end(), [&](const Entry& candidate) {
-      return candidate.name == parameter.name;
-    });
-    ASSERT_NE(entry, entries.end()) << parameter.name << " is missing";
-    EXPECT_EQ(entry->value, default_text(parameter)) << parameter.name;
+    ASSERT_EQ(entries.count(parameter.name), 1U) << parameter.name << " is missing";
+    const Entry entry = entries[parameter.name];
+    EXPECT_EQ(entry.value, default_text(parameter)) << parameter.name;
     const std::string expected = " " + parameter.description + limits(parameter);
-    EXPECT_EQ(entry->comment.substr(0, expected.size()), expected) << parameter.name;
+    EXPECT_EQ(entry.comment.substr(0, expected.size()), expected) << parameter.name;
+    entries.erase(parameter.name);
   }
-}
-
-TEST_P(ConfigTemplate, HasNoOthers) {
-  const std::vector<ParameterDescription>& known = GetParam().parameters;
-  for (const Entry& entry : read_template(GetParam().name)) {
-    EXPECT_TRUE(std::any_of(known.begin(), known.end(), [&](const ParameterDescription& parameter) {
-      return parameter.name == entry.name;
-    })) << entry.name;
-  }
+  for (const auto& [name, entry] : entries) ADD_FAILURE() << name << " is no parameter";
 }
 
 INSTANTIATE_TEST_SUITE_P(Templates, ConfigTemplate,
-                         testing::Values(whole_template(), walker2d_template(), agent_template()),
-                         [](const testing::TestParamInfo<Template>& of) { return of.param.name; });
+                         testing::Values(whole_template(), walker2d_template(),
+                                         Template{"agent", agent_parameters()}),
+                         [](const testing::TestParamInfo<Template>& instance) {
+                           return instance.param.name;
+                         });
 
 }  // namespace
 }  // namespace walker

@@ -284,7 +284,7 @@ class DiagnosticsTest(ServerTest):
         self.assertEqual(warning.values["contested_steps"], "1")
         self.assertRegex(
             self.server.output(),
-            r"Two agents step the walker: /\S+ goes on after a step of /another \(1 such",
+            r"Two agents step the walker: /\S+ resumes after a step of /another \(1 such",
         )
         # A reset forgets earlier callers.
         self.call("reset", has_seed=True, seed=1)
@@ -358,7 +358,7 @@ class DiagnosticsTest(ServerTest):
         self.serve(mode="lockstep", max_episode_steps=100)
         none = self.report("episodes")
         self.assertEqual(none.values["finished_episodes"], "0")
-        self.assertEqual(none.message, "no episode has come to its end yet")
+        self.assertEqual(none.message, "no episode has ended yet")
         ended = self.play(12)
         self.assertEqual({state.terminated for state in ended}, {True, False}, "of either kind")
         self.assert_told(ended, 12)

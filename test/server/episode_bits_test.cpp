@@ -58,75 +58,69 @@ class Policy {
 
 /// @return length of the episode
 std::uint32_t compare_episode(Remote& remote, Twin& twin, std::optional<std::uint64_t> seed,
-                              Policy policy, std::uint32_t most_steps = 2000) {
+                              Policy policy, std::uint32_t max_steps = 2000) {
   const std::size_t action_size = twin.environment().specification().action_size();
   twin.reset(seed);
-  walker_sim::Transition told = remote.reset(seed);
-  EXPECT_TRUE(told.action.empty());
-  EXPECT_TRUE(twin.equals(told));
-  while (!twin.has_ended() && told.step < most_steps && !testing::Test::HasFailure()) {
+  walker_sim::Transition received = remote.reset(seed);
+  EXPECT_TRUE(received.action.empty());
+  EXPECT_TRUE(twin.equals(received));
+  while (!twin.has_ended() && received.step < max_steps && !testing::Test::HasFailure()) {
     const std::vector<double> action = policy.act(twin.observation(), action_size);
     twin.step(action);
-    told = remote.step(action);
-    EXPECT_TRUE(twin.equals(told));
+    received = remote.step(action);
+    EXPECT_TRUE(twin.equals(received));
   }
-  return told.step;
+  return received.step;
 }
 
-TEST(EpisodeBits, AreEqualForEveryPolicy) {
-  Remote remote("/walker_sim");
-  Twin twin("BipedalWalker-v3");
+/// A server in episode_bits_test.test.
+struct Case {
+  const char* space;
+  const char* id;
+  Parameters parameters;
+  unsigned first_seed;
+  unsigned num_seeds;       // per policy
+  std::uint32_t min_steps;  // of all episodes together
+};
+
+class EveryPolicy : public testing::TestWithParam<Case> {};
+
+TEST_P(EveryPolicy, GivesEqualEpisodes) {
+  const Case& server = GetParam();
+  Remote remote(server.space + std::string("/walker_sim"));
+  Twin twin(server.id, server.parameters);
   std::uint32_t steps = 0;
   for (const Policy::Kind kind : Policy::kAll) {
-    for (unsigned seed = 0; seed < 4; ++seed) {
+    if (kind == Policy::heuristic && twin.environment().specification().action_size() != 4)
+      continue;
+    for (unsigned i = 0; i < server.num_seeds; ++i) {
+      const unsigned seed = server.first_seed + i;
       steps += compare_episode(remote, twin, seed, Policy(kind, seed));
     }
   }
-  EXPECT_GT(steps, 2000U);
+  EXPECT_GE(steps, server.min_steps);
 }
 
-TEST(EpisodeBits, AreEqualHardcore) {
-  Remote remote("/hardcore/walker_sim");
-  Twin twin("BipedalWalkerHardcore-v3");
-  for (const Policy::Kind kind : Policy::kAll) {
-    compare_episode(remote, twin, 40 + kind, Policy(kind, kind));
-  }
-}
+INSTANTIATE_TEST_SUITE_P(
+    Servers, EveryPolicy,
+    testing::Values(Case{"", "BipedalWalker-v3", {}, 0, 4, 2000},
+                    Case{"/hardcore", "BipedalWalkerHardcore-v3", {}, 40, 2, 0},
+                    Case{"/v4", "Walker2d-v4", {}, 0, 8, 500},
+                    Case{"/v5", "Walker2d-v5", {}, 0, 8, 500},
+                    Case{"/other",
+                         "Walker2d-v5",
+                         {{"frame_skip", std::int64_t{2}},
+                          {"terminate_when_unhealthy", false},
+                          {"ctrl_cost_weight", 0.1},
+                          {"healthy_angle_range", std::vector<double>{-0.2, 0.3}},
+                          {"reset_noise_scale", 0.1},
+                          {"exclude_current_positions_from_observation", false},
+                          {"max_episode_steps", std::int64_t{200}}},
+                         0,
+                         2,
+                         2 * 5 * 200}));
 
-/// Plays episodes of all policies except the heuristic.
-/// @return total number of steps
-std::uint32_t compare_walker2d(const std::string& space, const std::string& id, unsigned seeds,
-                               const Parameters& parameters = {}) {
-  Remote remote(space + "/walker_sim");
-  Twin twin(id, parameters);
-  std::uint32_t steps = 0;
-  for (const Policy::Kind kind : Policy::kAll) {
-    if (kind == Policy::heuristic) continue;
-    for (unsigned seed = 0; seed < seeds; ++seed) {
-      steps += compare_episode(remote, twin, seed, Policy(kind, seed));
-    }
-  }
-  return steps;
-}
-
-TEST(EpisodeBits, AreEqualOfWalker2d) {
-  EXPECT_GT(compare_walker2d("/v4", "Walker2d-v4", 8), 500U);
-  EXPECT_GT(compare_walker2d("/v5", "Walker2d-v5", 8), 500U);
-}
-
-/// The parameters are those of /other in episode_bits_test.test.
-TEST(EpisodeBits, AreEqualOfWalker2dWithOtherParameters) {
-  const Parameters parameters{{"frame_skip", std::int64_t{2}},
-                              {"terminate_when_unhealthy", false},
-                              {"ctrl_cost_weight", 0.1},
-                              {"healthy_angle_range", std::vector<double>{-0.2, 0.3}},
-                              {"reset_noise_scale", 0.1},
-                              {"exclude_current_positions_from_observation", false},
-                              {"max_episode_steps", std::int64_t{200}}};
-  EXPECT_EQ(compare_walker2d("/other", "Walker2d-v5", 2, parameters), 2U * 5U * 200U);
-}
-
-TEST(EpisodeBits, AreEqualForSeedsOf64Bits) {
+TEST(EpisodeBits, EqualFor64BitSeeds) {
   Remote remote("/walker_sim");
   Twin twin("BipedalWalker-v3");
   for (const std::uint64_t seed : {std::numeric_limits<std::uint64_t>::max(),
@@ -135,28 +129,20 @@ TEST(EpisodeBits, AreEqualForSeedsOf64Bits) {
   }
 }
 
-TEST(EpisodeBits, AreEqualWhereTheGeneratorContinues) {
-  Remote remote("/walker_sim");
-  Twin twin("BipedalWalker-v3");
-  std::optional<std::uint64_t> seed = 17;
-  for (unsigned episode = 0; episode < 6; ++episode) {
-    compare_episode(remote, twin, seed, Policy(Policy::random, episode), 60);
-    seed.reset();
-  }
-}
-
-TEST(EpisodeBits, AreEqualInAWorldUsedAgain) {
-  Remote remote("/reuse/walker_sim");
-  Twin twin("BipedalWalker-v3", {{"reuse_world", true}});
-  std::optional<std::uint64_t> seed = 18;
-  for (unsigned episode = 0; episode < 6; ++episode) {
-    compare_episode(remote, twin, seed, Policy(Policy::random, episode));
-    seed.reset();
+TEST(EpisodeBits, EqualIfTheGeneratorContinues) {
+  for (const bool reuses_world : {false, true}) {
+    Remote remote(reuses_world ? "/reuse/walker_sim" : "/walker_sim");
+    Twin twin("BipedalWalker-v3", {{"reuse_world", reuses_world}});
+    std::optional<std::uint64_t> seed = 17;
+    for (unsigned episode = 0; episode < 6; ++episode) {
+      compare_episode(remote, twin, seed, Policy(Policy::random, episode));
+      seed.reset();
+    }
   }
 }
 
 /// The server has ~seed = 18446744073709551615, and no other test resets it.
-TEST(EpisodeBits, TheSeedParameterServesTheFirstResetOnly) {
+TEST(EpisodeBits, SeedParameterAppliesToTheFirstReset) {
   Remote remote("/seeded/walker_sim");
   Twin twin("BipedalWalker-v3");
   twin.reset(std::numeric_limits<std::uint64_t>::max());
@@ -166,31 +152,7 @@ TEST(EpisodeBits, TheSeedParameterServesTheFirstResetOnly) {
   }
 }
 
-TEST(EpisodeBits, ASeedTwiceGivesEqualTransitionsOver300Steps) {
-  Remote remote("/walker_sim");
-  bipedal_walker::Heuristic heuristic;
-  std::vector<walker_sim::Transition> first{remote.reset(6)};
-  for (int i = 0; i < 300; ++i) {
-    std::vector<double> action(4);
-    heuristic.act(first.back().observation.data(), action.data());
-    first.push_back(remote.step(action));
-    ASSERT_FALSE(first.back().terminated) << "this seed was to last";
-  }
-  remote.reset(123);  // an unrelated episode in between
-  for (int i = 0; i < 20; ++i) remote.step({1, -1, 1, -1});
-  walker_sim::Transition again = remote.reset(6);
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    if (i > 0) again = remote.step(first[i].action);
-    EXPECT_EQ(bits(again.observation), bits(first[i].observation));
-    EXPECT_EQ(bits({again.reward, again.episode_return}),
-              bits({first[i].reward, first[i].episode_return}));
-    EXPECT_EQ(again.terminated, first[i].terminated);
-    EXPECT_EQ(again.truncated, first[i].truncated);
-    EXPECT_EQ(again.step, i);
-  }
-}
-
-TEST(EpisodeBits, GeneratorStateIsThatBeforeTheReset) {
+TEST(EpisodeBits, EpisodeHasTheGeneratorStateBeforeTheReset) {
   ros::NodeHandle node;
   Remote remote("/walker_sim");
   Twin twin("BipedalWalker-v3");
@@ -213,7 +175,7 @@ TEST(EpisodeBits, GeneratorStateIsThatBeforeTheReset) {
   }
 }
 
-TEST(EpisodeBits, EpisodeTellsHowItEnded) {
+TEST(EpisodeBits, EpisodeHasReturnAndEndReason) {
   ros::NodeHandle node;
   Remote remote("/walker_sim");
   Twin twin("BipedalWalker-v3");

@@ -12,6 +12,8 @@
 
 namespace walker::test {
 
+constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
+
 /// Blocks other threads until the test opens it.
 class Gate {
  public:
@@ -42,13 +44,11 @@ class Gate {
   void wait_for_arrivals(std::uint64_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
     if (!changed_.wait_for(lock, kTimeout, [&] { return arrivals_ >= count; })) {
-      throw std::runtime_error("nobody came to the gate");
+      throw std::runtime_error("no thread came to the gate");
     }
   }
 
  private:
-  static constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
-
   std::mutex mutex_;
   std::condition_variable changed_;
   std::uint64_t arrivals_ = 0;
@@ -69,13 +69,17 @@ class Mailbox {
     return texts_;
   }
 
+  std::vector<std::string> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(texts_, {});
+  }
+
   /// Blocks until `last` is the newest text, then removes and returns all texts.
   std::vector<std::string> take_until(const std::string& last) {
     std::unique_lock<std::mutex> lock(mutex_);
-    constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
     if (!changed_.wait_for(lock, kTimeout,
                            [&] { return !texts_.empty() && texts_.back() == last; })) {
-      throw std::runtime_error("nobody said " + last);
+      throw std::runtime_error("no text " + last);
     }
     return std::exchange(texts_, {});
   }

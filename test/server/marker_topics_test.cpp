@@ -78,7 +78,7 @@ class MarkerTopicsTest : public testing::Test {
   }
 
   /// Subscribes and waits for the first message.
-  Viewer look(const std::string& topic) {
+  Viewer subscribe(const std::string& topic) {
     auto viewer = std::make_unique<Inbox<MarkerArray>>(viewers_, topic);
     wait_until([&] { return viewer->has_any(); });
     return viewer;
@@ -89,7 +89,7 @@ class MarkerTopicsTest : public testing::Test {
   void wait_until(const Condition& condition) {
     const auto give_up = std::chrono::steady_clock::now() + kPatience;
     while (!condition()) {
-      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "waited in vain";
+      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "timed out";
       callbacks_.callAvailable(ros::WallDuration(0.01));
     }
   }
@@ -124,7 +124,7 @@ class MarkerTopicsTest : public testing::Test {
   std::unique_ptr<MarkerTopics> topics_;
 };
 
-TEST_F(MarkerTopicsTest, NothingIsMeasuredOrBuiltWhileNobodyLooks) {
+TEST_F(MarkerTopicsTest, DoesNothingWithoutSubscribers) {
   for (int episode = 0; episode < 3; ++episode) {
     begin_episode();
     for (int i = 0; i < 20; ++i) step();
@@ -133,9 +133,9 @@ TEST_F(MarkerTopicsTest, NothingIsMeasuredOrBuiltWhileNobodyLooks) {
   EXPECT_EQ(walker_.scenes, 0);
 }
 
-TEST_F(MarkerTopicsTest, TheSceneIsBuiltForWhoComesLateAndOncePerEpisode) {
+TEST_F(MarkerTopicsTest, BuildsTheSceneOncePerEpisodeAndForNewSubscribers) {
   begin_episode();
-  const Viewer viewer = look("scene_markers");
+  const Viewer viewer = subscribe("scene_markers");
   EXPECT_EQ(walker_.scenes, 1);
   const MarkerArray scene = viewer->messages().front();
   EXPECT_EQ(scene.markers.front().action, Marker::DELETEALL);
@@ -147,12 +147,12 @@ TEST_F(MarkerTopicsTest, TheSceneIsBuiltForWhoComesLateAndOncePerEpisode) {
   EXPECT_EQ(walker_.scenes, 1);
   begin_episode();
   EXPECT_EQ(walker_.scenes, 2);
-  EXPECT_EQ(wait_count(*viewer, 2).size(), 2U) << "more than the scenes of two episodes";
+  EXPECT_EQ(wait_count(*viewer, 2).size(), 2U) << "not one scene per episode";
 }
 
-TEST_F(MarkerTopicsTest, TheFloorIsSentWhenTheWalkerHasLeftItsPart) {
+TEST_F(MarkerTopicsTest, SendsTheFloorAgainWhenTheWalkerLeavesIt) {
   begin_episode();
-  const Viewer viewer = look("scene_markers");
+  const Viewer viewer = subscribe("scene_markers");
   constexpr int kSteps = 90;
   for (int i = 0; i < kSteps; ++i) {
     walker_.x() += 0.05;
@@ -168,16 +168,16 @@ TEST_F(MarkerTopicsTest, TheFloorIsSentWhenTheWalkerHasLeftItsPart) {
   EXPECT_EQ(walker_.scenes, 1);
 }
 
-TEST_F(MarkerTopicsTest, WhoComesLateSeesTheStateAtOnce) {
+TEST_F(MarkerTopicsTest, SendsTheStateToNewSubscribers) {
   begin_episode();
   step();
-  const Viewer viewer = look("state_markers");
+  const Viewer viewer = subscribe("state_markers");
   const MarkerArray state = viewer->messages().front();
   ASSERT_NE(find(state, "episode"), nullptr);
   EXPECT_EQ(find(state, "episode")->header.stamp, stamp_);
 }
 
-TEST_F(MarkerTopicsTest, NothingIsShownBeforeTheFirstEpisodeNorOfABrokenSimulation) {
+TEST_F(MarkerTopicsTest, SendsNothingBeforeTheFirstEpisodeOrAfterAFailure) {
   Inbox<MarkerArray> scenes(viewers_, "scene_markers");
   Inbox<MarkerArray> states(viewers_, "state_markers");
   for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
@@ -189,9 +189,9 @@ TEST_F(MarkerTopicsTest, NothingIsShownBeforeTheFirstEpisodeNorOfABrokenSimulati
   EXPECT_FALSE(scenes.has_any() || states.has_any() || others.has_any());
 }
 
-TEST_F(MarkerTopicsTest, ThePathComesWhenItGrowsAndStartsAnewWithAnEpisode) {
+TEST_F(MarkerTopicsTest, SendsThePathWhenItGrowsAndClearsItAtResets) {
   begin_episode();
-  const Viewer viewer = look("state_markers");
+  const Viewer viewer = subscribe("state_markers");
   const std::size_t before = viewer->messages().size();
   for (std::size_t i = 1; i <= 10; ++i) {
     walker_.x() += 0.6 * Path::kSpacing;
@@ -207,13 +207,13 @@ TEST_F(MarkerTopicsTest, ThePathComesWhenItGrowsAndStartsAnewWithAnEpisode) {
     const Marker* path = find(sent[i], "path");
     if (path != nullptr && path->action == Marker::ADD) lengths.push_back(path->points.size());
   }
-  EXPECT_EQ(lengths, (std::vector<std::size_t>{2, 3, 4, 5})) << "every second step grows it";
-  EXPECT_EQ(find(sent.back(), "path")->action, Marker::DELETE) << "of the episode before";
+  EXPECT_EQ(lengths, (std::vector<std::size_t>{2, 3, 4, 5})) << "it grows at every second step";
+  EXPECT_EQ(find(sent.back(), "path")->action, Marker::DELETE) << "path of the previous episode";
 }
 
-TEST_F(MarkerTopicsTest, ThePathIsForgottenWhenNobodyLooks) {
+TEST_F(MarkerTopicsTest, ClearsThePathWithoutSubscribers) {
   begin_episode();
-  Viewer viewer = look("state_markers");
+  Viewer viewer = subscribe("state_markers");
   for (int i = 0; i < 10; ++i) {
     walker_.x() += Path::kSpacing + 1e-9;
     step();
@@ -226,7 +226,7 @@ TEST_F(MarkerTopicsTest, ThePathIsForgottenWhenNobodyLooks) {
     return walker_.sensed == sensed;
   });
   walker_.x() += 100;
-  viewer = look("state_markers");
+  viewer = subscribe("state_markers");
   EXPECT_EQ(find(viewer->messages().front(), "path")->action, Marker::DELETE);
 }
 

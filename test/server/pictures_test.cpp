@@ -42,7 +42,7 @@ const std::vector<double> kAction{1, 1, -1, 1};  // the walker stands with its l
 
 Gate the_gate;                       // passed by each `render`
 std::atomic<bool> is_broken{false};  // whether each `render` throws
-Mailbox drawn;                       // steps of the pictures, in order
+Mailbox rendered;                    // steps of the pictures, in order
 
 /// The value of all pixels is the step since the reset.
 class FakeRenderer : public Renderer {
@@ -52,7 +52,7 @@ class FakeRenderer : public Renderer {
   void render(const StateCapture& captured, const Channels& channels, Image& image) override {
     the_gate.pass();
     if (is_broken) throw std::runtime_error("no OpenGL: install it");
-    drawn.add(std::to_string(captured.step));
+    rendered.add(std::to_string(captured.step));
     image.width = kWidth;
     image.height = kHeight;
     image.camera_pose.position = {1, 2, 3};
@@ -84,8 +84,8 @@ class Pictures : public testing::Test {
 
   /// Shuts the server down while one picture is being rendered and another is queued.
   static void TearDownTestSuite() {
-    auto first = stopped_at_the_gate();
-    auto second = asked_for();
+    auto first = request_blocked_picture();
+    auto second = request_picture();
     ros::shutdown();
     loop_->join();
     std::thread opener([] { the_gate.open(); });
@@ -109,7 +109,7 @@ class Pictures : public testing::Test {
   }
 
   /// Requests a picture from another client in a new thread.
-  static std::future<Image> asked_for(double timeout = 30) {
+  static std::future<Image> request_picture(double timeout = 30) {
     return std::async(std::launch::async, [timeout] {
       Client client(options(timeout));
       Image image;
@@ -119,10 +119,10 @@ class Pictures : public testing::Test {
   }
 
   /// The same; returns when the renderer is blocked at the closed gate.
-  static std::future<Image> stopped_at_the_gate() {
+  static std::future<Image> request_blocked_picture() {
     the_gate.close();
     const std::uint64_t arrivals = the_gate.arrivals();
-    auto picture = asked_for();
+    auto picture = request_picture();
     the_gate.wait_for_arrivals(arrivals + 1);
     return picture;
   }
@@ -157,10 +157,8 @@ class Pictures : public testing::Test {
 walker::Server* Pictures::server_ = nullptr;
 std::thread* Pictures::loop_ = nullptr;
 
-TEST_F(Pictures, StepsAreNeitherLostNorHeldUpByTheTopics) {
+TEST_F(Pictures, TopicsNeitherBlockNorLoseSteps) {
   Inbox<sensor_msgs::Image> images(node_, "camera/image_raw");
-  Inbox<sensor_msgs::CameraInfo> infos(node_, "camera/camera_info");
-  Inbox<tf2_msgs::TFMessage> transforms(node_, "/tf");
   Inbox<walker_sim::Transition> transitions(node_, "transition");
   step_until_it_is_watched();
   const std::uint32_t first = transition_.step;
@@ -168,32 +166,24 @@ TEST_F(Pictures, StepsAreNeitherLostNorHeldUpByTheTopics) {
   EXPECT_FALSE(client_.specification().id.empty());
   EXPECT_FALSE(images.has_any());
   the_gate.open();
-  const ros::Time newest = ros::Time().fromNSec(transition_.stamp);
-  const auto image = images.at(newest);
-  ASSERT_TRUE(image) << "the newest state's picture";
+  const auto image = images.at(ros::Time().fromNSec(transition_.stamp));
+  ASSERT_TRUE(image) << "no picture of the newest state";
   EXPECT_EQ(image->data,
             std::vector<std::uint8_t>(3 * kPixels, static_cast<std::uint8_t>(first + 100)));
-  ASSERT_EQ(images.messages().size(), 2U) << "that in flight, and the newest";
+  EXPECT_EQ(images.messages().size(), 2U) << "the picture in progress and the newest";
   for (std::uint32_t i = 0; i < 100; ++i) {
-    EXPECT_TRUE(transitions.find([&](const auto& told) { return told.step == first + i + 1; }));
+    EXPECT_TRUE(transitions.find([&](const auto& other) { return other.step == first + i + 1; }));
   }
-  const auto info = infos.at(newest);
-  ASSERT_TRUE(info);
-  EXPECT_EQ(infos.messages().size(), 2U);
-  const auto shows_camera = [&](const tf2_msgs::TFMessage& message) {
-    return message.transforms.front().child_frame_id == image->header.frame_id &&
-           message.transforms.front().header.stamp == newest;
-  };
-  EXPECT_TRUE(transforms.find(shows_camera));
 }
 
-TEST_F(Pictures, TheMessagesTellOfTheCamera) {
+TEST_F(Pictures, MessagesDescribeTheCamera) {
   Inbox<sensor_msgs::Image> images(node_, "camera/image_raw");
   Inbox<sensor_msgs::CameraInfo> infos(node_, "camera/camera_info");
   Inbox<tf2_msgs::TFMessage> transforms(node_, "/tf");
   step_until_it_is_watched();
+  step(10);
   the_gate.open();
-  const auto image = images.find([](const auto&) { return true; });
+  const auto image = images.at(ros::Time().fromNSec(transition_.stamp));
   ASSERT_TRUE(image);
   EXPECT_EQ(image->header.frame_id, "camera");
   EXPECT_EQ(image->encoding, "rgb8");
@@ -202,6 +192,7 @@ TEST_F(Pictures, TheMessagesTellOfTheCamera) {
   EXPECT_EQ(image->step, 3 * kWidth);
   const auto info = infos.at(image->header.stamp);
   ASSERT_TRUE(info);
+  EXPECT_EQ(infos.messages().size(), 2U);
   EXPECT_EQ(info->header.frame_id, "camera");
   EXPECT_EQ(info->width, kWidth);
   EXPECT_EQ(info->height, kHeight);
@@ -212,24 +203,23 @@ TEST_F(Pictures, TheMessagesTellOfTheCamera) {
   EXPECT_TRUE(std::equal(k.begin(), k.end(), info->K.begin()));
   EXPECT_TRUE(std::equal(p.begin(), p.end(), info->P.begin()));
   const auto camera = transforms.find([&](const tf2_msgs::TFMessage& message) {
-    return message.transforms.front().child_frame_id == "camera";
+    return message.transforms.front().child_frame_id == "camera" &&
+           message.transforms.front().header.stamp == image->header.stamp;
   });
   ASSERT_TRUE(camera);
-  const geometry_msgs::TransformStamped& transform = camera->transforms.front();
-  EXPECT_EQ(transform.header.frame_id, "odom");
-  EXPECT_EQ(transform.header.stamp, image->header.stamp);
-  EXPECT_EQ(transform.transform.translation.z, 3);
+  EXPECT_EQ(camera->transforms.front().header.frame_id, "odom");
+  EXPECT_EQ(camera->transforms.front().transform.translation.z, 3);
 }
 
-TEST_F(Pictures, ARequestShowsWhatThereWasWhenItCame) {
+TEST_F(Pictures, RequestsShowTheStateAtTheirArrival) {
   step(3);
-  auto picture = stopped_at_the_gate();
+  auto picture = request_blocked_picture();
   step(10);
   the_gate.open();
   EXPECT_EQ(picture.get().rgb, std::vector<std::uint8_t>(3 * kPixels, 3));
 }
 
-TEST_F(Pictures, DepthComesAsNumbers) {
+TEST_F(Pictures, DepthIsReturnedAsFloats) {
   step(2);
   Image image;
   client_.render(0, "32FC1", {}, image);
@@ -238,59 +228,69 @@ TEST_F(Pictures, DepthComesAsNumbers) {
   EXPECT_EQ(image.height, kHeight);
 }
 
-TEST_F(Pictures, ManyClientsAreServedOneAfterTheOther) {
+TEST_F(Pictures, ManyClientsWaitTogether) {
   the_gate.close();
   const std::uint64_t arrivals = the_gate.arrivals();
   std::vector<std::future<Image>> pictures(20);
-  for (auto& picture : pictures) picture = asked_for();
+  for (auto& picture : pictures) picture = request_picture();
   the_gate.wait_for_arrivals(arrivals + 1);
   step(10);
   the_gate.open();
   for (auto& picture : pictures) EXPECT_EQ(picture.get().width, kWidth);
 }
 
-TEST_F(Pictures, WhoHasGoneGetsNone) {
+TEST_F(Pictures, DropsRequestsOfDisconnectedClients) {
   step(5);
-  auto patient = stopped_at_the_gate();
+  auto patient = request_blocked_picture();
   step(1);
   const auto descriptors = open_descriptors();
-  auto impatient = asked_for(0.2);  // queued behind the first
+  auto impatient = request_picture(0.2);  // queued behind the first
   EXPECT_THROW(impatient.get(), ConnectionError);
   // Wait until the in-process server has closed its descriptors too.
   const auto give_up = std::chrono::steady_clock::now() + kPatience;
   while (open_descriptors() > descriptors && std::chrono::steady_clock::now() < give_up) step(1);
   const std::uint32_t last = transition_.step;
-  const std::vector<std::string> before = drawn.texts();
+  const std::vector<std::string> before = rendered.texts();
   the_gate.open();
   EXPECT_EQ(patient.get().rgb.front(), 5);
   Image image;
   client_.render(0, "", {}, image);
-  const std::vector<std::string> after = drawn.texts();
+  const std::vector<std::string> after = rendered.texts();
   EXPECT_EQ(std::vector<std::string>(after.begin() + static_cast<std::ptrdiff_t>(before.size()),
                                      after.end()),
             (std::vector<std::string>{"5", std::to_string(last)}));
 }
 
-TEST_F(Pictures, ARefusalHasItsReason) {
-  const auto refusal = [&](std::uint32_t environment, const std::string& encoding,
-                           const Parameters& camera) {
-    Image image;
-    return message_of<RequestRefused>(
-        [&] { client_.render(environment, encoding, camera, image); });
+TEST_F(Pictures, RefusalsHaveTheirReasons) {
+  const std::int64_t five = 5;
+  const struct {
+    std::uint32_t environment;
+    std::string encoding;
+    Parameters camera;
+    std::string reason;
+  } cases[] = {
+      {1, "", {}, "environment = 1; must be below num_envs = 1"},
+      {0, "bgr8", {}, "encoding = bgr8; must be rgb8 or 32FC1"},
+      {0,
+       "",
+       {{"camera_width", std::int64_t{5000}}},
+       "parameter width = 5000: must be an integer in [1, 4096]"},
+      {0, "", {{"width", five}, {"camera_width", five}}, "parameter width: given twice"},
   };
-  EXPECT_EQ(refusal(1, "", {}), "environment = 1; must be below num_envs = 1");
-  EXPECT_EQ(refusal(0, "bgr8", {}), "encoding = bgr8; must be rgb8 or 32FC1");
-  EXPECT_EQ(refusal(0, "", {{"camera_width", std::int64_t{5000}}}),
-            "parameter width = 5000: must be an integer in [1, 4096]");
-  EXPECT_EQ(refusal(0, "", {{"width", std::int64_t{5}}, {"camera_width", std::int64_t{5}}}),
-            "parameter width: given twice");
+  Image image;
+  for (const auto& one : cases) {
+    EXPECT_EQ(message_of<RequestRefused>(
+                  [&] { client_.render(one.environment, one.encoding, one.camera, image); }),
+              one.reason);
+  }
   is_broken = true;
-  EXPECT_EQ(refusal(0, "", {}), "no OpenGL: install it");
+  EXPECT_EQ(message_of<RequestRefused>([&] { client_.render(0, "", {}, image); }),
+            "no OpenGL: install it");
   is_broken = false;
   step(1);
 }
 
-TEST_F(Pictures, ATopicWithoutPicturesStopsNobody) {
+TEST_F(Pictures, RenderFailuresDoNotStopSteps) {
   Inbox<sensor_msgs::Image> images(node_, "camera/image_raw");
   is_broken = true;
   step_until_it_is_watched();

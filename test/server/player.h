@@ -88,14 +88,14 @@ class Player {
  private:
   std::string topic(const std::string& name) const { return server_.space + ("/" + name); }
 
-  bool tells_of_trunk(const tf2_msgs::TFMessage& message) const {
+  bool has_trunk(const tf2_msgs::TFMessage& message) const {
     return message.transforms.front().header.frame_id == frame(server_, "odom");
   }
 
   bool hears_all() {
     const std::vector<tf2_msgs::TFMessage> all = transforms_.messages();
     const bool hears_transforms = std::any_of(
-        all.begin(), all.end(), [this](const auto& message) { return tells_of_trunk(message); });
+        all.begin(), all.end(), [this](const auto& message) { return has_trunk(message); });
     return hears_transforms && joints_.has_any() && (!scans_ || scans_->has_any()) &&
            imus_.has_any() && odometries_.has_any() && contacts_.has_any() &&
            observations_.has_any() && rewards_.has_any();
@@ -115,7 +115,7 @@ class Player {
     take(contacts_.at(stamp), state.contacts);
     // All servers publish /tf; the frame identifies this one.
     take(transforms_.find([&](const tf2_msgs::TFMessage& message) {
-      return stamp_of(message) == stamp && tells_of_trunk(message);
+      return stamp_of(message) == stamp && has_trunk(message);
     }),
          state.transforms);
     // These two messages have no stamp.
@@ -134,8 +134,7 @@ class Player {
 
   template <typename Message>
   static void take(const std::optional<Message>& found, Message& place) {
-    ASSERT_TRUE(found) << "nothing on " << ros::message_traits::datatype<Message>()
-                       << " tells of this step";
+    ASSERT_TRUE(found) << "no " << ros::message_traits::datatype<Message>() << " of this step";
     place = *found;
   }
 

@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <mutex>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include <nav_msgs/Odometry.h>
@@ -16,6 +14,7 @@
 #include <ros/ros.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include "server/gate.h"
 #include "server/inbox.h"
 #include "server/remote.h"
 #include "server/server.h"
@@ -23,25 +22,8 @@
 namespace {
 
 /// Topics in the order in which the server published them.
-class Record {
- public:
-  void add(const std::string& topic) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    topics_.push_back(topic);
-  }
-
-  std::vector<std::string> take() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return std::exchange(topics_, {});
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::string> topics_;
-};
-
-Record& record() {
-  static Record the_record;
+walker::test::Mailbox& record() {
+  static walker::test::Mailbox the_record;
   return the_record;
 }
 
@@ -110,7 +92,7 @@ class PublishOrder : public testing::Test {
   Remote remote_;
 };
 
-TEST_F(PublishOrder, ClockComesBeforeTheDataStampedWithIt) {
+TEST_F(PublishOrder, PublishesClockBeforeItsData) {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     remote_.reset(seed);
     expect_clock_first();

@@ -2,41 +2,33 @@
 
 #include <gtest/gtest.h>
 
+#include <cctype>
+#include <string>
+
 namespace walker {
 namespace {
 
-TEST(SteppingAgentsTest, OneIsNotTwo) {
-  SteppingAgents agents;
-  for (int step = 0; step < 3; ++step) EXPECT_FALSE(agents.note("/a"));
-  EXPECT_EQ(agents.other(), "");
-}
-
-TEST(SteppingAgentsTest, WhoComesBackIsOneOfTwo) {
-  SteppingAgents agents;
-  agents.note("/a");
-  EXPECT_FALSE(agents.note("/b"));
-  EXPECT_FALSE(agents.note("/b"));
-  EXPECT_TRUE(agents.note("/a"));
-  EXPECT_EQ(agents.other(), "/b");
-  EXPECT_FALSE(agents.note("/a"));
-  EXPECT_TRUE(agents.note("/b"));
-}
-
-// Each `rosservice call` is a node with a new name.
-TEST(SteppingAgentsTest, OneAfterTheOtherAreNotTwo) {
-  SteppingAgents agents;
-  for (const char* name : {"/rosservice_1", "/rosservice_2", "/rosservice_3"}) {
-    EXPECT_FALSE(agents.note(name));
+/// Letters are callers in order, in upper case if `record` reports a return; '|' is a new episode.
+TEST(SteppingAgentsTest, ReportsAnAgentThatReturnsAfterAnother) {
+  for (const std::string calls : {"aaa", "abbAaB", "abcd", "a|b|a"}) {
+    SteppingAgents agents;
+    for (const char call : calls) {
+      if (call == '|') {
+        agents.clear();
+      } else {
+        const std::string name(1, static_cast<char>(std::tolower(call)));
+        EXPECT_EQ(agents.record(name), std::isupper(call) != 0) << calls;
+      }
+    }
   }
 }
 
-TEST(SteppingAgentsTest, AnEpisodeMayBeAnothers) {
+TEST(SteppingAgentsTest, NamesThePreviousAgent) {
   SteppingAgents agents;
-  agents.note("/a");
-  agents.clear();
-  agents.note("/b");
-  agents.clear();
-  EXPECT_FALSE(agents.note("/a"));
+  agents.record("/a");
+  EXPECT_EQ(agents.other(), "");
+  agents.record("/b");
+  EXPECT_EQ(agents.other(), "/a");
 }
 
 }  // namespace

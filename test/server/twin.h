@@ -44,7 +44,7 @@ class Twin {
     episode_return_ += result_.reward;
   }
 
-  Environment& environment() { return *environment_; }
+  Environment& environment() const { return *environment_; }
   const Sensors& sense() {
     environment_->sense(sensors_);
     return sensors_;
@@ -55,20 +55,20 @@ class Twin {
   std::string end_reason() const { return result_.end_reason; }
 
   /// Compares a transition with the twin's, bit by bit.
-  /// @param told walker_sim::Transition, or the client library's Transition
+  /// @param other walker_sim::Transition, or the client library's Transition
   template <typename AnyTransition>
-  testing::AssertionResult equals(const AnyTransition& told) const {
+  testing::AssertionResult equals(const AnyTransition& other) const {
     const auto differ = [&](const char* what) {
       return testing::AssertionFailure() << what << " differs at step " << step_;
     };
-    if (told.step != step_) return differ("step") << ": told " << told.step;
-    if (bits(told.observation) != bits(observation_)) return differ("observation");
-    if (bits({told.reward}) != bits({result_.reward})) return differ("reward");
-    if (bits({told.episode_return}) != bits({episode_return_})) return differ("episode_return");
-    if ((told.terminated != 0) != result_.terminated) return differ("terminated");
-    if ((told.truncated != 0) != result_.truncated) return differ("truncated");
-    if (bits(told.info) != bits(info_)) return differ("info");
-    if (told.error != result_.error) return differ("error");
+    if (other.step != step_) return differ("step") << ": received " << other.step;
+    if (bits(other.observation) != bits(observation_)) return differ("observation");
+    if (bits({other.reward}) != bits({result_.reward})) return differ("reward");
+    if (bits({other.episode_return}) != bits({episode_return_})) return differ("episode_return");
+    if ((other.terminated != 0) != result_.terminated) return differ("terminated");
+    if ((other.truncated != 0) != result_.truncated) return differ("truncated");
+    if (bits(other.info) != bits(info_)) return differ("info");
+    if (other.error != result_.error) return differ("error");
     return testing::AssertionSuccess();
   }
 

@@ -75,15 +75,18 @@ void ServerCamera::show(ros::Time stamp) {
   if (!shown_.state().error.empty()) return;  // the engine has failed
   last_turn_ = turn;
   try {
-    ask_for_picture(stamp);
+    queue_picture(stamp);
   } catch (const std::exception& error) {  // the step itself has succeeded
     static Throttle throttle;
-    if (throttle.passes())
-      ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << error.what());
+    if (throttle.passes()) log_failure(error.what());
   }
 }
 
-void ServerCamera::ask_for_picture(ros::Time stamp) {
+void ServerCamera::log_failure(const std::string& why) const {
+  ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << why);
+}
+
+void ServerCamera::queue_picture(ros::Time stamp) {
   RenderJob job;
   shown_.capture(job.captured);
   job.camera = options_.camera;
@@ -91,8 +94,7 @@ void ServerCamera::ask_for_picture(ros::Time stamp) {
   job.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
   job.finish = [this, stamp](const Camera& camera, Image& image) { publish(camera, image, stamp); };
   job.fail = [this](const std::string& why) {
-    if (throttle_.passes())
-      ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << why);
+    if (throttle_.passes()) log_failure(why);
   };
   thread_.render(std::move(job));
 }

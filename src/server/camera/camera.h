@@ -38,7 +38,8 @@ class ServerCamera {
   const RenderThread& thread() const { return thread_; }
 
  private:
-  void ask_for_picture(ros::Time stamp);
+  void queue_picture(ros::Time stamp);
+  void log_failure(const std::string& why) const;
   void publish(const Camera& camera, Image& image, ros::Time stamp);
 
   Pool& pool_;

@@ -28,7 +28,8 @@ class LockstepDrive : public Drive {
   }
   bool takes_commands() const override { return false; }
   void set_real_time_factor(double /*factor*/) override {
-    throw std::logic_error("set_real_time_factor: in lockstep who calls ~step sets the pace");
+    throw std::logic_error(
+        "set_real_time_factor: in mode lockstep the callers of ~step set the pace");
   }
   std::string pause() override {
     return "nothing to pause: in lockstep nothing moves between steps";
@@ -37,7 +38,7 @@ class LockstepDrive : public Drive {
     return "nothing to unpause: in lockstep only ~step moves anything";
   }
   bool stands_still() const override { return true; }
-  const char* pace() const override { return "who calls ~step sets the pace"; }
+  const char* pace() const override { return "the callers of ~step set the pace"; }
 };
 
 /// Steps with the held effort command, resets unless `auto_reset` is off, and can be paused; then
@@ -204,14 +205,14 @@ class FollowDrive : public RunningDrive {
     SimulationClock& clock = simulation_.clock();
     const std::uint64_t time = std::min(ros::Time::now().toNSec(), ros::TIME_MAX.toNSec());
     const std::string clock_topic = ros::names::resolve("/clock");
-    follower_.count(ros::TopicManager::instance()->getNumPublishers(clock_topic), now);
-    const ClockFollower::Advice advice = follower_.look(time, clock.now().toNSec());
-    clock.catch_up(ros::Time().fromNSec(advice.stamp));
-    simulation_.counters().missed_deadlines += advice.missed;
+    follower_.record_publishers(ros::TopicManager::instance()->getNumPublishers(clock_topic), now);
+    const ClockFollower::Decision decision = follower_.update(time, clock.now().toNSec());
+    clock.catch_up(ros::Time().fromNSec(decision.stamp));
+    simulation_.counters().missed_deadlines += decision.missed;
     const std::string complaint = follower_.complaint();
     static Throttle throttle;
     if (!complaint.empty() && throttle.passes()) ROS_WARN_STREAM("Nothing moves: " << complaint);
-    return advice.is_due;
+    return decision.is_due;
   }
 
   ClockFollower follower_;

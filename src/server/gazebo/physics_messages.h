@@ -6,7 +6,6 @@
 #include <string>
 
 #include <geometry_msgs/Vector3.h>
-#include <ros/message_traits.h>
 #include <ros/serialization.h>
 #include <ros/service_traits.h>
 
@@ -24,13 +23,25 @@ struct OdePhysics {
   double cfm = 0;
   double erp = 0;
   std::uint32_t max_contacts = 0;
+
+  template <typename Message, typename Visit>
+  static void visit_fields(Message& m, const Visit& visit) {
+    visit(m.auto_disable_bodies, m.sor_pgs_precon_iters, m.sor_pgs_iters, m.sor_pgs_w,
+          m.sor_pgs_rms_error_tol, m.contact_surface_layer, m.contact_max_correcting_vel, m.cfm,
+          m.erp, m.max_contacts);
+  }
 };
 
 struct GetPhysicsProperties {
   static constexpr const char* kType = "gazebo_msgs/GetPhysicsProperties";
   static constexpr const char* kMd5Sum = "575a5e74786981b7df2e3afc567693a6";
 
-  struct Request {};
+  struct Request {
+    template <typename Message, typename Visit>
+    static void visit_fields(Message& /*m*/, const Visit& visit) {
+      visit();
+    }
+  };
   struct Response {
     double time_step = 0;            ///< [s]
     std::uint8_t pause = 0;          ///< 1: nothing moves without a service call
@@ -39,6 +50,12 @@ struct GetPhysicsProperties {
     OdePhysics ode_config;
     std::uint8_t success = 0;
     std::string status_message;
+
+    template <typename Message, typename Visit>
+    static void visit_fields(Message& m, const Visit& visit) {
+      visit(m.time_step, m.pause, m.max_update_rate, m.gravity, m.ode_config, m.success,
+            m.status_message);
+    }
   };
 };
 
@@ -51,11 +68,31 @@ struct SetPhysicsProperties {
     double max_update_rate = 0;      ///< as in GetPhysicsProperties [Hz]
     geometry_msgs::Vector3 gravity;  ///< [m/s^2]
     OdePhysics ode_config;
+
+    template <typename Message, typename Visit>
+    static void visit_fields(Message& m, const Visit& visit) {
+      visit(m.time_step, m.max_update_rate, m.gravity, m.ode_config);
+    }
   };
   struct Response {
     std::uint8_t success = 0;
     std::string status_message;
+
+    template <typename Message, typename Visit>
+    static void visit_fields(Message& m, const Visit& visit) {
+      visit(m.success, m.status_message);
+    }
   };
+};
+
+template <typename Service>
+struct ServiceType {
+  static const char* value() { return Service::kType; }
+};
+
+template <typename Service>
+struct ServiceMd5Sum {
+  static const char* value() { return Service::kMd5Sum; }
 };
 
 }  // namespace walker::gazebo
@@ -65,107 +102,45 @@ struct SetPhysicsProperties {
 namespace ros::service_traits {
 
 template <>
-struct DataType<walker::gazebo::GetPhysicsProperties> {
-  static const char* value() { return walker::gazebo::GetPhysicsProperties::kType; }
-};
+struct DataType<walker::gazebo::GetPhysicsProperties>
+    : walker::gazebo::ServiceType<walker::gazebo::GetPhysicsProperties> {};
 template <>
-struct MD5Sum<walker::gazebo::GetPhysicsProperties> {
-  static const char* value() { return walker::gazebo::GetPhysicsProperties::kMd5Sum; }
-};
+struct MD5Sum<walker::gazebo::GetPhysicsProperties>
+    : walker::gazebo::ServiceMd5Sum<walker::gazebo::GetPhysicsProperties> {};
 template <>
-struct DataType<walker::gazebo::SetPhysicsProperties> {
-  static const char* value() { return walker::gazebo::SetPhysicsProperties::kType; }
-};
+struct DataType<walker::gazebo::SetPhysicsProperties>
+    : walker::gazebo::ServiceType<walker::gazebo::SetPhysicsProperties> {};
 template <>
-struct MD5Sum<walker::gazebo::SetPhysicsProperties> {
-  static const char* value() { return walker::gazebo::SetPhysicsProperties::kMd5Sum; }
-};
+struct MD5Sum<walker::gazebo::SetPhysicsProperties>
+    : walker::gazebo::ServiceMd5Sum<walker::gazebo::SetPhysicsProperties> {};
 
 }  // namespace ros::service_traits
 
-namespace ros::message_traits {
-
-template <>
-struct DataType<walker::gazebo::GetPhysicsProperties::Request> {
-  static const char* value() { return "gazebo_msgs/GetPhysicsPropertiesRequest"; }
-};
-template <>
-struct DataType<walker::gazebo::GetPhysicsProperties::Response> {
-  static const char* value() { return "gazebo_msgs/GetPhysicsPropertiesResponse"; }
-};
-template <>
-struct DataType<walker::gazebo::SetPhysicsProperties::Request> {
-  static const char* value() { return "gazebo_msgs/SetPhysicsPropertiesRequest"; }
-};
-template <>
-struct DataType<walker::gazebo::SetPhysicsProperties::Response> {
-  static const char* value() { return "gazebo_msgs/SetPhysicsPropertiesResponse"; }
-};
-
-}  // namespace ros::message_traits
-
 namespace ros::serialization {
 
-template <>
-struct Serializer<walker::gazebo::OdePhysics> {
+/// Serializes the fields of a message in the order of `visit_fields`.
+template <typename Fields>
+struct FieldSerializer {
   template <typename Stream, typename Message>
   static void allInOne(Stream& stream, Message message) {
-    stream.next(message.auto_disable_bodies);
-    stream.next(message.sor_pgs_precon_iters);
-    stream.next(message.sor_pgs_iters);
-    stream.next(message.sor_pgs_w);
-    stream.next(message.sor_pgs_rms_error_tol);
-    stream.next(message.contact_surface_layer);
-    stream.next(message.contact_max_correcting_vel);
-    stream.next(message.cfm);
-    stream.next(message.erp);
-    stream.next(message.max_contacts);
+    Fields::visit_fields(message, [&stream](auto&... fields) { (stream.next(fields), ...); });
   }
   ROS_DECLARE_ALLINONE_SERIALIZER
 };
 
 template <>
-struct Serializer<walker::gazebo::GetPhysicsProperties::Request> {
-  template <typename Stream, typename Message>
-  static void allInOne(Stream& /*stream*/, Message /*message*/) {}
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
-
+struct Serializer<walker::gazebo::OdePhysics> : FieldSerializer<walker::gazebo::OdePhysics> {};
 template <>
-struct Serializer<walker::gazebo::GetPhysicsProperties::Response> {
-  template <typename Stream, typename Message>
-  static void allInOne(Stream& stream, Message message) {
-    stream.next(message.time_step);
-    stream.next(message.pause);
-    stream.next(message.max_update_rate);
-    stream.next(message.gravity);
-    stream.next(message.ode_config);
-    stream.next(message.success);
-    stream.next(message.status_message);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
-
+struct Serializer<walker::gazebo::GetPhysicsProperties::Request>
+    : FieldSerializer<walker::gazebo::GetPhysicsProperties::Request> {};
 template <>
-struct Serializer<walker::gazebo::SetPhysicsProperties::Request> {
-  template <typename Stream, typename Message>
-  static void allInOne(Stream& stream, Message message) {
-    stream.next(message.time_step);
-    stream.next(message.max_update_rate);
-    stream.next(message.gravity);
-    stream.next(message.ode_config);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
-
+struct Serializer<walker::gazebo::GetPhysicsProperties::Response>
+    : FieldSerializer<walker::gazebo::GetPhysicsProperties::Response> {};
 template <>
-struct Serializer<walker::gazebo::SetPhysicsProperties::Response> {
-  template <typename Stream, typename Message>
-  static void allInOne(Stream& stream, Message message) {
-    stream.next(message.success);
-    stream.next(message.status_message);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
+struct Serializer<walker::gazebo::SetPhysicsProperties::Request>
+    : FieldSerializer<walker::gazebo::SetPhysicsProperties::Request> {};
+template <>
+struct Serializer<walker::gazebo::SetPhysicsProperties::Response>
+    : FieldSerializer<walker::gazebo::SetPhysicsProperties::Response> {};
 
 }  // namespace ros::serialization

@@ -22,23 +22,24 @@ void ClockFollower::restart() {
   behind_ = 0;
 }
 
-ClockFollower::Advice ClockFollower::look(std::uint64_t clock, std::uint64_t stamp) {
+ClockFollower::Decision ClockFollower::update(std::uint64_t clock, std::uint64_t stamp) {
   newest_ = std::max(newest_, clock);
   if (newest_ == 0) return {stamp, 0, false};
   const bool has_restarted = std::exchange(has_restarted_, false);
   clock_ = clock;
   behind_ = stamp > clock ? stamp - clock : 0;
   const std::uint64_t due = behind_ > 0 ? 0 : (clock - stamp) / dt_;
-  Advice advice{stamp, 0, due > 0};
+  Decision decision{stamp, 0, due > 0};
   if (due > (has_restarted ? 1 : kMaxStepsToCatchUp)) {
-    const std::uint64_t left_out = due - 1;
-    advice.stamp += left_out * dt_;
-    advice.missed = has_restarted ? 0 : left_out;
+    const std::uint64_t skipped = due - 1;
+    decision.stamp += skipped * dt_;
+    decision.missed = has_restarted ? 0 : skipped;
   }
-  return advice;
+  return decision;
 }
 
-void ClockFollower::count(std::size_t publishers, std::chrono::steady_clock::time_point now) {
+void ClockFollower::record_publishers(std::size_t publishers,
+                                      std::chrono::steady_clock::time_point now) {
   if (publishers > 0) {
     unpublished_since_.reset();
   } else if (!unpublished_since_) {
@@ -49,7 +50,7 @@ void ClockFollower::count(std::size_t publishers, std::chrono::steady_clock::tim
 
 std::string ClockFollower::complaint() const {
   if (is_unpublished_) {
-    return "waits for /clock, which nobody publishes: start the server that does, or set "
+    return "waits for /clock, which has no publisher: start the server that publishes it, or set "
            "publish_clock = true for this one";
   }
   if (behind_ <= dt_) return "";

@@ -16,7 +16,7 @@ namespace walker {
 /// have advanced them or because it was set back, the simulation waits: stamps never decrease.
 class ClockFollower {
  public:
-  struct Advice {
+  struct Decision {
     /// Stamp to continue from: the present one, or a later one if steps are skipped.
     std::uint64_t stamp = 0;
     std::uint64_t missed = 0;  ///< skipped steps that should have been made
@@ -26,18 +26,20 @@ class ClockFollower {
   /// @param dt simulation time of a step [ns], above zero
   explicit ClockFollower(std::uint64_t dt) : dt_(dt) {}
 
-  /// Called at the start and after a pause or a reset: the next look counts no steps as missed.
+  /// Called at the start and after a pause or a reset: the next update counts no steps as missed.
   void restart();
 
+  /// Decides on the next step.
   /// @param clock time of /clock; zero: none received yet
   /// @param stamp of the present state
-  Advice look(std::uint64_t clock, std::uint64_t stamp);
+  Decision update(std::uint64_t clock, std::uint64_t stamp);
 
-  /// Takes the number of publishers of /clock. If there are none, `complaint` reports it after 3 s:
-  /// a publisher may be starting.
-  void count(std::size_t publishers, std::chrono::steady_clock::time_point now);
+  /// Records the number of publishers of /clock. If there are none, `complaint` reports it after 3
+  /// s: a publisher may be starting.
+  void record_publishers(std::size_t publishers, std::chrono::steady_clock::time_point now);
 
-  /// Why nothing moves, and the remedy; empty if /clock is published and at most one dt behind.
+  /// Why the simulation waits, and the remedy; empty if /clock is published and at most one dt
+  /// behind.
   std::string complaint() const;
 
  private:

@@ -17,7 +17,7 @@ constexpr double kLastSecond = 4294967295.0;  // 2^32 - 1, where ROS time ends
 constexpr double kLastNanosecond = 999999999.0;
 
 /// The value if it is an integer in [0, last]; else none.
-std::optional<std::uint64_t> to_whole(const Value& value, double last) {
+std::optional<std::uint64_t> to_integer(const Value& value, double last) {
   std::optional<double> number;
   if (value.kind == Value::Kind::integer) number = static_cast<double>(value.integer);
   // YAML 1.1 reads 1.0e3 as a string.
@@ -30,46 +30,35 @@ std::optional<std::uint64_t> to_whole(const Value& value, double last) {
   return static_cast<std::uint64_t>(*number);
 }
 
-std::string list_of(const std::vector<Value>& elements);
-
 /// Truncated text for an error message.
 std::string to_text(const Value& value) {  // NOLINT(misc-no-recursion): the parser bounds depths
-  constexpr std::size_t kMax = 60;
-  switch (value.kind) {
-    case Value::Kind::array:
-      return "[" + list_of(value.elements) + "]";
-    case Value::Kind::structure:
-      return "{" + list_of(value.elements) + "}";
-    case Value::Kind::text:
-      return "\"" + value.text.substr(0, kMax) + (value.text.size() > kMax ? "...\"" : "\"");
-    default:
-      return value.text.substr(0, kMax);
+  constexpr std::size_t kMaxBytes = 60;
+  constexpr std::size_t kMaxElements = 4;
+  if (value.kind == Value::Kind::text) {
+    return "\"" + value.text.substr(0, kMaxBytes) +
+           (value.text.size() > kMaxBytes ? "...\"" : "\"");
   }
-}
-
-std::string list_of(const std::vector<Value>& elements) {  // NOLINT(misc-no-recursion)
-  constexpr std::size_t kMax = 4;
+  const bool is_structure = value.kind == Value::Kind::structure;
+  if (value.kind != Value::Kind::array && !is_structure) return value.text.substr(0, kMaxBytes);
   std::string text;
-  for (std::size_t i = 0; i < elements.size(); ++i) {
-    if (i > 0) text += ", ";
-    if (i == kMax) return text + "...";
-    text += to_text(elements[i]);
+  for (std::size_t i = 0; i < value.elements.size() && i <= kMaxElements; ++i) {
+    text += (i > 0 ? ", " : "") + (i < kMaxElements ? to_text(value.elements[i]) : "...");
   }
-  return text;
+  return is_structure ? "{" + text + "}" : "[" + text + "]";
 }
 
 }  // namespace
 
 std::uint64_t read_reserved_until(const Value& value) {
   if (value.kind == Value::Kind::array && value.elements.size() == 2) {
-    const auto seconds = to_whole(value.elements[0], kLastSecond);
-    const auto nanoseconds = to_whole(value.elements[1], kLastNanosecond);
+    const auto seconds = to_integer(value.elements[0], kLastSecond);
+    const auto nanoseconds = to_integer(value.elements[1], kLastNanosecond);
     if (seconds && nanoseconds) return *seconds * kPerSecond + *nanoseconds;
   }
   throw std::invalid_argument(
       std::string("parameter ") + kReservedUntil + " = " + to_text(value) +
-      ": must be [seconds, nanoseconds], whole numbers from 0 to 4294967295 and from 0 to "
-      "999999999, as a server writes it; without it time begins at 0: rosparam delete " +
+      ": must be [seconds, nanoseconds], integers in [0, 4294967295] and [0, 999999999]; a server "
+      "writes it. To restart time at 0: rosparam delete " +
       kReservedUntil);
 }
 

@@ -121,8 +121,10 @@ SimulationClock::SimulationClock(double dt) : dt_(to_duration(dt)) {}
 SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationClock(dt) {
   // Otherwise a subscriber that connects between two lock-steps would wait for the next one. A
   // latched message would overtake queued ones, so time would run backwards for the subscriber.
-  const auto tell_newcomer = [this](const ros::SingleSubscriberPublisher&) { publish(); };
-  publisher_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10, tell_newcomer);
+  const auto publish_to_new_subscriber = [this](const ros::SingleSubscriberPublisher&) {
+    publish();
+  };
+  publisher_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10, publish_to_new_subscriber);
   // Checked after advertising: of two servers that start together, at least one sees the other.
   const std::string other = other_clock_publisher();
   if (!other.empty()) {
@@ -131,8 +133,8 @@ SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationC
   }
   now_.fromNSec(read_reserved());
   if (now_.sec >= kLate) {
-    ROS_WARN_STREAM("Simulation time begins at " << now_ << " s, for the parameter "
-                                                 << kReservedUntil << " says so");
+    ROS_WARN_STREAM("Simulation time begins at " << now_ << " s, the value of the parameter "
+                                                 << kReservedUntil);
   }
   reservation_ = std::make_unique<TimeReservation>(
       now_.toNSec(), ros::TIME_MAX.toNSec(),

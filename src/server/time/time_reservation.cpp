@@ -17,12 +17,12 @@ constexpr double kPerSecond = 1e9;
 constexpr double kWallSecondsAhead = 20;  // renewed once half of it is used
 // In an outage asks for an hour: a stopped master may execute the call after its caller has gone.
 constexpr double kWallSecondsAheadInOutage = 3600;
-constexpr double kShortest = 10;   // [s]
+constexpr double kMinAhead = 10;   // [s]
 constexpr double kMaxAhead = 1e6;  // [s]
 
 constexpr std::chrono::milliseconds kMaxWait{200};
 // Pauses between attempts, long because each may stay in the queue of a stopped master.
-constexpr std::chrono::milliseconds kShortestPause{1000};
+constexpr std::chrono::milliseconds kMinPause{1000};
 constexpr std::chrono::milliseconds kMaxPause{5000};
 
 }  // namespace
@@ -92,13 +92,13 @@ void TimeReservation::run() {
     if (failure.empty()) {
       record_success(from, until, at);
     } else {
-      if (was_silent) pause_ = std::clamp(2 * pause_, kShortestPause, kMaxPause);
+      if (was_silent) pause_ = std::clamp(2 * pause_, kMinPause, kMaxPause);
       failure_ = failure;
     }
     const std::string warning = failure.empty() || was_silent ? "" : describe_failure();
     settled_.notify_one();
     lock.unlock();
-    if (!warning.empty()) ROS_WARN_STREAM("Steps go on, but " << warning);
+    if (!warning.empty()) ROS_WARN_STREAM("Stepping continues, but " << warning);
     if (failure.empty() && was_silent) ROS_INFO_STREAM("Simulation time is reserved again");
     lock.lock();
     if (!failure.empty()) wanted_.wait_for(lock, pause_, [this] { return is_over_; });
@@ -111,7 +111,7 @@ std::uint64_t TimeReservation::next_end() const {
   const double pace = used / std::max(elapsed.count(), 1e-3);
   const bool is_silent = !failure_.empty();
   const double ahead = is_silent ? std::max(pace, 1.0) * kWallSecondsAheadInOutage
-                                 : std::max(pace * kWallSecondsAhead, kShortest);
+                                 : std::max(pace * kWallSecondsAhead, kMinAhead);
   const auto nanoseconds = static_cast<std::uint64_t>(std::min(ahead, kMaxAhead) * kPerSecond);
   const std::uint64_t until = used_ + std::min(nanoseconds, end_ - used_);
   return is_silent ? std::max(until, asked_) : until;

@@ -24,6 +24,11 @@ std::string sentence(const Values&... values) {
   return text.str();
 }
 
+/// Raises the level to WARN and appends the text to the message.
+void warn(DiagnosticStatusWrapper& status, const std::string& text) {
+  status.mergeSummary(DiagnosticStatus::WARN, text);
+}
+
 /// Adds a time in microseconds, or a dash if there is none.
 template <typename Times>
 void add_microseconds(DiagnosticStatusWrapper& status, const char* key,
@@ -70,9 +75,8 @@ void Diagnostics::report() {
 }
 
 void Diagnostics::describe_simulation(Status& status) {
-  const EpisodeState& state = this->state();
-  const std::uint64_t errors =
-      simulation_.counters().simulation_errors - reported_.simulation_errors;
+  const EpisodeState& state = simulation_.shown().state();
+  const std::uint64_t errors = new_count(&ServerCounters::simulation_errors);
   if (!state.error.empty()) {
     status.summary(
         DiagnosticStatus::ERROR,
@@ -81,7 +85,7 @@ void Diagnostics::describe_simulation(Status& status) {
   } else if (errors > 0) {
     status.summary(DiagnosticStatus::ERROR,
                    "simulation failed " + counted(errors, "time") + " since the last report");
-  } else if (!simulation_.shown().state().has_begun()) {
+  } else if (!state.has_begun()) {
     status.summary(DiagnosticStatus::OK, "waits for the first reset");
   } else if (state.has_ended()) {
     status.summary(DiagnosticStatus::OK, state.end_reason);
@@ -90,9 +94,7 @@ void Diagnostics::describe_simulation(Status& status) {
   }
   const std::string unrecorded = outputs_.recorder_watch().complaint();
   if (!unrecorded.empty()) {
-    const bool waits = !simulation_.shown().state().has_begun();
-    status.mergeSummary(DiagnosticStatus::WARN,
-                        (waits ? "nothing moves yet: " : "not recorded: ") + unrecorded);
+    warn(status, (state.has_begun() ? "not recorded: " : "nothing moves yet: ") + unrecorded);
   }
   const Specification& specification = simulation_.shown().specification();
   status.add("environment", specification.id);
@@ -111,28 +113,30 @@ void Diagnostics::describe_simulation(Status& status) {
   status.add("pictures_skipped", outputs_.camera().thread().num_skipped());
 }
 
+/// Increase of a counter since the last report.
+std::uint64_t Diagnostics::new_count(std::uint64_t ServerCounters::*counter) const {
+  return simulation_.counters().*counter - reported_.*counter;
+}
+
 /// Simulation time over wall time since the last report.
 double Diagnostics::real_time_factor() const {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - reported_at_;
-  const double simulated =
-      static_cast<double>(simulation_.counters().advances - reported_.advances) *
-      simulation_.shown().specification().dt;
+  const double simulated = static_cast<double>(new_count(&ServerCounters::advances)) *
+                           simulation_.shown().specification().dt;
   return wall.count() > 0 ? simulated / wall.count() : 0;
 }
 
 void Diagnostics::describe_pace(Status& status) {
   const double factor = real_time_factor();
-  const std::uint64_t missed = simulation_.counters().missed_deadlines - reported_.missed_deadlines;
+  const std::uint64_t missed = new_count(&ServerCounters::missed_deadlines);
   status.summary(DiagnosticStatus::OK, drive_.pace());
   if (missed > 0) {
-    status.mergeSummary(DiagnosticStatus::WARN,
-                        sentence("cannot keep up: ", counted(missed, "deadline"),
-                                 " missed since the last report, ", factor, " times real time"));
+    warn(status, sentence("cannot keep up: ", counted(missed, "deadline"),
+                          " missed since the last report, ", factor, " times real time"));
   }
-  const std::string waiting = drive_.complaint();
-  if (!waiting.empty()) status.mergeSummary(DiagnosticStatus::WARN, waiting);
-  const std::string unreserved = simulation_.clock().complaint();
-  if (!unreserved.empty()) status.mergeSummary(DiagnosticStatus::WARN, unreserved);
+  for (const std::string& complaint : {drive_.complaint(), simulation_.clock().complaint()}) {
+    if (!complaint.empty()) warn(status, complaint);
+  }
   status.add("real_time_factor", factor);
   const std::optional<double> wanted = drive_.real_time_factor();
   status.add("real_time_factor_wanted", wanted ? sentence(*wanted) : "-");
@@ -152,28 +156,19 @@ void Diagnostics::describe_commands(Status& status) {
   const std::string text =
       drive_.takes_commands() ? to_text(state) : "refused: ~step drives the walker";
   status.summary(DiagnosticStatus::OK, "effort command: " + text);
-  const std::uint64_t refused = counters.refused_commands - reported_.refused_commands;
-  if (refused > 0) {
-    status.mergeSummary(DiagnosticStatus::WARN,
-                        counted(refused, "effort command") + " refused since the last report");
+  if (const std::uint64_t refused = new_count(&ServerCounters::refused_commands)) {
+    warn(status, counted(refused, "effort command") + " refused since the last report");
   }
-  const std::uint64_t contested = counters.contested_commands - reported_.contested_commands;
-  if (contested > 0) {
-    status.mergeSummary(DiagnosticStatus::WARN,
-                        "two agents drive the walker: " + counted(contested, "effort command") +
-                            " in place of another's");
+  if (const std::uint64_t contested = new_count(&ServerCounters::contested_commands)) {
+    warn(status, "two agents drive the walker: " + counted(contested, "effort command") +
+                     " in place of another's");
   }
-  const std::uint64_t contested_steps = counters.contested_steps - reported_.contested_steps;
-  if (contested_steps > 0) {
-    status.mergeSummary(
-        DiagnosticStatus::WARN,
-        "two agents step the walker: " + counted(contested_steps, "step") + " amid another's");
+  if (const std::uint64_t contested = new_count(&ServerCounters::contested_steps)) {
+    warn(status, "two agents step the walker: " + counted(contested, "step") + " amid another's");
   }
   if (state == EffortCommand::State::timed_out ||
-      counters.command_timeouts != reported_.command_timeouts) {
-    status.mergeSummary(
-        DiagnosticStatus::WARN,
-        sentence("no effort command for ", options_.command_timeout, " s: zero torque"));
+      new_count(&ServerCounters::command_timeouts) > 0) {
+    warn(status, sentence("no effort command for ", options_.command_timeout, " s: zero torque"));
   }
   status.add("effort_command", text);
   status.add("refused_commands", counters.refused_commands);
@@ -187,7 +182,7 @@ void Diagnostics::describe_episodes(Status& status) {
   const EpisodeStatistics::Summary summary = simulation_.episodes().summary();
   status.summary(DiagnosticStatus::OK,
                  summary.episodes == 0
-                     ? "no episode has come to its end yet"
+                     ? "no episode has ended yet"
                      : sentence("mean return ", summary.return_mean, " over the last ",
                                 counted(summary.episodes, "episode")));
   status.add("finished_episodes", summary.episodes);

@@ -30,9 +30,8 @@ class Diagnostics {
   void describe_pace(Status& status);
   void describe_commands(Status& status);
   void describe_episodes(Status& status);
+  std::uint64_t new_count(std::uint64_t ServerCounters::*counter) const;
   double real_time_factor() const;
-
-  const EpisodeState& state() const { return simulation_.shown().state(); }
 
   ServerOptions options_;
   Simulation& simulation_;

@@ -30,13 +30,10 @@ constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
 
-/// Listens on every address, or on loopback alone (see the `bind` of ros/listening.cpp).
-/// @param port receives the port that the system has chosen
-int listen_anywhere(std::uint16_t& port) {
+/// Makes a socket listen on every address, or on loopback alone (`bind` in ros/listening.cpp).
+/// @return the port that the system has chosen
+std::uint16_t listen_anywhere(int descriptor) {
   const bool is_ipv6 = ros::TransportTCP::s_use_ipv6_;
-  const int descriptor =
-      checked(socket(is_ipv6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0),
-              "service port: socket");
   sockaddr_in ipv4{};
   ipv4.sin_family = AF_INET;
   sockaddr_in6 ipv6{};
@@ -47,8 +44,13 @@ int listen_anywhere(std::uint16_t& port) {
   checked(bind(descriptor, address, size), "service port: bind");
   checked(listen(descriptor, SOMAXCONN), "service port: listen");
   checked(getsockname(descriptor, address, &size), "service port: getsockname");
-  port = ntohs(is_ipv6 ? ipv6.sin6_port : ipv4.sin_port);
-  return descriptor;
+  return ntohs(is_ipv6 ? ipv6.sin6_port : ipv4.sin_port);
+}
+
+int make_socket() {
+  const int family = ros::TransportTCP::s_use_ipv6_ ? AF_INET6 : AF_INET;
+  return checked(socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0),
+                 "service port: socket");
 }
 
 /// Upper bound of the sessions: half of the file descriptors is left for topics and the rest.
@@ -91,10 +93,15 @@ ServiceSession::Outcome advance(ServiceSession& session, short happened) {
 
 }  // namespace
 
-ServicePort::ServicePort() : most_sessions_(max_sessions()) {
-  std::uint16_t port = 0;
-  listener_ = listen_anywhere(port);
-  uri_ = "rosrpc://" + ros::network::getHost() + ":" + std::to_string(port);
+ServicePort::ServicePort() : max_sessions_(max_sessions()) {
+  listener_ = make_socket();
+  try {
+    const std::uint16_t port = listen_anywhere(listener_);
+    uri_ = "rosrpc://" + ros::network::getHost() + ":" + std::to_string(port);
+  } catch (...) {
+    close(listener_);
+    throw;
+  }
 }
 
 ServicePort::~ServicePort() {
@@ -207,7 +214,7 @@ void ServicePort::accept_clients() {
       accepts_from_ = Clock::now() + std::chrono::seconds(1);
       return;
     }
-    if (sessions_.size() >= most_sessions_) {
+    if (sessions_.size() >= max_sessions_) {
       turn_away(descriptor);
       continue;
     }

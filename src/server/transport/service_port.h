@@ -47,7 +47,7 @@ class ServicePort {
       const std::string& name,
       const std::function<void(typename Service::Request&, typename Service::Response&)>& handler,
       std::size_t array_bytes = 0) {
-    offer<Service>(name, array_bytes, [handler](auto& request, tcpros::Bytes& answer) {
+    advertise_bytes<Service>(name, array_bytes, [handler](auto& request, tcpros::Bytes& answer) {
       typename Service::Response response;
       handler(request, response);
       append_response(response, answer);
@@ -63,12 +63,12 @@ class ServicePort {
       const std::function<void(typename Service::Request&,
                                const Reply<typename Service::Response>&)>& handler,
       std::size_t array_bytes = 0) {
-    offer<Service>(name, array_bytes,
-                   [handler, event = answer_is_given_](auto& request, auto& /*answer*/) {
-                     auto pending = std::make_shared<PendingAnswer>(event);
-                     handler(request, Reply<typename Service::Response>(pending));
-                     return pending;
-                   });
+    advertise_bytes<Service>(name, array_bytes,
+                             [handler, event = answer_is_given_](auto& request, auto& /*answer*/) {
+                               auto pending = std::make_shared<PendingAnswer>(event);
+                               handler(request, Reply<typename Service::Response>(pending));
+                               return pending;
+                             });
   }
 
   /// Name of the node whose call is in progress; for handlers.
@@ -82,18 +82,15 @@ class ServicePort {
  private:
   using Clock = ServiceSession::Clock;
 
-  static constexpr std::size_t kAlwaysTaken = std::size_t{64} << 10U;  // request bytes
+  static constexpr std::size_t kAlwaysAccepted = std::size_t{64} << 10U;  // request bytes
 
   /// @param call as `OfferedService::call`, with the deserialised request
   template <typename Service, typename Call>
-  void offer(const std::string& name, std::size_t array_bytes, const Call& call) {
+  void advertise_bytes(const std::string& name, std::size_t array_bytes, const Call& call) {
     using Request = typename Service::Request;
-    namespace service_traits = ros::service_traits;
-    namespace message_traits = ros::message_traits;
-    const std::size_t most = ros::serialization::serializationLength(Request()) + array_bytes;
-    add(name, {service_traits::datatype<Service>(), service_traits::md5sum<Service>(),
-               message_traits::datatype<Request>(),
-               message_traits::datatype<typename Service::Response>(), std::max(most, kAlwaysTaken),
+    const std::size_t bound = ros::serialization::serializationLength(Request()) + array_bytes;
+    add(name, {ros::service_traits::datatype<Service>(), ros::service_traits::md5sum<Service>(),
+               std::max(bound, kAlwaysAccepted),
                [call](const std::uint8_t* bytes, std::size_t size, tcpros::Bytes& answer) {
                  Request request;
                  read_exactly(bytes, size, "the request", request);
@@ -111,7 +108,7 @@ class ServicePort {
 
   int listener_;
   std::string uri_;
-  std::size_t most_sessions_;
+  std::size_t max_sessions_;
   SharedBySessions shared_;
   std::vector<std::unique_ptr<ServiceSession>> sessions_;  // null: ended
   std::size_t held_ = 0;                                   // bytes of all sessions

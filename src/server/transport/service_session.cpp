@@ -71,21 +71,23 @@ std::size_t ServiceSession::frame_size() const {
 }
 
 /// Upper bound of the next header or request, without its length field.
-std::size_t ServiceSession::most_bytes() const {
+std::size_t ServiceSession::max_bytes() const {
   return service_ != nullptr ? service_->second.max_request_bytes : tcpros::kMaxHeaderBytes;
 }
 
 bool ServiceSession::has_request() const {
   if (pending_ || has_output() || !has_length()) return false;
   const std::size_t size = frame_size();
-  return received_ - begin_ >= size || size - tcpros::kLengthBytes > most_bytes();
+  return received_ - begin_ >= size || size - tcpros::kLengthBytes > max_bytes();
 }
 
 ServiceSession::Outcome ServiceSession::advance(short happened) {
   if (pending_) {
     if (is_gone_while_pending(happened)) return Outcome::over;
     if (!pending_->is_given()) return Outcome::waits;
-    take_pending();
+    output_ = pending_->take();
+    pending_.reset();
+    pending_bytes_ = 0;
   }
   Outcome outcome = Outcome::waits;
   try {
@@ -104,11 +106,11 @@ ServiceSession::Outcome ServiceSession::advance(short happened) {
 
 void ServiceSession::take_frame(Outcome& outcome) {
   const std::size_t size = frame_size() - tcpros::kLengthBytes;
-  if (size > most_bytes()) {
+  if (size > max_bytes()) {
     const std::string what = service_ != nullptr ? "service " + service_->first + ": a request"
                                                  : "connection header: a header";
-    refuse(what + " of " + std::to_string(size) + " bytes; at most " +
-           std::to_string(most_bytes()) + " are taken");
+    reject(what + " of " + std::to_string(size) + " bytes; at most " + std::to_string(max_bytes()) +
+           " are taken");
     return;
   }
   sent_ = 0;
@@ -127,9 +129,9 @@ void ServiceSession::take_frame(Outcome& outcome) {
   consume(tcpros::kLengthBytes + size);
 }
 
-/// Refuses the next header or request: logs the reason and sends it to the client. After a refused
-/// header the session ends; the remaining bytes of a refused request are discarded.
-void ServiceSession::refuse(const std::string& why) {
+/// Rejects the next header or request: logs the reason and sends it to the client. After a rejected
+/// header the session ends; the remaining bytes of a rejected request are discarded.
+void ServiceSession::reject(const std::string& why) {
   log_client(shared_, "is refused", why);
   sent_ = 0;
   output_.clear();
@@ -139,10 +141,15 @@ void ServiceSession::refuse(const std::string& why) {
     return;
   }
   is_over_ = !is_persistent_;
+  store_failure(why);
+  consume(frame_size());
+}
+
+/// Replaces the output by TCPROS' answer to a failed call.
+void ServiceSession::store_failure(const std::string& why) {
   output_.assign(1 + tcpros::kLengthBytes, 0);
   tcpros::store_length(why.size(), &output_[1]);
   output_.insert(output_.end(), why.begin(), why.end());
-  consume(frame_size());
 }
 
 /// Drops the received part of a frame of this size; the rest will be discarded as it arrives.
@@ -218,22 +225,14 @@ bool ServiceSession::is_gone_while_pending(short happened) {
   return false;
 }
 
-void ServiceSession::take_pending() {
-  output_ = pending_->take();
-  pending_.reset();
-  pending_bytes_ = 0;
-}
-
-void ServiceSession::refuse_long_answer() {
+void ServiceSession::reject_long_answer() {
   if (output_.size() <= kMaxHeldBytes) return;
   const std::string why = "service " + service_->first + ": an answer of " +
                           std::to_string(output_.size()) + " bytes; at most " +
                           std::to_string(kMaxHeldBytes) + " are given";
   log_client(shared_, "gets no answer", why);
   free_memory(output_);
-  output_.assign(1 + tcpros::kLengthBytes, 0);
-  tcpros::store_length(why.size(), &output_[1]);
-  output_.insert(output_.end(), why.begin(), why.end());
+  store_failure(why);
 }
 
 bool ServiceSession::give_way() {
@@ -246,7 +245,7 @@ bool ServiceSession::give_way() {
     log_client(shared_, "is cut off", why);
     return false;
   }
-  refuse("service " + service_->first + ": " + why);
+  reject("service " + service_->first + ": " + why);
   return send();
 }
 
@@ -270,14 +269,14 @@ void ServiceSession::open(const std::uint8_t* header, std::size_t size) {
     caller_ = quoted(caller);
     is_persistent_ = is_set(fields, "persistent");
   } catch (const std::exception& error) {
-    refuse(printable(error.what()));
+    reject(printable(error.what()));
     return;
   }
   const OfferedService& service = service_->second;
   tcpros::append_header({{"callerid", ros::this_node::getName()},
                          {"md5sum", service.md5sum},
-                         {"request_type", service.request_type},
-                         {"response_type", service.response_type},
+                         {"request_type", service.type + "Request"},
+                         {"response_type", service.type + "Response"},
                          {"type", service.type}},
                         output_);
 }
@@ -291,13 +290,10 @@ void ServiceSession::answer(const std::uint8_t* request, std::size_t size) {
     if (pending_) {
       output_.clear();
     } else {
-      refuse_long_answer();
+      reject_long_answer();
     }
   } catch (const std::exception& error) {
-    const std::string reason = printable(error.what());
-    output_.assign(1 + tcpros::kLengthBytes, 0);
-    tcpros::store_length(reason.size(), &output_[1]);
-    output_.insert(output_.end(), reason.begin(), reason.end());
+    store_failure(printable(error.what()));
   }
 }
 

@@ -18,8 +18,6 @@ namespace walker {
 struct OfferedService {
   std::string type;
   std::string md5sum;
-  std::string request_type;
-  std::string response_type;
   std::size_t max_request_bytes;
   /// Handles a request: appends length and serialised response, or returns an answer given later.
   /// @throws std::exception with the reason for no response; then nothing has been appended
@@ -94,19 +92,19 @@ class ServiceSession {
   bool discard();
   bool send();
   bool is_gone_while_pending(short happened);
-  void take_pending();
   void open(const std::uint8_t* header, std::size_t size);
   void answer(const std::uint8_t* request, std::size_t size);
   void take_frame(Outcome& outcome);
-  void refuse(const std::string& why);
-  void refuse_long_answer();
+  void reject(const std::string& why);
+  void reject_long_answer();
+  void store_failure(const std::string& why);
   void consume(std::size_t size);
   void make_room();
   bool has_length() const { return received_ - begin_ >= tcpros::kLengthBytes; }
   bool has_request() const;
   bool has_output() const { return sent_ < output_.size(); }
   std::size_t frame_size() const;
-  std::size_t most_bytes() const;
+  std::size_t max_bytes() const;
 
   int descriptor_;
   SharedBySessions& shared_;

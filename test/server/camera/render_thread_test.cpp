@@ -19,34 +19,34 @@ namespace {
 using test::Gate;
 
 /// State that the renderers of a test share.
-struct Studio {
-  Gate gate;                              // passed by each `render`
-  std::vector<std::int64_t> made;         // cameras of the renderers, in order
-  std::vector<std::uint32_t> drawn;       // steps of the captures, in order
-  std::vector<std::thread::id> painters;  // threads that made or destroyed a renderer
-  std::string complaint;                  // thrown by each `render`, unless empty
+struct Shared {
+  Gate gate;                             // passed by each `render`
+  std::vector<std::int64_t> made;        // cameras of the renderers, in order
+  std::vector<std::uint32_t> rendered;   // steps of the captures, in order
+  std::vector<std::thread::id> threads;  // threads that made or destroyed a renderer
+  std::string failure;                   // thrown by each `render`, unless empty
 };
 
 class FakeRenderer : public Renderer {
  public:
-  FakeRenderer(Studio& studio, const Parameters& parameters) : studio_(studio) {
-    studio_.made.push_back(std::get<std::int64_t>(parameters.at("number")));
-    studio_.painters.push_back(std::this_thread::get_id());
+  FakeRenderer(Shared& shared, const Parameters& parameters) : shared_(shared) {
+    shared_.made.push_back(std::get<std::int64_t>(parameters.at("number")));
+    shared_.threads.push_back(std::this_thread::get_id());
   }
-  ~FakeRenderer() override { studio_.painters.push_back(std::this_thread::get_id()); }
+  ~FakeRenderer() override { shared_.threads.push_back(std::this_thread::get_id()); }
 
   const Camera& camera() const override { return camera_; }
 
   void render(const StateCapture& captured, const Channels& channels, Image& image) override {
-    studio_.gate.pass();
-    if (!studio_.complaint.empty()) throw std::runtime_error(studio_.complaint);
-    studio_.drawn.push_back(captured.step);
+    shared_.gate.pass();
+    if (!shared_.failure.empty()) throw std::runtime_error(shared_.failure);
+    shared_.rendered.push_back(captured.step);
     image.width = captured.step;
     image.depth.assign(channels.depth ? 1 : 0, 0.5F);
   }
 
  private:
-  Studio& studio_;
+  Shared& shared_;
   Camera camera_;
 };
 
@@ -54,21 +54,21 @@ class RenderThreadTest : public testing::Test {
  protected:
   RenderThreadTest()
       : thread_(std::make_unique<RenderThread>([this](const Parameters& camera) {
-          return std::make_unique<FakeRenderer>(studio_, camera);
+          return std::make_unique<FakeRenderer>(shared_, camera);
         })) {}
 
-  ~RenderThreadTest() override { studio_.gate.open(); }
+  ~RenderThreadTest() override { shared_.gate.open(); }
 
-  /// A job that renders `step`; `told_` receives its outcome.
+  /// A job that renders `step`; `outcomes_` receives its outcome.
   RenderJob job(std::uint32_t step, std::int64_t camera = 0) {
     RenderJob job;
     job.captured.step = step;
     job.camera = {{"number", camera}};
     job.is_wanted = [] { return true; };
     job.finish = [this](const Camera& /*camera*/, Image& image) {
-      told_.add(std::to_string(image.width) + (image.depth.empty() ? "" : " depth"));
+      outcomes_.add(std::to_string(image.width) + (image.depth.empty() ? "" : " depth"));
     };
-    job.fail = [this](const std::string& why) { told_.add(why); };
+    job.fail = [this](const std::string& why) { outcomes_.add(why); };
     return job;
   }
 
@@ -80,44 +80,44 @@ class RenderThreadTest : public testing::Test {
 
   /// Opens the gate, renders step 99 and returns all outcomes up to it.
   std::vector<std::string> finish_all() {
-    studio_.gate.open();
+    shared_.gate.open();
     thread_->render(job(99));
-    return told_.take_until("99");
+    return outcomes_.take_until("99");
   }
 
   using Texts = std::vector<std::string>;
 
-  Studio studio_;
-  test::Mailbox told_;
+  Shared shared_;
+  test::Mailbox outcomes_;
   std::unique_ptr<RenderThread> thread_;
 };
 
-TEST_F(RenderThreadTest, MakesNothingBeforeTheFirstPicture) {
+TEST_F(RenderThreadTest, MakesNoRendererBeforeTheFirstJob) {
   thread_.reset();
-  EXPECT_TRUE(studio_.made.empty());
+  EXPECT_TRUE(shared_.made.empty());
 }
 
-TEST_F(RenderThreadTest, DrawsInOrderWhileTheCallerGoesOn) {
+TEST_F(RenderThreadTest, RendersInOrderWithoutBlockingTheCaller) {
   for (const std::uint32_t step : {1U, 2U, 3U}) thread_->render(job(step));
-  studio_.gate.wait_for_arrivals(1);  // the first picture is in progress
-  EXPECT_TRUE(told_.texts().empty());
+  shared_.gate.wait_for_arrivals(1);  // the first picture is in progress
+  EXPECT_TRUE(outcomes_.texts().empty());
   EXPECT_EQ(thread_->num_rendered(), 0U);
   EXPECT_EQ(finish_all(), (Texts{"1", "2", "3", "99"}));
   EXPECT_EQ(thread_->num_rendered(), 4U);
   EXPECT_EQ(thread_->num_skipped(), 0U);
-  EXPECT_EQ(studio_.made.size(), 1U);
+  EXPECT_EQ(shared_.made.size(), 1U);
 }
 
-TEST_F(RenderThreadTest, HandsTheChannelsOn) {
+TEST_F(RenderThreadTest, PassesChannelsToTheRenderer) {
   RenderJob depth = job(1);
   depth.channels = {false, true};
   thread_->render(std::move(depth));
   EXPECT_EQ(finish_all(), (Texts{"1 depth", "99"}));
 }
 
-TEST_F(RenderThreadTest, TheNewestOfThoseThatMayBeSkippedWins) {
+TEST_F(RenderThreadTest, ReplacesAWaitingJobThatMayBeSkipped) {
   thread_->render(newest(1));
-  studio_.gate.wait_for_arrivals(1);
+  shared_.gate.wait_for_arrivals(1);
   thread_->render(newest(2));
   thread_->render(job(3));
   for (const std::uint32_t step : {4U, 5U, 6U}) thread_->render(newest(step));
@@ -126,39 +126,39 @@ TEST_F(RenderThreadTest, TheNewestOfThoseThatMayBeSkippedWins) {
   EXPECT_EQ(thread_->num_skipped(), 3U);
 }
 
-TEST_F(RenderThreadTest, DrawsNothingThatNobodyWantsAnyMore) {
+TEST_F(RenderThreadTest, DropsUnwantedJobs) {
   RenderJob unwanted = job(1);
   unwanted.is_wanted = [] { return false; };
   thread_->render(std::move(unwanted));
   EXPECT_EQ(finish_all(), (Texts{"99"}));
-  EXPECT_EQ(studio_.drawn, (std::vector<std::uint32_t>{99}));
+  EXPECT_EQ(shared_.rendered, (std::vector<std::uint32_t>{99}));
 }
 
-TEST_F(RenderThreadTest, SaysWhyThereIsNoPictureAndTriesAgain) {
-  studio_.complaint = "no OpenGL";
-  studio_.gate.open();
+TEST_F(RenderThreadTest, ReportsFailuresAndRemakesTheRenderer) {
+  shared_.failure = "no OpenGL";
+  shared_.gate.open();
   thread_->render(job(1));
-  EXPECT_EQ(told_.take_until("no OpenGL"), (Texts{"no OpenGL"}));
-  studio_.complaint.clear();
+  EXPECT_EQ(outcomes_.take_until("no OpenGL"), (Texts{"no OpenGL"}));
+  shared_.failure.clear();
   EXPECT_EQ(finish_all(), (Texts{"99"}));
-  EXPECT_EQ(studio_.made.size(), 2U) << "what has failed is made anew";
+  EXPECT_EQ(shared_.made.size(), 2U) << "what has failed is made anew";
   EXPECT_EQ(thread_->num_rendered(), 1U);
 }
 
-TEST_F(RenderThreadTest, ARendererThatCannotBeMadeHurtsNoOther) {
-  studio_.gate.open();
+TEST_F(RenderThreadTest, SurvivesARendererThatCannotBeMade) {
+  shared_.gate.open();
   thread_->render(job(1));
   RenderJob wrong = job(2);
   wrong.camera.clear();
   thread_->render(std::move(wrong));
-  const Texts told = finish_all();
-  ASSERT_EQ(told.size(), 3U);
-  EXPECT_EQ(told.front(), "1");
-  EXPECT_EQ(told.back(), "99");
-  EXPECT_EQ(studio_.made.size(), 1U);
+  const Texts outcomes = finish_all();
+  ASSERT_EQ(outcomes.size(), 3U);
+  EXPECT_EQ(outcomes.front(), "1");
+  EXPECT_EQ(outcomes.back(), "99");
+  EXPECT_EQ(shared_.made.size(), 1U);
 }
 
-TEST_F(RenderThreadTest, PassesOnWhatTheReceiverThrows) {
+TEST_F(RenderThreadTest, ReportsExceptionsOfFinish) {
   RenderJob refused = job(1);
   refused.finish = [](const Camera& /*camera*/, Image& /*image*/) {
     throw std::runtime_error("no memory");
@@ -167,30 +167,30 @@ TEST_F(RenderThreadTest, PassesOnWhatTheReceiverThrows) {
   EXPECT_EQ(finish_all(), (Texts{"no memory", "99"}));
 }
 
-TEST_F(RenderThreadTest, KeepsTheRenderersOfTheLastFewCameras) {
+TEST_F(RenderThreadTest, CachesTheFourLatestRenderers) {
   for (const std::int64_t camera : {0, 1, 2, 3, 0, 4, 0, 1}) thread_->render(job(1, camera));
   finish_all();
-  EXPECT_EQ(studio_.made, (std::vector<std::int64_t>{0, 1, 2, 3, 4, 1}));
+  EXPECT_EQ(shared_.made, (std::vector<std::int64_t>{0, 1, 2, 3, 4, 1}));
 }
 
-TEST_F(RenderThreadTest, RenderersLiveAndDieInItsThread) {
+TEST_F(RenderThreadTest, MakesAndDestroysRenderersInItsThread) {
   for (const std::int64_t camera : {0, 1, 2, 3, 4}) thread_->render(job(1, camera));
   finish_all();
   thread_.reset();
-  ASSERT_EQ(studio_.painters.size(), 12U) << "six are made, and as many destroyed";
-  for (const std::thread::id painter : studio_.painters) {
-    EXPECT_EQ(painter, studio_.painters.front());
-    EXPECT_NE(painter, std::this_thread::get_id());
+  ASSERT_EQ(shared_.threads.size(), 12U) << "six are made, and as many destroyed";
+  for (const std::thread::id thread : shared_.threads) {
+    EXPECT_EQ(thread, shared_.threads.front());
+    EXPECT_NE(thread, std::this_thread::get_id());
   }
 }
 
-TEST_F(RenderThreadTest, EndsAfterThePictureInFlight) {
+TEST_F(RenderThreadTest, FinishesTheRunningJobWhenDestroyed) {
   for (const std::uint32_t step : {1U, 2U, 3U}) thread_->render(job(step));
-  studio_.gate.wait_for_arrivals(1);
-  std::thread opener([this] { studio_.gate.open(); });
+  shared_.gate.wait_for_arrivals(1);
+  std::thread opener([this] { shared_.gate.open(); });
   thread_.reset();
-  EXPECT_FALSE(studio_.drawn.empty());
-  EXPECT_EQ(told_.texts().size(), studio_.drawn.size());
+  EXPECT_FALSE(shared_.rendered.empty());
+  EXPECT_EQ(outcomes_.texts().size(), shared_.rendered.size());
   opener.join();
 }
 

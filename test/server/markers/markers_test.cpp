@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <memory>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -17,6 +16,7 @@
 #include "description/link_tree.h"
 #include "server/markers/scene_markers.h"
 #include "server/markers/state_markers.h"
+#include "server/twin.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -72,27 +72,20 @@ const Marker* find(const MarkerArray& array, const std::string& name) {
 
 /// A walker just after a reset.
 struct World {
-  explicit World(const std::string& id) : environment(make(id)) {
-    const Specification& specification = environment->specification();
-    std::vector<double> observation(specification.observation_size());
-    std::vector<double> info(specification.info_names.size());
-    Result result;
-    result.observation = observation.data();
-    result.info = info.data();
-    environment->reset(0, result);
-    environment->sense(sensors);
-    environment->scene(scene);
+  explicit World(const std::string& id) : twin(id) {
+    twin.reset(0);
+    sensors = twin.sense();
+    twin.environment().scene(scene);
     status.episode = 3;
     status.step = 7;
     status.episode_return = 1.25;
     status.seed = 42;
   }
 
-  MarkerArray state() const {
-    return state_markers(environment->specification(), sensors, status, header());
-  }
+  MarkerArray state() const { return state_markers(specification(), sensors, status, header()); }
+  const Specification& specification() const { return twin.environment().specification(); }
 
-  std::unique_ptr<Environment> environment;
+  test::Twin twin;
   Sensors sensors;
   Scene scene;
   EpisodeState status;
@@ -104,7 +97,8 @@ TEST_P(EveryEnvironment, HasADrawableScene) {
   const World world(GetParam());
   const MarkerArray array = scene_markers(world.scene, header());
   ASSERT_FALSE(array.markers.empty());
-  EXPECT_EQ(array.markers.front().action, Marker::DELETEALL) << "the last episode's would remain";
+  EXPECT_EQ(array.markers.front().action, Marker::DELETEALL)
+      << "markers of the previous episode remain";
   for (const Marker& marker : array.markers) expect_drawable(marker);
   EXPECT_EQ(find(array, "ground") != nullptr, !world.scene.ground.empty());
   EXPECT_EQ(find(array, "obstacles") != nullptr, !world.scene.obstacles.empty());
@@ -140,7 +134,7 @@ std::string test_name(const testing::TestParamInfo<std::string>& environment) {
 
 INSTANTIATE_TEST_SUITE_P(All, EveryEnvironment, testing::ValuesIn(ids()), test_name);
 
-TEST(SceneMarkers, StandOnTheSurfaceThatTheWalkerWalksOn) {
+TEST(SceneMarkers, HaveTheSurfaceOfTheGround) {
   const World world("BipedalWalker-v3");
   const MarkerArray array = scene_markers(world.scene, header());
   const Marker& ground = *find(array, "ground");
@@ -154,7 +148,7 @@ TEST(SceneMarkers, StandOnTheSurfaceThatTheWalkerWalksOn) {
 }
 
 /// Grass and the earth below it cover exactly the polygon, without gaps or overlaps.
-TEST(SceneMarkers, CoverAPieceOfGroundOnce) {
+TEST(SceneMarkers, CoverEachPieceOfGroundOnce) {
   Scene scene;
   scene.ground.push_back({{{0, 2}, {3, 1}, {3, -1}, {0, -1}}, {0.4, 0.8, 0.3, 1}});
   const MarkerArray array = scene_markers(scene, header());
@@ -176,7 +170,7 @@ TEST(SceneMarkers, CoverAPieceOfGroundOnce) {
 }
 
 /// Gymnasium's pennant is 25 pixels long and 10 high, on a pole of 50 pixels.
-TEST(SceneMarkers, PennantsHaveGymnasiumsProportions) {
+TEST(SceneMarkers, HavePennantsOfGymnasiumsProportions) {
   Scene scene;
   scene.flags.push_back({2, 3, 5, {0.9, 0.2, 0, 1}});
   const MarkerArray array = scene_markers(scene, header());
@@ -190,7 +184,7 @@ TEST(SceneMarkers, PennantsHaveGymnasiumsProportions) {
   EXPECT_DOUBLE_EQ(points[2].z, 7.5);
 }
 
-TEST(SceneMarkers, LeaveOutWhatIsNotFinite) {
+TEST(SceneMarkers, LeaveOutNonFiniteShapes) {
   World world("BipedalWalkerHardcore-v3");
   const double nan = std::numeric_limits<double>::quiet_NaN();
   world.scene.ground[3].points[1][1] = nan;
@@ -202,15 +196,15 @@ TEST(SceneMarkers, LeaveOutWhatIsNotFinite) {
   }
 }
 
-TEST(SceneMarkers, OfAnEmptySceneOnlyDelete) {
+TEST(SceneMarkers, OnlyDeleteInAnEmptyScene) {
   const MarkerArray array = scene_markers(Scene{}, header());
   ASSERT_EQ(array.markers.size(), 1U);
   EXPECT_EQ(array.markers[0].action, Marker::DELETEALL);
 }
 
-TEST(StateMarkers, ShowRaysFromTheHullToWhatTheyMet) {
+TEST(StateMarkers, ShowRaysFromTheHullToTheirHits) {
   World world("BipedalWalker-v3");
-  const RangeFinder& finder = world.environment->specification().range_finder;
+  const RangeFinder& finder = world.specification().range_finder;
   const Vector3& hull = world.sensors.link_poses[0].position;
   std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(), 2.0);
   world.sensors.ranges.back() = std::numeric_limits<double>::infinity();
@@ -234,7 +228,7 @@ TEST(StateMarkers, ShowRaysFromTheHullToWhatTheyMet) {
   EXPECT_LT(missed.color.a, rays.color.a);
 }
 
-TEST(StateMarkers, TakeTheHitsBackWhereNothingIsMet) {
+TEST(StateMarkers, DeleteHitsAndRaysWithoutHits) {
   World world("BipedalWalker-v3");
   std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(),
             std::numeric_limits<double>::infinity());
@@ -242,7 +236,7 @@ TEST(StateMarkers, TakeTheHitsBackWhereNothingIsMet) {
   EXPECT_EQ(find(world.state(), "rays")->action, Marker::DELETE);
 }
 
-TEST(StateMarkers, LeaveOutWhatIsNotFinite) {
+TEST(StateMarkers, LeaveOutNonFiniteSensors) {
   World world("BipedalWalker-v3");
   world.sensors.ranges[4] = std::numeric_limits<double>::quiet_NaN();
   for (const Marker& marker : world.state().markers) expect_drawable(marker);
@@ -250,7 +244,7 @@ TEST(StateMarkers, LeaveOutWhatIsNotFinite) {
   EXPECT_TRUE(world.state().markers.empty());
 }
 
-TEST(StateMarkers, TellHowTheEpisodeEnded) {
+TEST(StateMarkers, ShowTheEndReason) {
   World world("BipedalWalker-v3");
   world.status.end_reason = "terminated: hull touched the ground";
   world.status.seed.reset();
@@ -260,7 +254,7 @@ TEST(StateMarkers, TellHowTheEpisodeEnded) {
   EXPECT_EQ(text.find(" seed "), std::string::npos);
 }
 
-TEST(StateMarkers, AreAsLargeAsTheWalkersReach) {
+TEST(StateMarkers, ScaleWithTheWalkersReach) {
   Specification specification;
   specification.links.resize(2);
   specification.links[0].name = "trunk";
@@ -280,7 +274,7 @@ TEST(StateMarkers, AreAsLargeAsTheWalkersReach) {
   EXPECT_DOUBLE_EQ(text.scale.z, 0.11 * kReach);
 }
 
-TEST(StateMarkers, KeepTheTextWhereItIsWhateverTheNumbers) {
+TEST(StateMarkers, KeepTheTextsWidth) {
   // rviz centres the text, so it stays in place while its widest line does not change.
   World world("Walker2d-v5");
   const auto lines = [&](std::uint32_t step, double episode_return) {
@@ -313,9 +307,9 @@ double lowest_corner(const Link& link, const Pose& pose) {
   return lowest;
 }
 
-TEST(ContactMarkers, AreAtTheLowestPointOfEachFootThatTouchesTheGround) {
+TEST(ContactMarkers, AreAtTheLowestPointOfEachTouchingFoot) {
   World world("BipedalWalker-v3");
-  const Specification& specification = world.environment->specification();
+  const Specification& specification = world.specification();
   const std::map<std::string, Place> places = place_links(specification);
   ASSERT_EQ(specification.contact_links.size(), 2U);
   for (std::size_t foot = 0; foot < 2; ++foot) {
@@ -340,18 +334,13 @@ TEST(ContactMarkers, AreAtTheLowestPointOfEachFootThatTouchesTheGround) {
   EXPECT_EQ(find(world.state(), "contacts")->action, Marker::DELETE);
 }
 
-TEST(ContactMarkers, AreOnTheFloorWhereTheEngineReportsAContact) {
+TEST(ContactMarkers, AreOnTheFloor) {
   World world("Walker2d-v5");
-  const std::vector<double> still(world.environment->specification().action_size());
-  std::vector<double> observation(world.environment->specification().observation_size());
-  std::vector<double> info(world.environment->specification().info_names.size());
-  Result result;
-  result.observation = observation.data();
-  result.info = info.data();
+  const std::vector<double> still(world.specification().action_size());
   std::size_t seen = 0;
   for (int i = 0; i < 40; ++i) {
-    world.environment->step(still.data(), still.size(), result);
-    world.environment->sense(world.sensors);
+    world.twin.step(still);
+    world.sensors = world.twin.sense();
     const MarkerArray array = world.state();
     const Marker& contacts = *find(array, "contacts");
     if (contacts.action != Marker::ADD) continue;
@@ -363,7 +352,7 @@ TEST(ContactMarkers, AreOnTheFloorWhereTheEngineReportsAContact) {
   EXPECT_GT(seen, 20U);
 }
 
-TEST(LowestPoint, OfEverySolid) {
+TEST(LowestPoint, IsExactForEverySolid) {
   constexpr double kAngle = 0.5;  // about +y: tilts +x down
   const Pose tilted{{1, 2, 3}, {0, std::sin(kAngle / 2), 0, std::cos(kAngle / 2)}};
   const auto height = [&](Solid::Kind kind, const Vector3& size) {
@@ -403,7 +392,7 @@ std::map<long, float> nearest_tiles(double walker_x) {
   return tones;
 }
 
-TEST(FloorMarker, HasTilesOfTwoColoursInTurn) {
+TEST(FloorMarker, AlternatesTwoColours) {
   const std::map<long, float> tones = nearest_tiles(0);
   ASSERT_GT(tones.size(), 20U);
   for (auto next = std::next(tones.begin()); next != tones.end(); ++next) {
@@ -412,7 +401,7 @@ TEST(FloorMarker, HasTilesOfTwoColoursInTurn) {
   }
 }
 
-TEST(FloorMarker, GoesAlongWithoutMovingItsTiles) {
+TEST(FloorMarker, FollowsTheWalkerWithoutMovingItsTiles) {
   const std::map<long, float> at_home = nearest_tiles(0);
   for (const double x : {-1000.3, -2.0, 0.9, 1.1, 3.7, 123456.7}) {
     SCOPED_TRACE(x);
@@ -424,15 +413,15 @@ TEST(FloorMarker, GoesAlongWithoutMovingItsTiles) {
       EXPECT_EQ(tone, tile % 2 == 0 ? at_home.at(0) : at_home.at(1)) << tile;
     }
   }
-  EXPECT_EQ(floor_center(kFloor, 0.3), floor_center(kFloor, -0.3)) << "drawn anew at every step";
+  EXPECT_EQ(floor_center(kFloor, 0.3), floor_center(kFloor, -0.3)) << "redrawn at every step";
 }
 
-TEST(FloorMarker, IsSmall) {
+TEST(FloorMarker, IsBelow250Kilobytes) {
   const Marker marker = floor_marker(kFloor, 0, header());
   EXPECT_LT(ros::serialization::serializationLength(marker), 250000U);
 }
 
-TEST(PathMarker, HasAPointWhereverTheTrunkHasGoneSomeWay) {
+TEST(PathMarker, AddsAPointPerSpacing) {
   Path path;
   EXPECT_TRUE(path.add({0, 0, 1}));
   EXPECT_EQ(path.marker(header()).action, Marker::DELETE) << "one point is no line";
@@ -447,7 +436,7 @@ TEST(PathMarker, HasAPointWhereverTheTrunkHasGoneSomeWay) {
   EXPECT_EQ(marker.points[2].z, 1 + Path::kSpacing);
 }
 
-TEST(PathMarker, ForgetsWhatLiesFarBack) {
+TEST(PathMarker, DropsTheOldestPoints) {
   Path path;
   const auto most = static_cast<int>(Path::kMaxPoints);
   for (int i = 0; i < most + 10; ++i) EXPECT_TRUE(path.add({1.0 * i, 0, 1}));

@@ -24,11 +24,7 @@ std::string pair(const std::string& one, const std::string& other) {
          "</value></data></array></value>";
 }
 
-std::string refusal(const std::string& xml) {
-  return message_of<std::invalid_argument>([&] { read_reserved_until(parsed(xml)); });
-}
-
-TEST(ReservedUntil, IsReadAsItWasWritten) {
+TEST(ReservedUntil, SurvivesARoundTrip) {
   for (const std::uint64_t time :
        {std::uint64_t{0}, std::uint64_t{1}, kSecond - 1, 17 * kSecond + 20'000'000,
         2147483647 * kSecond + 5, 2147483648 * kSecond, 4294967295 * kSecond + kSecond - 1}) {
@@ -36,53 +32,48 @@ TEST(ReservedUntil, IsReadAsItWasWritten) {
   }
 }
 
-/// `rosparam set` and launch files write these types.
-TEST(ReservedUntil, IsReadAsAPersonWritesIt) {
+TEST(ReservedUntil, AcceptsTheTypesOfRosparamAndLaunchFiles) {
   EXPECT_EQ(read_reserved_until(parsed(pair("<int>3</int>", "<int>4</int>"))), 3 * kSecond + 4);
   EXPECT_EQ(read_reserved_until(parsed(pair("<double>3.0</double>", "<i4>0</i4>"))), 3 * kSecond);
   EXPECT_EQ(read_reserved_until(parsed(pair("<string>3.0e0</string>", "4e0"))), 3 * kSecond + 4);
 }
 
-TEST(ReservedUntil, WhatIsNoTimeIsRefusedWithItsNameValueAndWhatIsAllowed) {
-  const std::string begin = "parameter /walker_sim_clock/reserved_until = ";
-  const std::string rule =
-      ": must be [seconds, nanoseconds], whole numbers from 0 to 4294967295 and from 0 to "
-      "999999999, as a server writes it; without it time begins at 0: rosparam delete "
-      "/walker_sim_clock/reserved_until";
-  EXPECT_EQ(refusal("<value><string>soon</string></value>"), begin + "\"soon\"" + rule);
-  EXPECT_EQ(refusal("<value>" + std::string(200, 'x') + "</value>"),
-            begin + "\"" + std::string(60, 'x') + "...\"" + rule);
-  EXPECT_EQ(refusal("<value><int>5</int></value>"), begin + "5" + rule);
-  EXPECT_EQ(refusal("<value><boolean>1</boolean></value>"), begin + "1" + rule);
-  EXPECT_EQ(refusal("<value><array><data></data></array></value>"), begin + "[]" + rule);
-  EXPECT_EQ(refusal("<value><struct><member><name>s</name><value><i4>1</i4></value></member>"
-                    "</struct></value>"),
-            begin + "{1}" + rule);
-  EXPECT_EQ(refusal("<value><array><data><value><i4>5</i4></value></data></array></value>"),
-            begin + "[5]" + rule);
+TEST(ReservedUntil, RejectsOtherValues) {
   const struct {
-    const char *one, *other, *text;
+    std::string xml, text;
   } cases[] = {
-      {"<i4>-1</i4>", "<i4>0</i4>", "[-1, 0]"},
-      {"<i4>5</i4>", "<i4>-1</i4>", "[5, -1]"},
-      {"<i4>5</i4>", "<i4>1000000000</i4>", "[5, 1000000000]"},
-      {"<i8>4294967296</i8>", "<i4>0</i4>", "[4294967296, 0]"},
-      {"<i8>9223372036854775807</i8>", "<i4>0</i4>", "[9223372036854775807, 0]"},
-      {"<double>nan</double>", "<i4>0</i4>", "[nan, 0]"},
-      {"<double>inf</double>", "<i4>0</i4>", "[inf, 0]"},
-      {"<double>-0.5</double>", "<i4>0</i4>", "[-0.5, 0]"},
-      {"<double>1e300</double>", "<i4>0</i4>", "[1e300, 0]"},
-      {"<double>2.5</double>", "<i4>0</i4>", "[2.5, 0]"},
-      {"<double>soon</double>", "<i4>0</i4>", "[soon, 0]"},
-      {"<boolean>1</boolean>", "<i4>0</i4>", "[1, 0]"},
-      {"<string>5 s</string>", "<i4>0</i4>", "[\"5 s\", 0]"},
-      {"<string>2.5e0</string>", "<i4>0</i4>", "[\"2.5e0\", 0]"},
+      {"<value><string>soon</string></value>", "\"soon\""},
+      {"<value>" + std::string(200, 'x') + "</value>", "\"" + std::string(60, 'x') + "...\""},
+      {"<value><int>5</int></value>", "5"},
+      {"<value><boolean>1</boolean></value>", "1"},
+      {"<value><array><data></data></array></value>", "[]"},
+      {"<value><struct><member><name>s</name><value><i4>1</i4></value></member></struct></value>",
+       "{1}"},
+      {"<value><array><data><value><i4>5</i4></value></data></array></value>", "[5]"},
+      {"<value><array><data><value>1</value><value>2</value><value>3</value><value>4</value>"
+       "<value>5</value><value>6</value></data></array></value>",
+       R"(["1", "2", "3", "4", ...])"},
+      {pair("<i4>-1</i4>", "<i4>0</i4>"), "[-1, 0]"},
+      {pair("<i4>5</i4>", "<i4>-1</i4>"), "[5, -1]"},
+      {pair("<i4>5</i4>", "<i4>1000000000</i4>"), "[5, 1000000000]"},
+      {pair("<i8>4294967296</i8>", "<i4>0</i4>"), "[4294967296, 0]"},
+      {pair("<i8>9223372036854775807</i8>", "<i4>0</i4>"), "[9223372036854775807, 0]"},
+      {pair("<double>nan</double>", "<i4>0</i4>"), "[nan, 0]"},
+      {pair("<double>inf</double>", "<i4>0</i4>"), "[inf, 0]"},
+      {pair("<double>-0.5</double>", "<i4>0</i4>"), "[-0.5, 0]"},
+      {pair("<double>1e300</double>", "<i4>0</i4>"), "[1e300, 0]"},
+      {pair("<double>2.5</double>", "<i4>0</i4>"), "[2.5, 0]"},
+      {pair("<double>soon</double>", "<i4>0</i4>"), "[soon, 0]"},
+      {pair("<boolean>1</boolean>", "<i4>0</i4>"), "[1, 0]"},
+      {pair("<string>5 s</string>", "<i4>0</i4>"), R"(["5 s", 0])"},
+      {pair("<string>2.5e0</string>", "<i4>0</i4>"), R"(["2.5e0", 0])"},
   };
-  for (const auto& one : cases) {
-    std::string expected = begin;
-    expected += one.text;
-    expected += rule;
-    EXPECT_EQ(refusal(pair(one.one, one.other)), expected);
+  for (const auto& [xml, text] : cases) {
+    EXPECT_EQ(message_of<std::invalid_argument>([&xml = xml] { read_reserved_until(parsed(xml)); }),
+              "parameter /walker_sim_clock/reserved_until = " + text +
+                  ": must be [seconds, nanoseconds], integers in [0, 4294967295] and [0, "
+                  "999999999]; a server writes it. To restart time at 0: rosparam delete "
+                  "/walker_sim_clock/reserved_until");
   }
 }
 

@@ -17,7 +17,7 @@ constexpr double kMicrosecond = 1e-6;
 constexpr double kTolerance = 1e-12;
 const Time kStart{hours(1000)};
 
-TEST(StepTiming, JitterIsTheDeviationFromThePeriodInEitherDirection) {
+TEST(StepTiming, ComputesQuantilesOfDeviationsInBothDirections) {
   StepTiming timing;
   Time now = kStart;
   timing.step_begins(now, milliseconds(20));
@@ -34,7 +34,7 @@ TEST(StepTiming, JitterIsTheDeviationFromThePeriodInEitherDirection) {
   EXPECT_NEAR(jitter->largest, 2000 * kMicrosecond, kTolerance);
 }
 
-TEST(StepTiming, OneIntervalIsEnough) {
+TEST(StepTiming, NeedsOneInterval) {
   StepTiming timing;
   timing.step_begins(kStart, milliseconds(8));
   EXPECT_FALSE(timing.report().jitter) << "one step has no interval";
@@ -42,30 +42,24 @@ TEST(StepTiming, OneIntervalIsEnough) {
   timing.step_begins(kStart + microseconds(8007), milliseconds(8));
   const auto jitter = timing.report().jitter;
   ASSERT_TRUE(jitter);
-  EXPECT_NEAR(jitter->median, 7 * kMicrosecond, kTolerance);
-  EXPECT_NEAR(jitter->percentile_99, 7 * kMicrosecond, kTolerance);
-  EXPECT_NEAR(jitter->percentile_999, 7 * kMicrosecond, kTolerance);
-  EXPECT_NEAR(jitter->largest, 7 * kMicrosecond, kTolerance);
+  for (const double value :
+       {jitter->median, jitter->percentile_99, jitter->percentile_999, jitter->largest}) {
+    EXPECT_NEAR(value, 7 * kMicrosecond, kTolerance);
+  }
 }
 
-TEST(StepTiming, AnInterruptionIsNoInterval) {
+TEST(StepTiming, LeavesOutInterruptedAndUnplannedIntervals) {
   StepTiming timing;
   timing.step_begins(kStart, milliseconds(20));
   timing.interrupt();
   timing.step_begins(kStart + seconds(10), milliseconds(20));
+  timing.step_begins(kStart + seconds(11), milliseconds(0));
+  timing.step_begins(kStart + seconds(12), milliseconds(0));
+  timing.step_begins(kStart + seconds(13), milliseconds(20));
   EXPECT_FALSE(timing.report().jitter);
 }
 
-TEST(StepTiming, WithoutAPlanThereIsNoJitter) {
-  StepTiming timing;
-  timing.step_begins(kStart, milliseconds(20));
-  timing.step_begins(kStart + milliseconds(1), milliseconds(0));
-  timing.step_begins(kStart + milliseconds(2), milliseconds(0));
-  timing.step_begins(kStart + milliseconds(3), milliseconds(20));
-  EXPECT_FALSE(timing.report().jitter);
-}
-
-TEST(StepTiming, BeyondItsCapacityQuantilesAreOfTheLatestIntervals) {
+TEST(StepTiming, ComputesQuantilesOfTheLatestIntervals) {
   StepTiming timing;
   Time now = kStart;
   const auto add = [&](std::size_t intervals, Duration deviation) {
@@ -83,7 +77,7 @@ TEST(StepTiming, BeyondItsCapacityQuantilesAreOfTheLatestIntervals) {
   EXPECT_NEAR(jitter->largest, 500 * kMicrosecond, kTolerance) << "the largest is of all";
 }
 
-TEST(StepTiming, MeanAndLargestStepTime) {
+TEST(StepTiming, ComputesMeanAndLargestStepTime) {
   StepTiming timing;
   EXPECT_FALSE(timing.report().duration);
   for (const Duration duration :
@@ -96,7 +90,7 @@ TEST(StepTiming, MeanAndLargestStepTime) {
   EXPECT_NEAR(duration->largest, 500 * kMicrosecond, kTolerance);
 }
 
-TEST(StepTiming, AReportBeginsAnew) {
+TEST(StepTiming, RestartsWithAReport) {
   StepTiming timing;
   timing.step_begins(kStart, milliseconds(20));
   timing.step_begins(kStart + milliseconds(90), milliseconds(20));

@@ -25,29 +25,29 @@ constexpr std::uint64_t kBegin = 100 * kSecond;
 constexpr std::uint64_t kEnd = std::numeric_limits<std::uint64_t>::max();
 
 /// Fake master: records reservations; a test can block them or make them fail.
-class Keeper {
+class FakeMaster {
  public:
   TimeReservation::Write write() {
     return [this](std::uint64_t until) {
       gate.pass();
       const std::lock_guard<std::mutex> lock(mutex_);
-      asked_.push_back(until);
+      reserved_.push_back(until);
       changed_.notify_all();
-      if (is_silent_) throw std::runtime_error("timed out");
+      if (is_failing_) throw std::runtime_error("timed out");
     };
   }
 
-  void be_silent(bool is_silent) {
+  void set_failing(bool is_failing) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_silent_ = is_silent;
+    is_failing_ = is_failing;
   }
 
   /// Waits for `count` reservations and returns all of them.
-  std::vector<std::uint64_t> asked(std::size_t count) {
+  std::vector<std::uint64_t> reservations(std::size_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
     constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
-    EXPECT_TRUE(changed_.wait_for(lock, kTimeout, [&] { return asked_.size() >= count; }));
-    return asked_;
+    EXPECT_TRUE(changed_.wait_for(lock, kTimeout, [&] { return reserved_.size() >= count; }));
+    return reserved_;
   }
 
   Gate gate;
@@ -55,17 +55,17 @@ class Keeper {
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<std::uint64_t> asked_;
-  bool is_silent_ = false;
+  std::vector<std::uint64_t> reserved_;
+  bool is_failing_ = false;
 };
 
 class TimeReservationTest : public testing::Test {
  protected:
-  TimeReservationTest() { keeper_.gate.open(); }
-  ~TimeReservationTest() override { keeper_.gate.open(); }
+  TimeReservationTest() { master_.gate.open(); }
+  ~TimeReservationTest() override { master_.gate.open(); }
 
   void begin(std::uint64_t end = kEnd) {
-    reservation_ = std::make_unique<TimeReservation>(kBegin, end, keeper_.write());
+    reservation_ = std::make_unique<TimeReservation>(kBegin, end, master_.write());
   }
 
   /// Waits until there is a complaint, or none, and returns it.
@@ -81,89 +81,89 @@ class TimeReservationTest : public testing::Test {
     return reservation_->complaint();
   }
 
-  Keeper keeper_;
+  FakeMaster master_;
   std::unique_ptr<TimeReservation> reservation_;
 };
 
-TEST_F(TimeReservationTest, IsThereFromTheBeginning) {
+TEST_F(TimeReservationTest, ReservesTenSecondsFirst) {
   begin();
-  EXPECT_EQ(keeper_.asked(1), std::vector<std::uint64_t>{kBegin + 10 * kSecond});
+  EXPECT_EQ(master_.reservations(1), std::vector<std::uint64_t>{kBegin + 10 * kSecond});
   EXPECT_EQ(reservation_->complaint(), "");
 }
 
-TEST_F(TimeReservationTest, IsRenewedWhileHalfIsLeft) {
+TEST_F(TimeReservationTest, RenewsWhenHalfIsUsed) {
   begin();
   for (std::uint64_t now = kBegin; now <= kBegin + 5 * kSecond; now += kSecond) {
     reservation_->use(now);
   }
-  EXPECT_EQ(keeper_.asked(1).size(), 1U);
+  EXPECT_EQ(master_.reservations(1).size(), 1U);
   reservation_->use(kBegin + 6 * kSecond);
-  EXPECT_GE(keeper_.asked(2).back(), kBegin + 16 * kSecond);
+  EXPECT_GE(master_.reservations(2).back(), kBegin + 16 * kSecond);
 }
 
-TEST_F(TimeReservationTest, IsAheadOfWhoeverIsQuick) {
+TEST_F(TimeReservationTest, StaysAheadOfAFastUser) {
   begin();
   for (std::uint64_t now = kBegin; now < kBegin + 10000 * kSecond; now += kSecond / 50) {
     reservation_->use(now);
-    ASSERT_GE(keeper_.asked(1).back(), now);
+    ASSERT_GE(master_.reservations(1).back(), now);
   }
 }
 
-TEST_F(TimeReservationTest, IsGivenBackWhereItWasNotUsed) {
+TEST_F(TimeReservationTest, ReleasesUnusedTime) {
   begin();
   reservation_->use(kBegin + kSecond);
   reservation_.reset();
-  EXPECT_EQ(keeper_.asked(2).back(), kBegin + kSecond);
+  EXPECT_EQ(master_.reservations(2).back(), kBegin + kSecond);
 }
 
-TEST_F(TimeReservationTest, IsNotWaitedForWithoutEnd) {
+TEST_F(TimeReservationTest, WaitsOnlyOnceForASilentMaster) {
   begin();
-  keeper_.gate.close();
+  master_.gate.close();
   for (std::uint64_t now = kBegin; now < kBegin + 1000 * kSecond; now += kSecond / 50) {
     reservation_->use(now);
   }
-  EXPECT_EQ(keeper_.asked(1).size(), 1U);
-  EXPECT_EQ(reservation_->complaint(), "") << "nobody knows yet";
-  keeper_.gate.open();
+  EXPECT_EQ(master_.reservations(1).size(), 1U);
+  EXPECT_EQ(reservation_->complaint(), "") << "no attempt has failed yet";
+  master_.gate.open();
   reservation_->use(kBegin + 1001 * kSecond);
   reservation_->use(kBegin + 1002 * kSecond);
-  while (keeper_.asked(1).back() < kBegin + 1002 * kSecond) keeper_.asked(2);
+  while (master_.reservations(1).back() < kBegin + 1002 * kSecond) master_.reservations(2);
   EXPECT_EQ(reservation_->complaint(), "");
 }
 
-TEST_F(TimeReservationTest, WhereItFailsItIsMissedAndAnHourIsAskedFor) {
+TEST_F(TimeReservationTest, ReservesAnHourAfterAFailure) {
   begin();
-  keeper_.be_silent(true);
+  master_.set_failing(true);
   reservation_->use(kBegin + 8 * kSecond);
   EXPECT_EQ(wait_for_complaint(true),
             "the ROS master does not answer (timed out): simulation time is reserved up to 110.00 "
             "s only, and a server that is started after this one may begin there");
-  EXPECT_GE(keeper_.asked(3)[2], kBegin + 3608 * kSecond);
+  EXPECT_GE(master_.reservations(3)[2], kBegin + 3608 * kSecond);
   reservation_->use(kBegin + 5000 * kSecond);
-  const std::vector<std::uint64_t> asked = keeper_.asked(4);
-  EXPECT_GE(asked[3], kBegin + 8600 * kSecond) << "an hour ahead of what is used";
-  keeper_.be_silent(false);
+  const std::vector<std::uint64_t> failed = master_.reservations(4);
+  EXPECT_GE(failed[3], kBegin + 8600 * kSecond) << "an hour ahead of the used time";
+  master_.set_failing(false);
   EXPECT_EQ(wait_for_complaint(false), "");
-  const std::vector<std::uint64_t> answered = keeper_.asked(6);
+  const std::vector<std::uint64_t> answered = master_.reservations(6);
   EXPECT_GE(answered[4], kBegin + 8600 * kSecond);
-  EXPECT_LT(answered[5], answered[4]) << "a short one again";
+  EXPECT_LT(answered[5], answered[4]) << "a short reservation again";
   EXPECT_GT(answered[5], kBegin + 5000 * kSecond);
 }
 
-TEST_F(TimeReservationTest, FailsAtTheBeginningTooAndGoesOn) {
-  keeper_.be_silent(true);
+TEST_F(TimeReservationTest, RecoversFromAFailedFirstAttempt) {
+  master_.set_failing(true);
   begin();
   EXPECT_NE(reservation_->complaint().find("up to 100.00 s"), std::string::npos);
   reservation_->use(kBegin + kSecond);
-  keeper_.be_silent(false);
+  master_.set_failing(false);
   EXPECT_EQ(wait_for_complaint(false), "");
 }
 
-TEST_F(TimeReservationTest, EndsWithTime) {
+TEST_F(TimeReservationTest, StopsAtTheEndOfTime) {
   const std::uint64_t end = kBegin + 3 * kSecond;
   begin(end);
   for (std::uint64_t now = kBegin; now <= end; now += kSecond / 50) reservation_->use(now);
-  EXPECT_EQ(keeper_.asked(1), std::vector<std::uint64_t>{end}) << "and is not asked for again";
+  EXPECT_EQ(master_.reservations(1), std::vector<std::uint64_t>{end}) << "and is reserved once";
 }
 
 }  // namespace

@@ -10,26 +10,22 @@ namespace {
 
 constexpr double kTolerance = 1e-12;
 
-EpisodeState ended(double episode_return, std::uint32_t length) {
+EpisodeState terminated(double episode_return, std::uint32_t length) {
   EpisodeState state;
   state.episode_return = episode_return;
   state.step = length;
-  return state;
-}
-
-EpisodeState terminated(double episode_return, std::uint32_t length) {
-  EpisodeState state = ended(episode_return, length);
   state.terminated = true;
   return state;
 }
 
 EpisodeState truncated(double episode_return, std::uint32_t length) {
-  EpisodeState state = ended(episode_return, length);
+  EpisodeState state = terminated(episode_return, length);
+  state.terminated = false;
   state.truncated = true;
   return state;
 }
 
-TEST(EpisodeStatistics, WithoutEpisodesEverythingIsZero) {
+TEST(EpisodeStatistics, AreZeroWithoutEpisodes) {
   const auto summary = EpisodeStatistics().summary();
   EXPECT_EQ(summary.episodes, 0U);
   EXPECT_EQ(summary.return_mean, 0);
@@ -37,7 +33,7 @@ TEST(EpisodeStatistics, WithoutEpisodesEverythingIsZero) {
   EXPECT_EQ(summary.length_mean, 0);
 }
 
-TEST(EpisodeStatistics, OneEpisodeIsItsOwnMean) {
+TEST(EpisodeStatistics, EqualTheOnlyEpisode) {
   EpisodeStatistics statistics;
   statistics.add(terminated(-93.5, 81));
   const auto summary = statistics.summary();
@@ -49,7 +45,7 @@ TEST(EpisodeStatistics, OneEpisodeIsItsOwnMean) {
   EXPECT_EQ(summary.length_mean, 81);
 }
 
-TEST(EpisodeStatistics, MomentsOfReturnAndLength) {
+TEST(EpisodeStatistics, ComputeMeanAndDeviation) {
   EpisodeStatistics statistics;
   // numpy.std([2, 4, 4, 4, 5, 5, 7, 9]) is 2.
   std::uint32_t length = 10;
@@ -65,7 +61,7 @@ TEST(EpisodeStatistics, MomentsOfReturnAndLength) {
   EXPECT_NEAR(summary.length_mean, 55, kTolerance);
 }
 
-TEST(EpisodeStatistics, OnlyTheLastHundredCount) {
+TEST(EpisodeStatistics, CoverTheLast100Episodes) {
   EpisodeStatistics statistics;
   for (int i = 0; i < 37; ++i) statistics.add(terminated(-1e6, 1));
   for (int i = 0; i < 50; ++i) statistics.add(terminated(10, 100));
@@ -81,7 +77,7 @@ TEST(EpisodeStatistics, OnlyTheLastHundredCount) {
   EXPECT_EQ(summary.truncated, 50U);
 }
 
-TEST(EpisodeStatistics, EveryEpisodeHasOneEnd) {
+TEST(EpisodeStatistics, CountEachEpisodeOnceByItsEnd) {
   EpisodeStatistics statistics;
   EpisodeState failed = terminated(1, 2);
   failed.error = "physics: NaN";
@@ -97,7 +93,7 @@ TEST(EpisodeStatistics, EveryEpisodeHasOneEnd) {
   EXPECT_EQ(summary.truncated, 5U);
 }
 
-TEST(EpisodeStatistics, ASmallSpreadOfLargeReturnsIsNotLost) {
+TEST(EpisodeStatistics, KeepASmallDeviationOfLargeReturns) {
   EpisodeStatistics statistics;
   for (int i = 0; i < 100; ++i) statistics.add(terminated(1e9 + (i % 2 == 0 ? -1 : 1), 1));
   EXPECT_NEAR(statistics.summary().return_deviation, 1, 1e-6);
