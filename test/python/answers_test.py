@@ -164,6 +164,17 @@ def test_an_invalid_picture(server):
     environment.step(zeros(environment))
 
 
+def test_a_lost_master(server):
+    """Open connections need no master; new ones do."""
+    environment = make_single(server)
+    assert_works(environment)
+    server.close()
+    assert_works(environment)
+    environment.close()
+    with pytest.raises(walker_sim.ConnectionError, match=r"^ROS master .*is it running, and is"):
+        environment.reset()
+
+
 # ---------------------------------------------------------------- texts
 
 

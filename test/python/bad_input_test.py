@@ -210,6 +210,13 @@ def env():
 
 
 @pytest.fixture(scope="module")
+def bipedal_walker():
+    env = make("BipedalWalker-v3")
+    env.reset(seed=0)
+    return env
+
+
+@pytest.fixture(scope="module")
 def vector():
     vector = make_vector()
     vector.reset(seed=0)
@@ -271,17 +278,23 @@ NOT_NUMBERS = [
     (np.zeros(6, [("a", "f8")]), "must hold numbers, not [("),
     ("x" * 99999, "must hold numbers, not <U99999"),
 ]
-SINGLE_ACTIONS = [
-    ([NAN, *[0] * 5], "action[0] (thigh_joint) = nan; must be"),
-    ([*[0] * 5, -INFINITY], "action[5] (foot_left_joint) = -inf; must be"),
-    (np.full(6, np.longdouble("1e400")), "action[0] (thigh_joint) = inf; must be"),
-    (np.zeros(5), "action has shape (5,); must have (6,)"),
-    (np.zeros(7), "action has shape (7,); must have (6,)"),
-    (np.zeros((1, 6)), "action has shape (1, 6); must have (6,)"),
-    (np.zeros((6, 1)), "action has shape (6, 1); must have (6,)"),
-    ([], "action has shape (0,); must have (6,)"),
-    (np.float64(0), "action has shape (); must have (6,)"),
-]
+
+
+def single_actions(size, first, last):
+    zeros, rule = [0] * (size - 1), f"must have ({size},)"
+    return [
+        ([NAN, *zeros], f"action[0] ({first}) = nan; must be"),
+        ([*zeros, -INFINITY], f"action[{size - 1}] ({last}) = -inf; must be"),
+        (np.full(size, np.longdouble("1e400")), f"action[0] ({first}) = inf; must be"),
+        (np.zeros(size - 1), f"action has shape ({size - 1},); {rule}"),
+        (np.zeros(size + 1), f"action has shape ({size + 1},); {rule}"),
+        (np.zeros((1, size)), f"action has shape (1, {size}); {rule}"),
+        (np.zeros((size, 1)), f"action has shape ({size}, 1); {rule}"),
+        ([], f"action has shape (0,); {rule}"),
+        (np.float64(0), f"action has shape (); {rule}"),
+    ]
+
+
 VECTOR_ACTIONS = [
     ([[0] * 6, [*[0] * 5, NAN]], "environment 1: action[5] (foot_left_joint) = nan; must be"),
     (np.zeros(12), "actions have shape (12,); must have (2, 6)"),
@@ -290,7 +303,9 @@ VECTOR_ACTIONS = [
     ([[0] * 6, [0] * 5], "must be an array of shape (2, 6)"),
 ]
 ACTIONS = [
-    *(("env", *row) for row in NOT_NUMBERS + SINGLE_ACTIONS),
+    *(("env", *row) for row in NOT_NUMBERS),
+    *(("env", *row) for row in single_actions(6, "thigh_joint", "foot_left_joint")),
+    *(("bipedal_walker", *row) for row in single_actions(4, "hip_1", "knee_2")),
     *(("vector", *row) for row in NOT_NUMBERS + VECTOR_ACTIONS),
 ]
 

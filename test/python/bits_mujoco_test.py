@@ -5,6 +5,7 @@ Gymnasium and MuJoCo, resets are equal to the bit, and the first steps within th
 MuJoCo versions (see test/robots/mujoco/episodes_gymnasium_test.py).
 """
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -30,7 +31,8 @@ from mujoco_reference import (
     robot_of,
 )
 from recording_file import read_sessions
-from walkers import make_ours, make_reference
+from vector_comparison import assert_same
+from walkers import make_ours, make_reference, random_actions
 
 STEPS = 20
 NEAR = 1e-9
@@ -88,3 +90,19 @@ def test_parameters(environment_id, parameters):
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
     session = Session(environment_id, parameters, plans)
     assert (largest_differences(session) <= NEAR).mean() >= 0.96
+
+
+def test_async_vector_env_equals_sync_vector_env():
+    """SyncVectorEnv steps the environments that the tests above compare with Gymnasium."""
+    ours, theirs = (
+        gymnasium.make_vec("walker_sim/Walker2d-v5", 3, vectorization_mode=mode)
+        for mode in ("async", "sync")
+    )
+    assert_same(ours.reset(seed=[5, 6, 7]), theirs.reset(seed=[5, 6, 7]))
+    ends = 0
+    for actions in random_actions("Walker2d-v5", 3 * 150).reshape(150, 3, 6):
+        result = ours.step(actions)
+        assert_same(result, theirs.step(actions))
+        ends += result[2].sum()
+    ours.close()
+    assert ends >= 6

@@ -29,8 +29,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "server"))
 import recorded_episodes
 
 LICENCES = ("LICENSE", "NOTICE", "mujoco/LICENSE", "mujoco/LICENSES_THIRD_PARTY.md")
-# The rendering library of an environment of each engine.
-MISSING = {"BipedalWalker-v3": "libcairo2", "Walker2d-v5": "libosmesa6"}
+# The rendering library and the picture's shape of an environment of each engine.
+PICTURES = {
+    "BipedalWalker-v3": ("libcairo2", (400, 600, 3)),
+    "Walker2d-v5": ("libosmesa6", (480, 480, 3)),
+}
 STARTS = 10
 
 
@@ -96,7 +99,7 @@ def check_episodes():
 
 
 def check_pictures(wish):
-    for env_id, package in MISSING.items():
+    for env_id, (package, shape) in PICTURES.items():
         environment = gymnasium.make(f"walker_sim/{env_id}", render_mode="rgb_array")
         environment.reset(seed=1)
         try:
@@ -107,8 +110,13 @@ def check_pictures(wish):
             print(f"= {env_id} is not drawn, and says: {error}")
         else:
             check(wish != "missing", f"{env_id} is drawn; by what?")
+            form = (picture.shape, picture.dtype)
+            check(form == (shape, np.uint8), f"{env_id}: {form}; must be {shape} of uint8")
             colors = len(np.unique(picture.reshape(-1, 3), axis=0))
-            check(picture.ndim == 3 and colors > 5, f"{env_id}: {picture.shape}, {colors} colours")
+            check(colors > 5, f"{env_id}: {colors} colours")
+            environment.step(np.ones(environment.action_space.shape, np.float32))
+            changes = not np.array_equal(environment.render(), picture)
+            check(changes, f"{env_id}: the picture is the same after a step")
             print(f"= {env_id} is drawn: {picture.shape}, {colors} colours")
         environment.close()
 
