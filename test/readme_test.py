@@ -23,7 +23,7 @@ import rospy.core
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "test" / "server"))
-from bare_ros import CALLER, PATIENCE, free_port, wait_for  # noqa: E402
+from bare_ros import CALLER, TIMEOUT, free_port, wait_for  # noqa: E402
 from launched import LoggedProcess  # noqa: E402
 
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
@@ -63,7 +63,7 @@ TOOLS_END_BADLY = not hasattr(threading.Thread, "isAlive") and "isAlive()" in in
     rospy.core
 )
 # roslaunch searches every folder of the package, which takes long on a busy machine.
-SET_UP_PATIENCE = 120  # [s]
+STARTUP_TIMEOUT = 120  # [s]
 # Removes the variables that setup files set.
 SOURCED = "CMAKE_PREFIX_PATH LD_LIBRARY_PATH PKG_CONFIG_PATH PYTHONPATH ROS_PACKAGE_PATH DISPLAY"
 SHELL = ["env", *(f"-u{name}" for name in SOURCED.split())]
@@ -130,7 +130,7 @@ class Program(LoggedProcess):
         wait_for(
             lambda: condition() or not self.is_running(),
             f"{what}: $ {self._text}",
-            timeout=SET_UP_PATIENCE,
+            timeout=STARTUP_TIMEOUT,
         )
         assert self.is_running(), f"it has ended: $ {self._text}"
 
@@ -141,7 +141,7 @@ class Program(LoggedProcess):
         try:
             if self.is_running():
                 os.killpg(self.pid, signal.SIGINT)
-            status = self._process.wait(PATIENCE)
+            status = self._process.wait(TIMEOUT)
         finally:
             self._process.kill()
             print(f"$ {self._text}\n{self.output()}")
@@ -167,7 +167,7 @@ class Terminal:
 
     def type(self, text):
         options = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True}
-        done = subprocess.run([*self._shell, text], check=False, timeout=2 * PATIENCE, **options)
+        done = subprocess.run([*self._shell, text], check=False, timeout=2 * TIMEOUT, **options)
         print(f"$ {text}\n{done.stderr}{done.stdout}")
         assert done.returncode == 0, f"status {done.returncode}: $ {text}"
         return done.stdout

@@ -11,7 +11,7 @@ import unittest
 import xmlrpc.client
 
 import rostest
-from bare_ros import CALLER, PATIENCE, free_port, wait_for
+from bare_ros import CALLER, TIMEOUT, free_port, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from server_harness import Process, node_path, registered_uri
 
@@ -46,7 +46,7 @@ def run(node, *arguments, **environment):
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
         check=False,
     )
     return ended.returncode, ended.stdout, ended.stderr
@@ -124,13 +124,13 @@ class CommandLineTest(unittest.TestCase):
                         service,
                     )
                 process.terminate()
-                self.assertEqual(process.wait(PATIENCE), 0, name)
+                self.assertEqual(process.wait(TIMEOUT), 0, name)
 
     def test_programs_run_with_closed_standard_descriptors(self):
         for program in PROGRAMS:
             for closed in CLOSED:
                 process = start_closed(closed, [node_path(program), "--help"])
-                self.assertEqual(process.wait(PATIENCE), 0, f"{program} without {closed}")
+                self.assertEqual(process.wait(TIMEOUT), 0, f"{program} without {closed}")
 
     def test_rviz_for_a_prefix_has_standard_descriptors(self):
         # A stand-in for rviz, which view.py executes, checks the descriptors that it inherits.
@@ -150,7 +150,7 @@ class CommandLineTest(unittest.TestCase):
             process = start_closed(
                 closed, [node_path("view.py"), template, "robot"], env=environment
             )
-            self.assertEqual(process.wait(PATIENCE), 0, closed)
+            self.assertEqual(process.wait(TIMEOUT), 0, closed)
 
     def enter(self, context):
         value = context.__enter__()

@@ -64,12 +64,6 @@ class DiagnosticsTest(ServerTest):
         self.diagnostics.clear()
         return self.report_so_far(task, condition, what)
 
-    def commander(self):
-        publisher = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=10)
-        self.addCleanup(publisher.unregister)
-        wait_for(lambda: publisher.get_num_connections() >= 1, "the server to listen")
-        return publisher
-
     def lockstep(self):
         clients = self.server.client("reset", Reset), self.server.client("step", Step)
         for client in clients:

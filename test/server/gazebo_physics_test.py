@@ -11,7 +11,6 @@ from bare_ros import wait_for
 from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
 from sensor_msgs.msg import JointState
 from server_harness import ServerTest
-from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Empty
 from walker_sim.msg import Transition
 
@@ -142,7 +141,7 @@ class GazeboPhysicsTest(ServerTest):
         """Calls, types and order are those of openai_ros' GazeboConnection and RobotGazeboEnv."""
         self.serve()
         transitions = self.record("/transition", Transition)
-        effort = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=1)
+        effort = self.commander()
         for reset in ("reset_simulation", "reset_world"):
             before = transitions.wait(what="it to run").episode
             rospy.wait_for_service("/gazebo/set_physics_properties", timeout=30)

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import tempfile
 
-from bare_ros import PATIENCE, wait_for
+from bare_ros import TIMEOUT, wait_for
 
 
 def stat_fields(pid):
@@ -85,6 +85,6 @@ class Launched(LoggedProcess):
         if self.is_running():
             self._process.send_signal(signal.SIGINT)
         try:
-            return self._process.wait(PATIENCE)
+            return self._process.wait(TIMEOUT)
         finally:
             self._process.kill()

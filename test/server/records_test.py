@@ -172,8 +172,7 @@ class RecordsTest(ServerTest):
         self.serve(command_timeout=0.0, real_time_factor=5.0)
         transitions = self.record("/transition", Transition)
         record = self.ask("snapshot").record
-        commands = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=1)
-        self.addCleanup(commands.unregister)
+        commands = self.commander()
 
         def held(message):
             commands.publish(Float64MultiArray(data=[8.0] * 4))

@@ -14,7 +14,7 @@ import rosbag
 import roslib.packages
 import rospy
 import rostest
-from bare_ros import CALLER, PATIENCE, wait_for
+from bare_ros import CALLER, TIMEOUT, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from launched import Launched
 from server_harness import ServerProcess, ServerTest, node_path
@@ -37,7 +37,7 @@ def replay(*arguments):
         stdin=subprocess.DEVNULL,
         capture_output=True,
         encoding="utf-8",
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
         check=False,
     )
     return ended.returncode, ended.stdout, ended.stderr
@@ -84,7 +84,7 @@ class ReplayTopicsTest(ServerTest):
 
     def stop_recording(self, recorder):
         recorder.send_signal(signal.SIGINT)
-        self.assertEqual(recorder.wait(PATIENCE), 0)
+        self.assertEqual(recorder.wait(TIMEOUT), 0)
 
     def ask(self, name, **fields):
         reply = self.call(name, **fields)

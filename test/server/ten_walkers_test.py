@@ -11,7 +11,7 @@ import xmlrpc.client
 import rosgraph
 import rospy
 import rostest
-from bare_ros import CALLER, PATIENCE, wait_for
+from bare_ros import CALLER, TIMEOUT, wait_for
 from launched import Launched
 from rosgraph_msgs.msg import Clock
 from server_harness import ServerTest, nanoseconds
@@ -47,7 +47,7 @@ class TenWalkersTest(ServerTest):
         self.addCleanup(self.launched.stop)
         for walker in WALKERS:
             try:
-                rospy.wait_for_service(f"{node(walker)}/get_spec", PATIENCE)
+                rospy.wait_for_service(f"{node(walker)}/get_spec", TIMEOUT)
             except rospy.ROSException as error:
                 raise AssertionError(f"{error}; roslaunch:\n{self.launched.output()}") from None
         self.clock = self.record("/clock", Clock)

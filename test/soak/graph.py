@@ -17,8 +17,8 @@ from bare_ros import CALLER, BareClient, free_port
 from usage import stat_fields
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PATIENCE = 90  # startup timeout [s]; only a failure waits this long
-PROMPT = 15  # shutdown timeout of a node [s]
+STARTUP_TIMEOUT = 90  # [s]; only a failing part waits this long
+SHUTDOWN_TIMEOUT = 15  # of a node [s]
 PR_SET_CHILD_SUBREAPER = 36
 
 
@@ -47,7 +47,7 @@ def command_of(pid):
         return []
 
 
-def await_true(condition, what, timeout=PATIENCE):
+def await_true(condition, what, timeout=STARTUP_TIMEOUT):
     end = time.monotonic() + timeout
     while True:
         value = condition()
@@ -86,7 +86,7 @@ class Node:
         self.send(signal.SIGKILL)
         self.process.wait()
 
-    def end(self, by=signal.SIGTERM, timeout=PROMPT):
+    def end(self, by=signal.SIGTERM, timeout=SHUTDOWN_TIMEOUT):
         """Signals the process and returns its status; on timeout, kills it and returns None."""
         self.send(signal.SIGCONT)
         self.send(by)
@@ -165,7 +165,7 @@ class Graph(contextlib.ExitStack):
         parts = urlparse(self.service_uri(service))
         return parts.hostname, parts.port
 
-    def client(self, service, service_class, timeout=PATIENCE):
+    def client(self, service, service_class, timeout=STARTUP_TIMEOUT):
         """Returns a client with its own connection, without a ROS library."""
         connection = socket.create_connection(self.address(service), timeout=timeout)
         return BareClient(connection, service, service_class)

@@ -22,8 +22,8 @@ def run(soak):
         graph.callback(master.close)
         pair = Pair(server.name, master.uri, TIMEOUT)
         for number in soak.rounds():
-            longest, relay.piece = soak.random.choice([(0.02, 65536), (0.001, 100), (0.0, 7)])
-            relay.delay = (0.0, longest)
+            max_delay, relay.piece = soak.random.choice([(0.02, 65536), (0.001, 100), (0.0, 7)])
+            relay.delay = (0.0, max_delay)
             equal = await_true(
                 functools.partial(works, pair, number), "the server behind the network"
             )
@@ -45,16 +45,16 @@ def run(soak):
 
 def stall(soak, relay, pair):
     relay.stalls.set()
-    begin, told = time.monotonic(), ""
+    begin, message = time.monotonic(), ""
     try:
         pair.step()
     except walker_sim.ConnectionError as error:
-        told = str(error)
+        message = str(error)
     took = time.monotonic() - begin
     soak.check(
-        "a network that stalls is told of at the client's timeout",
-        "timed out" in told and TIMEOUT <= took < TIMEOUT + SLACK,
-        f"{told!r} after {took:.2f} s",
+        "on a stalled network the call fails at the client's timeout",
+        "timed out" in message and TIMEOUT <= took < TIMEOUT + SLACK,
+        f"{message!r} after {took:.2f} s",
     )
     relay.stalls.clear()
 
@@ -62,17 +62,17 @@ def stall(soak, relay, pair):
 def cut(soak, relay, pair):
     cutter = threading.Timer(soak.random.uniform(0, 0.1), relay.cut)
     cutter.start()
-    told, equal, end = "", True, time.monotonic() + 30
-    while not told and time.monotonic() < end:
+    message, equal, end = "", True, time.monotonic() + 30
+    while not message and time.monotonic() < end:
         try:
             equal = pair.step() and equal
         except walker_sim.ConnectionError as error:
-            told = str(error)
+            message = str(error)
     cutter.join()
     soak.check("up to a cut the bits are right", equal)
     # A step that a stall has delayed may arrive amid these steps, too.
-    is_told = "/walker_sim" in told or "somebody else has moved" in told
-    soak.check("a network that is cut is told of", is_told, told)
+    is_named = "/walker_sim" in message or "somebody else has moved" in message
+    soak.check("on a cut network the call fails with the reason", is_named, message)
 
 
 def works(pair, seed):
