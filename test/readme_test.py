@@ -210,7 +210,7 @@ def test_env_is_silent_once_all_is_set_up(ready):
     assert subprocess.check_output(command, stderr=subprocess.STDOUT) == b""
 
 
-def test_every_block_with_commands_is_typed_or_has_a_reason():
+def test_every_block_of_commands_is_run_or_has_a_reason():
     for page, _, text in BLOCKS:
         if re.search(r"^\$ ", text, re.MULTILINE):
             known = [words for its, words in (*TYPED, *NOT_TYPED) if its == page and words in text]
@@ -219,7 +219,7 @@ def test_every_block_with_commands_is_typed_or_has_a_reason():
         block(place)
 
 
-def test_one_string_changes(terminal):
+def test_comparison_of_both_ids(terminal):
     text = block((README, "for name in"), "python")
     shown = block((README, "208 steps"))
     page = "docs/python.md"
@@ -228,12 +228,12 @@ def test_one_string_changes(terminal):
     assert terminal.type(inline("./scripts/env python compare.py", README)) == shown
 
 
-def test_at_first(terminal):
+def test_first_commands(terminal):
     with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep", README)):
         terminal.type_all(commands_of(block(AT_FIRST)))
 
 
-def test_by_hand_and_again(terminal):
+def test_commands_by_hand(terminal):
     with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep", GUIDE)):
         for place in (BY_HAND, GYMNASIUM):
             terminal.type_all(commands_of(block(place)))
@@ -264,7 +264,7 @@ def test_usual_tools_and_camera(terminal):
         assert {"success: True", "  width: 300"} <= set(answer)
 
 
-def test_a_recording_is_replayed(terminal):
+def test_recording_is_replayed(terminal):
     record, replay = commands_of(block(REPLAY))
     with terminal.walker(record.text) as walker:
         walker.wait_until(lambda: "episode 2" in walker.output(), "a second episode")

@@ -67,14 +67,14 @@ def words_of(node):
 class LaunchTest(unittest.TestCase):
     """One test per statement of the interface's section Launch."""
 
-    def test_has_all_arguments_each_with_a_doc(self):
+    def test_all_arguments_have_a_doc(self):
         arguments = get_args([LAUNCH_FILE])
         for name in ARGUMENTS:
             self.assertIn(name, arguments)
         for name, (doc, _default) in arguments.items():
             self.assertTrue(doc, name + " has no doc")
 
-    def test_defaults_are_the_interface_s(self):
+    def test_defaults(self):
         parameters = Launch().parameters
         expected = {
             "env": "BipedalWalker-v3",
@@ -108,7 +108,7 @@ class LaunchTest(unittest.TestCase):
                 self.assertEqual(types["/agent"], driver)
                 self.assertEqual(launch.parameters["/agent/agent"], agent)
 
-    def test_every_node_of_ours_exists(self):
+    def test_all_nodes_exist(self):
         types = set()
         for mode, prefix in itertools.product(["free", "lockstep"], ["", "second"]):
             launch = Launch(
@@ -126,7 +126,7 @@ class LaunchTest(unittest.TestCase):
         for node_type in types:
             self.assertTrue(roslib.packages.find_node("walker_sim", node_type), node_type)
 
-    def test_seeds_are_the_server_s_unless_they_are_given(self):
+    def test_seeds_are_the_server_s_unless_given(self):
         for agent in ("policy", "heuristic", "random"):
             launch = Launch("agent:=" + agent)
             self.assertEqual(launch.parameters["/agent/seeds"], "")
@@ -137,7 +137,7 @@ class LaunchTest(unittest.TestCase):
             launch.parameters["/walker_sim/auto_reset"], False, "two would begin each episode"
         )
 
-    def test_a_policy_s_path_is_meant_from_where_roslaunch_was_called(self):
+    def test_policy_path_is_relative_to_the_working_directory(self):
         self.assertNotIn("/agent/policy", Launch("agent:=policy").parameters)
         for given, path in (
             ("walker.safetensors", "/my runs/walker.safetensors"),
@@ -147,7 +147,7 @@ class LaunchTest(unittest.TestCase):
             launch = Launch("agent:=policy", "policy:=" + given, PWD="/my runs")
             self.assertEqual(launch.parameters["/agent/policy"], path)
 
-    def test_a_seed_of_64_bits_stays_a_text(self):
+    def test_seed_of_64_bits_stays_a_string(self):
         launch = Launch("seed:=18446744073709551615")
         self.assertEqual(launch.parameters["/walker_sim/seed"], "18446744073709551615")
 
@@ -191,7 +191,7 @@ class LaunchTest(unittest.TestCase):
                 self.assertEqual(os.path.basename(path), robot + ".rviz")
                 self.assertTrue(os.path.isfile(path), path)
 
-    def test_nobody_but_the_server_tells_where_links_are(self):
+    def test_server_is_the_only_publisher_of_transforms(self):
         for env in ROBOTS:
             nodes = set(Launch("env:=" + env, "agent:=heuristic", display=":9").nodes)
             self.assertEqual(nodes, {"/walker_sim", "/agent", "/rviz"}, env)
@@ -227,7 +227,7 @@ class LaunchTest(unittest.TestCase):
         for one, other in zip(*masses):
             self.assertAlmostEqual(other, 2 * one, places=12)
 
-    def test_what_is_given_becomes_no_option_of_describe(self):
+    def test_arguments_do_not_become_options_of_describe(self):
         with tempfile.TemporaryDirectory() as folder:
             made = os.path.join(folder, "made.urdf")
             for arguments in (
@@ -246,7 +246,7 @@ class LaunchTest(unittest.TestCase):
             launch = Launch("env:=Walker2d-v5", "xml_file:=" + path)
             self.assertIn("<robot name=", launch.parameters["/robot_description"])
 
-    def test_what_is_given_stays_one_word_of_a_node_s_arguments(self):
+    def test_arguments_stay_one_word(self):
         for text in (
             *("it's", 'x" -a "y', "x' -a 'y", "two  blanks", "a\\", "$(env EVIL)", "x;y", "'", '"'),
             *("-a", "$", "\\'"),
@@ -259,7 +259,7 @@ class LaunchTest(unittest.TestCase):
                 words = words_of(launch.nodes["/rviz"])
                 self.assertEqual(words[1:], [text])
 
-    def test_a_broken_model_stops_the_launch_with_the_engine_s_words(self):
+    def test_invalid_model_stops_the_launch_with_the_engine_s_message(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "torn.xml")
             with open(path, "w", encoding="utf-8") as file:
@@ -282,7 +282,7 @@ class LaunchTest(unittest.TestCase):
     def test_parameters_of_an_earlier_start_are_cleared(self):
         self.assertIn("/walker_sim/", Launch().config.clear_params)
 
-    def test_a_file_s_values_hold_where_an_argument_keeps_its_default(self):
+    def test_config_file_overrides_defaults_only(self):
         for name in ("server", "walker2d"):
             path = os.path.join(ROOT, "config", name + ".yaml")
             with open(path, encoding="utf-8") as file:
@@ -292,7 +292,7 @@ class LaunchTest(unittest.TestCase):
             for key, value in {**template, "mode": "lockstep"}.items():
                 self.assertEqual(parameters["/walker_sim/" + key], value, key)
 
-    def test_a_second_walker_needs_its_namespace_only(self):
+    def test_second_walker_needs_only_a_namespace(self):
         arguments = ["ns:=second", "agent:=heuristic", "recording:=true"]
         for env in ("BipedalWalker-v3", "Walker2d-v5"):
             launch = Launch(*arguments, "env:=" + env, display=":9")
@@ -308,19 +308,19 @@ class LaunchTest(unittest.TestCase):
             )
             self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
 
-    def test_slashes_around_a_prefix_do_not_count(self):
+    def test_slashes_around_a_prefix_are_ignored(self):
         for prefix in ("robot", "/robot/", "7"):
             launch = Launch("env:=Walker2d-v5", "tf_prefix:=" + prefix)
             self.assertEqual(launch.parameters["/walker_sim/tf_prefix"], prefix.strip("/"))
         self.assertNotIn("/walker_sim/tf_prefix", Launch("tf_prefix:=/").parameters)
 
-    def test_a_prefix_does_not_outlive_its_launch(self):
+    def test_prefix_does_not_outlive_its_launch(self):
         launch = Launch("env:=Walker2d-v5", "tf_prefix:=robot")
         prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
         self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
         self.assertIn("/walker_sim/", launch.config.clear_params)  # the next launch clears it
 
-    def test_rviz_where_there_is_a_display_else_lines(self):
+    def test_rviz_with_a_display_else_status_lines(self):
         self.assertNotIn("/rviz", Launch().types())
         self.assertIn("/status_line", Launch().types())
         self.assertEqual(Launch(display=":9").types()["/rviz"], "rviz")
@@ -329,7 +329,7 @@ class LaunchTest(unittest.TestCase):
             self.assertNotIn("/rviz", Launch(argument, display=":9").types(), argument)
         self.assertIn("/rviz", Launch("rviz:=true").types())
 
-    def test_how_the_nodes_run(self):
+    def test_required_and_respawn(self):
         server = Launch().nodes["/walker_sim"]
         self.assertEqual(
             (server.required, server.respawn, server.launch_prefix), (True, False, None)
@@ -349,7 +349,7 @@ class LaunchTest(unittest.TestCase):
         with self.assertRaises(RLException):
             Launch("required:=true", "respawn:=true")
 
-    def test_records_a_bag_on_request(self):
+    def test_recording(self):
         for argument in ("recording:=", "recording:=false"):
             self.assertNotIn("/recorder", Launch(argument).types())
         # Relative to roslaunch's working directory; nodes run elsewhere.
@@ -367,7 +367,7 @@ class LaunchTest(unittest.TestCase):
             for topic in ("transition", "episode", "spec", "restored"):
                 self.assertIn(topic, arguments, "replay needs it")
 
-    def test_nothing_moves_before_the_recorder_listens(self):
+    def test_server_waits_for_the_recorder(self):
         self.assertNotIn("/walker_sim/wait_for_recorder", Launch().parameters)
         for namespace in ("", "/second"):
             launch = Launch("recording:=true", "ns:=" + namespace.strip("/"))
@@ -385,7 +385,7 @@ class TenWalkersTest(unittest.TestCase):
         for name, (doc, _default) in arguments.items():
             self.assertTrue(doc, name + " has no doc")
 
-    def test_each_walker_is_a_block_of_its_own(self):
+    def test_each_walker_has_its_own_namespace(self):
         launch = Launch(file=TEN_WALKERS)
         servers = {name for name, type_ in launch.types().items() if type_ == "server"}
         self.assertEqual(servers, {walker + "walker_sim" for walker in WALKERS})
@@ -399,7 +399,7 @@ class TenWalkersTest(unittest.TestCase):
             owns = launch.parameters[server + "/publish_clock"]
             self.assertIs(owns, walker == WALKERS[0])
 
-    def test_arguments_hold_for_all_but_only_the_first_is_shown(self):
+    def test_arguments_apply_to_all_walkers_and_rviz_to_the_first(self):
         launch = Launch("real_time_factor:=2", "respawn:=false", file=TEN_WALKERS, display=":9")
         for walker in WALKERS:
             server = launch.nodes[walker + "walker_sim"]
@@ -425,7 +425,7 @@ class ViewTest(unittest.TestCase):
             with open(path, encoding="utf-8") as file, self.subTest(robot=robot):
                 yield yaml.safe_load(file), followed, topics
 
-    def test_puts_the_prefix_before_every_frame(self):
+    def test_every_frame_has_the_prefix(self):
         for configuration, followed, _ in self.each():
             manager = view.put_prefix(configuration, "second")["Visualization Manager"]
             self.assertEqual(manager["Global Options"]["Fixed Frame"], "second/odom")

@@ -49,7 +49,7 @@ class NamespacesTest(unittest.TestCase):
         self.assertTrue(reply.success, reply.status_message)
         return reply.transition
 
-    def test_the_group_is_enough_for_all_names(self):
+    def test_namespace_separates_all_names(self):
         publishers, subscribers, services = rosgraph.Master("/namespaces_test").getSystemState()
         allowed = {"/tf", "/tf_static", "/clock", "/rosout", "/diagnostics"}
         for space in FRAMES:
@@ -59,14 +59,14 @@ class NamespacesTest(unittest.TestCase):
                 self.assertTrue(topic.startswith(f"{space}/"), topic)
             self.assertIn(f"{space}/transition", published)
             self.assertEqual(f"{space}/scan" in published, "lidar" in FRAMES[space])
-            heard = {topic for topic, nodes in subscribers if node in nodes}
-            self.assertIn(f"{space}/effort_command", heard)
+            subscribed = {topic for topic, nodes in subscribers if node in nodes}
+            self.assertIn(f"{space}/effort_command", subscribed)
             served = {service for service, nodes in services if node in nodes}
             for service in served:
                 self.assertTrue(service.startswith(f"{node}/"), service)
         self.assertEqual(dict(publishers)["/clock"], ["/one/walker_sim"])
 
-    def test_stepping_one_does_not_move_the_other(self):
+    def test_step_affects_its_own_server_only(self):
         one, two = self.reset("/one", 1), self.reset("/two", 1)
         self.assertTrue(same_experience(one, two))
         for _ in range(10):
@@ -75,7 +75,7 @@ class NamespacesTest(unittest.TestCase):
         self.assertEqual(following.step, 1)
         self.assertEqual(nanoseconds(following), nanoseconds(two) + DT)
 
-    def test_the_other_engine_beside_it_changes_nothing(self):
+    def test_other_engine_does_not_change_the_trajectory(self):
         action = [0.5, -1.0, 0.25, 0.0, 1.0, -0.5]
         alone = [self.reset("/three")] + [self.step("/three", action) for _ in range(10)]
         self.reset("/one")
@@ -126,11 +126,11 @@ class NamespacesTest(unittest.TestCase):
                 self.assertTrue(marker.header.frame_id.startswith(prefix), marker.header.frame_id)
         markers.close()
 
-    def test_frames_carry_the_prefix_and_no_leading_slash(self):
+    def test_frames_have_the_prefix_and_no_leading_slash(self):
         for space, prefix in PREFIXES.items():
             self.frames_of(space, prefix)
 
-    def test_frames_of_all_are_distinct(self):
+    def test_frames_of_all_servers_are_distinct(self):
         for space in FRAMES:
             self.reset(space)
         time.sleep(0.2)
@@ -150,7 +150,7 @@ class NamespacesTest(unittest.TestCase):
             self.assertEqual(transform.header.frame_id.split("/")[0], prefix)
         static.close()
 
-    def test_latched_topics_are_told_apart(self):
+    def test_latched_topics_have_their_own_messages(self):
         for space in FRAMES:
             self.reset(space)
             for name, kind in (("spec", EnvironmentSpec), ("episode", Episode)):

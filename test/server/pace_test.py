@@ -31,11 +31,11 @@ class PaceTest(ServerTest):
         return simulated / (time.monotonic() - begin)
 
     def test_default_is_free_running_in_real_time(self):
-        self.serve(diagnostic_period=1.0)  # the server averages the pace over it
-        self.transitions.wait_count(100)
+        self.serve(diagnostic_period=0.5)  # the server averages the pace over it
+        self.transitions.wait_count(50)
         self.assert_consecutive(self.transitions.messages())
         self.assertFalse(any(any(m.action) for m in self.transitions.messages()), "zero torque")
-        factor = self.pace(2)
+        factor = self.pace(1.5)
         self.assertLess(factor, 1.1)
         self.assertGreater(factor, 0.5)
         self.assertLess(self.counter("real_time_factor"), 1.2)

@@ -56,7 +56,9 @@ class ReplayTopicsTest(ServerTest):
             *(s.name.rpartition("/")[0] + "/" + topic for s in servers for topic in TOPICS)
         )
         for server in servers:
-            wait_for(lambda server=server: self.hears_all(server), f"{server.name} to be recorded")
+            wait_for(
+                lambda server=server: self.is_subscribed(server), f"{server.name} to be recorded"
+            )
         return recorder
 
     def start_recorder(self, *topics):
@@ -75,7 +77,7 @@ class ReplayTopicsTest(ServerTest):
         self.addCleanup(recorder.kill)
         return recorder
 
-    def hears_all(self, server):
+    def is_subscribed(self, server):
         uri = server.master.lookupNode(CALLER, server.name)[2]
         connections = xmlrpc.client.ServerProxy(uri).getBusInfo(CALLER)[2]
         heard = [info[4] for info in connections if info[1] == "/recorder"]
@@ -100,7 +102,7 @@ class ReplayTopicsTest(ServerTest):
         """Returns (number, seed, steps, rest) of each episode's line."""
         return re.findall(r"^ *(\d+) +(\w+) +(\d+) +(.*)$", text, re.MULTILINE)
 
-    def test_lockstep_with_a_restored_episode(self):
+    def test_lockstep_recording_with_a_restored_episode(self):
         for identifier, size in IDS.items():
             with self.subTest(identifier):
                 parameters = {"env": identifier, "mode": "lockstep", "max_episode_steps": 12}
@@ -134,7 +136,7 @@ class ReplayTopicsTest(ServerTest):
                 self.assertRegex(lines[2][3], r"12 steps +equal, restored at step 5$")
                 self.assertRegex(text, r"\n4 episodes equal to the bit \(\d+ steps\)\n$")
 
-    def test_free_running_recorded_from_the_midst_of_an_episode(self):
+    def test_recording_from_the_middle_of_an_episode(self):
         self.serve(env="Walker2d-v5", real_time_factor=2.0, paused=True, seed="3")
         for _ in range(4):
             self.ask("step", action=[0.5] * 6)
@@ -172,7 +174,7 @@ class ReplayTopicsTest(ServerTest):
         self.assertIn("\n/two/transition of /two/w: Walker2d-v4 on MuJoCo", text)
         self.assertIn("\n4 episodes equal to the bit (", text)
 
-    def test_a_server_started_again_with_other_parameters(self):
+    def test_server_restarted_with_other_parameters(self):
         self.serve(env="Walker2d-v5", mode="lockstep")
         recorder = self.start_recording(self.server)
         for reward in (3.0, 2.0):
@@ -181,7 +183,7 @@ class ReplayTopicsTest(ServerTest):
             self.server.stop()
             if reward == 3.0:
                 self.serve(env="Walker2d-v5", mode="lockstep", healthy_reward=reward)
-                wait_for(lambda: self.hears_all(self.server), "the second to be recorded")
+                wait_for(lambda: self.is_subscribed(self.server), "the second to be recorded")
         self.stop_recording(recorder)
         status, text, _ = replay(self.bag)
         self.assertEqual(status, 0, text)
@@ -189,7 +191,7 @@ class ReplayTopicsTest(ServerTest):
         self.assertIn("its server ended", text)
         self.assertIn("2 episodes equal to the bit (", text)
 
-    def test_a_launch_with_recording_has_every_episode_from_its_first_state(self):
+    def test_launch_records_every_episode_from_its_first_state(self):
         self.addCleanup(rospy.delete_param, "/use_sim_time")
         for mode in ("free", "lockstep"):
             for seeds in ("", "5 6"):  # with seeds the agent resets, also in free mode
@@ -223,7 +225,7 @@ class ReplayTopicsTest(ServerTest):
         self.assertRegex(lines[-1][3], f" ({'|'.join(CUT_OFF)})$", text)
         self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\)(, 1 not compared)?\n$")
 
-    def test_nothing_moves_before_the_recorder_listens_to_all_that_replay_needs(self):
+    def test_server_waits_for_the_recorder_s_subscriptions(self):
         for mode in ("free", "lockstep"):
             with self.subTest(mode=mode):
                 self.server = ServerProcess(
@@ -255,7 +257,7 @@ class ReplayTopicsTest(ServerTest):
                 self.assertEqual(status, 0, text)
                 self.assertEqual(self.episodes(text)[0][:2], ("1", "3"))
 
-    def test_a_recorder_that_never_comes_is_told_of_and_waited_for_until_the_end(self):
+    def test_missing_recorder_is_logged(self):
         server = ServerProcess("/alone/walker_sim", {"wait_for_recorder": "bag"})
         self.addCleanup(server.end)
         words = "/alone/bag does not listen to episode, restored, spec, transition (parameter"
@@ -280,7 +282,7 @@ class ReplayTopicsTest(ServerTest):
         )
         diagnostics.close()
 
-    def test_the_first_difference_ends_with_status_1(self):
+    def test_difference_ends_with_status_1(self):
         self.serve(mode="lockstep")
         recorder = self.start_recording(self.server)
         for _ in range(2):

@@ -148,7 +148,7 @@ class Process(LoggedProcess):
         except subprocess.TimeoutExpired:
             self.kill()
             raise AssertionError(
-                f"{self.name} did not end within {timeout} s; it said:\n{self.output()}"
+                f"{self.name} did not end within {timeout} s; its output:\n{self.output()}"
             ) from None
 
     def stop(self, by=signal.SIGINT, timeout=TIMEOUT):
@@ -313,8 +313,8 @@ class ServerTest(unittest.TestCase):
         try:
             yield
         except Exception as error:
-            words = [message, *(f"{name}={value!r}" for name, value in parameters.items())]
-            raise AssertionError(f"{' '.join(filter(None, words))}: {error}") from error
+            texts = [message, *(f"{name}={value!r}" for name, value in parameters.items())]
+            raise AssertionError(f"{' '.join(filter(None, texts))}: {error}") from error
 
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
         """Starts a server, to which `call` then refers."""

@@ -186,37 +186,11 @@ class ServicePortTest(ServerTest):
         connection.close()
         self.assert_serves()
 
-    def test_invalid_request_is_refused_with_the_reason(self):
-        connection = self.opened(persistent="1")
-        read_header(connection)
-        before = memory(self.server.pid)
-        for body, reason in (
-            (b"", "ends within a field"),
-            (struct.pack("<I", 4) + b"half", "ends within a field"),
-            (struct.pack("<I", 0xFFFFFFFF), "ends within a field"),
-            (struct.pack("<I", 0x20000001) + b"8 bytes.", "ends within a field"),
-            (struct.pack("<I4dB", 4, *STAND, 0), "longer than its type"),
-        ):
-            connection.sendall(struct.pack("<I", len(body)) + body)
-            self.assertRegex(self.receive_answer(connection), reason)
-        self.assertLess(memory(self.server.pid) - before, 50 * MEGABYTE)
-        connection.sendall(self.step.request_bytes(action=STAND))
-        self.last = self.receive_answer(connection).transition
-        self.assert_serves()
-
     def test_reason_reaches_clients_of_services_without_a_status_message(self):
         with self.assertRaisesRegex(rospy.ServiceException, "lockstep"):
             rospy.ServiceProxy("/walker_sim/unpause_physics", Empty)()
 
-    def test_oversized_request_is_refused_by_its_length(self):
-        for size in (65537, 100 * MEGABYTE, 1_000_000_001, 0xFFFFFFFF):
-            connection = self.opened(persistent="1")
-            read_header(connection)
-            connection.sendall(struct.pack("<I", size))
-            self.assertEqual(
-                self.receive_answer(connection),
-                f"service /walker_sim/step: a request of {size} bytes; at most 65536 are taken",
-            )
+    def test_rest_of_an_oversized_request_is_discarded(self):
         before = memory(self.server.pid)
         for persistent in ("1", "0"):  # the server discards the rest
             connection = self.opened(persistent=persistent)
@@ -234,20 +208,14 @@ class ServicePortTest(ServerTest):
         self.assert_serves()
 
     def test_limit_of_a_request_depends_on_its_type(self):
-        for action, words in (
-            ([0.0] * 8191, "action has 8191 values; must have 4"),
-            ([0.0] * 8192, "a request of 65540 bytes; at most 65536 are taken"),
-        ):
-            try:
-                message = self.step(action=action).status_message
-            except RuntimeError as error:
-                message = str(error)
-            self.assertIn(words, message)
+        self.assertIn("must have 4", self.step(action=[0.0] * 8191).status_message)
+        with self.assertRaisesRegex(RuntimeError, "a request of 65540 bytes; at most 65536"):
+            self.step(action=[0.0] * 8192)
         restore = self.server.client("restore", Restore)
-        most = 1_000_000 * 4 * 8  # bytes of the longest episode's actions
+        limit = 1_000_000 * 4 * 8  # bytes of the longest episode's actions
         reply = restore(record=EpisodeRecord(actions=[0.0] * 1_000_000 * 4))
         self.assertIn("id =  in the record", reply.status_message)
-        restore.connection.sendall(struct.pack("<I", most + 2 * MEGABYTE))
+        restore.connection.sendall(struct.pack("<I", limit + 2 * MEGABYTE))
         with self.assertRaisesRegex(RuntimeError, "/walker_sim/restore: a request of"):
             restore.receive()
         restore.close()
@@ -507,7 +475,7 @@ class ServicePortTest(ServerTest):
         silent[0].setblocking(True)
         silent[0].settimeout(TIMEOUT)
         read_header(silent[0])
-        for _ in range(1000):
+        for _ in range(40):  # slowly, through a window of 4 KB
             spec = self.receive_answer(silent[0], GetSpec).spec
             self.assertEqual(spec.id, "BipedalWalker-v3")
         self.assert_serves()

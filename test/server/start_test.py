@@ -80,7 +80,7 @@ REFUSED = [
     ({**WALKER2D, "reset_noise_scale": -1.0}, ["reset_noise_scale", "-1.0", "0.0"]),
     ({"env": "Walker2d-v4", "xml_file": "model.xml"}, ["xml_file", "model.xml", "unknown"]),
 ]
-# Refused models, and words of the message beside the file's name: MuJoCo's own if it refuses.
+# Refused models, and words of the message beside the file's name.
 BAD_MODELS = {
     "missing": (None, ["FILE_NOT_FOUND"]),
     "empty": ("", ["XML"]),
@@ -94,15 +94,13 @@ BAD_MODELS = {
 }
 TAKEN_NAMES = ["odom", "lidar", "base_link"]
 LOCKSTEP = {"mode": "lockstep", "publish_clock": False}
-
-
-AT_ONCE = 8
+MAX_SERVERS = 8
 
 
 class StartTest(unittest.TestCase):
-    def test_bad_parameters_end_the_server_with_a_message_that_names_them(self):
-        for first in range(0, len(REFUSED), AT_ONCE):
-            cases = REFUSED[first : first + AT_ONCE]
+    def test_invalid_parameters_end_the_server_with_their_names(self):
+        for first in range(0, len(REFUSED), MAX_SERVERS):
+            cases = REFUSED[first : first + MAX_SERVERS]
             servers = [
                 ServerProcess(f"/refused_{number}", {**LOCKSTEP, **parameters})
                 for number, (parameters, _) in enumerate(cases)
@@ -120,7 +118,7 @@ class StartTest(unittest.TestCase):
             text = fatal[0].lower() if word in ("nan", "inf") else fatal[0]
             self.assertIn(word, text, parameters)
 
-    def test_a_model_that_is_none_ends_the_server_with_its_name_and_the_engine_s_words(self):
+    def test_invalid_model_ends_the_server_with_the_engine_s_message(self):
         with tempfile.TemporaryDirectory() as folder:
             started = []
             for name, (text, words) in BAD_MODELS.items():
@@ -168,7 +166,7 @@ class StartTest(unittest.TestCase):
 
         return begun
 
-    def test_signals_end_a_server_whose_model_is_being_compiled(self):
+    def test_signals_end_a_server_that_compiles_a_model(self):
         for number in (signal.SIGINT, signal.SIGTERM):
             with tempfile.TemporaryDirectory() as folder:
                 path = os.path.join(folder, "endless.xml")
@@ -180,7 +178,7 @@ class StartTest(unittest.TestCase):
                 wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
                 self.assertNotIn("FATAL", server.output())
 
-    def test_signals_end_an_agent_whose_model_is_being_compiled(self):
+    def test_signals_end_an_agent_that_compiles_a_model(self):
         parameters = self.own_model("", "")
         server = ServerProcess("/compiled", parameters)
         self.addCleanup(server.end)
@@ -214,14 +212,14 @@ class StartTest(unittest.TestCase):
             file.write(builtin_model().replace(*replacement))
         return {**LOCKSTEP, **WALKER2D, "xml_file": path}
 
-    def test_a_limb_with_the_name_of_another_frame_is_refused(self):
+    def test_link_with_the_name_of_another_frame_is_refused(self):
         for name in TAKEN_NAMES:
             parameters = self.own_model('body name="foot"', f'body name="{name}"')
             server = ServerProcess("/refused", parameters)
             self.addCleanup(server.end)
             self.assert_refused(server, parameters, [f"link {name}", "another frame"])
 
-    def test_a_description_of_another_robot_is_warned_of(self):
+    def test_robot_description_of_another_robot_is_a_warning(self):
         rospy.set_param("/robot_description", '<robot name="x"><link name="torso"/></robot>')
         self.addCleanup(rospy.delete_param, "/robot_description")
         for parameters, missing in ((WALKER2D, "thigh"), ({}, "hull")):
@@ -242,29 +240,28 @@ class StartTest(unittest.TestCase):
         self.assertEqual(server.stop(), 0)
         return spec, transition
 
-    def test_parameters_that_are_taken_show_in_the_specification(self):
-        spec, _ = self.specification(env="BipedalWalkerHardcore-v3", max_episode_steps=17)
-        parameters = dict(zip(spec.parameter_names, spec.parameter_values))
-        self.assertEqual((spec.id, spec.max_episode_steps), ("BipedalWalkerHardcore-v3", 17))
-        self.assertEqual(parameters["max_episode_steps"], "17")
-
-    def test_default_limits(self):
+    def test_max_episode_steps_in_the_specification(self):
         for parameters, expected in (
             ({}, 1600),
             ({"env": "BipedalWalkerHardcore-v3"}, 2000),
+            ({"env": "BipedalWalkerHardcore-v3", "max_episode_steps": 17}, 17),
             ({"hardcore": True}, 1600),
             ({"max_episode_steps": 0}, 0),
             ({"env": "Walker2d-v4"}, 1000),
         ):
-            self.assertEqual(self.specification(**parameters)[0].max_episode_steps, expected)
+            spec, _ = self.specification(**parameters)
+            self.assertEqual(spec.id, parameters.get("env", "BipedalWalker-v3"))
+            self.assertEqual(spec.max_episode_steps, expected)
+            values = dict(zip(spec.parameter_names, spec.parameter_values))
+            self.assertEqual(values["max_episode_steps"], str(expected))
 
-    def test_numbers_convert_where_nothing_is_lost(self):
+    def test_numbers_convert_if_nothing_is_lost(self):
         # roslaunch passes 2, and a seed of digits, as integers.
         _, one = self.specification(real_time_factor=2, command_timeout=1, seed=12)
         _, other = self.specification(seed="12", max_episode_steps=100.0)
         self.assertEqual(one.observation, other.observation)
 
-    def test_texts_that_are_wholly_numbers_are_these_numbers(self):
+    def test_strings_that_are_numbers_convert(self):
         # YAML 1.1 reads 1.0e3 and 1e-3 as strings.
         given = {
             "frame_skip": "4.0e0",
@@ -275,16 +272,16 @@ class StartTest(unittest.TestCase):
         spec, _ = self.specification(
             **WALKER2D, **given, real_time_factor="1.0e3", num_envs="1e0", camera_width="1e2"
         )
-        told = dict(zip(spec.parameter_names, spec.parameter_values))
+        values = dict(zip(spec.parameter_names, spec.parameter_values))
         expected = {
             "frame_skip": "4",
             "reset_noise_scale": "0.001",
             "healthy_z_range": "[0.8, 2.0]",
             "max_episode_steps": "100",
         }
-        self.assertEqual({name: told[name] for name in given}, expected)
+        self.assertEqual({name: values[name] for name in given}, expected)
 
-    def test_the_parameters_of_other_nodes_do_not_matter(self):
+    def test_parameters_of_other_nodes_are_ignored(self):
         rospy.set_param("/taken_too/unknown", 1)
         self.specification()
 

@@ -264,12 +264,12 @@ class Walker2dTest(ServerTest):
     def test_retries_of_failed_resets_are_throttled(self):
         cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of all resets fail
         self.serve(**cramped, paused=True)
-        seed = self.find_failures(5)
+        seed = self.find_failures(4)
         self.server.stop()
         self.serve(**cramped, seed=str(seed), real_time_factor=0.0)
         self.transitions.wait(lambda m: m.episode == 2, "the second attempt")
         begin, used = time.monotonic(), self.server.processor_time()
-        self.transitions.wait(lambda m: m.episode == 5, "the fifth attempt")
+        self.transitions.wait(lambda m: m.episode == 4, "the fourth attempt")
         self.assertLess(self.server.processor_time() - used, (time.monotonic() - begin) / 2)
         self.assertTrue(all(m.error == OVERFLOW for m in self.transitions.messages()))
         self.assertEqual(self.server.output().count("the simulation failed"), 1)

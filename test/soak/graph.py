@@ -9,12 +9,10 @@ import socket
 import subprocess
 import sys
 import tempfile
-import time
 import xmlrpc.client
 from urllib.parse import urlparse
 
-from bare_ros import CALLER, BareClient, free_port
-from usage import stat_fields
+from bare_ros import CALLER, BareClient, free_port, wait_for
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STARTUP_TIMEOUT = 90  # [s]; only a failing part waits this long
@@ -27,19 +25,6 @@ def adopt_orphans():
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
-def children_of(parent):
-    """Returns the children's states by PID. An ended child is in state Z until it is waited for."""
-    children = {}
-    for entry in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            fields = stat_fields(entry)
-        except OSError:
-            continue  # has ended meanwhile
-        if int(fields[1]) == parent:
-            children[int(entry)] = fields[0]
-    return children
-
-
 def command_of(pid):
     try:
         return pathlib.Path(f"/proc/{pid}/cmdline").read_text(errors="replace").split("\0")
@@ -48,14 +33,7 @@ def command_of(pid):
 
 
 def await_true(condition, what, timeout=STARTUP_TIMEOUT):
-    end = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > end:
-            raise TimeoutError(f"{what}: not within {timeout} s")
-        time.sleep(0.005)
+    return wait_for(condition, what, timeout)
 
 
 class Node:

@@ -6,7 +6,8 @@ import threading
 import time
 
 import walker_sim
-from graph import STARTUP_TIMEOUT, await_true, children_of, command_of
+from graph import STARTUP_TIMEOUT, await_true, command_of
+from launched import children_of
 from walk import Pair
 from walker_sim.srv import Reset
 

@@ -4,6 +4,7 @@ import gymnasium
 import numpy as np
 import usage
 import walker_sim  # noqa: F401  # registers the ids
+from launched import processor_time
 
 NUM_ENVS = 1024
 ENV = "walker_sim/BipedalWalker-v3"
@@ -24,14 +25,14 @@ def run(soak):
         equal = same(remote.reset(seed=1), local.reset(seed=1))
         random = np.random.default_rng(soak.random.randrange(1 << 32))
         watched, latency, steps = usage.Usage(server.pid), usage.Latency(), 0
-        before, spent = usage.now(server.pid), [usage.processor_time(server.pid)]
+        before, spent = usage.now(server.pid), [processor_time(server.pid)]
         soak.begin()
         while steps == 0 or soak.goes_on():
             actions = random.uniform(-1, 1, remote.action_space.shape).astype(np.float32)
             with latency:
                 theirs = remote.step(actions)
             equal = same(theirs, local.step(actions)) and equal
-            spent.append(usage.processor_time(server.pid))
+            spent.append(processor_time(server.pid))
             watched.sample()
             steps += 1
         soak.check(f"{NUM_ENVS} environments have the bits of those in process", equal)

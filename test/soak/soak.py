@@ -17,6 +17,7 @@ sys.path += [str(TEST / "server"), str(TEST / "python")]
 import graph  # noqa: E402
 import tally as tallies  # noqa: E402
 import walker_sim  # noqa: E402
+from launched import children_of  # noqa: E402
 
 # Parts that run one after another, and their shares of the time.
 SHARES = {
@@ -25,7 +26,6 @@ SHARES = {
     "kill_client": 4,
     "kill_master": 9,
     "kill_rviz": 8,
-    "network": 5,
     "lossy_network": 5,
     "full_disk": 3,
     "many_subscribers": 4,
@@ -97,7 +97,7 @@ def run_part(name, seconds, options, tally):
     else:
         tally.check("ends without an exception", True)
     beside = {process.pid for process in multiprocessing.active_children()}
-    children = graph.children_of(os.getpid())
+    children = children_of(os.getpid())
     left = {pid for pid, state in children.items() if state != "Z"} - beside
     tally.check(
         "leaves no process behind", not left, "; ".join(" ".join(graph.command_of(p)) for p in left)

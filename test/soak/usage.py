@@ -20,17 +20,6 @@ def now(pid):
     return pages * PAGE, files, len(os.listdir(f"/proc/{pid}/task"))
 
 
-def stat_fields(pid):
-    """Returns the fields of /proc/PID/stat after the name: state, parent and so on."""
-    text = pathlib.Path(f"/proc/{pid}/stat").read_text(errors="replace")
-    return text.rpartition(")")[2].split()
-
-
-def processor_time(pid):
-    fields = stat_fields(pid)
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 class Usage:
     """Samples of a process, at most five per second however often `sample` is called."""
 
