@@ -40,6 +40,36 @@ ROBOTS = {
 }
 ENGINE_S_MODEL = os.path.join(ROOT, "assets", "walker2d_v5.xml")
 
+# Arguments, and parameters that they set; None is unset. Paths are relative to roslaunch's working
+# directory, /my runs, because nodes run elsewhere.
+PARAMETERS = [
+    ("agent:=policy", {"/agent/seeds": "", "/walker_sim/auto_reset": None, "/agent/policy": None}),
+    ("agent:=random", {"/agent/seeds": "", "/walker_sim/auto_reset": None}),
+    # With seeds the agent resets the server, which must not do so itself.
+    ("agent:=policy; seeds:=3 4", {"/agent/seeds": "3 4", "/walker_sim/auto_reset": False}),
+    ("agent:=policy; policy:=a.safetensors", {"/agent/policy": "/my runs/a.safetensors"}),
+    ("agent:=policy; policy:=/tmp/a.safetensors", {"/agent/policy": "/tmp/a.safetensors"}),
+    ("agent:=policy; policy:=~/a.safetensors", {"/agent/policy": "~/a.safetensors"}),
+    ("seed:=18446744073709551615", {"/walker_sim/seed": "18446744073709551615"}),
+    ("env:=BipedalWalkerHardcore-v3", {"/walker_sim/env": "BipedalWalkerHardcore-v3"}),
+    ("num_envs:=2; num_threads:=3", {"/walker_sim/num_envs": 2, "/walker_sim/num_threads": 3}),
+    ("autoreset_mode:=same_step", {"/walker_sim/autoreset_mode": "same_step"}),
+    ("shown_environment:=1", {"/walker_sim/shown_environment": 1}),
+    (
+        "real_time_factor:=0; agent:=random",
+        {"/walker_sim/real_time_factor": 0.0, "/agent/real_time_factor": 0.0},
+    ),
+    ("paused:=true; use_sim_time:=false", {"/walker_sim/paused": True, "/use_sim_time": False}),
+    ("env:=Walker2d-v5", {"/walker_sim/xml_file": None, "/walker_sim/wait_for_recorder": None}),
+    ("env:=Walker2d-v5; xml_file:=walker2d_v4.xml", {"/walker_sim/xml_file": "walker2d_v4.xml"}),
+    (f"env:=Walker2d-v5; xml_file:={ENGINE_S_MODEL}", {"/walker_sim/xml_file": ENGINE_S_MODEL}),
+    ("env:=Walker2d-v5; tf_prefix:=/robot/", {"/walker_sim/tf_prefix": "robot"}),
+    ("tf_prefix:=7", {"/walker_sim/tf_prefix": "7"}),
+    ("tf_prefix:=/", {"/walker_sim/tf_prefix": None}),
+    ("recording:=true", {"/walker_sim/wait_for_recorder": "recorder"}),
+    ("recording:=true; ns:=second", {"/second/walker_sim/wait_for_recorder": "recorder"}),
+]
+
 sys.path.insert(0, os.path.join(ROOT, "src", "nodes"))
 sys.dont_write_bytecode = True
 import view  # noqa: E402
@@ -126,57 +156,17 @@ class LaunchTest(unittest.TestCase):
         for node_type in types:
             self.assertTrue(roslib.packages.find_node("walker_sim", node_type), node_type)
 
-    def test_seeds_are_the_server_s_unless_given(self):
-        for agent in ("policy", "heuristic", "random"):
-            launch = Launch("agent:=" + agent)
-            self.assertEqual(launch.parameters["/agent/seeds"], "")
-            self.assertNotIn("/walker_sim/auto_reset", launch.parameters)
-        launch = Launch("agent:=policy", "seeds:=3 4")
-        self.assertEqual(launch.parameters["/agent/seeds"], "3 4")
-        self.assertIs(
-            launch.parameters["/walker_sim/auto_reset"], False, "two would begin each episode"
-        )
-
-    def test_policy_path_is_relative_to_the_working_directory(self):
-        self.assertNotIn("/agent/policy", Launch("agent:=policy").parameters)
-        for given, path in (
-            ("walker.safetensors", "/my runs/walker.safetensors"),
-            ("/tmp/walker.safetensors", "/tmp/walker.safetensors"),
-            ("~/walker.safetensors", "~/walker.safetensors"),
-        ):
-            launch = Launch("agent:=policy", "policy:=" + given, PWD="/my runs")
-            self.assertEqual(launch.parameters["/agent/policy"], path)
-
-    def test_seed_of_64_bits_stays_a_string(self):
-        launch = Launch("seed:=18446744073709551615")
-        self.assertEqual(launch.parameters["/walker_sim/seed"], "18446744073709551615")
-
-    def test_arguments_reach_the_server(self):
-        launch = Launch(
-            "env:=BipedalWalkerHardcore-v3",
-            "num_envs:=2",
-            "num_threads:=3",
-            "autoreset_mode:=same_step",
-            "shown_environment:=1",
-            "real_time_factor:=0",
-            "paused:=true",
-            "use_sim_time:=false",
-            "agent:=random",
-            "output:=log",
-        )
-        for name, value in {
-            "/walker_sim/env": "BipedalWalkerHardcore-v3",
-            "/walker_sim/num_envs": 2,
-            "/walker_sim/num_threads": 3,
-            "/walker_sim/autoreset_mode": "same_step",
-            "/walker_sim/shown_environment": 1,
-            "/walker_sim/real_time_factor": 0.0,
-            "/walker_sim/paused": True,
-            "/use_sim_time": False,
-            "/agent/real_time_factor": 0.0,
-        }.items():
-            self.assertEqual(launch.parameters[name], value, name)
+    def test_arguments_set_parameters(self):
+        for arguments, expected in PARAMETERS:
+            with self.subTest(arguments=arguments):
+                launch = Launch(*arguments.split("; "), PWD="/my runs")
+                for name, value in expected.items():
+                    self.assertEqual(launch.parameters.get(name), value, name)
+        launch = Launch("tf_prefix:=robot", "output:=log")
         self.assertEqual(launch.nodes["/walker_sim"].output, "log")
+        prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
+        self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
+        self.assertIn("/walker_sim/", launch.config.clear_params)  # the next launch clears it
 
     # ------------------------------------------------------------ robot description and view
 
@@ -196,26 +186,16 @@ class LaunchTest(unittest.TestCase):
             nodes = set(Launch("env:=" + env, "agent:=heuristic", display=":9").nodes)
             self.assertEqual(nodes, {"/walker_sim", "/agent", "/rviz"}, env)
 
-    def test_xml_file_reaches_the_server_only_when_given(self):
-        self.assertNotIn("/walker_sim/xml_file", Launch("env:=Walker2d-v5").parameters)
-        for given, expected in (
-            ("walker2d_v4.xml", "walker2d_v4.xml"),
-            (ENGINE_S_MODEL, ENGINE_S_MODEL),
-            # Relative to roslaunch's working directory; nodes run elsewhere.
-            ("assets/walker2d_v5.xml", ROOT + "/assets/walker2d_v5.xml"),
-        ):
-            with self.subTest(given=given):
-                launch = Launch("env:=Walker2d-v5", "xml_file:=" + given, PWD=ROOT)
-                self.assertEqual(launch.parameters["/walker_sim/xml_file"], expected)
-
-    def test_the_robot_description_is_that_of_xml_file(self):
+    def test_robot_description_is_that_of_xml_file(self):
         with open(ENGINE_S_MODEL, encoding="utf-8") as file:
             model = file.read()
         with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "my walker.xml")
-            with open(path, "w", encoding="utf-8") as file:
+            os.mkdir(folder + "/models")
+            with open(folder + "/models/my walker.xml", "w", encoding="utf-8") as file:
                 file.write(model.replace('density="1000"', 'density="2000"'))
-            launch = Launch("env:=Walker2d-v5", "xml_file:=" + path)
+            launch = Launch("env:=Walker2d-v5", "xml_file:=models/my walker.xml", PWD=folder)
+        path = launch.parameters["/walker_sim/xml_file"]
+        self.assertEqual(path, folder + "/models/my walker.xml")
         masses = [
             [float(mass) for mass in re.findall('<mass value="([^"]*)"', text)]
             for text in (
@@ -279,9 +259,6 @@ class LaunchTest(unittest.TestCase):
 
     # ------------------------------------------------------------ several walkers, process options
 
-    def test_parameters_of_an_earlier_start_are_cleared(self):
-        self.assertIn("/walker_sim/", Launch().config.clear_params)
-
     def test_config_file_overrides_defaults_only(self):
         for name in ("server", "walker2d"):
             path = os.path.join(ROOT, "config", name + ".yaml")
@@ -307,18 +284,6 @@ class LaunchTest(unittest.TestCase):
                 (os.path.basename(view_file), prefix), (ROBOTS[env] + ".rviz", "second")
             )
             self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
-
-    def test_slashes_around_a_prefix_are_ignored(self):
-        for prefix in ("robot", "/robot/", "7"):
-            launch = Launch("env:=Walker2d-v5", "tf_prefix:=" + prefix)
-            self.assertEqual(launch.parameters["/walker_sim/tf_prefix"], prefix.strip("/"))
-        self.assertNotIn("/walker_sim/tf_prefix", Launch("tf_prefix:=/").parameters)
-
-    def test_prefix_does_not_outlive_its_launch(self):
-        launch = Launch("env:=Walker2d-v5", "tf_prefix:=robot")
-        prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
-        self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
-        self.assertIn("/walker_sim/", launch.config.clear_params)  # the next launch clears it
 
     def test_rviz_with_a_display_else_status_lines(self):
         self.assertNotIn("/rviz", Launch().types())
@@ -366,13 +331,6 @@ class LaunchTest(unittest.TestCase):
             self.assertEqual(arguments[:2], [option, path])
             for topic in ("transition", "episode", "spec", "restored"):
                 self.assertIn(topic, arguments, "replay needs it")
-
-    def test_server_waits_for_the_recorder(self):
-        self.assertNotIn("/walker_sim/wait_for_recorder", Launch().parameters)
-        for namespace in ("", "/second"):
-            launch = Launch("recording:=true", "ns:=" + namespace.strip("/"))
-            name = launch.parameters[namespace + "/walker_sim/wait_for_recorder"]
-            self.assertIn(f"{namespace}/{name}", launch.nodes)
 
 
 class TenWalkersTest(unittest.TestCase):

@@ -246,12 +246,6 @@ class HostileTest(ServerTest):
         for name, fields in self.good_requests().items():
             self.flip_bits(name, request_of(name, fields))
 
-    def test_flipped_bits_to_many_walkers(self):
-        self.serve_two(num_envs=3)
-        self.begin_again()
-        for name in ("reset_batch", "step_batch", "render"):
-            self.flip_bits(name, request_of(name, self.good_requests()[name]))
-
     def test_flipped_bits_of_a_record(self):
         """An accepted record has bitwise the length and the return of the original.
 

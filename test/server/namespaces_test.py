@@ -13,7 +13,7 @@ import sensor_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
 from server_harness import DT, Recorder, nanoseconds, same_experience
-from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
+from walker_sim.msg import Contacts, Transition
 from walker_sim.srv import Reset, Step
 
 BIPEDAL_WALKER = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
@@ -149,14 +149,6 @@ class NamespacesTest(unittest.TestCase):
             prefix = transform.child_frame_id.split("/")[0]
             self.assertEqual(transform.header.frame_id.split("/")[0], prefix)
         static.close()
-
-    def test_latched_topics_have_their_own_messages(self):
-        for space in FRAMES:
-            self.reset(space)
-            for name, kind in (("spec", EnvironmentSpec), ("episode", Episode)):
-                recorder = Recorder(f"{space}/{name}", kind)
-                recorder.wait()
-                recorder.close()
 
 
 if __name__ == "__main__":

@@ -199,22 +199,6 @@ class Walker2dTest(ServerTest):
             self.assertEqual(replies[seed].status_message, REFUSED)
         return good, bad
 
-    def serve_after_a_failed_start(self, **parameters):
-        """Starts a free-running server whose own first reset fails.
-
-        Returns {seed: transition} of the seeds whose resets succeed.
-        """
-        cramped = self.cramped_walker()
-        self.serve(**cramped, paused=True)
-        good, bad = self.sort_seeds()
-        self.server.stop()
-        self.serve(**cramped, seed=str(bad[0]), **parameters)
-        episode = self.record("/episode", Episode).wait(lambda m: m.seed == bad[0] or m.episode > 1)
-        if episode.episode == 1:
-            self.assertEqual(episode.end_reason, "terminated: the simulation failed at its reset")
-            self.assertEqual(episode.length, 0)
-        return good
-
     def simulation_reports(self):
         messages = self.record("/diagnostics", DiagnosticArray).wait_count(3)
         return [s.message for m in messages for s in m.status if s.name.endswith("simulation")]
@@ -253,28 +237,23 @@ class Walker2dTest(ServerTest):
         fresh += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
         self.assertTrue(all(map(same_experience, experience, fresh)))
 
-    def test_free_running_retries_a_failed_reset(self):
-        self.serve_after_a_failed_start(real_time_factor=0.0, max_episode_steps=50)
-        self.transitions.wait(lambda m: m.step > 0, "an episode")
-        self.transitions.wait(lambda m: m.error and m.step == 0, "another failure")
-        self.assert_consecutive(self.transitions.messages())
-        wait_for(lambda: f"No episode: {REFUSED}" in self.server.output(), "the reason")
-        self.assertTrue(self.server.is_running())
-
-    def test_retries_of_failed_resets_are_throttled(self):
+    def test_failed_resets_are_retried_once_a_second(self):
         cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of all resets fail
         self.serve(**cramped, paused=True)
         seed = self.find_failures(4)
         self.server.stop()
-        self.serve(**cramped, seed=str(seed), real_time_factor=0.0)
+        self.serve(**cramped, seed=str(seed), real_time_factor=0.0, max_episode_steps=50)
         self.transitions.wait(lambda m: m.episode == 2, "the second attempt")
         begin, used = time.monotonic(), self.server.processor_time()
         self.transitions.wait(lambda m: m.episode == 4, "the fourth attempt")
         self.assertLess(self.server.processor_time() - used, (time.monotonic() - begin) / 2)
         self.assertTrue(all(m.error == OVERFLOW for m in self.transitions.messages()))
         self.assertEqual(self.server.output().count("the simulation failed"), 1)
+        self.assertIn(f"No episode: {REFUSED}", self.server.output())
         self.assertIn(f"simulation failed at its reset: {OVERFLOW}", self.simulation_reports())
         self.assertEqual(self.counter("missed_deadlines"), 0)
+        self.transitions.wait(lambda m: m.step > 0, "an episode")
+        self.assert_consecutive(self.transitions.messages())
 
     def find_failures(self, count):
         """Returns a seed whose reset fails, as do the next `count - 1` resets without a seed."""
@@ -286,7 +265,14 @@ class Walker2dTest(ServerTest):
         raise AssertionError("no seed with so many failures")
 
     def test_without_auto_reset_a_failed_reset_is_not_retried(self):
-        good = self.serve_after_a_failed_start(auto_reset=False)
+        cramped = self.cramped_walker()
+        self.serve(**cramped, paused=True)
+        good, bad = self.sort_seeds()
+        self.server.stop()
+        self.serve(**cramped, seed=str(bad[0]), auto_reset=False)
+        episode = self.record("/episode", Episode).wait()
+        self.assertEqual(episode.end_reason, "terminated: the simulation failed at its reset")
+        self.assertEqual((episode.episode, episode.length), (1, 0))
         wait_for(lambda: "~reset begins the next" in self.server.output(), "what to do")
         self.transitions.clear()
         time.sleep(QUIET)
