@@ -27,7 +27,7 @@ def wait_for(condition, what, timeout=TIMEOUT):
         if value:
             return value
         if time.monotonic() > deadline:
-            raise AssertionError(f"waited {timeout} s in vain for {what}")
+            raise AssertionError(f"timed out after {timeout} s waiting for {what}")
         time.sleep(0.005)
 
 

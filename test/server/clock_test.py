@@ -320,6 +320,49 @@ class ClockTest(ServerTest):
         self.start_publisher()
         self.assert_follows(5 * SECOND)
 
+    def test_followers_with_another_dt_follow_the_clock(self):
+        rospy.set_param("/use_sim_time", True)
+        self.follow("Walker2d-v5", "BipedalWalker-v3")
+        self.follow("BipedalWalker-v3", "Walker2d-v5")
+
+    def follow(self, owner_id, follower_id):
+        """A free-running follower steps exactly as far as the time of an owner in lock-step."""
+        owner = self.serve("/owner/walker_sim", env=owner_id, mode="lockstep", max_episode_steps=0)
+        reset, step = owner.client("reset", Reset), owner.client("step", Step)
+        spec = self.call("get_spec").spec
+        dt, action = round(spec.dt * SECOND), [0.0] * spec.action_size
+        now = nanoseconds(reset(has_seed=True, seed=1).transition)
+        follower = self.serve("/follower/walker_sim", env=follower_id, publish_clock=False)
+        follower_dt = round(self.call("get_spec").spec.dt * SECOND)
+        transitions = self.record("/follower/transition", Transition)
+
+        def advance(seed):
+            """Advances the owner by a step, or by a reset if its episode has ended."""
+            nonlocal now
+            reply = step(action=action)
+            if not reply.success:
+                reply = reset(has_seed=True, seed=seed)
+            self.assertEqual(nanoseconds(reply.transition), now + dt)
+            now += dt
+
+        def arrived():
+            transitions.wait(lambda m: nanoseconds(m) > now - follower_dt, "the follower to arrive")
+
+        # The follower may connect to /clock late.
+        wait_for(lambda: advance(1) or transitions.messages(), "the follower to join the clock")
+        arrived()
+        joined = len(transitions.messages()) - 1
+        for seed in range(100):
+            advance(seed)
+            arrived()
+        time.sleep(0.2)  # a surplus step would arrive
+        stamps = [nanoseconds(message) for message in transitions.messages()[joined:]]
+        self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {follower_dt})
+        self.assertLessEqual(stamps[-1], now)
+        transitions.close()
+        follower.stop()
+        owner.stop()
+
     def test_follower_survives_the_largest_times(self):
         self.start_follower()
         self.start_publisher()

@@ -7,6 +7,7 @@ gives bitwise the result of an undisturbed server.
 
 import copy
 import io
+import itertools
 import math
 import random
 import struct
@@ -267,22 +268,18 @@ class HostileTest(ServerTest):
     def test_invalid_values(self):
         self.serve_two()
         self.begin_again()
-        table = []
-        for name, more in (("step", {}), ("step_many", {"steps": 3})):
-            for size in (0, 3, 5, 8000):
-                table.append(
-                    (name, {"action": [0.5] * size, **more}, rf"action has {size} values; must")
-                )
-            table.append((name, {"action": [0.5] * MILLION, **more}, rf"/{name}: a request of"))
-            for value, text in ((NAN, "nan"), (-NAN, "nan"), (INF, "inf"), (-INF, "-inf")):
-                for joint, joint_name in enumerate(("hip_1", "knee_1", "hip_2", "knee_2")):
-                    action = [value if i == joint else 0.5 for i in range(4)]
-                    message = rf"action\[{joint}\] \({joint_name}\) = -?{text}; must be finite"
-                    table.append((name, {"action": action, **more}, message))
+        actions = [([0.5] * MILLION, "a request of")]
+        for size in (0, 3, 5, 8000):
+            actions.append(([0.5] * size, rf"action has {size} values; must"))
+        joints = enumerate(("hip_1", "knee_1", "hip_2", "knee_2"))
+        for (joint, name), value in itertools.product(joints, (NAN, -NAN, INF, -INF)):
+            action = [value if i == joint else 0.5 for i in range(4)]
+            actions.append((action, rf"action\[{joint}\] \({name}\) = -?(nan|inf); must be finite"))
+        table = [("step", {"action": action}, message) for action, message in actions]
+        table += [("step_many", {"action": a, "steps": 3}, message) for a, message in actions]
         for steps in (0, 101, MILLION, 2**31, MAX_UINT32):
-            table.append(
-                ("step_many", {"action": ACTION, "steps": steps}, rf"steps = {steps}; must be in")
-            )
+            request = {"action": ACTION, "steps": steps}
+            table.append(("step_many", request, rf"steps = {steps}; must be in \[1, 100\]"))
         self.assert_refused(table)
         self.assert_refused(self.batch_table())
         self.assert_refused(self.render_table())
@@ -298,68 +295,53 @@ class HostileTest(ServerTest):
 
     def batch_table(self):
         count = self.num_envs
-        table = []
+        steps = [([0.5] * MILLION, "/step_batch: a request of")]
         for size in (0, 4 * count - 1, 4 * count + 1, 8000):
-            table.append(
-                ("step_batch", {"actions": [0.5] * size}, rf"actions? ha(s|ve) {size} values; must")
-            )
-        table.append(("step_batch", {"actions": [0.5] * MILLION}, "/step_batch: a request of"))
-        for value in (NAN, INF, -INF):
-            for index in (0, 4 * count - 1):
-                actions = [value if i == index else 0.5 for i in range(4 * count)]
-                message = rf"action\[{index % 4}\] \(\w+\) = -?(nan|inf); must be finite"
-                table.append(("step_batch", {"actions": actions}, message))
+            steps.append(([0.5] * size, rf"actions? ha(s|ve) {size} values; must"))
+        for value, index in itertools.product((NAN, INF, -INF), (0, 4 * count - 1)):
+            actions = [value if i == index else 0.5 for i in range(4 * count)]
+            steps.append((actions, rf"action\[{index % 4}\] \(\w+\) = -?(nan|inf); must be finite"))
+        resets = [
+            ({"environments": [0, 0]}, r"environments\[1\] = 0; is listed"),
+            ({"environments": [0] * MILLION}, "a request of"),
+        ]
+        table = []
         for index in (count, count + 1, 2**31, MAX_UINT32):
-            table += [
-                (
-                    "reset_batch",
-                    {"environments": [0, index]},
-                    rf"environments\[1\] = {index}; must be below num_envs = {count}",
-                ),
-                (
-                    "render",
-                    {"environment": index},
-                    rf"environment = {index}; must be below num_envs = {count}",
-                ),
-            ]
-        table.append(("reset_batch", {"environments": [0, 0]}, r"environments\[1\] = 0; is listed"))
-        table.append(("reset_batch", {"environments": [0] * MILLION}, "a request of"))
+            message = rf"= {index}; must be below num_envs = {count}"
+            resets.append(({"environments": [0, index]}, rf"environments\[1\] {message}"))
+            table.append(("render", {"environment": index}, f"environment {message}"))
         for flags, seeds in (
             *((count, 0), (0, count), (count, count - 1), (count, count + 1)),
             *((count + 1, count + 1), (count - 1, count - 1)),
         ):
             if flags == seeds == 0:
                 continue  # with one walker both are empty, which is valid
-            fields = {"has_seed": [1] * flags, "seeds": [1] * seeds}
             message = rf"has_seed has {flags} values and seeds {seeds}; both must be empty or"
-            table.append(("reset_batch", fields, message))
-        return table
+            resets.append(({"has_seed": [1] * flags, "seeds": [1] * seeds}, message))
+        table += [("step_batch", {"actions": actions}, message) for actions, message in steps]
+        return table + [("reset_batch", *row) for row in resets]
 
     def render_table(self):
         def parameter(name, value):
             return {"parameter_names": [name], "parameter_values": [value]}
 
-        table = [
-            ("render", {"encoding": "bgr8"}, "encoding = bgr8; must be rgb8 or 32FC1"),
-            ("render", {"encoding": "32FC1"}, "depth"),
-            ("render", {"encoding": "\x1b[2J\n" * 5000}, r"encoding = \\x1b\[2J\\n"),
-            ("render", {"encoding": "x" * MILLION}, "/render: a request of"),
-            ("render", parameter("x" * MILLION, "1"), "/render: a request of"),
-            ("render", parameter("x" * 30_000, "1"), "parameter x+ .*Known: .*width"),
-            ("render", parameter("", ""), "must be NAME=VALUE"),
-            ("render", parameter("widht", "8"), "parameter widht = 8: unknown; did you mean width"),
-            ("render", parameter("camera_rate", "3"), "parameter camera_rate = 3: unknown"),
-            ("render", {"parameter_names": ["width"]}, "parameter_names has 1 texts and"),
-            ("render", {"parameter_names": [""] * 5000}, "an array has 5000 elements; at most"),
-            (
-                "render",
-                {"parameter_names": ["width"] * 2, "parameter_values": ["8"] * 2},
-                "width: given twice",
-            ),
+        rows = [
+            ({"encoding": "bgr8"}, "encoding = bgr8; must be rgb8 or 32FC1"),
+            ({"encoding": "32FC1"}, "depth"),
+            ({"encoding": "\x1b[2J\n" * 5000}, r"encoding = \\x1b\[2J\\n.*bytes left out"),
+            ({"encoding": "x" * MILLION}, "/render: a request of"),
+            (parameter("x" * MILLION, "1"), "/render: a request of"),
+            (parameter("x" * 30_000, "1"), "parameter x+ .*Known: .*width"),
+            (parameter("", ""), "must be NAME=VALUE"),
+            (parameter("widht", "8"), "parameter widht = 8: unknown; did you mean width"),
+            (parameter("camera_rate", "3"), "parameter camera_rate = 3: unknown"),
+            ({"parameter_names": ["width"]}, "parameter_names has 1 texts and"),
+            ({"parameter_names": [""] * 5000}, "an array has 5000 elements; at most"),
         ]
         for value in ("0", "-1", "4097", "1e9", "nan", ".inf", "ten", "", "8 ", "[8]", "8\n"):
-            table.append(("render", parameter("width", value), "parameter width = .*: must be"))
-        return table
+            rows.append((parameter("width", value), "parameter width = .*: must be"))
+        twice = {"parameter_names": ["width"] * 2, "parameter_values": ["8"] * 2}
+        return [("render", *row) for row in [*rows, (twice, "width: given twice")]]
 
     def test_invalid_camera(self):
         self.serve(mode="lockstep", env="Walker2d-v5")
@@ -382,18 +364,10 @@ class HostileTest(ServerTest):
         self.begin_again()
         self.assert_refused(self.batch_table())
         self.assert_refused(self.render_table())
-        one = "is for one environment, and this server has num_envs = 3"
-        self.assert_refused(
-            [
-                ("reset", {"has_seed": True, "seed": 1}, one),
-                ("step", {"action": ACTION}, one),
-                ("step_many", {"action": ACTION, "steps": 1}, one),
-                ("snapshot", {}, one),
-                ("restore", {}, one),
-                ("reset_simulation", {}, one),
-                ("reset_world", {}, one),
-            ]
-        )
+        names = ("reset", "step", "step_many", "snapshot", "restore", "reset_simulation")
+        words = "is for one environment, and this server has num_envs = 3.*~reset_batch.*~step"
+        good = self.good_requests()
+        self.assert_refused([(name, good.get(name, {}), words) for name in (*names, "reset_world")])
 
     def test_extreme_valid_values(self):
         """Actions are clipped as in Gymnasium; seeds span the range of uint64."""
@@ -435,15 +409,11 @@ class HostileTest(ServerTest):
 
     def test_calls_before_and_after_an_episode(self):
         self.serve_two(max_episode_steps=0)
-        before = [
-            ("step", {"action": ACTION}, "there is no episode yet"),
-            ("step_many", {"action": ACTION, "steps": 1}, "there is no episode yet"),
-            ("step_batch", {"actions": ACTION}, "there is no episode yet"),
-            ("snapshot", {}, "there is no episode yet"),
-            ("render", {}, "there is no episode yet"),
-        ]
-        for name, fields, pattern in before:
-            self.assertRegex(self.troubled.call(name, **fields)[0], pattern, name)
+        steps = ("step", "step_many")
+        requests = {name: self.good_requests().get(name, {}) for name in (*steps, "step_batch")}
+        for name in (*requests, "snapshot", "render"):
+            words, _ = self.troubled.call(name, **requests.get(name, {}))
+            self.assertRegex(words, "there is no episode yet", name)
         for caller in (self.troubled, self.quiet):
             caller.ask("reset")  # uses the seed parameter
         self.assert_untouched()
@@ -455,30 +425,18 @@ class HostileTest(ServerTest):
             ("actions", [], "actions has 0 values; must have 4"),
             ("actions", [0.5] * 3, "actions has 3 values; must have 4"),
             ("actions", [0.5] * 5, "actions has 5 values; must have 4"),
-            (
-                "actions",
-                [0.5, NAN, 0.5, 0.5],
-                r"step 1 of the record: action\[1\] \(knee_1\) = nan",
-            ),
+            ("actions", [0.5, NAN, 0.5, 0.5], r"step 1 of the record: action\[1\] .* = nan"),
             ("actions", [INF] * 4, r"step 1 of the record: action\[0\] \(hip_1\) = inf"),
             ("episode.episode_return", NAN, "episode_return = "),
             ("episode.episode_return", 1.0, "episode_return = "),
             ("episode.seed", 9, "generator_state is not that of seed = 9"),
-            (
-                "spec.id",
-                "Walker2d-v4",
-                "id = Walker2d-v4 in the record; here it is BipedalWalker-v3",
-            ),
+            ("spec.id", "Walker2d-v4", "id = Walker2d-v4 in the record; here it is Bipedal"),
             ("spec.id", "\x1b[2J" * 20_000, r"id = \\x1b\[2J"),
             ("spec.id", "\n" * MILLION, r"id = \\n"),
             ("spec.engine", "", "engine =  in the record; here it is Box2D"),
             ("spec.engine_version", "1.0", "engine_version = 1.0 in the record; here it is 2.3"),
             ("spec.parameter_names", ["a"] * 9, "parameter_values has"),
-            (
-                f"spec.parameter_values.{index}",
-                "true",
-                "parameter hardcore = true in the record; here it is false",
-            ),
+            (f"spec.parameter_values.{index}", "true", "hardcore = true in the record; here it is"),
         ):
             self.assert_refused([("restore", {"record": changed(record, path, value)}, pattern)])
         while True:  # until the walker falls
@@ -486,8 +444,8 @@ class HostileTest(ServerTest):
             self.assertTrue(same_experience(one.transition, other.transition))
             if one.transition.terminated:
                 break
-        for name, fields, _ in before[:2]:
-            words = self.troubled.call(name, **fields)[0]
+        for name in steps:
+            words, _ = self.troubled.call(name, **requests[name])
             self.assertRegex(words, r"the episode ended after \d+ steps", name)
         self.begin_again()
         self.assert_untouched()

@@ -44,15 +44,12 @@ class RecordsTest(ServerTest):
         for one, other in zip(ones, others):
             self.assertTrue(same_experience(one, other), f"{one}\n{other}")
 
-    def serve_lockstep(self, **parameters):
-        return self.serve(mode="lockstep", **parameters)
-
     # ------------------------------------------------------------ exact continuation
 
     def test_restarted_server_continues_like_the_first(self):
         for identifier, size in IDS.items():
             with self.subTest(identifier):
-                first = self.serve_lockstep(env=identifier, seed="42")
+                first = self.serve(mode="lockstep", env=identifier, seed="42")
                 self.ask("reset")
                 self.ask("reset")  # continues the generator
                 present = self.play(actions(size, 15, 1))[-1]
@@ -61,7 +58,7 @@ class RecordsTest(ServerTest):
                 following = self.ask("reset").transition
                 first.kill()
 
-                self.serve_lockstep(env=identifier, seed="1")
+                self.serve(mode="lockstep", env=identifier, seed="1")
                 restored = self.ask("restore", record=record).transition
                 self.assertTrue(same_experience(restored, present))
                 self.assert_same_experiences(self.play(actions(size, 300, 2)), future)
@@ -69,7 +66,7 @@ class RecordsTest(ServerTest):
                 self.server.stop()
 
     def test_snapshot_has_the_episode(self):
-        self.serve_lockstep(env="Walker2d-v5")
+        self.serve(mode="lockstep", env="Walker2d-v5")
         self.ask("reset", has_seed=True, seed=2**64 - 1)
         played = actions(6, 4, 3)
         last = self.play(played)[-1]
@@ -85,7 +82,7 @@ class RecordsTest(ServerTest):
         self.assertEqual(nanoseconds(episode), nanoseconds(last))
 
     def test_restore_is_published_like_a_reset(self):
-        self.serve_lockstep()
+        self.serve(mode="lockstep")
         episodes = self.record("/episode", Episode)
         restored = self.record("/restored", EpisodeRecord)
         transitions = self.record("/transition", Transition)
@@ -126,7 +123,9 @@ class RecordsTest(ServerTest):
 
     def test_failed_episode_is_restored_as_failed(self):
         model = self.model_file(('gear="100"', 'gear="1e14"'))
-        self.serve_lockstep(env="Walker2d-v5", xml_file=model, terminate_when_unhealthy=False)
+        self.serve(
+            mode="lockstep", env="Walker2d-v5", xml_file=model, terminate_when_unhealthy=False
+        )
         self.ask("reset", has_seed=True, seed=1)
         failed = self.play([[1.0] * 6] * 50)[-1]
         self.assertIn("MuJoCo", failed.error)
@@ -138,7 +137,7 @@ class RecordsTest(ServerTest):
 
     def test_model_file_is_read_once(self):
         model = self.model_file()
-        self.serve_lockstep(env="Walker2d-v5", xml_file=model)
+        self.serve(mode="lockstep", env="Walker2d-v5", xml_file=model)
         self.ask("reset", has_seed=True, seed=1)
         record = self.ask("snapshot").record
         future = self.play(actions(6, 20, 1))
@@ -317,11 +316,11 @@ class RecordsTest(ServerTest):
         self.assert_consecutive([m for m in states if m.episode == reply.episode])
 
     def test_snapshot_and_restore_are_refused_with_reuse_world(self):
-        self.serve_lockstep()
+        self.serve(mode="lockstep")
         self.ask("reset", has_seed=True, seed=1)
         record = self.ask("snapshot").record
         self.server.stop()
-        self.serve_lockstep(reuse_world=True)
+        self.serve(mode="lockstep", reuse_world=True)
         self.ask("reset", has_seed=True, seed=1)
         for name, fields in (("snapshot", {}), ("restore", {"record": record})):
             reply = self.call(name, **fields)

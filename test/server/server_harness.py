@@ -275,7 +275,7 @@ class Recorder:
                 count = len(examined)
                 left = deadline - time.monotonic()
                 if left <= 0:
-                    raise AssertionError(f"waited {timeout} s in vain for {what} on {self.topic}")
+                    raise AssertionError(f"timed out after {timeout} s waiting for {what} on {self.topic}")
                 self._changed.wait(left)
 
     def at(self, stamp):

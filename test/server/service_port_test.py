@@ -426,18 +426,6 @@ class ServicePortTest(ServerTest):
         wait_for(lambda: "all is lost" in self.server.output(), "the log")
         self.assertNotIn("\n[ERROR] all is lost", self.server.output())
         self.assertNotIn("\x1b[2J", self.server.output())
-        client = self.server.client("render", Render)
-        for fields in (
-            {"encoding": "\n\x1b[2J" + "x" * 20_000},
-            {"parameter_names": ["\n\x1b[2J" + "x" * 20_000], "parameter_values": ["1"]},
-            {"parameter_names": ["width"], "parameter_values": ["\n\x1b[2J" + "x" * 20_000]},
-        ):
-            message = client(**fields).status_message
-            self.assertIn("\\n\\x1b[2J", message)
-            self.assertNotIn("\n", message)
-            self.assertIn("bytes left out", message)
-            self.assertLess(len(message), 1200)
-        client.close()
         self.assert_serves()
 
     def test_client_that_never_reads_delays_no_other(self):
@@ -503,10 +491,7 @@ class ServicePortTest(ServerTest):
     # ------------------------------------------------------------ ROS's own clients
 
     def test_serves_rosservice_and_rospy(self):
-        names = rosservice.get_service_list(node="/walker_sim")
-        self.assertLessEqual({"/walker_sim/step", "/walker_sim/pause"}, set(names))
         self.assertEqual(rosservice.get_service_node("/walker_sim/step"), "/walker_sim")
-        self.assertEqual(rosservice.get_service_type("/walker_sim/step"), "walker_sim/Step")
         self.assertEqual(rosservice.get_service_args("/walker_sim/step"), "action")
         command = ["rosservice", "call", "/walker_sim/step", str(STAND)]
         message = subprocess.run(command, check=True, capture_output=True, text=True).stdout

@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from server_harness import ServerTest, nanoseconds
 from std_srvs.srv import Trigger
 from walker_sim.msg import Transition
-from walker_sim.srv import GetSpec, Reset, Step
+from walker_sim.srv import GetSpec
 
 WALKERS = [f"/walker_{number}" for number in range(1, 11)]
 OWNER, *FOLLOWERS = WALKERS
@@ -40,17 +40,26 @@ def pid_of(name):
 
 
 class TenWalkersTest(ServerTest):
-    launched = None  # shared by the tests, until one ends it
+    """All tests share one launch."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.launched = Launched("ten_walkers.launch", "agent:=random", "rviz:=false")
 
     @classmethod
     def tearDownClass(cls):
-        if cls.launched:
-            cls.launched.stop()
+        """Ends the launch: no process and no registration is left."""
+        pids = cls.launched.pids()
+        assert len(pids) >= 2 * len(WALKERS), "servers and agents"
+        assert cls.launched.stop() == 0, cls.launched.output()
+        left = [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
+        assert not left, cls.launched.output()
+        for names in rosgraph.Master(CALLER).getSystemState():
+            for name, nodes in names:
+                assert not any("/walker_" in node for node in nodes), f"{name} of {nodes}"
 
-    def launch(self):
-        """Starts all ten, if they do not run, and records their transitions and /clock."""
-        if not self.launched:
-            TenWalkersTest.launched = Launched("ten_walkers.launch", "agent:=random", "rviz:=false")
+    def setUp(self):
+        """Records all transitions and /clock."""
         for walker in WALKERS:
             try:
                 rospy.wait_for_service(f"{node(walker)}/get_spec", TIMEOUT)
@@ -95,7 +104,6 @@ class TenWalkersTest(ServerTest):
         rospy.ServiceProxy(f"{node(OWNER)}/unpause", Trigger)()
 
     def test_all_walk_on_one_clock(self):
-        self.launch()
         specs = {w: rospy.ServiceProxy(f"{node(w)}/get_spec", GetSpec)().spec for w in WALKERS}
         self.assertEqual({spec.engine for spec in specs.values()}, {"Box2D", "MuJoCo"})
         self.assertEqual(len({spec.id for spec in specs.values()}), 6)
@@ -105,7 +113,6 @@ class TenWalkersTest(ServerTest):
             recorder.wait(lambda m: any(m.action), f"an action of {walker}'s agent")
 
     def test_all_advance_at_one_rate_and_none_is_ahead(self):
-        self.launch()
         begin, first = self.pause()
         counts = {walker: len(self.stamps(walker)) for walker in WALKERS}
         self.unpause()
@@ -127,7 +134,6 @@ class TenWalkersTest(ServerTest):
         self.assert_time_only_grows()
 
     def test_killed_follower_does_not_affect_the_others(self):
-        self.launch()
         killed = FOLLOWERS[5]
         pids = {walker: pid_of(node(walker)) for walker in WALKERS}
         os.kill(pids[killed], signal.SIGKILL)
@@ -137,21 +143,8 @@ class TenWalkersTest(ServerTest):
             same = pid_of(node(walker)) == pids[walker]
             self.assertEqual(same, walker != killed, walker)
         self.assert_time_only_grows()
-        self.end_launch()
-
-    def end_launch(self):
-        launched, TenWalkersTest.launched = self.launched, None
-        pids = launched.pids()
-        self.assertGreaterEqual(len(pids), 2 * len(WALKERS))  # servers and agents
-        self.assertEqual(launched.stop(), 0, launched.output())
-        left = [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
-        self.assertEqual(left, [], launched.output())
-        for names in rosgraph.Master(CALLER).getSystemState():
-            for name, nodes in names:
-                self.assertFalse(any("/walker_" in n for n in nodes), f"{name} of {nodes}")
 
     def test_time_stops_while_the_owner_is_down(self):
-        self.launch()
         pids = {walker: pid_of(node(walker)) for walker in WALKERS}
         # While roslaunch is halted, it does not respawn the owner.
         with self.launched.halted():
@@ -165,52 +158,6 @@ class TenWalkersTest(ServerTest):
         for walker in FOLLOWERS:
             self.assertEqual(pid_of(node(walker)), pids[walker], f"{walker} has ended")
         self.assert_time_only_grows()
-
-    def test_followers_with_another_dt_follow_the_clock(self):
-        if self.launched:
-            self.end_launch()
-        rospy.set_param("/use_sim_time", True)
-        self.addCleanup(rospy.delete_param, "/use_sim_time")
-        self.follow("Walker2d-v5", "BipedalWalker-v3")
-        self.follow("BipedalWalker-v3", "Walker2d-v5")
-
-    def follow(self, owner_id, follower_id):
-        """A free-running follower steps exactly as far as the time of an owner in lock-step."""
-        owner = self.serve("/owner/walker_sim", env=owner_id, mode="lockstep", max_episode_steps=0)
-        reset, step = owner.client("reset", Reset), owner.client("step", Step)
-        dt = round(owner.client("get_spec", GetSpec)().spec.dt * SECOND)
-        action = [0.0] * owner.client("get_spec", GetSpec)().spec.action_size
-        now = nanoseconds(reset(has_seed=True, seed=1).transition)
-        server = self.serve("/follower/walker_sim", env=follower_id, publish_clock=False)
-        follower_dt = round(server.client("get_spec", GetSpec)().spec.dt * SECOND)
-        transitions = self.record("/follower/transition", Transition)
-
-        def advance(seed):
-            """Advances the owner by a step, or by a reset if its episode has ended."""
-            nonlocal now
-            reply = step(action=action)
-            if not reply.success:
-                reply = reset(has_seed=True, seed=seed)
-            self.assertEqual(nanoseconds(reply.transition), now + dt)
-            now += dt
-
-        def arrived():
-            transitions.wait(lambda m: nanoseconds(m) > now - follower_dt, "the follower to arrive")
-
-        # The follower may connect to /clock late.
-        wait_for(lambda: advance(1) or transitions.messages(), "the follower to join the clock")
-        arrived()
-        joined = len(transitions.messages()) - 1
-        for seed in range(100):
-            advance(seed)
-            arrived()
-        time.sleep(0.2)  # a surplus step would arrive
-        stamps = [nanoseconds(message) for message in transitions.messages()[joined:]]
-        self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {follower_dt})
-        self.assertLessEqual(stamps[-1], now)
-        transitions.close()
-        server.stop()
-        owner.stop()
 
 
 if __name__ == "__main__":

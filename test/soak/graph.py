@@ -45,7 +45,8 @@ class Node:
             env=environment,
             stdout=self._log.file,
             stderr=subprocess.STDOUT,
-            **{"stdin": subprocess.DEVNULL, **options},
+            stdin=subprocess.DEVNULL,
+            **options,
         )
         self.name = ""
 
