@@ -1,12 +1,13 @@
 #!/usr/bin/python3
-"""Camera topics and ~render: when pictures are drawn, their contents, and concurrent clients."""
+"""Camera topics and ~render: when pictures are drawn, and their contents.
+
+pictures_test.cpp has concurrent clients.
+"""
 
 import colorsys
 import signal
-import socket
 import struct
 import sys
-import threading
 
 import rosgraph_msgs.msg
 import rospy
@@ -335,45 +336,6 @@ class CameraTest(ServerTest):
             self.begin(seed)
             self.advance(30)
             self.assertEqual(self.picture().data, data)
-
-    def test_many_clients_render_while_another_steps(self):
-        self.lockstep()
-        stamps, failures = [], []
-
-        def watch(client):
-            try:
-                for _ in range(5):
-                    reply = client()
-                    assert reply.success, reply.status_message
-                    stamps.append(nanoseconds(reply.image))
-            except Exception as error:
-                failures.append(error)
-
-        clients = [self.client("render", Render) for _ in range(20)]
-        watchers = [threading.Thread(target=watch, args=(client,)) for client in clients]
-        for watcher in watchers:
-            watcher.start()
-        existing = {nanoseconds(self.last)}
-        while any(watcher.is_alive() for watcher in watchers):
-            existing.add(self.advance())
-        for watcher in watchers:
-            watcher.join()
-        self.assertEqual(failures, [])
-        self.assertEqual(len(stamps), 100)
-        self.assertLessEqual(set(stamps), existing)
-
-    def test_client_may_disconnect_before_its_picture(self):
-        self.lockstep()
-        for reset in (False, True):
-            for _ in range(50):
-                client = self.server.client("render", Render)
-                if reset:  # close() sends an RST
-                    linger = struct.pack("ii", 1, 0)
-                    client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
-                client.send()
-                client.close()
-            self.advance(5)
-        self.assertTrue(self.picture().data)
 
     def test_signals_end_the_server_amid_pictures(self):
         for end in (signal.SIGINT, signal.SIGKILL):

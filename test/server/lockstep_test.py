@@ -279,23 +279,6 @@ class LockstepTest(ServerTest):
 
     # ------------------------------------------------------------ episodes
 
-    def test_counters_and_sums_of_an_episode(self):
-        first = self.begin(2)
-        self.assertEqual(first.step, 0)
-        self.assertEqual(list(first.action), [])
-        self.assertEqual((first.reward, first.episode_return), (0, 0))
-        self.assertEqual(first.environment, 0)
-        total = 0.0
-        for i, action in enumerate(float32_actions(2, 25), start=1):
-            transition = self.advance(action)
-            total += transition.reward
-            self.assertEqual(transition.step, i)
-            self.assertEqual(transition.episode, first.episode)
-            self.assertEqual(bits(transition.action), bits(action))
-            self.assertEqual(transition.episode_return, total)
-            self.assertEqual(transition.error, "")
-        self.assertEqual(self.begin(2).episode, first.episode + 1)
-
     def test_episode_is_published_at_its_reset_and_at_its_end(self):
         recorder = self.record("/episode", Episode)
         seed = 2**64 - 1

@@ -75,19 +75,6 @@ class NamespacesTest(unittest.TestCase):
         self.assertEqual(following.step, 1)
         self.assertEqual(nanoseconds(following), nanoseconds(two) + DT)
 
-    def test_other_engine_does_not_change_the_trajectory(self):
-        action = [0.5, -1.0, 0.25, 0.0, 1.0, -0.5]
-        alone = [self.reset("/three")] + [self.step("/three", action) for _ in range(10)]
-        self.reset("/one")
-        together = [self.reset("/three")]
-        for _ in range(10):
-            self.step("/one", [1.0, -1.0, 0.5, 0.0])
-            together.append(self.step("/three", action))
-        for one, other in zip(alone, together):
-            self.assertTrue(same_experience(one, other))
-        passed = nanoseconds(together[-1]) - nanoseconds(together[0])
-        self.assertEqual(passed, 10 * 8_000_000)
-
     def frames_of(self, space, prefix):
         """Checks the frames in all messages of one state."""
         frames = FRAMES[space]

@@ -275,7 +275,9 @@ class Recorder:
                 count = len(examined)
                 left = deadline - time.monotonic()
                 if left <= 0:
-                    raise AssertionError(f"timed out after {timeout} s waiting for {what} on {self.topic}")
+                    raise AssertionError(
+                        f"timed out after {timeout} s waiting for {what} on {self.topic}"
+                    )
                 self._changed.wait(left)
 
     def at(self, stamp):
