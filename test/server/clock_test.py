@@ -70,6 +70,35 @@ for name, event in finished.items():
     print(name, "finished" if event.wait(30) else "hangs", flush=True)
 """
 
+# A node under simulation time with a tf2 buffer that never forgets and a timer. For each line of
+# input it prints "goes on" once there are a newer transform and a new tick.
+TF_AND_TIMER_NODE = """
+import sys
+import time
+import rospy
+import tf2_ros
+
+rospy.init_node("tf_and_timer_node")
+buffer = tf2_ros.Buffer(rospy.Duration(10**6))
+listener = tf2_ros.TransformListener(buffer)
+ticks = []
+timer = rospy.Timer(rospy.Duration(0.1), ticks.append)
+first = None
+
+def newest():
+    exists = buffer.can_transform("odom", "hull", rospy.Time())
+    return buffer.get_latest_common_time("odom", "hull") if exists else rospy.Time()
+
+for line in sys.stdin:
+    last, count, limit = newest(), len(ticks), time.monotonic() + 30
+    while (newest() <= last or len(ticks) == count) and time.monotonic() < limit:
+        time.sleep(0.01)
+    first = first or newest()
+    kept = buffer.can_transform("odom", "hull", first)
+    is_fine = kept and time.monotonic() < limit
+    print("goes on" if is_fine else "stopped or lost the first transform", flush=True)
+"""
+
 
 class ClockTest(ServerTest):
     def setUp(self):
@@ -155,13 +184,34 @@ class ClockTest(ServerTest):
 
     # ------------------------------------------------------------ restarts
 
-    def test_restarted_server_continues_above_the_last_clock(self):
+    def start_tf_and_timer_node(self):
+        """Returns a function that checks that the node's tf2 buffer and timer go on."""
+        rospy.set_param("/use_sim_time", True)
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+        node = subprocess.Popen(
+            [sys.executable, "-c", TF_AND_TIMER_NODE], encoding="utf-8", **pipes
+        )
+        for cleanup in (node.stdout.close, node.stdin.close, node.wait, node.kill):
+            self.addCleanup(cleanup)
+
+        def assert_they_go_on():
+            print(file=node.stdin, flush=True)
+            # A warning of tf2 or an exception of the timer would be read instead.
+            self.assertEqual(node.stdout.readline(), "goes on\n")
+
+        return assert_they_go_on
+
+    def test_time_never_rewinds_over_resets_and_restarts(self):
         clock = self.record("/clock", Clock, 0)
         transitions = self.record("/transition", Transition, 0)
+        assert_tf_and_timer_go_on = self.start_tf_and_timer_node()
         for factor in (5.0, 0.0):
             for end in (signal.SIGINT, signal.SIGKILL, signal.SIGTERM):
-                server = self.serve(real_time_factor=factor)
-                clock.wait_count(len(clock.messages()) + 40)
+                server = self.serve(real_time_factor=factor, max_episode_steps=20)
+                clock.wait_count(len(clock.messages()) + 40)  # over an autoreset
+                for _ in range(3):
+                    self.call("reset", has_seed=True, seed=1)
+                    assert_tf_and_timer_go_on()
                 if end == signal.SIGKILL:
                     server.kill()
                 else:

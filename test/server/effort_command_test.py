@@ -9,7 +9,7 @@ import time
 import rospy
 import rostest
 from bare_ros import wait_for
-from server_harness import DT, Bytes, ServerTest, bits, memory, nanoseconds
+from server_harness import DT, Bytes, ServerTest, bits, memory, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 
@@ -158,6 +158,30 @@ class EffortCommandTest(ServerTest):
         for message in self.transitions.messages():
             if message.episode in (driven.episode + 1, begun.episode) and message.step > 0:
                 self.assertEqual(list(message.action), ZERO)
+
+    def begin_without_command(self):
+        """Returns the first 41 transitions of a running seeded episode."""
+        number = self.call("reset", has_seed=True, seed=7).transition.episode
+        self.call("unpause")
+        self.transitions.wait(lambda m: (m.episode, m.step) == (number, 40), "40 steps")
+        return [m for m in self.transitions.messages() if m.episode == number][:41]
+
+    def test_seeded_reset_after_violent_commands_equals_a_fresh_server_s(self):
+        walker2d = {"env": "Walker2d-v5", "terminate_when_unhealthy": False}
+        for effort, parameters in ((80.0, {}), (100.0, walker2d)):
+            self.serve(command_timeout=0.0, paused=True, **parameters)
+            fresh = self.begin_without_command()
+            command = self.commander()
+            # BipedalWalker stands under the last, which is therefore still held at the reset.
+            for action in ([-3, 3, 3, -3, 3, 3], [3e4, -3e4] * 3, [3, 3, -3, 3, -3, -3]):
+                action = action[: len(fresh[1].action)]
+                self.transitions.clear()
+                self.drive_by(command, Float64MultiArray(data=[effort * a for a in action]))
+                self.transitions.wait(lambda m, a=action: m.step > 5 and list(m.action) == a)
+            again = self.begin_without_command()
+            self.assertEqual(len(again), len(fresh))
+            self.assertTrue(all(map(same_experience, again, fresh)), parameters)
+            self.server.stop()
 
     def test_invalid_message_is_refused_without_allocating(self):
         """roscpp's own deserializers would allocate the claimed number of elements first."""

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A free-running server: resets and pausing."""
+"""A free-running server: resets, pausing, and the same bits at any pace."""
 
 import sys
 import time
@@ -103,6 +103,26 @@ class FreeTest(ServerTest):
         self.assertTrue(self.call("unpause").success)
         self.transitions.wait_count(20)
         self.assert_consecutive([begun, *self.transitions.messages()])
+
+    def test_pauses_and_pace_change_no_bit(self):
+        for env, size in (("BipedalWalker-v3", 4), ("Walker2d-v5", 6)):
+            self.serve(env=env, paused=True, auto_reset=False, max_episode_steps=40)
+            stepped = [self.call("reset", has_seed=True, seed=5).transition]
+            stepped += [self.call("step", action=[0.0] * size).transition for _ in range(40)]
+            for factor in (1.0, 20.0, 0.0):
+                self.call("pause")
+                self.call("set_real_time_factor", factor=factor)
+                run = [self.call("reset", has_seed=True, seed=5).transition]
+                self.transitions.at(nanoseconds(run[0]))
+                self.transitions.clear()
+                for count in (1, 10, 40):  # with pauses between
+                    self.call("unpause")
+                    self.transitions.wait_count(count)
+                    self.call("pause")
+                run += self.transitions.messages()
+                self.assertEqual(len(run), len(stepped))
+                self.assertTrue(all(map(same_experience, run, stepped)), (env, factor))
+            self.server.stop()
 
 
 if __name__ == "__main__":

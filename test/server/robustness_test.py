@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """A killed or hanging master, subscribers that never read, and shutdown by signals."""
 
+import itertools
 import signal
 import socket
 import sys
@@ -11,7 +12,7 @@ import rosgraph
 import rostest
 from bare_ros import BareSubscriber, OwnMaster, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from server_harness import DT, Process, ServerTest, nanoseconds
+from server_harness import DT, SERVICES, Process, ServerTest, nanoseconds
 from std_srvs.srv import Trigger
 from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step
@@ -74,22 +75,29 @@ class RobustnessTest(ServerTest):
                 self.assertFalse([n for n in nodes if n.startswith("/server_")], name)
 
     def test_signals_end_the_server_while_a_client_steps(self):
-        for end in (signal.SIGINT, signal.SIGTERM):
-            server = self.serve_lockstep()
+        calls = (("step", 1, {"action": STAND}), ("step_batch", 64, {"actions": STAND * 64}))
+        ends = (signal.SIGINT, signal.SIGTERM)
+        for (service, num_envs, fields), end in itertools.product(calls, ends):
+            server = self.serve(mode="lockstep", max_episode_steps=0, num_envs=num_envs)
+            self.assertTrue(self.call("reset_batch").success)
+            step = server.client(service, SERVICES[service])
+            replies, errors = [], []
 
-            def step_to_the_end():
+            def step_to_the_end(step=step, fields=fields, replies=replies, errors=errors):
                 try:
                     while True:
-                        self.step(action=STAND)
-                except OSError:
-                    pass
+                        replies.append(step(**fields).success)
+                except OSError as error:
+                    errors.append(error)
 
             client = threading.Thread(target=step_to_the_end)
             client.start()
-            time.sleep(0.2)
+            wait_for(lambda r=replies: len(r) > 20, "steps")
             self.assertEqual(server.stop(end, MAX_EXIT), 0, server.output())
             client.join(MAX_EXIT)
             self.assertFalse(client.is_alive(), "the client's call hangs")
+            self.assertEqual(len(errors), 1, "the client has no error")
+            self.assertTrue(all(replies[:20]))
 
     def test_lockstep_continues_after_the_master_is_killed(self):
         master = self.own_master()
