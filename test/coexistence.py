@@ -83,5 +83,5 @@ def run(script, order, folder):
     )
     assert process.returncode == 0, process.stderr
     report = [line for file in folder.iterdir() for line in file.read_text().splitlines()]
-    assert any("`walker_sim_test_step'" in line for line in report), "the linker told nothing"
+    assert any("`walker_sim_test_step'" in line for line in report), "the linker reported nothing"
     return *(list(map(int, line.split())) for line in process.stdout.splitlines()), report

@@ -10,7 +10,7 @@ PAGES = sorted(
     [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.rst")]
     + [*ROOT.glob("docs/**/*.md")]
 )
-LONGEST_README = 220
+MAX_README_LINES = 220
 
 
 def prose(path):
@@ -39,7 +39,7 @@ def anchors(path):
     return found
 
 
-def wrong_with(path, link):
+def error_of(path, link):
     """Returns why the link has no target, or an empty string."""
     if re.match(r"[a-z]+:", link):
         return ""  # external links: ./scripts/docs --external
@@ -53,14 +53,14 @@ def wrong_with(path, link):
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
-def test_every_link_leads_somewhere(path):
-    wrong = {link: wrong_with(path, link) for link in links(path)}
-    assert not {link: why for link, why in wrong.items() if why}
+def test_every_link_has_a_target(path):
+    errors = {link: error_of(path, link) for link in links(path)}
+    assert not {link: why for link, why in errors.items() if why}
 
 
-def test_readme_is_short_and_leads_to_every_page():
+def test_readme_is_short_and_links_every_page():
     readme = ROOT / "README.md"
-    assert len(readme.read_text(encoding="utf-8").splitlines()) <= LONGEST_README
+    assert len(readme.read_text(encoding="utf-8").splitlines()) <= MAX_README_LINES
     linked = {(ROOT / link.partition("#")[0]).resolve() for link in links(readme)}
     cards = set(ROOT.glob("docs/policies/*.md"))
     assert set(PAGES) - {readme} - cards <= linked
@@ -79,5 +79,5 @@ def test_readme_is_short_and_leads_to_every_page():
         ("../elsewhere.md", "../elsewhere.md is not there"),
     ],
 )
-def test_a_link_that_leads_nowhere_is_found(link, why):
-    assert wrong_with(ROOT / "README.md", link) == why
+def test_link_without_a_target_is_found(link, why):
+    assert error_of(ROOT / "README.md", link) == why

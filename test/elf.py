@@ -10,8 +10,8 @@ def search_paths(file):
         if stream.read(4) != b"\x7fELF":
             return None
     command = ["readelf", "--dynamic", "--wide", file]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    paths = re.findall(r"\((?:RPATH|RUNPATH)\).*\[(.*)\]", told)
+    output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    paths = re.findall(r"\((?:RPATH|RUNPATH)\).*\[(.*)\]", output)
     return [element for path in paths for element in path.split(":")]
 
 
@@ -27,7 +27,7 @@ def strange_paths(files):
 
 def missing_protection(file):
     command = ["readelf", "--file-header", "--segments", "--dynamic", "--dyn-syms", "--wide", file]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     wanted = {
         "position independent": r"Type: +DYN ",
         "read-only tables": r"^ +GNU_RELRO ",
@@ -35,4 +35,4 @@ def missing_protection(file):
         "no code on the stack": r"^ +GNU_STACK( +0x\w+){5} RW +0x",
         "stack protector": r" UND __stack_chk_fail\b",
     }
-    return [name for name, pattern in wanted.items() if not re.search(pattern, told, re.MULTILINE)]
+    return [name for name, regex in wanted.items() if not re.search(regex, output, re.MULTILINE)]

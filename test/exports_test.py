@@ -62,17 +62,17 @@ def flags(*options):
 
 
 @pytest.mark.parametrize(
-    "program, said",
+    "program, output",
     [(LIBRARY, r"^1\.2\d .*http://localhost:1"), (MESSAGES, r"^2\d\d walker_sim/Render$")],
     ids=["library", "messages"],
 )
-def test_it_compiles_links_and_runs(program, said, tmp_path):
+def test_program_compiles_links_and_runs(program, output, tmp_path):
     (tmp_path / "main.cpp").write_text(program, encoding="utf-8")
     command = ["c++", "-std=c++17", "-o", "main", "main.cpp", *flags("--cflags", "--libs")]
     built = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr
     done = subprocess.run(["./main"], cwd=tmp_path, stdout=subprocess.PIPE, text=True, check=True)
-    assert re.search(said, done.stdout.strip()), done.stdout
+    assert re.search(output, done.stdout.strip()), done.stdout
 
 
 def test_nothing_else_is_linked():
@@ -81,7 +81,7 @@ def test_nothing_else_is_linked():
     assert libraries == {"-lwalker_sim_core", *messages}
 
 
-def test_the_folders_are_those_of_this_space():
+def test_folders_are_those_of_this_space():
     space = os.environ["CMAKE_PREFIX_PATH"].split(":")[0]
     assert f"-L{space}/lib" in flags("--libs-only-L")
     folders = [flag[2:] for flag in flags("--cflags-only-I")]

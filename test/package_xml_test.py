@@ -32,7 +32,7 @@ OF_ROSCPP = {"ros"}
 
 def named(*kinds):
     names = [element.text for kind in kinds for element in PACKAGE.findall(kind)]
-    assert len(names) == len(set(names)), f"{kinds}: one is named twice: {sorted(names)}"
+    assert len(names) == len(set(names)), f"{kinds}: duplicate: {sorted(names)}"
     return set(names)
 
 
@@ -54,7 +54,7 @@ def test_catkins_components_are_build_dependencies():
     assert components() <= built_with()
 
 
-def test_packages_and_libraries_that_cmake_finds_are_named():
+def test_packages_and_libraries_of_cmake_are_listed():
     names = {call[0] for call in arguments("find_package")} - {"catkin"}
     names |= {call[1] for call in arguments("find_library") if call[1] != "NAMES"} - {"mujoco"}
     assert {"pybind11", "rosbag_storage", "tinyxml2"} <= names
@@ -63,7 +63,7 @@ def test_packages_and_libraries_that_cmake_finds_are_named():
         assert key is None or key in built_with() | named("test_depend"), name
 
 
-def test_headers_that_cmake_looks_for_are_named():
+def test_headers_of_cmake_are_listed():
     names = {call[0].split("_INCLUDE_DIR")[0] for call in arguments("find_path")}
     names = {"cairo" if name == "CAIRO" else name for name in names}
     names = {name for name in names if not name.startswith(("BOX2D", "MUJOCO"))}
@@ -82,7 +82,7 @@ def included(*folders):
     return {n for n in names if any((share / n / "package.xml").exists() for share in packages)}
 
 
-def test_what_is_included_is_a_build_dependency():
+def test_included_packages_are_build_dependencies():
     names = included("src", "include") - {"rosbag"} - OF_ROSCPP
     assert {"nav_msgs", "sensor_msgs", "xmlrpcpp"} <= names
     assert names <= built_with()
@@ -100,7 +100,7 @@ def imported(*folders):
     return {MODULES.get(name, name) for name in names} - {"walker_sim"}
 
 
-def test_what_is_imported_is_named():
+def test_imported_packages_are_listed():
     packages = pathlib.Path("/usr/share"), pathlib.Path("/opt/ros/noetic/share")
 
     def is_package(name):
@@ -114,13 +114,13 @@ def test_what_is_imported_is_named():
     assert tests <= named("exec_depend") | named("test_depend") | built_with()
 
 
-def test_no_ros_package_is_named_that_nothing_is_built_with():
+def test_listed_ros_packages_are_used():
     ros = {"roscpp", "message_generation", "rosbag_storage", "roslib"}  # otherwise found or spelt
     names = {name for name in built_with() if "_" in name}
     assert names - ros <= included("src", "include")
 
 
-def test_what_fetches_the_pinned_engines_is_named():
+def test_packages_of_fetch_engines_are_listed():
     text = (ROOT / "scripts" / "fetch_engines").read_text(encoding="utf-8")
     (listed,) = re.findall(r"^PIP_MODULES = \((.*?)\)", text, re.MULTILINE)
     modules = set(re.findall(r"\w+", listed))
@@ -128,7 +128,7 @@ def test_what_fetches_the_pinned_engines_is_named():
     assert {f"python3-{module}" for module in modules} <= built_with()
 
 
-def test_what_is_exported_is_what_catkin_is_told():
+def test_exported_packages_match_catkin_package():
     (words,) = arguments("catkin_package")
     exported = set(words[words.index("CATKIN_DEPENDS") + 1 :])
     assert exported == named("depend", "build_export_depend")
@@ -138,6 +138,6 @@ def test_what_is_exported_is_what_catkin_is_told():
     assert exported == used | {"message_runtime"}
 
 
-def test_urls_are_of_the_kinds_that_users_look_for():
+def test_urls_have_all_kinds():
     kinds = [element.get("type") for element in PACKAGE.findall("url")]
     assert sorted(kinds) == ["bugtracker", "repository", "website"]

@@ -23,7 +23,7 @@ import rospy.core
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "test" / "server"))
-from bare_ros import CALLER, PATIENCE, free_port, wait_for  # noqa: E402
+from bare_ros import CALLER, TIMEOUT, free_port, wait_for  # noqa: E402
 from launched import LoggedProcess  # noqa: E402
 
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
@@ -63,7 +63,7 @@ TOOLS_END_BADLY = not hasattr(threading.Thread, "isAlive") and "isAlive()" in in
     rospy.core
 )
 # roslaunch searches every folder of the package, which takes long on a busy machine.
-SET_UP_PATIENCE = 120  # [s]
+STARTUP_TIMEOUT = 120  # [s]
 # Removes the variables that setup files set.
 SOURCED = "CMAKE_PREFIX_PATH LD_LIBRARY_PATH PKG_CONFIG_PATH PYTHONPATH ROS_PACKAGE_PATH DISPLAY"
 SHELL = ["env", *(f"-u{name}" for name in SOURCED.split())]
@@ -130,7 +130,7 @@ class Program(LoggedProcess):
         wait_for(
             lambda: condition() or not self.is_running(),
             f"{what}: $ {self._text}",
-            timeout=SET_UP_PATIENCE,
+            timeout=STARTUP_TIMEOUT,
         )
         assert self.is_running(), f"it has ended: $ {self._text}"
 
@@ -141,7 +141,7 @@ class Program(LoggedProcess):
         try:
             if self.is_running():
                 os.killpg(self.pid, signal.SIGINT)
-            status = self._process.wait(PATIENCE)
+            status = self._process.wait(TIMEOUT)
         finally:
             self._process.kill()
             print(f"$ {self._text}\n{self.output()}")
@@ -167,7 +167,7 @@ class Terminal:
 
     def type(self, text):
         options = {"stdin": subprocess.DEVNULL, "capture_output": True, "text": True}
-        done = subprocess.run([*self._shell, text], check=False, timeout=2 * PATIENCE, **options)
+        done = subprocess.run([*self._shell, text], check=False, timeout=2 * TIMEOUT, **options)
         print(f"$ {text}\n{done.stderr}{done.stdout}")
         assert done.returncode == 0, f"status {done.returncode}: $ {text}"
         return done.stdout
@@ -210,7 +210,7 @@ def test_env_is_silent_once_all_is_set_up(ready):
     assert subprocess.check_output(command, stderr=subprocess.STDOUT) == b""
 
 
-def test_every_block_with_commands_is_typed_or_has_a_reason():
+def test_every_block_of_commands_is_run_or_has_a_reason():
     for page, _, text in BLOCKS:
         if re.search(r"^\$ ", text, re.MULTILINE):
             known = [words for its, words in (*TYPED, *NOT_TYPED) if its == page and words in text]
@@ -219,7 +219,7 @@ def test_every_block_with_commands_is_typed_or_has_a_reason():
         block(place)
 
 
-def test_one_string_changes(terminal):
+def test_comparison_of_both_ids(terminal):
     text = block((README, "for name in"), "python")
     shown = block((README, "208 steps"))
     page = "docs/python.md"
@@ -228,12 +228,12 @@ def test_one_string_changes(terminal):
     assert terminal.type(inline("./scripts/env python compare.py", README)) == shown
 
 
-def test_at_first(terminal):
+def test_first_commands(terminal):
     with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep", README)):
         terminal.type_all(commands_of(block(AT_FIRST)))
 
 
-def test_by_hand_and_again(terminal):
+def test_commands_by_hand(terminal):
     with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep", GUIDE)):
         for place in (BY_HAND, GYMNASIUM):
             terminal.type_all(commands_of(block(place)))
@@ -264,7 +264,7 @@ def test_usual_tools_and_camera(terminal):
         assert {"success: True", "  width: 300"} <= set(answer)
 
 
-def test_a_recording_is_replayed(terminal):
+def test_recording_is_replayed(terminal):
     record, replay = commands_of(block(REPLAY))
     with terminal.walker(record.text) as walker:
         walker.wait_until(lambda: "episode 2" in walker.output(), "a second episode")

@@ -30,23 +30,22 @@ set(short_rostests
   server/namespaces_test
   server/publish_order_test
   server/records_test
-  server/sensor_topics_test
-  server/step_many_test)
+  server/sensor_topics_test)
 # These measure wall time, so each runs alone.
 set(timed_rostests
   server/pace_test
   server/ten_walkers_test)
 
 # walker_sim_add_rostest(PATH): adds two tests of test/PATH.test. NAME runs against the devel space, with
-# label short or devel; install_NAME against stages.cmake's install space, with label long. A long run
-# leaves out the label devel, because running both takes four minutes longer.
+# label devel, and if it is short also short; install_NAME against stages.cmake's install space, with
+# label long. ./scripts/test --all leaves out the label devel, because install_NAME tests the same.
 function(walker_sim_add_rostest path)
   string(REPLACE "/" "_" name ${path})
   set(test _ctest_${PROJECT_NAME}_rostest_test_${name}.test)
   add_rostest(test/${path}.test DEPENDENCIES walker_sim_nodes)
   set(label devel)
   if(path IN_LIST short_rostests)
-    set(label short)
+    set(label "short;devel")
   endif()
   set(program ros_tests)
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
@@ -65,7 +64,7 @@ function(walker_sim_add_rostest path)
       target_sources(ros_tests PRIVATE test/${path}.cpp)
     endif()
   endif()
-  walker_sim_label(${test} ${label} walker_sim_nodes ${program})
+  walker_sim_label(${test} "${label}" walker_sim_nodes ${program})
   set(tests ${test})
   if(NOT WALKER_SIM_INSTRUMENT) # instrumented builds are not installed
     add_test(NAME install_${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh installed rostest

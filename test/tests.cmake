@@ -1,9 +1,9 @@
 # Tests and benchmarks, not part of `all`. A test is named after its path below test/, with _ for /, and
-# has one of these labels:
+# has these labels:
 #   short  ./scripts/test runs it; the target `short_tests` builds what it needs
 #   long   ./scripts/test --all runs it as well
 #   nightly  ./scripts/test --nightly runs it
-#   devel  runs only if it is named, see ros_tests.cmake
+#   devel  ./scripts/test --all leaves it out, see ros_tests.cmake
 # A gtest that needs no master also has the label `unit`; `unit_tests` builds these. `tests` builds all
 # tests, `benchmarks` the programs that ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)

@@ -40,6 +40,36 @@ ROBOTS = {
 }
 ENGINE_S_MODEL = os.path.join(ROOT, "assets", "walker2d_v5.xml")
 
+# Arguments, and parameters that they set; None is unset. Paths are relative to roslaunch's working
+# directory, /my runs, because nodes run elsewhere.
+PARAMETERS = [
+    ("agent:=policy", {"/agent/seeds": "", "/walker_sim/auto_reset": None, "/agent/policy": None}),
+    ("agent:=random", {"/agent/seeds": "", "/walker_sim/auto_reset": None}),
+    # With seeds the agent resets the server, which must not do so itself.
+    ("agent:=policy; seeds:=3 4", {"/agent/seeds": "3 4", "/walker_sim/auto_reset": False}),
+    ("agent:=policy; policy:=a.safetensors", {"/agent/policy": "/my runs/a.safetensors"}),
+    ("agent:=policy; policy:=/tmp/a.safetensors", {"/agent/policy": "/tmp/a.safetensors"}),
+    ("agent:=policy; policy:=~/a.safetensors", {"/agent/policy": "~/a.safetensors"}),
+    ("seed:=18446744073709551615", {"/walker_sim/seed": "18446744073709551615"}),
+    ("env:=BipedalWalkerHardcore-v3", {"/walker_sim/env": "BipedalWalkerHardcore-v3"}),
+    ("num_envs:=2; num_threads:=3", {"/walker_sim/num_envs": 2, "/walker_sim/num_threads": 3}),
+    ("autoreset_mode:=same_step", {"/walker_sim/autoreset_mode": "same_step"}),
+    ("shown_environment:=1", {"/walker_sim/shown_environment": 1}),
+    (
+        "real_time_factor:=0; agent:=random",
+        {"/walker_sim/real_time_factor": 0.0, "/agent/real_time_factor": 0.0},
+    ),
+    ("paused:=true; use_sim_time:=false", {"/walker_sim/paused": True, "/use_sim_time": False}),
+    ("env:=Walker2d-v5", {"/walker_sim/xml_file": None, "/walker_sim/wait_for_recorder": None}),
+    ("env:=Walker2d-v5; xml_file:=walker2d_v4.xml", {"/walker_sim/xml_file": "walker2d_v4.xml"}),
+    (f"env:=Walker2d-v5; xml_file:={ENGINE_S_MODEL}", {"/walker_sim/xml_file": ENGINE_S_MODEL}),
+    ("env:=Walker2d-v5; tf_prefix:=/robot/", {"/walker_sim/tf_prefix": "robot"}),
+    ("tf_prefix:=7", {"/walker_sim/tf_prefix": "7"}),
+    ("tf_prefix:=/", {"/walker_sim/tf_prefix": None}),
+    ("recording:=true", {"/walker_sim/wait_for_recorder": "recorder"}),
+    ("recording:=true; ns:=second", {"/second/walker_sim/wait_for_recorder": "recorder"}),
+]
+
 sys.path.insert(0, os.path.join(ROOT, "src", "nodes"))
 sys.dont_write_bytecode = True
 import view  # noqa: E402
@@ -67,14 +97,14 @@ def words_of(node):
 class LaunchTest(unittest.TestCase):
     """One test per statement of the interface's section Launch."""
 
-    def test_has_all_arguments_each_with_a_doc(self):
+    def test_all_arguments_have_a_doc(self):
         arguments = get_args([LAUNCH_FILE])
         for name in ARGUMENTS:
             self.assertIn(name, arguments)
         for name, (doc, _default) in arguments.items():
             self.assertTrue(doc, name + " has no doc")
 
-    def test_defaults_are_the_interface_s(self):
+    def test_defaults(self):
         parameters = Launch().parameters
         expected = {
             "env": "BipedalWalker-v3",
@@ -108,7 +138,7 @@ class LaunchTest(unittest.TestCase):
                 self.assertEqual(types["/agent"], driver)
                 self.assertEqual(launch.parameters["/agent/agent"], agent)
 
-    def test_every_node_of_ours_exists(self):
+    def test_all_nodes_exist(self):
         types = set()
         for mode, prefix in itertools.product(["free", "lockstep"], ["", "second"]):
             launch = Launch(
@@ -126,57 +156,17 @@ class LaunchTest(unittest.TestCase):
         for node_type in types:
             self.assertTrue(roslib.packages.find_node("walker_sim", node_type), node_type)
 
-    def test_seeds_are_the_server_s_unless_they_are_given(self):
-        for agent in ("policy", "heuristic", "random"):
-            launch = Launch("agent:=" + agent)
-            self.assertEqual(launch.parameters["/agent/seeds"], "")
-            self.assertNotIn("/walker_sim/auto_reset", launch.parameters)
-        launch = Launch("agent:=policy", "seeds:=3 4")
-        self.assertEqual(launch.parameters["/agent/seeds"], "3 4")
-        self.assertIs(
-            launch.parameters["/walker_sim/auto_reset"], False, "two would begin each episode"
-        )
-
-    def test_a_policy_s_path_is_meant_from_where_roslaunch_was_called(self):
-        self.assertNotIn("/agent/policy", Launch("agent:=policy").parameters)
-        for given, path in (
-            ("walker.safetensors", "/my runs/walker.safetensors"),
-            ("/tmp/walker.safetensors", "/tmp/walker.safetensors"),
-            ("~/walker.safetensors", "~/walker.safetensors"),
-        ):
-            launch = Launch("agent:=policy", "policy:=" + given, PWD="/my runs")
-            self.assertEqual(launch.parameters["/agent/policy"], path)
-
-    def test_a_seed_of_64_bits_stays_a_text(self):
-        launch = Launch("seed:=18446744073709551615")
-        self.assertEqual(launch.parameters["/walker_sim/seed"], "18446744073709551615")
-
-    def test_arguments_reach_the_server(self):
-        launch = Launch(
-            "env:=BipedalWalkerHardcore-v3",
-            "num_envs:=2",
-            "num_threads:=3",
-            "autoreset_mode:=same_step",
-            "shown_environment:=1",
-            "real_time_factor:=0",
-            "paused:=true",
-            "use_sim_time:=false",
-            "agent:=random",
-            "output:=log",
-        )
-        for name, value in {
-            "/walker_sim/env": "BipedalWalkerHardcore-v3",
-            "/walker_sim/num_envs": 2,
-            "/walker_sim/num_threads": 3,
-            "/walker_sim/autoreset_mode": "same_step",
-            "/walker_sim/shown_environment": 1,
-            "/walker_sim/real_time_factor": 0.0,
-            "/walker_sim/paused": True,
-            "/use_sim_time": False,
-            "/agent/real_time_factor": 0.0,
-        }.items():
-            self.assertEqual(launch.parameters[name], value, name)
+    def test_arguments_set_parameters(self):
+        for arguments, expected in PARAMETERS:
+            with self.subTest(arguments=arguments):
+                launch = Launch(*arguments.split("; "), PWD="/my runs")
+                for name, value in expected.items():
+                    self.assertEqual(launch.parameters.get(name), value, name)
+        launch = Launch("tf_prefix:=robot", "output:=log")
         self.assertEqual(launch.nodes["/walker_sim"].output, "log")
+        prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
+        self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
+        self.assertIn("/walker_sim/", launch.config.clear_params)  # the next launch clears it
 
     # ------------------------------------------------------------ robot description and view
 
@@ -191,31 +181,21 @@ class LaunchTest(unittest.TestCase):
                 self.assertEqual(os.path.basename(path), robot + ".rviz")
                 self.assertTrue(os.path.isfile(path), path)
 
-    def test_nobody_but_the_server_tells_where_links_are(self):
+    def test_server_is_the_only_publisher_of_transforms(self):
         for env in ROBOTS:
             nodes = set(Launch("env:=" + env, "agent:=heuristic", display=":9").nodes)
             self.assertEqual(nodes, {"/walker_sim", "/agent", "/rviz"}, env)
 
-    def test_xml_file_reaches_the_server_only_when_given(self):
-        self.assertNotIn("/walker_sim/xml_file", Launch("env:=Walker2d-v5").parameters)
-        for given, expected in (
-            ("walker2d_v4.xml", "walker2d_v4.xml"),
-            (ENGINE_S_MODEL, ENGINE_S_MODEL),
-            # Relative to roslaunch's working directory; nodes run elsewhere.
-            ("assets/walker2d_v5.xml", ROOT + "/assets/walker2d_v5.xml"),
-        ):
-            with self.subTest(given=given):
-                launch = Launch("env:=Walker2d-v5", "xml_file:=" + given, PWD=ROOT)
-                self.assertEqual(launch.parameters["/walker_sim/xml_file"], expected)
-
-    def test_the_robot_description_is_that_of_xml_file(self):
+    def test_robot_description_is_that_of_xml_file(self):
         with open(ENGINE_S_MODEL, encoding="utf-8") as file:
             model = file.read()
         with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "my walker.xml")
-            with open(path, "w", encoding="utf-8") as file:
+            os.mkdir(folder + "/models")
+            with open(folder + "/models/my walker.xml", "w", encoding="utf-8") as file:
                 file.write(model.replace('density="1000"', 'density="2000"'))
-            launch = Launch("env:=Walker2d-v5", "xml_file:=" + path)
+            launch = Launch("env:=Walker2d-v5", "xml_file:=models/my walker.xml", PWD=folder)
+        path = launch.parameters["/walker_sim/xml_file"]
+        self.assertEqual(path, folder + "/models/my walker.xml")
         masses = [
             [float(mass) for mass in re.findall('<mass value="([^"]*)"', text)]
             for text in (
@@ -227,7 +207,7 @@ class LaunchTest(unittest.TestCase):
         for one, other in zip(*masses):
             self.assertAlmostEqual(other, 2 * one, places=12)
 
-    def test_what_is_given_becomes_no_option_of_describe(self):
+    def test_arguments_do_not_become_options_of_describe(self):
         with tempfile.TemporaryDirectory() as folder:
             made = os.path.join(folder, "made.urdf")
             for arguments in (
@@ -246,7 +226,7 @@ class LaunchTest(unittest.TestCase):
             launch = Launch("env:=Walker2d-v5", "xml_file:=" + path)
             self.assertIn("<robot name=", launch.parameters["/robot_description"])
 
-    def test_what_is_given_stays_one_word_of_a_node_s_arguments(self):
+    def test_arguments_stay_one_word(self):
         for text in (
             *("it's", 'x" -a "y', "x' -a 'y", "two  blanks", "a\\", "$(env EVIL)", "x;y", "'", '"'),
             *("-a", "$", "\\'"),
@@ -259,7 +239,7 @@ class LaunchTest(unittest.TestCase):
                 words = words_of(launch.nodes["/rviz"])
                 self.assertEqual(words[1:], [text])
 
-    def test_a_broken_model_stops_the_launch_with_the_engine_s_words(self):
+    def test_invalid_model_stops_the_launch_with_the_engine_s_message(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "torn.xml")
             with open(path, "w", encoding="utf-8") as file:
@@ -279,10 +259,7 @@ class LaunchTest(unittest.TestCase):
 
     # ------------------------------------------------------------ several walkers, process options
 
-    def test_parameters_of_an_earlier_start_are_cleared(self):
-        self.assertIn("/walker_sim/", Launch().config.clear_params)
-
-    def test_a_file_s_values_hold_where_an_argument_keeps_its_default(self):
+    def test_config_file_overrides_defaults_only(self):
         for name in ("server", "walker2d"):
             path = os.path.join(ROOT, "config", name + ".yaml")
             with open(path, encoding="utf-8") as file:
@@ -292,7 +269,7 @@ class LaunchTest(unittest.TestCase):
             for key, value in {**template, "mode": "lockstep"}.items():
                 self.assertEqual(parameters["/walker_sim/" + key], value, key)
 
-    def test_a_second_walker_needs_its_namespace_only(self):
+    def test_second_walker_needs_only_a_namespace(self):
         arguments = ["ns:=second", "agent:=heuristic", "recording:=true"]
         for env in ("BipedalWalker-v3", "Walker2d-v5"):
             launch = Launch(*arguments, "env:=" + env, display=":9")
@@ -308,19 +285,7 @@ class LaunchTest(unittest.TestCase):
             )
             self.assertEqual(set(launch.parameters) & set(Launch().parameters), {"/use_sim_time"})
 
-    def test_slashes_around_a_prefix_do_not_count(self):
-        for prefix in ("robot", "/robot/", "7"):
-            launch = Launch("env:=Walker2d-v5", "tf_prefix:=" + prefix)
-            self.assertEqual(launch.parameters["/walker_sim/tf_prefix"], prefix.strip("/"))
-        self.assertNotIn("/walker_sim/tf_prefix", Launch("tf_prefix:=/").parameters)
-
-    def test_a_prefix_does_not_outlive_its_launch(self):
-        launch = Launch("env:=Walker2d-v5", "tf_prefix:=robot")
-        prefixes = [name for name in launch.parameters if name.endswith("/tf_prefix")]
-        self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
-        self.assertIn("/walker_sim/", launch.config.clear_params)  # the next launch clears it
-
-    def test_rviz_where_there_is_a_display_else_lines(self):
+    def test_rviz_with_a_display_else_status_lines(self):
         self.assertNotIn("/rviz", Launch().types())
         self.assertIn("/status_line", Launch().types())
         self.assertEqual(Launch(display=":9").types()["/rviz"], "rviz")
@@ -329,7 +294,7 @@ class LaunchTest(unittest.TestCase):
             self.assertNotIn("/rviz", Launch(argument, display=":9").types(), argument)
         self.assertIn("/rviz", Launch("rviz:=true").types())
 
-    def test_how_the_nodes_run(self):
+    def test_required_and_respawn(self):
         server = Launch().nodes["/walker_sim"]
         self.assertEqual(
             (server.required, server.respawn, server.launch_prefix), (True, False, None)
@@ -349,7 +314,7 @@ class LaunchTest(unittest.TestCase):
         with self.assertRaises(RLException):
             Launch("required:=true", "respawn:=true")
 
-    def test_records_a_bag_on_request(self):
+    def test_recording(self):
         for argument in ("recording:=", "recording:=false"):
             self.assertNotIn("/recorder", Launch(argument).types())
         # Relative to roslaunch's working directory; nodes run elsewhere.
@@ -366,13 +331,6 @@ class LaunchTest(unittest.TestCase):
             self.assertEqual(arguments[:2], [option, path])
             self.assertIn("episode_record", arguments, "replay needs it")
 
-    def test_nothing_moves_before_the_recorder_listens(self):
-        self.assertNotIn("/walker_sim/wait_for_recorder", Launch().parameters)
-        for namespace in ("", "/second"):
-            launch = Launch("recording:=true", "ns:=" + namespace.strip("/"))
-            name = launch.parameters[namespace + "/walker_sim/wait_for_recorder"]
-            self.assertIn(f"{namespace}/{name}", launch.nodes)
-
 
 class TenWalkersTest(unittest.TestCase):
     """ten_walkers.launch, parsed; test/server/ten_walkers_test.py runs it."""
@@ -384,7 +342,7 @@ class TenWalkersTest(unittest.TestCase):
         for name, (doc, _default) in arguments.items():
             self.assertTrue(doc, name + " has no doc")
 
-    def test_each_walker_is_a_block_of_its_own(self):
+    def test_each_walker_has_its_own_namespace(self):
         launch = Launch(file=TEN_WALKERS)
         servers = {name for name, type_ in launch.types().items() if type_ == "server"}
         self.assertEqual(servers, {walker + "walker_sim" for walker in WALKERS})
@@ -398,7 +356,7 @@ class TenWalkersTest(unittest.TestCase):
             owns = launch.parameters[server + "/publish_clock"]
             self.assertIs(owns, walker == WALKERS[0])
 
-    def test_arguments_hold_for_all_but_only_the_first_is_shown(self):
+    def test_arguments_apply_to_all_walkers_and_rviz_to_the_first(self):
         launch = Launch("real_time_factor:=2", "respawn:=false", file=TEN_WALKERS, display=":9")
         for walker in WALKERS:
             server = launch.nodes[walker + "walker_sim"]
@@ -424,7 +382,7 @@ class ViewTest(unittest.TestCase):
             with open(path, encoding="utf-8") as file, self.subTest(robot=robot):
                 yield yaml.safe_load(file), followed, topics
 
-    def test_puts_the_prefix_before_every_frame(self):
+    def test_every_frame_has_the_prefix(self):
         for configuration, followed, _ in self.each():
             manager = view.put_prefix(configuration, "second")["Visualization Manager"]
             self.assertEqual(manager["Global Options"]["Fixed Frame"], "second/odom")

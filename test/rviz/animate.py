@@ -9,7 +9,7 @@ from stage import Stage
 from view_geometry import ROOT
 
 WIDTH = 640  # animation width [pixel]
-MOST_BYTES = 2_000_000
+MAX_BYTES = 2_000_000
 COLORS = 128
 
 
@@ -78,8 +78,8 @@ def write_animation(pictures, duration, path):
     size = os.path.getsize(path)
     seconds = len(frames) * duration / 1000
     print(f"{path}: {len(frames)} pictures, {seconds:.1f} s, {size / 1e6:.2f} MB")
-    if size > MOST_BYTES:
-        raise SystemExit(f"{path}: {size} bytes; must be at most {MOST_BYTES}")
+    if size > MAX_BYTES:
+        raise SystemExit(f"{path}: {size} bytes; must be at most {MAX_BYTES}")
 
 
 def main():

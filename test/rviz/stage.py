@@ -5,12 +5,13 @@ its settings of rviz.
 """
 
 import contextlib
+import functools
 import os
 import pathlib
 import re
 import signal
-import socket
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -24,35 +25,22 @@ from walker_sim._core import Agent, Policy
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.srv import GetSpec, Reset, Step
 
-PATIENCE = 60.0  # [s] wall time; only a failure waits this long
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "server"))
+import bare_ros
+
+TIMEOUT = 60.0  # [s]; only a failing test waits that long
+wait_for = functools.partial(bare_ros.wait_for, timeout=TIMEOUT)
 # In some of 100 starts on a busy machine, Mesa's software renderer crashes rviz while it compiles
 # its first shaders. Either libLLVM segfaults, called by swrast in a buffer swap, with none of our
 # code on the stack, or the C library detects heap corruption in a process with none of our code.
 # rviz is then restarted before any check.
-MOST_STARTS = 3
+MAX_STARTS = 3
 CRASH_OF_RVIZ = re.compile(
     r"\[rviz-\d+\] process has died \[pid \d+, exit code -11,"
     r"|^malloc\(\): .*\n.*\[rviz-\d+\] process has died \[pid \d+, exit code -6,",
     re.MULTILINE,
 )
 RVIZ_TOPICS = ("/tf", "/tf_static", "/scene_markers", "/state_markers")
-
-
-def wait_for(condition, what):
-    deadline = time.monotonic() + PATIENCE
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > deadline:
-            raise AssertionError(f"waited {PATIENCE} s in vain for {what}")
-        time.sleep(0.02)
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return probe.getsockname()[1]
 
 
 class Screen:
@@ -121,7 +109,7 @@ class Processes:
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
         try:
-            process.wait(PATIENCE)
+            process.wait(TIMEOUT)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
@@ -147,7 +135,7 @@ class Stage:
 
     def _begin(self, width, height):
         self.screen = Screen(self._processes, width, height)
-        port = free_port()
+        port = bare_ros.free_port()
         os.environ.update(
             ROS_MASTER_URI=f"http://localhost:{port}",
             ROS_HOSTNAME="localhost",
@@ -212,7 +200,7 @@ class Show:
     def __init__(self, stage, processes, env, agent, log):
         self.screen, self._stage, self._processes, self._log = stage.screen, stage, processes, log
         arguments = [f"env:={env}", "mode:=lockstep", "rviz:=true", "status:=false"]
-        for left in reversed(range(MOST_STARTS)):
+        for left in reversed(range(MAX_STARTS)):
             log.write_bytes(b"")
             self._launch = self.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
             try:

@@ -12,7 +12,7 @@ import xmlrpc.client
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 sys.path.insert(0, os.path.join(ROOT, "test", "server"))
 
-from bare_ros import CALLER, PATIENCE, OwnMaster, free_port, wait_for  # noqa: E402
+from bare_ros import CALLER, TIMEOUT, OwnMaster, free_port, wait_for  # noqa: E402
 from launched import Launched  # noqa: E402
 from server_harness import ServerProcess  # noqa: E402
 
@@ -28,7 +28,7 @@ def choose(*arguments, uri=None):
         stdin=subprocess.DEVNULL,
         capture_output=True,
         encoding="utf-8",
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
         check=False,
     )
     return ended.returncode, ended.stdout.split(), ended.stderr

@@ -15,11 +15,11 @@ import xmlrpc.client
 
 import rosgraph
 
-PATIENCE = 30.0  # wall seconds; only a failing test waits that long
+TIMEOUT = 30.0  # wall seconds; only a failing test waits that long
 CALLER = "/server_test"
 
 
-def wait_for(condition, what, timeout=PATIENCE):
+def wait_for(condition, what, timeout=TIMEOUT):
     """Returns the first true value; raises AssertionError with `what` after the timeout."""
     deadline = time.monotonic() + timeout
     while True:
@@ -27,7 +27,7 @@ def wait_for(condition, what, timeout=PATIENCE):
         if value:
             return value
         if time.monotonic() > deadline:
-            raise AssertionError(f"waited {timeout} s in vain for {what}")
+            raise AssertionError(f"timed out after {timeout} s waiting for {what}")
         time.sleep(0.005)
 
 
@@ -116,7 +116,7 @@ class BareSubscriber:
         code, text, protocol = publisher.requestTopic(CALLER, topic, [["TCPROS"]])
         assert code == 1, text
         self._class = message_class
-        self.connection = socket.create_connection((protocol[1], protocol[2]), timeout=PATIENCE)
+        self.connection = socket.create_connection((protocol[1], protocol[2]), timeout=TIMEOUT)
         self.connection.sendall(
             header_bytes(
                 {

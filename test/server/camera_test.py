@@ -1,52 +1,124 @@
 #!/usr/bin/python3
-"""Camera topics: when the server draws a picture, and the contents of the messages."""
+"""Camera topics and ~render: when pictures are drawn, and their contents.
 
+pictures_test.cpp has concurrent clients and the stamps of image, info and tf.
+"""
+
+import colorsys
+import signal
+import struct
 import sys
 
+import rosgraph_msgs.msg
 import rospy
 import rostest
 from bare_ros import wait_for
+from geometry_msgs.msg import Quaternion, Vector3
 from sensor_msgs.msg import CameraInfo, Image
-from server_harness import DT, ServerTest, first_stamp, nanoseconds
+from server_harness import DT, ServerTest, bits, nanoseconds
 from tf2_msgs.msg import TFMessage
-from walker_sim.msg import Transition
-from walker_sim.srv import Reset, Step
+from walker_sim.srv import Render, Reset, ResetBatch, Step, StepBatch
 
-STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
+ACTIONS = {  # BipedalWalker stands astride for thousands of steps
+    "BipedalWalker-v3": [1.0, 1.0, -1.0, 1.0],
+    "BipedalWalkerHardcore-v3": [1.0, 1.0, -1.0, 1.0],
+    "Walker2d-v5": [0.3, -0.2, 0.1, -0.3, 0.2, 0.1],
+}
 IMAGE, INFO = "/camera/image_raw", "/camera/camera_info"
+BIG = {"parameter_names": ["width", "height"], "parameter_values": ["4096", "4096"]}
+MAX_EXIT = 20  # wall seconds; more than a clean exit takes
+SKIN = colorsys.rgb_to_hsv(0.8, 0.6, 0.4)[0]  # the torso's hue in the model
+RADIUS = 0.05  # of the torso's capsule [m]
+FREE_CAMERA = {"camera_name": "", "camera_lookat": [0.3, 0.0, 1.0], "camera_azimuth": 60.0}
 
 
-def tells_of_camera(message):
+def is_camera_pose(message):
     return message.transforms[0].child_frame_id == "camera"
 
 
-class CameraTest(ServerTest):
-    def lockstep(self, **parameters):
-        self.serve(mode="lockstep", max_episode_steps=0, **parameters)
-        self.reset, self.step = self.server.client("reset", Reset), self.server.client("step", Step)
-        for client in (self.reset, self.step):
-            self.addCleanup(client.close)
-        self.last = self.reset(has_seed=True, seed=1).transition
+def rotate(q, v):
+    """Rotates `v` by the unit quaternion `q`."""
 
-    def advance(self):
-        """Steps. Returns the new stamp [ns]."""
-        self.last = self.step(action=STAND).transition
+    def cross(a, b):
+        return Vector3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+    once = cross(q, v)
+    twice = cross(q, Vector3(once.x + q.w * v.x, once.y + q.w * v.y, once.z + q.w * v.z))
+    return Vector3(v.x + 2 * twice.x, v.y + 2 * twice.y, v.z + 2 * twice.z)
+
+
+def in_camera_frame(camera, point):
+    """Transforms a point from odom. `camera` is the camera's pose in odom."""
+    t, q = camera.translation, camera.rotation
+    inverse = Quaternion(-q.x, -q.y, -q.z, q.w)
+    return rotate(inverse, Vector3(point.x - t.x, point.y - t.y, point.z - t.z))
+
+
+def project(info, point):
+    """Column and row of a point in the camera's frame."""
+    column = info.K[0] * point.x / point.z + info.K[2]
+    row = info.K[4] * point.y / point.z + info.K[5]
+    return round(column), round(row)
+
+
+def hue(image, column, row):
+    at = row * image.step + 3 * column
+    hue, saturation, _ = colorsys.rgb_to_hsv(*(value / 255 for value in image.data[at : at + 3]))
+    return hue if saturation > 0.1 else None
+
+
+class CameraTest(ServerTest):
+    def lockstep(self, env="BipedalWalker-v3", **parameters):
+        parameters.setdefault("max_episode_steps", 0)
+        self.serve(env=env, mode="lockstep", **parameters)
+        self.action = ACTIONS[env]
+        self.reset, self.step = self.client("reset", Reset), self.client("step", Step)
+        self.render = self.client("render", Render)
+        if parameters.get("num_envs", 1) == 1:
+            self.begin()
+
+    def client(self, name, kind):
+        client = self.server.client(name, kind)
+        self.addCleanup(client.close)
+        return client
+
+    def begin(self, seed=1):
+        self.last = self.reset(has_seed=True, seed=seed).transition
+
+    def advance(self, steps=1):
+        """Steps, and checks that no other client has. Returns the new stamp [ns]."""
+        for _ in range(steps):
+            reply = self.step(action=self.action)
+            self.assertTrue(reply.success, reply.status_message)
+            self.assertEqual(reply.transition.step, self.last.step + 1)
+            self.last = reply.transition
         return nanoseconds(self.last)
 
+    def picture(self, *names, values=(), **fields):
+        reply = self.render(parameter_names=names, parameter_values=values, **fields)
+        self.assertEqual((reply.success, reply.status_message), (True, ""))
+        return reply.image
+
+    # ------------------------------------------------------------ topics
+
     def watch(self):
-        """Records pictures, and steps until the first one arrives."""
-        images = self.record(IMAGE, Image)
-        wait_for(lambda: self.advance() and images.messages(), "the first picture")
-        return images
+        """Subscribes, and waits for the first picture."""
+        self.images, self.infos = self.record(IMAGE, Image), self.record(INFO, CameraInfo)
+        self.transforms = self.record("/tf", TFMessage)
+
+        def have_arrived():
+            self.begin()
+            return self.images.messages() and self.infos.messages()
+
+        wait_for(have_arrived, "the first picture")
 
     def maps(self):
         with open(f"/proc/{self.server.pid}/maps", encoding="utf-8") as maps:
             return maps.read()
 
-    def test_nothing_is_drawn_and_nothing_loaded_unless_somebody_subscribes(self):
+    def test_nothing_is_drawn_without_subscribers(self):
         self.lockstep(camera_rate=0.0)
-        for _ in range(200):
-            self.advance()
+        self.advance(200)
         self.assertEqual(self.counter("pictures"), 0)
         self.assertNotIn("libcairo", self.maps())
         for topic, kind in ((IMAGE, Image), (INFO, CameraInfo)):
@@ -60,69 +132,39 @@ class CameraTest(ServerTest):
 
     def draws_nothing(self):
         before = self.counter("pictures")
-        for _ in range(20):
-            self.advance()
+        self.advance(20)
         return self.counter("pictures") == before
 
-    def test_pictures_come_at_the_rate(self):
+    def test_camera_rate_sets_the_stamps(self):
         # Periods are in states of 20 ms; None is the default rate.
         for rate, periods in ((0.0, 1), (None, 2), (10.0, 5), (1 / 0.03, 1.5)):
             self.lockstep(**({} if rate is None else {"camera_rate": rate}))
-            images = self.watch()
-            due, before = [], nanoseconds(self.last)
-            begin = before
+            self.watch()
+            due, begin = [], nanoseconds(self.last)
+            before = begin
             for _ in range(30):
                 stamp = self.advance()
                 if stamp // (periods * DT) != before // (periods * DT):
                     due.append(stamp)
-                    images.at(stamp)  # the next picture could replace it in the queue
+                    self.images.at(stamp)  # the next picture could replace it in the queue
                 before = stamp
-            told = [nanoseconds(image) for image in images.messages()]
-            self.assertEqual([stamp for stamp in told if stamp > begin], due, f"rate {rate}")
+            stamps = [nanoseconds(image) for image in self.images.messages()]
+            self.assertEqual([stamp for stamp in stamps if stamp > begin], due, f"rate {rate}")
             self.assertAlmostEqual(len(due), 30 / periods, delta=1)
             self.server.stop()
 
-    def test_each_stamp_is_told_once_by_image_info_and_tf(self):
-        self.serve(real_time_factor=4.0, camera_rate=0.0, camera_width=90, camera_height=60)
-        infos, transforms = self.record(INFO, CameraInfo), self.record("/tf", TFMessage)
-        transitions = self.record("/transition", Transition)
-        infos.wait()  # the server may register a subscription later than the subscriber
-        transforms.wait(tells_of_camera)
-        transitions.wait()
-        images = self.record(IMAGE, Image)
-        images.wait_count(100)
-        first, last = (nanoseconds(images.messages()[i]) for i in (0, -1))
-        infos.at(last)
-        transforms.wait(lambda m: tells_of_camera(m) and first_stamp(m) >= last)
-        poses = filter(tells_of_camera, transforms.messages())
-
-        def stamps(messages):
-            return [s for s in map(first_stamp, messages) if first <= s <= last]
-
-        told = stamps(images.messages())
-        self.assertEqual(told, sorted(set(told)))
-        # Every picture has an info and a transform, but a newer picture may replace a queued one.
-        for others in (infos.messages(), poses):
-            others = stamps(others)
-            self.assertEqual(others, sorted(set(others)))
-            self.assertLessEqual(set(told), set(others))
-        transitions.at(last)
-        self.assertLessEqual(set(told), set(stamps(transitions.messages())))
-        self.assert_consecutive(transitions.messages())
-
-    def test_the_picture_is_that_of_the_state(self):
+    def test_topic_has_the_picture_of_render(self):
         self.lockstep(camera_rate=0.0, camera_width=90, camera_height=60)
-        images, infos = self.watch(), self.record(INFO, CameraInfo)
+        self.watch()
         for _ in range(5):
-            image = images.at(self.advance())
-            wanted = self.call("render")
-            self.assertTrue(wanted.success, wanted.status_message)
-            self.assertEqual(image.header.stamp, wanted.image.header.stamp)
+            image = self.images.at(self.advance())
+            expected = self.picture()
+            self.assertEqual(image.header.stamp, expected.header.stamp)
             self.assertEqual((image.width, image.height, image.step), (90, 60, 270))
             self.assertEqual((image.encoding, image.header.frame_id), ("rgb8", "camera"))
-            self.assertEqual(image.data, wanted.image.data)
+            self.assertEqual(image.data, expected.data)
             self.assertGreater(len(set(image.data)), 3)
-        info = infos.at(nanoseconds(image))
+        info = self.infos.at(nanoseconds(image))
         self.assertEqual((info.width, info.height), (90, 60))
         # A parallel projection is uncalibrated: K, R and P are 0. But image_saver, by
         # camera_calibration_parsers, requires a distortion model with five coefficients.
@@ -139,6 +181,168 @@ class CameraTest(ServerTest):
             lambda m: m.transforms[0].child_frame_id == "port/camera"
         )
         self.assertEqual(transform.transforms[0].header.frame_id, "port/odom")
+
+    # ------------------------------------------------------------ Walker2d's perspective camera
+
+    def transform(self, child, stamp):
+        message = self.transforms.wait(
+            lambda m: (
+                m.transforms[0].child_frame_id == child and nanoseconds(m.transforms[0]) == stamp
+            ),
+            child,
+        )
+        self.assertEqual(message.transforms[0].header.frame_id, "odom")
+        return message.transforms[0].transform
+
+    def torso(self, stamp):
+        """Position of the torso in the camera's frame."""
+        trunk = self.transform("torso", stamp).translation
+        return in_camera_frame(self.transform("camera", stamp), trunk)
+
+    def test_tf_and_camera_info_locate_the_torso(self):
+        for camera in ({}, FREE_CAMERA, {"camera_width": 200, "camera_height": 120}):
+            self.lockstep("Walker2d-v5", camera_rate=0.0, **camera)
+            self.watch()
+            for _ in range(20):
+                stamp = self.advance()
+                image, info = self.images.at(stamp), self.infos.at(stamp)
+                size = camera.get("camera_width", 480), camera.get("camera_height", 480)
+                self.assertEqual((image.width, image.height), size)
+                self.assertEqual((info.width, info.height), size)
+                self.assertEqual((info.distortion_model, list(info.D)), ("plumb_bob", [0.0] * 5))
+                column, row = project(info, self.torso(stamp))
+                self.assertTrue(0 <= column < size[0] and 0 <= row < size[1], (column, row))
+                torso_hue = hue(image, column, row)
+                self.assertIsNotNone(torso_hue, (column, row))
+                self.assertAlmostEqual(torso_hue, SKIN, delta=0.05, msg=(column, row))
+                # 0.6 m beside the torso, at a distance of 4 m, there is no walker.
+                beside = min(size[0] - 1, column + round(0.6 * info.K[0] / 4))
+                other = hue(image, beside, row)
+                self.assertTrue(other is None or abs(other - SKIN) > 0.05, (beside, row))
+            self.server.stop()
+
+    def test_depth_is_the_distance_of_the_torso(self):
+        self.lockstep("Walker2d-v5", camera_rate=0.0)
+        self.watch()
+        stamp = self.advance()
+        info, torso = self.infos.at(stamp), self.torso(stamp)
+        image = self.picture(encoding="32FC1")
+        self.assertEqual(nanoseconds(image), stamp)
+        self.assertEqual((image.encoding, image.step), ("32FC1", 4 * 480))
+        self.assertEqual(len(image.data), 4 * 480 * 480)
+        column, row = project(info, torso)
+        (depth,) = struct.unpack_from("<f", image.data, row * image.step + 4 * column)
+        self.assertAlmostEqual(depth, torso.z - RADIUS, delta=0.02)
+
+    def test_parameters_of_a_request_move_the_camera(self):
+        self.lockstep("Walker2d-v5")
+        images = {
+            self.picture(*names, values=values).data
+            for names, values in (
+                ([], []),
+                (["camera_name"], [""]),
+                (["camera_name", "camera_distance"], ["", "8"]),
+                (["camera_name", "lookat"], ["", "[0, 0, 0.5]"]),
+            )
+        }
+        self.assertEqual(len(images), 4)
+
+    def test_unknown_camera_of_a_parameter_is_named(self):
+        self.lockstep("Walker2d-v5", camera_name="nowhere")
+        reply = self.render()
+        self.assertFalse(reply.success)
+        self.assertIn("nowhere", reply.status_message)
+
+    # ------------------------------------------------------------ ~render
+
+    def test_render_draws_the_current_state(self):
+        self.lockstep()
+        images = []
+        for _ in range(3):
+            self.advance(5)
+            image = self.picture()
+            self.assertEqual((image.width, image.height, image.step), (600, 400, 1800))
+            self.assertEqual((image.encoding, image.is_bigendian), ("rgb8", 0))
+            self.assertEqual(len(image.data), 600 * 400 * 3)
+            self.assertEqual(nanoseconds(image), nanoseconds(self.last))
+            self.assertEqual(self.picture(encoding="rgb8").data, image.data)
+            images.append(image.data)
+        self.assertEqual(len(set(images)), 3)
+
+    def test_parameters_of_a_request_override_the_server_s(self):
+        self.lockstep(camera_width=90, camera_height=60)
+        for names, values, size in (
+            ([], [], (90, 60)),
+            (["width"], ["30"], (30, 60)),
+            (["camera_height", "width"], ["20", "30"], (30, 20)),
+        ):
+            image = self.picture(*names, values=values)
+            self.assertEqual((image.width, image.height), size)
+            self.assertEqual(len(image.data), 3 * size[0] * size[1])
+
+    def test_free_running_time_advances_meanwhile(self):
+        self.serve()
+        self.render = self.client("render", Render)
+        clock = self.record("/clock", rosgraph_msgs.msg.Clock)
+        stamps = [nanoseconds(self.picture()) for _ in range(20)]
+        self.assertEqual(stamps, sorted(stamps))
+        for stamp in stamps[5:]:
+            clock.at(stamp)
+        self.call("pause")
+        self.assertEqual(self.picture().data, self.picture().data)
+
+    def test_render_draws_any_environment(self):
+        self.lockstep(num_envs=3)
+        reset, step = self.client("reset_batch", ResetBatch), self.client("step_batch", StepBatch)
+        reset(environments=[0, 2], has_seed=[1, 1], seeds=[4, 6])
+        self.assertIn("no episode", self.render(environment=1).status_message)
+        self.assertTrue(self.picture(environment=2).data)
+        reset(has_seed=[1, 1, 1], seeds=[4, 5, 6])
+        for _ in range(30):
+            self.assertTrue(step(actions=self.action * 3).success)
+        pictures = [self.picture(environment=i).data for i in range(3)]
+        self.assertEqual(len(set(pictures)), 3)
+        self.server.stop()
+        self.lockstep()
+        for seed, data in zip((4, 5, 6), pictures):
+            self.begin(seed)
+            self.advance(30)
+            self.assertEqual(self.picture().data, data)
+
+    def test_signals_end_the_server_amid_pictures(self):
+        for end in (signal.SIGINT, signal.SIGKILL):
+            self.lockstep()
+            clients = [self.server.client("render", Render) for _ in range(4)]
+            for client in clients:
+                client.send(**BIG)
+            self.advance(5)  # by then it has read the requests
+            if end == signal.SIGKILL:
+                self.server.kill()
+            else:
+                self.assertEqual(self.server.stop(end, MAX_EXIT), 0, self.server.output())
+            for client in clients:
+                with self.assertRaises(OSError):
+                    while True:
+                        client.receive()
+                client.close()
+
+    def test_pictures_do_not_change_the_trajectory(self):
+        for env in ("BipedalWalkerHardcore-v3", "Walker2d-v5"):
+            episodes = []
+            for is_watched in (False, True):
+                self.lockstep(env, camera_rate=0.0)
+                if is_watched:
+                    self.record(IMAGE, Image)
+                    self.begin()
+                states = [self.last]
+                while len(states) < 100 and not states[-1].terminated:
+                    self.advance()
+                    states.append(self.last)
+                    if is_watched:
+                        self.assertTrue(self.picture().data)
+                episodes.append([bits([*state.observation, state.reward]) for state in states])
+                self.server.stop()
+            self.assertEqual(*episodes)
 
 
 if __name__ == "__main__":

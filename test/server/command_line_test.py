@@ -11,7 +11,7 @@ import unittest
 import xmlrpc.client
 
 import rostest
-from bare_ros import CALLER, PATIENCE, free_port, wait_for
+from bare_ros import CALLER, TIMEOUT, free_port, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from server_harness import Process, node_path, registered_uri
 
@@ -46,7 +46,7 @@ def run(node, *arguments, **environment):
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=TIMEOUT,
         check=False,
     )
     return ended.returncode, ended.stdout, ended.stderr
@@ -74,24 +74,24 @@ class CommandLineTest(unittest.TestCase):
         self.assertIn("FATAL", lines[0], case)
         self.assertIn(words, lines[0], case)
 
-    def test_what_is_no_argument_is_refused_by_every_node(self):
+    def test_invalid_arguments_are_refused_by_every_node(self):
         for node in NODES:
             for argument, words in REFUSED.items():
                 self.assert_refused(node, argument, words)
 
-    def test_what_looks_like_a_parameter_is_refused_with_what_was_meant(self):
+    def test_misspelt_parameters_are_refused_with_a_suggestion(self):
         for argument, words in MEANT.items():
             self.assert_refused("server", argument, words)
             self.assert_refused("service_agent", argument, words)
         self.assert_refused("server", "hardcore=true", "did you mean _hardcore:=true?")
 
-    def test_an_address_of_a_master_that_cannot_be_read(self):
+    def test_invalid_master_uri_is_refused(self):
         for node in NODES:
             for uri in ("", "localhost", "http://localhost:port", "http://localhost:70000"):
                 words = f"ROS_MASTER_URI = {uri}: must be"
                 self.assert_refused(node, "__name:=lost", words, ROS_MASTER_URI=uri)
 
-    def test_help(self):
+    def test_help_of_every_node(self):
         for node in NODES:
             for option in ("--help", "-h"):
                 status, out, error = run(node, option, ROS_MASTER_URI="")
@@ -104,33 +104,31 @@ class CommandLineTest(unittest.TestCase):
     def test_nodes_run_with_closed_standard_descriptors(self):
         master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
         for node in NODES:
+            processes = {}
             for closed in CLOSED:
                 name = f"/{node}_without_{''.join(map(str, closed))}"
                 command = [node_path(node), f"__name:={name[1:]}"]
                 if node == "server":
-                    command += ["_env:=Walker2d-v5", "_mode:=lockstep"]
-                process = start_closed(closed, command)
+                    command += ["_env:=Walker2d-v5", "_mode:=lockstep", "_publish_clock:=false"]
+                processes[name, closed] = process = start_closed(closed, command)
                 self.addCleanup(process.wait)
                 self.addCleanup(process.kill)
-                pid = process.pid
-                wait_for(lambda name=name, pid=pid: registered_uri(name, pid), name)
+            for (name, closed), process in processes.items():
+                wait_for(lambda n=name, p=process: registered_uri(n, p.pid), name)
                 for number in closed:
                     target = os.readlink(f"/proc/{process.pid}/fd/{number}")
                     self.assertEqual(target, os.devnull, f"{name}: descriptor {number}")
                 if node == "server":
                     service = f"{name}/set_physics_properties"  # registered last
-                    wait_for(
-                        lambda service=service: master.lookupService(CALLER, service)[0] == 1,
-                        service,
-                    )
+                    wait_for(lambda s=service: master.lookupService(CALLER, s)[0] == 1, service)
                 process.terminate()
-                self.assertEqual(process.wait(PATIENCE), 0, name)
+                self.assertEqual(process.wait(TIMEOUT), 0, name)
 
     def test_programs_run_with_closed_standard_descriptors(self):
         for program in PROGRAMS:
             for closed in CLOSED:
                 process = start_closed(closed, [node_path(program), "--help"])
-                self.assertEqual(process.wait(PATIENCE), 0, f"{program} without {closed}")
+                self.assertEqual(process.wait(TIMEOUT), 0, f"{program} without {closed}")
 
     def test_rviz_for_a_prefix_has_standard_descriptors(self):
         # A stand-in for rviz, which view.py executes, checks the descriptors that it inherits.
@@ -150,24 +148,26 @@ class CommandLineTest(unittest.TestCase):
             process = start_closed(
                 closed, [node_path("view.py"), template, "robot"], env=environment
             )
-            self.assertEqual(process.wait(PATIENCE), 0, closed)
+            self.assertEqual(process.wait(TIMEOUT), 0, closed)
 
     def enter(self, context):
         value = context.__enter__()
         self.addCleanup(context.__exit__, None, None, None)
         return value
 
-    def test_a_node_that_never_found_a_master_ends_in_order(self):
-        for node in NODES:
+    def test_signals_end_a_node_without_a_master(self):
+        # A parameter is set before the node registers: ROS waits for the master elsewhere.
+        all_arguments = ([], ["_env:=Walker2d-v5"])
+        for node, arguments in itertools.product(NODES, all_arguments):
+            ends = {}
             for number in (signal.SIGINT, signal.SIGTERM):
-                # A parameter is set before the node registers: ROS waits for the master elsewhere.
-                for arguments in ([], ["_env:=Walker2d-v5"]):
-                    uri = f"http://localhost:{free_port()}"
-                    process = Process(node, f"/{node}_lost", arguments, uri)
-                    self.addCleanup(process.end)
-                    wait_for(lambda process=process: uri_is_missed(process), "the complaint")
-                    self.assertEqual(process.stop(number, timeout=15), 0, process.output())
-                    self.assertNotIn("FATAL", process.output())
+                uri = f"http://localhost:{free_port()}"
+                ends[number] = Process(node, f"/{node}_lost", arguments, uri)
+                self.addCleanup(ends[number].end)
+            for number, process in ends.items():
+                wait_for(lambda process=process: uri_is_missed(process), "the complaint")
+                self.assertEqual(process.stop(number, timeout=15), 0, process.output())
+                self.assertNotIn("FATAL", process.output())
 
 
 def uri_is_missed(process):

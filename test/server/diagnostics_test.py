@@ -11,7 +11,7 @@ import rospy
 import rostest
 from bare_ros import wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from server_harness import ServerTest, diagnostic_values
+from server_harness import ServerTest
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step, StepMany
@@ -49,8 +49,8 @@ class DiagnosticsTest(ServerTest):
         """Returns the task's first report, past or future, that meets the condition."""
 
         def reports(message):
-            told = (s for s in message.status if s.name == f"walker_sim: {task}")
-            return [report for report in map(Report, told) if report.values]
+            statuses = (s for s in message.status if s.name == f"walker_sim: {task}")
+            return [report for report in map(Report, statuses) if report.values]
 
         message = self.diagnostics.wait(
             lambda m: any(map(condition, reports(m))), f"{what} about {task}"
@@ -64,12 +64,6 @@ class DiagnosticsTest(ServerTest):
         self.diagnostics.clear()
         return self.report_so_far(task, condition, what)
 
-    def commander(self):
-        publisher = rospy.Publisher("/effort_command", Float64MultiArray, queue_size=10)
-        self.addCleanup(publisher.unregister)
-        wait_for(lambda: publisher.get_num_connections() >= 1, "the server to listen")
-        return publisher
-
     def lockstep(self):
         clients = self.server.client("reset", Reset), self.server.client("step", Step)
         for client in clients:
@@ -78,23 +72,23 @@ class DiagnosticsTest(ServerTest):
 
     # ------------------------------------------------------------ keys and states
 
-    def test_every_key_is_told_in_either_mode(self):
+    def test_keys_are_the_same_in_either_mode(self):
         for mode in ("free", "lockstep"):
             self.serve(mode=mode)
             spec = self.call("get_spec").spec
             for task, keys in KEYS.items():
                 self.assertEqual(list(self.report(task).values), keys.split())
-            told = self.report("simulation").values
-            self.assertEqual(told["environment"], spec.id)
-            self.assertEqual(told["engine"], spec.engine)
-            self.assertEqual(told["engine_version"], spec.engine_version)
-            self.assertEqual(told["version"], spec.version)
-            self.assertEqual(told["mode"], mode)
+            values = self.report("simulation").values
+            self.assertEqual(values["environment"], spec.id)
+            self.assertEqual(values["engine"], spec.engine)
+            self.assertEqual(values["engine_version"], spec.engine_version)
+            self.assertEqual(values["version"], spec.version)
+            self.assertEqual(values["mode"], mode)
             (message,) = self.diagnostics.messages()[-1:]
             self.assertEqual({status.hardware_id for status in message.status}, {spec.id})
             self.server.stop()
 
-    def test_the_simulation_tells_its_state(self):
+    def test_simulation_has_the_state(self):
         self.serve(auto_reset=False, max_episode_steps=40, real_time_factor=2.0)
         self.report("simulation", lambda r: r.message.startswith("truncated: "), "the end")
         self.call("pause")
@@ -144,32 +138,14 @@ class DiagnosticsTest(ServerTest):
         pace = self.report_so_far("pace", lambda r: r.values["jitter_p50_us"] != "-", "jitter")
         self.assertLess(pace.numbers(JITTER)[-1], (paused - 0.02) * 1e6, "a pause is no jitter")
 
-    def test_without_a_plan_there_is_step_time_but_no_jitter(self):
+    def test_unpaced_simulation_has_step_time_but_no_jitter(self):
         self.serve(real_time_factor=0.0)
         pace = self.report("pace", lambda r: r.values["step_time_mean_us"] != "-", "steps")
         self.assertEqual({pace.values[key] for key in JITTER}, {"-"})
         self.assertEqual(pace.values["missed_deadlines"], "0")
         self.assertEqual((pace.level, pace.message), (OK, "as fast as it goes"))
-        self.server.stop()
-        self.serve(mode="lockstep")
-        reset, step = self.lockstep()
-        reset(has_seed=True, seed=1)
-        told = []
 
-        def steps_are_told():
-            if step(action=[0.0] * 4).transition.terminated:
-                reset(has_seed=True, seed=1)
-            told[:] = [m for m in self.diagnostics.messages() if self.tells(m, "step_time_max_us")]
-            return told
-
-        wait_for(steps_are_told, "the step time in lockstep")
-        self.assertFalse(any(self.tells(told[0], key) for key in JITTER))
-
-    @staticmethod
-    def tells(message, key):
-        return any(value != "-" for value in diagnostic_values(message, key))
-
-    def test_who_cannot_keep_up_says_so(self):
+    def test_overload_is_a_warning(self):
         self.serve(real_time_factor=1000.0)
         late = self.report("pace", lambda r: r.level == WARN, "a warning")
         self.assertRegex(late.message, "^cannot keep up: [0-9]+ deadlines? missed")
@@ -182,7 +158,7 @@ class DiagnosticsTest(ServerTest):
 
     # ------------------------------------------------------------ commands
 
-    def test_the_state_of_the_effort_command(self):
+    def test_state_of_the_effort_command(self):
         self.serve(command_timeout=0.3)
         none = self.report("commands")
         self.assertEqual((none.level, none.values["effort_command"]), (OK, "none: zero torque"))
@@ -202,19 +178,15 @@ class DiagnosticsTest(ServerTest):
         self.assertEqual(none.values["effort_command"], "none: zero torque")
 
     def test_refused_commands_warn_once(self):
-        for mode in ("free", "lockstep"):
-            self.serve(mode=mode)
-            command = self.commander()
-            command.publish(data=[math.nan] * 4)
-            warning = self.report_so_far(
-                "commands", lambda r: r.values["refused_commands"] == "1", "the count"
-            )
-            self.assertEqual(warning.level, WARN)
-            self.assertIn("1 effort command refused", warning.message)
-            after = self.report("commands", lambda r: r.level == OK, "the end of the warning")
-            self.assertEqual(after.values["refused_commands"], "1")
-            command.unregister()
-            self.server.stop()
+        self.serve()
+        self.commander().publish(data=[math.nan] * 4)
+        warning = self.report_so_far(
+            "commands", lambda r: r.values["refused_commands"] == "1", "the count"
+        )
+        self.assertEqual(warning.level, WARN)
+        self.assertIn("1 effort command refused", warning.message)
+        after = self.report("commands", lambda r: r.level == OK, "the end of the warning")
+        self.assertEqual(after.values["refused_commands"], "1")
 
     def other_agent(self):
         """Publishes effort commands from another node."""
@@ -226,7 +198,7 @@ class DiagnosticsTest(ServerTest):
         self.addCleanup(other.wait)
         self.addCleanup(other.kill)
 
-    def test_a_second_agent_is_warned_about(self):
+    def test_second_agent_by_topic_is_a_warning(self):
         self.serve(command_timeout=30.0)
         command = self.commander()
         self.other_agent()
@@ -240,7 +212,7 @@ class DiagnosticsTest(ServerTest):
         self.assertIn("Two agents drive the walker: the effort command of /", self.server.output())
         self.assertIn("diagnostics_test", self.server.output())
 
-    def test_the_name_of_an_agent_writes_no_lines_of_its_own(self):
+    def test_name_of_an_agent_is_escaped(self):
         """The name is the callerid in the publisher's connection header."""
         self.serve(command_timeout=30.0)
         evil = "/x\n[ERROR] all is lost\x1b[2J" + "y" * 10_000
@@ -251,18 +223,17 @@ class DiagnosticsTest(ServerTest):
         wait_for(lambda: command.get_num_connections() >= 1, "the server to listen")
         self.other_agent()
 
-        def is_told():
+        def is_warned():
             command.publish(data=[0.0] * 4)
-            return (
-                "the effort command of /x\\n[ERROR] all is lost\\x1b[2Jyyy" in self.server.output()
-            )
+            warning = "the effort command of /x\\n[ERROR] all is lost\\x1b[2Jyyy"
+            return warning in self.server.output()
 
-        wait_for(is_told, "the warning")
+        wait_for(is_warned, "the warning")
         self.assertNotIn("\n[ERROR] all is lost", self.server.output())
         self.assertNotIn("y" * 1000, self.server.output())
         self.assertIn("bytes left out", self.server.output())
 
-    def test_a_second_agent_that_calls_step_is_warned_about(self):
+    def test_second_agent_by_step_is_a_warning(self):
         self.serve(mode="lockstep")
         mine = self.lockstep()[1]
         other, step_many = (
@@ -296,7 +267,7 @@ class DiagnosticsTest(ServerTest):
 
     # ------------------------------------------------------------ failures and episodes
 
-    def test_a_failed_simulation_is_an_error_until_the_reset(self):
+    def test_failed_simulation_is_an_error_until_the_reset(self):
         self.serve(
             env="Walker2d-v5",
             mode="lockstep",
@@ -315,7 +286,7 @@ class DiagnosticsTest(ServerTest):
         fine = self.report("simulation", lambda r: r.level == OK, "the end of the failure")
         self.assertEqual(fine.values["simulation_errors"], "1")
 
-    def test_a_failure_is_told_also_where_the_next_episode_has_begun(self):
+    def test_failure_of_an_earlier_episode_is_reported(self):
         self.serve(env="Walker2d-v5", reset_noise_scale=1e6, real_time_factor=4.0)
         self.report(
             "simulation",
@@ -323,52 +294,40 @@ class DiagnosticsTest(ServerTest):
             "the failure",
         )
 
-    def play(self, count):
-        """Returns the last transitions of episodes; with an odd seed the walker soon falls."""
+    def test_statistics_of_episodes(self):
+        self.serve(mode="lockstep", max_episode_steps=100)
+        none = self.report("episodes")
+        self.assertEqual(none.values["finished_episodes"], "0")
+        self.assertEqual(none.message, "no episode has come to its end yet")
         reset, step = self.lockstep()
         ended = []
-        for seed in range(count):
+        for seed in range(4):  # with an odd seed the walker soon falls
             state = reset(has_seed=True, seed=seed).transition
             while not (state.terminated or state.truncated):
                 state = step(action=[seed % 2, -1.0 * (seed % 2)] * 2).transition
             ended.append(state)
-        return ended
-
-    def assert_told(self, ended, finished):
-        told = self.report(
-            "episodes", lambda r: r.values["finished_episodes"] == str(finished), "all episodes"
+        reset(has_seed=True, seed=7)
+        step(action=[1.0] * 4)
+        reset(has_seed=True, seed=8)  # an interrupted episode does not count
+        report = self.report(
+            "episodes", lambda r: r.values["finished_episodes"] == "4", "all episodes"
         )
-        last = ended[-100:]
-        returns = [state.episode_return for state in last]
+        self.assertIn("over the last 4 episodes", report.message)
+        returns = [state.episode_return for state in ended]
         for key, expected in (
             ("return_mean", statistics.fmean(returns)),
             ("return_std", statistics.pstdev(returns)),
             ("return_min", min(returns)),
             ("return_max", max(returns)),
-            ("length_mean", statistics.fmean(state.step for state in last)),
-            ("terminated", sum(state.terminated for state in last)),
-            ("truncated", sum(state.truncated and not state.terminated for state in last)),
+            ("length_mean", statistics.fmean(state.step for state in ended)),
+            ("terminated", 2),
+            ("truncated", 2),
             ("failed", 0),
         ):
-            value = float(told.values[key])
+            value = float(report.values[key])
             self.assertTrue(math.isclose(value, expected, rel_tol=1e-5), (key, value, expected))
-        self.assertIn(f"over the last {finished} episodes", told.message)
 
-    def test_statistics_of_the_last_hundred_episodes(self):
-        self.serve(mode="lockstep", max_episode_steps=100)
-        none = self.report("episodes")
-        self.assertEqual(none.values["finished_episodes"], "0")
-        self.assertEqual(none.message, "no episode has ended yet")
-        ended = self.play(12)
-        self.assertEqual({state.terminated for state in ended}, {True, False}, "of either kind")
-        self.assert_told(ended, 12)
-        self.call("reset", has_seed=True, seed=7)
-        self.call("step", action=[1.0] * 4)
-        self.call("reset", has_seed=True, seed=8)  # cut short: does not count
-        self.assert_told(ended, 12)
-        self.assert_told(ended + self.play(110), 100)
-
-    def test_reports_come_at_the_pace_of_the_period(self):
+    def test_reports_are_a_period_apart(self):
         self.serve(diagnostic_period=0.2)
         self.record("/transition", Transition).wait_count(3)
         self.diagnostics.clear()

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import tempfile
 
-from bare_ros import PATIENCE, wait_for
+from bare_ros import TIMEOUT, wait_for
 
 
 def stat_fields(pid):
@@ -16,15 +16,22 @@ def stat_fields(pid):
 
 
 def children_of(parent):
-    children = []
+    """Returns the children's states by PID. An ended child is in state Z until it is waited for."""
+    children = {}
     for entry in filter(str.isdigit, os.listdir("/proc")):
         try:
             fields = stat_fields(entry)
         except OSError:
             continue  # it has ended
         if int(fields[1]) == parent:
-            children.append(int(entry))
+            children[int(entry)] = fields[0]
     return children
+
+
+def processor_time(pid):
+    """User plus system time [s]."""
+    fields = stat_fields(pid)
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class LoggedProcess:
@@ -52,9 +59,7 @@ class LoggedProcess:
         return self._process.poll() is None
 
     def processor_time(self):
-        """User plus system time [s]."""
-        fields = stat_fields(self.pid)
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return processor_time(self.pid)
 
     @contextlib.contextmanager
     def halted(self):
@@ -78,13 +83,13 @@ class Launched(LoggedProcess):
         )
 
     def pids(self):
-        return children_of(self._process.pid)
+        return list(children_of(self._process.pid))
 
     def stop(self):
         """Returns the exit status. After the timeout, kills it and raises TimeoutExpired."""
         if self.is_running():
             self._process.send_signal(signal.SIGINT)
         try:
-            return self._process.wait(PATIENCE)
+            return self._process.wait(TIMEOUT)
         finally:
             self._process.kill()

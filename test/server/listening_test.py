@@ -14,7 +14,7 @@ from bare_ros import CALLER, wait_for
 from server_harness import Process, ServerTest
 
 LISTEN = "0A"  # the state in /proc/net/tcp
-LAST = "set_physics_properties"  # the service that is registered last
+LAST = "set_physics_properties"  # the last service that is registered
 
 
 def ports(pid):
@@ -43,7 +43,7 @@ class ListeningTest(ServerTest):
         try:
             wait_for(lambda: len(ports(node.pid)) >= count, f"{count} ports of {node.name}")
         except AssertionError as error:
-            raise AssertionError(f"{error}; it said:\n{node.output()}") from None
+            raise AssertionError(f"{error}; its output:\n{node.output()}") from None
         return {host for host, _ in ports(node.pid)}
 
     def start(self, node_type, **environment):
@@ -66,7 +66,7 @@ class ListeningTest(ServerTest):
             lambda: master.lookupService(CALLER, f"{node.name}/{LAST}")[0] == 1, "its services"
         )
 
-    def test_every_node_keeps_to_this_machine(self):
+    def test_nodes_listen_on_loopback_only(self):
         server = self.start("server", ROS_HOSTNAME="localhost")
         self.serves(server)
         for node, count in [
@@ -80,12 +80,12 @@ class ListeningTest(ServerTest):
                 self.assertEqual(node.stop(signal.SIGINT), 0, node.output())
         self.assertIn("this machine alone (ROS_HOSTNAME = localhost)", server.output())
 
-    def test_with_ipv6_too(self):
+    def test_server_listens_on_ipv6_loopback(self):
         nobody = "http://localhost:1"  # the test's master is IPv4 only; the ports open before
         server = self.start("server", ROS_HOSTNAME="::1", ROS_IPV6="on", ROS_MASTER_URI=nobody)
         self.assertEqual(self.hosts_of(server, 2), {"::1"})
 
-    def test_it_says_that_others_can_reach_it(self):
+    def test_server_logs_that_others_can_reach_it(self):
         other = {"ROS_IP": "192.0.2.1"}  # reserved for documentation by RFC 5737
         server = self.start("server", **other)
         self.serves(server)

@@ -26,12 +26,12 @@ class RemapTest(unittest.TestCase):
         self.addCleanup(recorder.close)
         return recorder
 
-    def test_nobody_knows_the_topic_by_its_own_name(self):
-        def told():
+    def test_topic_is_known_by_its_remapped_name_only(self):
+        def are_registered():
             publishers, subscribers, _ = map(dict, rosgraph.Master(CALLER).getSystemState())
             return publishers.get(AGENTS) and subscribers.get(BY_HAND)
 
-        wait_for(told, "agent and servers")
+        wait_for(are_registered, "agent and servers")
         publishers, subscribers, _ = map(dict, rosgraph.Master(CALLER).getSystemState())
         self.assertEqual(publishers[AGENTS], ["/some_robot/agent"])
         self.assertEqual(subscribers[AGENTS], ["/some_robot/walker_sim"])
@@ -39,20 +39,20 @@ class RemapTest(unittest.TestCase):
         names = {*publishers, *subscribers}
         self.assertFalse([name for name in names if name.endswith("effort_command")])
 
-    def test_the_agent_drives_the_walker(self):
+    def test_agent_drives_the_walker(self):
         transitions = self.record("/some_robot/transition", Transition)
         commands = self.record(AGENTS, Float64MultiArray)
         joint_states = self.record("/some_robot/joint_states", JointState)
         commands.wait_count(20)
-        asked = {
+        commanded = {
             bits([effort / BIPEDAL_WALKER_EFFORT for effort in command.data])
             for command in commands.messages()[:20]
         }
-        self.assertEqual(len(asked), 20)
-        transitions.wait(lambda m: bits(m.action) in asked, "a command of the agent as action")
+        self.assertEqual(len(commanded), 20)
+        transitions.wait(lambda m: bits(m.action) in commanded, "a command of the agent as action")
         joint_states.wait(lambda m: any(m.effort), "torque in the joints")
 
-    def test_a_publisher_for_ros_control_drives_it(self):
+    def test_publisher_for_ros_control_drives_the_walker(self):
         efforts = [50.0, -25.0, 12.5, 50.0, -25.0, 12.5]
         command = Float64MultiArray(data=efforts)
         command.layout.dim = [MultiArrayDimension("joint", len(efforts), len(efforts))]

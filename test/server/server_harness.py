@@ -18,7 +18,7 @@ import xmlrpc.client
 from urllib.parse import urlparse
 
 import rospy
-from bare_ros import CALLER, PATIENCE, BareClient, wait_for
+from bare_ros import CALLER, TIMEOUT, BareClient, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
 from launched import LoggedProcess
@@ -43,7 +43,7 @@ from walker_sim.srv import (
 )
 
 DT = 20_000_000  # ns
-SHORT_PATIENCE = 5.0  # [s] for a node to exit after SIGTERM; it may be halted
+EXIT_TIMEOUT = 5.0  # [s] for a node to exit after SIGTERM; it may be halted
 SERVICES = {
     "reset": Reset,
     "step": Step,
@@ -141,17 +141,17 @@ class Process(LoggedProcess):
             environment["ROS_NAMESPACE"] = namespace
         super().__init__([node_path(node_type), f"__name:={base}", *arguments], **environment)
 
-    def wait(self, timeout=PATIENCE):
+    def wait(self, timeout=TIMEOUT):
         """Returns the exit status. After the timeout, kills it and raises AssertionError."""
         try:
             return self._process.wait(timeout)
         except subprocess.TimeoutExpired:
             self.kill()
             raise AssertionError(
-                f"{self.name} did not end within {timeout} s; it said:\n{self.output()}"
+                f"{self.name} did not end within {timeout} s; its output:\n{self.output()}"
             ) from None
 
-    def stop(self, by=signal.SIGINT, timeout=PATIENCE):
+    def stop(self, by=signal.SIGINT, timeout=TIMEOUT):
         if self.is_running():
             self._process.send_signal(by)
         return self.wait(timeout)
@@ -160,7 +160,7 @@ class Process(LoggedProcess):
         """Cleanup: tries SIGTERM before `kill`, because gcov writes its counters at exit."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.terminate()
-            self._process.wait(SHORT_PATIENCE)
+            self._process.wait(EXIT_TIMEOUT)
         self.kill()
 
     def kill(self):
@@ -201,7 +201,7 @@ class ServerProcess(Process):
         if code != 1:
             raise ConnectionError(message)
         parts = urlparse(uri)
-        return socket.create_connection((parts.hostname, parts.port), timeout=PATIENCE)
+        return socket.create_connection((parts.hostname, parts.port), timeout=TIMEOUT)
 
     def client(self, service, service_class, **options):
         address = self.service_address(service)
@@ -261,7 +261,7 @@ class Recorder:
         with self._changed:
             self._messages = []
 
-    def wait(self, condition=lambda _: True, what="a message", timeout=PATIENCE):
+    def wait(self, condition=lambda _: True, what="a message", timeout=TIMEOUT):
         """Returns the first message, past or future, that meets the condition."""
         deadline = time.monotonic() + timeout
         examined, count = None, 0
@@ -275,14 +275,16 @@ class Recorder:
                 count = len(examined)
                 left = deadline - time.monotonic()
                 if left <= 0:
-                    raise AssertionError(f"waited {timeout} s in vain for {what} on {self.topic}")
+                    raise AssertionError(
+                        f"timed out after {timeout} s waiting for {what} on {self.topic}"
+                    )
                 self._changed.wait(left)
 
     def at(self, stamp):
         """Waits for the message with this stamp [ns]."""
         return self.wait(lambda m: first_stamp(m) == stamp, f"the stamp {stamp}")
 
-    def wait_count(self, count, timeout=PATIENCE):
+    def wait_count(self, count, timeout=TIMEOUT):
         wait_for(
             lambda: len(self.messages()) >= count,
             f"{count} messages on {self.topic}",
@@ -313,8 +315,8 @@ class ServerTest(unittest.TestCase):
         try:
             yield
         except Exception as error:
-            words = [message, *(f"{name}={value!r}" for name, value in parameters.items())]
-            raise AssertionError(f"{' '.join(filter(None, words))}: {error}") from error
+            texts = [message, *(f"{name}={value!r}" for name, value in parameters.items())]
+            raise AssertionError(f"{' '.join(filter(None, texts))}: {error}") from error
 
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
         """Starts a server, to which `call` then refers."""
@@ -327,6 +329,13 @@ class ServerTest(unittest.TestCase):
         recorder = Recorder(topic, kind, connections)
         self.addCleanup(recorder.close)
         return recorder
+
+    def commander(self, message_class=Float64MultiArray):
+        """Returns a publisher of effort commands to which the server has subscribed."""
+        publisher = rospy.Publisher("/effort_command", message_class, queue_size=10)
+        self.addCleanup(publisher.unregister)
+        wait_for(lambda: publisher.get_num_connections() >= 1, "the server's subscription")
+        return publisher
 
     def call(self, name, **fields):
         client = self.server.client(name, SERVICES.get(name, Trigger))

@@ -52,7 +52,7 @@ class SlaveApiTest(unittest.TestCase):
         wait_for(lambda: master.lookupService(CALLER, service)[0] == 1, service)
         return process
 
-    def assert_stands(self, process, what):
+    def assert_runs(self, process, what):
         code, _, pid = xmlrpc.client.ServerProxy(self.uri).getPid(CALLER)
         self.assertEqual((code, pid), (1, process.pid), f"{what}: {process.output()}")
 
@@ -77,17 +77,17 @@ class SlaveApiTest(unittest.TestCase):
                     return answer
                 answer += part
 
-    def test_an_invalid_name_is_answered(self):
+    def test_invalid_name_is_answered_with_a_fault(self):
         for node in NODES:
             process = self.start(node)
             fault = self.ask("paramUpdate", CALLER, "a b", 1)
             self.assertIsInstance(fault, xmlrpc.client.Fault, node)
             self.assertIn("a b", fault.faultString)
             self.assertEqual(self.ask("paramUpdate", CALLER, "/a", 1)[0], 1)
-            self.assert_stands(process, node)
+            self.assert_runs(process, node)
             self.assertEqual(process.stop(), 0)
 
-    def test_strange_arguments_are_stood(self):
+    def test_node_survives_arbitrary_arguments(self):
         for node in ("server", "status_line"):
             process = self.start(node)
             for method in METHODS:
@@ -102,25 +102,25 @@ class SlaveApiTest(unittest.TestCase):
                         [CALLER, strange, strange, strange],
                     ):
                         self.ask(method, *arguments)
-                self.assert_stands(process, method)
+                self.assert_runs(process, method)
             self.assertEqual(process.stop(), 0)
 
-    def test_datagrams_that_hold_nothing_are_refused(self):
+    def test_invalid_datagram_sizes_are_refused(self):
         process = self.start("server")
         for size in (-(2**31), -1, 0, 1, 8, 9, 63, 2**31 - 1):
             header = xmlrpc.client.Binary(UDPROS_HEADER[4:])
             protocol = ["UDPROS", header, "localhost", 9, size]
             self.ask("requestTopic", CALLER, "/rosout", [protocol])
-            self.assert_stands(process, size)
+            self.assert_runs(process, size)
         # Publishing now reaches every subscription that the node has accepted.
         logger = self.client("set_logger_level", SetLoggerLevel)
         subscriber = BareSubscriber(self.uri, "/rosout", Log)
         logger(logger="ros", level="debug")
         subscriber.next()
-        self.assert_stands(process, "a message")
+        self.assert_runs(process, "a message")
         self.assertEqual(process.stop(), 0)
 
-    def test_requests_that_are_none_are_stood(self):
+    def test_node_survives_malformed_requests(self):
         process = self.start("server")
         deep = b"<value><array><data>"
         multicall = (
@@ -141,7 +141,7 @@ class SlaveApiTest(unittest.TestCase):
             b"x",
         ):
             self.post(body)
-            self.assert_stands(process, body[:100])
+            self.assert_runs(process, body[:100])
         self.assertIn(b"must not be within another", self.post(multicall))
         self.assertIn(b"must be at most", self.post(call + deep * 200_000))
         self.assertEqual(process.stop(), 0)
@@ -154,7 +154,7 @@ class SlaveApiTest(unittest.TestCase):
         self.addCleanup(client.close)
         return client
 
-    def test_loggers_are_listed_and_set_as_often_as_asked(self):
+    def test_loggers_are_listed_and_set_repeatedly(self):
         for node in NODES:
             process = self.start(node)
             loggers = self.client("get_loggers", GetLoggers)
@@ -166,10 +166,10 @@ class SlaveApiTest(unittest.TestCase):
                     self.assertEqual(found["ros.walker_sim"], wanted)
                     self.assertEqual(found["ros"], "info")
                     self.assertEqual(found["ros.roscpp.superdebug"], "warn")
-            self.assert_stands(process, "loggers")
+            self.assert_runs(process, "loggers")
             self.assertEqual(process.stop(), 0, process.output())
 
-    def test_strange_names_of_loggers_are_stood(self):
+    def test_node_survives_arbitrary_logger_names(self):
         process = self.start("status_line")
         level = self.client("set_logger_level", SetLoggerLevel)
         for name in (
@@ -186,7 +186,7 @@ class SlaveApiTest(unittest.TestCase):
             level(logger=name, level="info")
         with self.assertRaises(RuntimeError):
             level(logger="ros", level="loud")
-        self.assert_stands(process, "names")
+        self.assert_runs(process, "names")
         self.assertEqual(process.stop(), 0, process.output())
 
 

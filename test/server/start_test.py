@@ -2,7 +2,6 @@
 """Parameters at the start: refusals with their messages, and accepted values."""
 
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -28,7 +27,6 @@ REFUSED = [
     ({"mode": "turbo"}, ["mode", "turbo", "free", "lockstep"]),
     ({"mode": 1}, ["mode", "1"]),
     ({"num_envs": 0}, ["num_envs", "0", "1"]),
-    ({"num_envs": -1}, ["num_envs", "-1", "1"]),
     ({"num_envs": 100001}, ["num_envs", "100001", "[1, 100000]"]),
     ({"num_envs": 1e300}, ["num_envs", "1.0e+300", "[1, 100000]"]),
     ({"num_envs": float("nan")}, ["num_envs", ".nan", "[1, 100000]"]),
@@ -40,10 +38,8 @@ REFUSED = [
     ({"shown_environment": -1}, ["shown_environment", "-1"]),
     ({"autoreset_mode": "never"}, ["autoreset_mode", "never", "next_step, same_step or disabled"]),
     ({"seed": "-1"}, ["seed", "-1", "18446744073709551615"]),
-    ({"seed": -1}, ["seed", "-1", "18446744073709551615"]),
     ({"seed": "18446744073709551616"}, ["seed", "18446744073709551616", "18446744073709551615"]),
     ({"seed": "0x10"}, ["seed", "0x10", "18446744073709551615"]),
-    ({"seed": "1.5"}, ["seed", "1.5"]),
     ({"seed": 1.5}, ["seed", "1.5", "18446744073709551615"]),
     ({"seed": 1e300}, ["seed", "1.0e+300", "18446744073709551615"]),
     ({"seed": [float("nan")]}, ["seed", ".nan", "18446744073709551615"]),
@@ -51,7 +47,6 @@ REFUSED = [
     ({"real_time_factor": float("nan")}, ["real_time_factor", "nan"]),
     ({"real_time_factor": float("inf")}, ["real_time_factor", "inf"]),
     ({"real_time_factor": "fast"}, ["real_time_factor", "fast"]),
-    ({"real_time_factor": "1.0e3x"}, ["real_time_factor", "1.0e3x", "must be a number"]),
     ({"real_time_factor": "1.0e4"}, ["real_time_factor = 10000.0", "[0.0, 1000.0]"]),
     ({"num_envs": "1.5e0"}, ["num_envs = 1.5", "an integer in [1, 100000]"]),
     ({"command_timeout": -0.1}, ["command_timeout", "-0.1", "0"]),
@@ -63,46 +58,25 @@ REFUSED = [
     ({"publish_clock": "no"}, ["publish_clock", "no"]),
     ({"paused": 2}, ["paused", "2"]),
     ({"wait_for_recorder": "a b"}, ["wait_for_recorder = a b", "name of a node"]),
-    ({"hardcore": "yes"}, ["hardcore", "yes"]),
-    ({"reuse_world": [1.0]}, ["reuse_world", "1"]),
     ({"max_episode_steps": -1}, ["max_episode_steps", "-1", "0"]),
-    ({"max_episode_steps": 1.5}, ["max_episode_steps", "1.5"]),
-    ({"max_episode_steps": "long"}, ["max_episode_steps", "long"]),
     ({**WALKER2D, "hardcore": False}, ["hardcore", "unknown"]),
     ({**WALKER2D, "frame_skip": 0}, ["frame_skip", "0", "1"]),
     ({**WALKER2D, "healthy_z_range": [2.0, 0.8]}, ["healthy_z_range", "[2.0, 0.8]"]),
-    ({**WALKER2D, "healthy_z_range": [2.0]}, ["healthy_z_range", "[2.0]", "list of 2"]),
-    ({**WALKER2D, "healthy_z_range": [2, 1]}, ["healthy_z_range", "[2.0, 1.0]"]),
-    ({**WALKER2D, "healthy_z_range": [1, "x"]}, ["healthy_z_range", "element 1", "a number"]),
     ({**WALKER2D, "healthy_z_range": [1, [2]]}, ["healthy_z_range", "element 1", "a number"]),
     ({"seed": [str(2**53 + 1)]}, ["seed", str(2**53 + 1), "an integer below 2^53"]),
     ({"hardcore": Binary(b"yes")}, ["hardcore", "true or false, a number, a text or a list"]),
     ({**WALKER2D, "reset_noise_scale": -1.0}, ["reset_noise_scale", "-1.0", "0.0"]),
     ({"env": "Walker2d-v4", "xml_file": "model.xml"}, ["xml_file", "model.xml", "unknown"]),
 ]
-# Refused models, and words of the message beside the file's name: MuJoCo's own if it refuses.
-BAD_MODELS = {
-    "missing": (None, ["FILE_NOT_FOUND"]),
-    "empty": ("", ["XML"]),
-    "torn": ("<mujoco><worldbody>", ["XML parse error", "worldbody"]),
-    "foreign": ("<mujoco><nonsense/></mujoco>", ["Schema violation", "nonsense"]),
-    "small": (
-        "<mujoco><worldbody><body><joint/><geom size='1'/></body></worldbody></mujoco>",
-        ["nq = 1", "must be nq = nv = 9"],
-    ),
-    "motorless": (None, ["nu = 0", "nu = 6"]),  # Walker2d without its motors
-}
 TAKEN_NAMES = ["odom", "lidar", "base_link"]
 LOCKSTEP = {"mode": "lockstep", "publish_clock": False}
-
-
-AT_ONCE = 8
+MAX_SERVERS = 8
 
 
 class StartTest(unittest.TestCase):
-    def test_bad_parameters_end_the_server_with_a_message_that_names_them(self):
-        for first in range(0, len(REFUSED), AT_ONCE):
-            cases = REFUSED[first : first + AT_ONCE]
+    def test_invalid_parameters_end_the_server_with_their_names(self):
+        for first in range(0, len(REFUSED), MAX_SERVERS):
+            cases = REFUSED[first : first + MAX_SERVERS]
             servers = [
                 ServerProcess(f"/refused_{number}", {**LOCKSTEP, **parameters})
                 for number, (parameters, _) in enumerate(cases)
@@ -120,22 +94,27 @@ class StartTest(unittest.TestCase):
             text = fatal[0].lower() if word in ("nan", "inf") else fatal[0]
             self.assertIn(word, text, parameters)
 
-    def test_a_model_that_is_none_ends_the_server_with_its_name_and_the_engine_s_words(self):
-        with tempfile.TemporaryDirectory() as folder:
-            started = []
-            for name, (text, words) in BAD_MODELS.items():
-                path = os.path.join(folder, name + ".xml")
-                if name == "motorless":
-                    text = re.sub("(?s)<actuator>.*</actuator>", "", builtin_model())
-                if text is not None:
-                    with open(path, "w", encoding="utf-8") as file:
-                        file.write(text)
-                parameters = {**LOCKSTEP, **WALKER2D, "xml_file": path}
-                server = ServerProcess(f"/refused_{name}", parameters)
-                self.addCleanup(server.end)
-                started.append((server, parameters, ["xml_file", path, *words]))
-            for case in started:
-                self.assert_refused(*case)
+    def test_invalid_model_ends_the_server_with_the_reason(self):
+        model, foot = builtin_model(), 'body name="foot"'
+        for text, words in (
+            ("<mujoco><worldbody>", ["xml_file", "XML parse error", "worldbody"]),
+            *(
+                (model.replace(foot, f'body name="{name}"'), [f"link {name}", "another frame"])
+                for name in TAKEN_NAMES
+            ),
+        ):
+            parameters = {**LOCKSTEP, **WALKER2D, "xml_file": self.model_file(text)}
+            server = ServerProcess("/refused", parameters)
+            self.addCleanup(server.end)
+            self.assert_refused(server, parameters, words)
+
+    def model_file(self, text):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        path = os.path.join(folder.name, "own.xml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
 
     def endless_model(self, path):
         """Writes a model whose compilation blocks on a FIFO.
@@ -168,7 +147,7 @@ class StartTest(unittest.TestCase):
 
         return begun
 
-    def test_signals_end_a_server_whose_model_is_being_compiled(self):
+    def test_signals_end_a_server_that_compiles_a_model(self):
         for number in (signal.SIGINT, signal.SIGTERM):
             with tempfile.TemporaryDirectory() as folder:
                 path = os.path.join(folder, "endless.xml")
@@ -180,8 +159,8 @@ class StartTest(unittest.TestCase):
                 wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
                 self.assertNotIn("FATAL", server.output())
 
-    def test_signals_end_an_agent_whose_model_is_being_compiled(self):
-        parameters = self.own_model("", "")
+    def test_signals_end_an_agent_that_compiles_a_model(self):
+        parameters = {**LOCKSTEP, **WALKER2D, "xml_file": self.model_file(builtin_model())}
         server = ServerProcess("/compiled", parameters)
         self.addCleanup(server.end)
         server.wait_until_it_serves()
@@ -206,22 +185,7 @@ class StartTest(unittest.TestCase):
                 self.assertEqual(describe.returncode, -number)
                 wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
 
-    def own_model(self, *replacement):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        path = os.path.join(folder.name, "own.xml")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(builtin_model().replace(*replacement))
-        return {**LOCKSTEP, **WALKER2D, "xml_file": path}
-
-    def test_a_limb_with_the_name_of_another_frame_is_refused(self):
-        for name in TAKEN_NAMES:
-            parameters = self.own_model('body name="foot"', f'body name="{name}"')
-            server = ServerProcess("/refused", parameters)
-            self.addCleanup(server.end)
-            self.assert_refused(server, parameters, [f"link {name}", "another frame"])
-
-    def test_a_description_of_another_robot_is_warned_of(self):
+    def test_robot_description_of_another_robot_is_a_warning(self):
         rospy.set_param("/robot_description", '<robot name="x"><link name="torso"/></robot>')
         self.addCleanup(rospy.delete_param, "/robot_description")
         for parameters, missing in ((WALKER2D, "thigh"), ({}, "hull")):
@@ -242,49 +206,29 @@ class StartTest(unittest.TestCase):
         self.assertEqual(server.stop(), 0)
         return spec, transition
 
-    def test_parameters_that_are_taken_show_in_the_specification(self):
-        spec, _ = self.specification(env="BipedalWalkerHardcore-v3", max_episode_steps=17)
-        parameters = dict(zip(spec.parameter_names, spec.parameter_values))
-        self.assertEqual((spec.id, spec.max_episode_steps), ("BipedalWalkerHardcore-v3", 17))
-        self.assertEqual(parameters["max_episode_steps"], "17")
-
-    def test_default_limits(self):
+    def test_max_episode_steps_in_the_specification(self):
         for parameters, expected in (
             ({}, 1600),
             ({"env": "BipedalWalkerHardcore-v3"}, 2000),
+            ({"env": "BipedalWalkerHardcore-v3", "max_episode_steps": 17}, 17),
             ({"hardcore": True}, 1600),
             ({"max_episode_steps": 0}, 0),
             ({"env": "Walker2d-v4"}, 1000),
         ):
-            self.assertEqual(self.specification(**parameters)[0].max_episode_steps, expected)
+            spec, _ = self.specification(**parameters)
+            self.assertEqual(spec.id, parameters.get("env", "BipedalWalker-v3"))
+            self.assertEqual(spec.max_episode_steps, expected)
+            values = dict(zip(spec.parameter_names, spec.parameter_values))
+            self.assertEqual(values["max_episode_steps"], str(expected))
 
-    def test_numbers_convert_where_nothing_is_lost(self):
-        # roslaunch passes 2, and a seed of digits, as integers.
+    def test_numbers_convert_if_nothing_is_lost(self):
+        # roslaunch passes 2, and a seed of digits, as integers. YAML 1.1 reads 1e-3 as a string.
         _, one = self.specification(real_time_factor=2, command_timeout=1, seed=12)
-        _, other = self.specification(seed="12", max_episode_steps=100.0)
+        spec, other = self.specification(seed="12", max_episode_steps="1.0e2", num_envs="1e0")
         self.assertEqual(one.observation, other.observation)
+        self.assertEqual(spec.max_episode_steps, 100)
 
-    def test_texts_that_are_wholly_numbers_are_these_numbers(self):
-        # YAML 1.1 reads 1.0e3 and 1e-3 as strings.
-        given = {
-            "frame_skip": "4.0e0",
-            "reset_noise_scale": "1e-3",
-            "healthy_z_range": ["8e-1", "2.0e0"],
-            "max_episode_steps": "1.0e2",
-        }
-        spec, _ = self.specification(
-            **WALKER2D, **given, real_time_factor="1.0e3", num_envs="1e0", camera_width="1e2"
-        )
-        told = dict(zip(spec.parameter_names, spec.parameter_values))
-        expected = {
-            "frame_skip": "4",
-            "reset_noise_scale": "0.001",
-            "healthy_z_range": "[0.8, 2.0]",
-            "max_episode_steps": "100",
-        }
-        self.assertEqual({name: told[name] for name in given}, expected)
-
-    def test_the_parameters_of_other_nodes_do_not_matter(self):
+    def test_parameters_of_other_nodes_are_ignored(self):
         rospy.set_param("/taken_too/unknown", 1)
         self.specification()
 

@@ -11,20 +11,19 @@ import xmlrpc.client
 import rosgraph
 import rospy
 import rostest
-from bare_ros import CALLER, PATIENCE, wait_for
+from bare_ros import CALLER, TIMEOUT, wait_for
 from launched import Launched
 from rosgraph_msgs.msg import Clock
 from server_harness import ServerTest, nanoseconds
 from std_srvs.srv import Trigger
-from tf2_msgs.msg import TFMessage
 from walker_sim.msg import Transition
-from walker_sim.srv import GetSpec, Reset, Step
+from walker_sim.srv import GetSpec
 
 WALKERS = [f"/walker_{number}" for number in range(1, 11)]
 OWNER, *FOLLOWERS = WALKERS
-LONGEST = 20_000_000  # [ns] dt of BipedalWalker, the largest of all walkers
+MAX_DT = 20_000_000  # [ns] dt of BipedalWalker
 SECOND = 10**9
-SEVERAL = 60  # messages; at least 0.48 s of simulation time
+MIN_MESSAGES = 60  # at least 0.48 s of simulation time
 
 
 def node(walker):
@@ -41,19 +40,35 @@ def pid_of(name):
 
 
 class TenWalkersTest(ServerTest):
-    def launch(self):
-        """Starts all ten and records their transitions and /clock."""
-        self.launched = Launched("ten_walkers.launch", "agent:=random", "rviz:=false")
-        self.addCleanup(self.launched.stop)
+    """All tests share one launch."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.launched = Launched("ten_walkers.launch", "agent:=random", "rviz:=false")
+
+    @classmethod
+    def tearDownClass(cls):
+        """Ends the launch: no process and no registration is left."""
+        pids = cls.launched.pids()
+        assert len(pids) >= 2 * len(WALKERS), "servers and agents"
+        assert cls.launched.stop() == 0, cls.launched.output()
+        left = [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
+        assert not left, cls.launched.output()
+        for names in rosgraph.Master(CALLER).getSystemState():
+            for name, nodes in names:
+                assert not any("/walker_" in node for node in nodes), f"{name} of {nodes}"
+
+    def setUp(self):
+        """Records all transitions and /clock."""
         for walker in WALKERS:
             try:
-                rospy.wait_for_service(f"{node(walker)}/get_spec", PATIENCE)
+                rospy.wait_for_service(f"{node(walker)}/get_spec", TIMEOUT)
             except rospy.ROSException as error:
                 raise AssertionError(f"{error}; roslaunch:\n{self.launched.output()}") from None
         self.clock = self.record("/clock", Clock)
         self.transitions = {w: self.record(f"{w}/transition", Transition) for w in WALKERS}
         for recorder in self.transitions.values():
-            recorder.wait_count(SEVERAL)
+            recorder.wait_count(MIN_MESSAGES)
 
     def stamps(self, walker):
         return [nanoseconds(message) for message in self.transitions[walker].messages()]
@@ -61,14 +76,14 @@ class TenWalkersTest(ServerTest):
     def now(self):
         return self.clock.messages()[-1].clock.to_nsec()
 
-    def assert_they_go_on(self, walkers=WALKERS):
+    def assert_they_step(self, walkers=WALKERS):
         counts = {walker: len(self.stamps(walker)) for walker in walkers}
         for walker, count in counts.items():
-            self.transitions[walker].wait_count(count + SEVERAL)
+            self.transitions[walker].wait_count(count + MIN_MESSAGES)
 
     def assert_time_only_grows(self):
-        told = [message.clock.to_nsec() for message in self.clock.messages()]
-        self.assertEqual(told, sorted(told))
+        stamps = [message.clock.to_nsec() for message in self.clock.messages()]
+        self.assertEqual(stamps, sorted(stamps))
         for walker in WALKERS:
             stamps = self.stamps(walker)
             self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), walker)
@@ -79,7 +94,7 @@ class TenWalkersTest(ServerTest):
         self.assertTrue(pause().success)
         for walker in WALKERS:
             wait_for(
-                lambda w=walker: self.now() - LONGEST < self.stamps(w)[-1],
+                lambda w=walker: self.now() - MAX_DT < self.stamps(w)[-1],
                 f"{walker} to arrive where the clock stands",
             )
         time.sleep(0.3)  # a walker that ignored /clock would run ahead
@@ -88,8 +103,7 @@ class TenWalkersTest(ServerTest):
     def unpause(self):
         rospy.ServiceProxy(f"{node(OWNER)}/unpause", Trigger)()
 
-    def test_all_serve_on_one_clock_with_frames_of_their_own(self):
-        self.launch()
+    def test_all_walk_on_one_clock(self):
         specs = {w: rospy.ServiceProxy(f"{node(w)}/get_spec", GetSpec)().spec for w in WALKERS}
         self.assertEqual({spec.engine for spec in specs.values()}, {"Box2D", "MuJoCo"})
         self.assertEqual(len({spec.id for spec in specs.values()}), 6)
@@ -97,39 +111,20 @@ class TenWalkersTest(ServerTest):
         self.assertEqual(dict(publishers)["/clock"], [node(OWNER)])
         for walker, recorder in self.transitions.items():
             recorder.wait(lambda m: any(m.action), f"an action of {walker}'s agent")
-        self.assert_frames_are_everybody_s_own()
-
-    def assert_frames_are_everybody_s_own(self):
-        publishers = {}
-        for topic in ("/tf", "/tf_static"):
-            recorder = self.record(topic, TFMessage, len(WALKERS))
-            wait_for(
-                lambda r=recorder: len(callers(r.messages())) == len(WALKERS),
-                f"everybody's frames on {topic}",
-            )
-            for message in recorder.messages():
-                caller = message._connection_header["callerid"]
-                prefix = caller[1:].rpartition("/")[0] + "/"
-                for transform in message.transforms:
-                    self.assertTrue(transform.header.frame_id.startswith(prefix), caller)
-                    self.assertTrue(transform.child_frame_id.startswith(prefix), caller)
-                    known = publishers.setdefault(transform.child_frame_id, (topic, caller))
-                    self.assertEqual(known, (topic, caller), transform.child_frame_id)
-        self.assertEqual(len({frame.split("/")[0] for frame in publishers}), len(WALKERS))
 
     def test_all_advance_at_one_rate_and_none_is_ahead(self):
-        self.launch()
         begin, first = self.pause()
         counts = {walker: len(self.stamps(walker)) for walker in WALKERS}
         self.unpause()
-        self.assert_they_go_on()
-        self.assert_they_go_on()
+        self.assert_they_step()
+        self.assert_they_step()
         end, last = self.pause()
+        self.unpause()
         self.assertGreater(end - begin, SECOND)
         for walker in WALKERS:
             for now, stamp in ((begin, first[walker]), (end, last[walker])):
                 self.assertLessEqual(stamp, now, f"{walker} is ahead of /clock")
-                self.assertGreater(stamp, now - LONGEST, f"{walker} lags behind /clock")
+                self.assertGreater(stamp, now - MAX_DT, f"{walker} lags behind /clock")
             new = self.stamps(walker)[counts[walker] - 1 :]
             dt = statistics.mode(b - a for a, b in zip(new, new[1:]))
             spec = rospy.ServiceProxy(f"{node(walker)}/get_spec", GetSpec)().spec
@@ -138,31 +133,18 @@ class TenWalkersTest(ServerTest):
             self.assertGreater(len(new) * dt, (end - begin) / 2, walker)
         self.assert_time_only_grows()
 
-    def test_a_follower_that_is_killed_leaves_the_others_running(self):
-        self.launch()
+    def test_killed_follower_does_not_affect_the_others(self):
         killed = FOLLOWERS[5]
         pids = {walker: pid_of(node(walker)) for walker in WALKERS}
         os.kill(pids[killed], signal.SIGKILL)
-        self.assert_they_go_on([walker for walker in WALKERS if walker != killed])
-        self.assert_they_go_on([killed])
+        self.assert_they_step([walker for walker in WALKERS if walker != killed])
+        self.assert_they_step([killed])
         for walker in WALKERS:
             same = pid_of(node(walker)) == pids[walker]
             self.assertEqual(same, walker != killed, walker)
         self.assert_time_only_grows()
-        self.assert_nothing_is_left_after_the_end()
 
-    def assert_nothing_is_left_after_the_end(self):
-        pids = self.launched.pids()
-        self.assertGreaterEqual(len(pids), 2 * len(WALKERS))  # servers and agents
-        self.assertEqual(self.launched.stop(), 0, self.launched.output())
-        left = [pid for pid in pids if os.path.exists(f"/proc/{pid}")]
-        self.assertEqual(left, [], self.launched.output())
-        for names in rosgraph.Master(CALLER).getSystemState():
-            for name, nodes in names:
-                self.assertFalse(any("/walker_" in n for n in nodes), f"{name} of {nodes}")
-
-    def test_when_the_owner_is_killed_time_stops_until_it_is_back_and_then_goes_on(self):
-        self.launch()
+    def test_time_stops_while_the_owner_is_down(self):
         pids = {walker: pid_of(node(walker)) for walker in WALKERS}
         # While roslaunch is halted, it does not respawn the owner.
         with self.launched.halted():
@@ -172,58 +154,10 @@ class TenWalkersTest(ServerTest):
             time.sleep(1)  # a follower that did not wait for /clock would step
             self.assertEqual({walker: self.stamps(walker)[-1] for walker in FOLLOWERS}, rest)
         wait_for(lambda: pid_of(node(OWNER)) not in (None, pids[OWNER]), "the owner's restart")
-        self.assert_they_go_on()
+        self.assert_they_step()
         for walker in FOLLOWERS:
             self.assertEqual(pid_of(node(walker)), pids[walker], f"{walker} has ended")
         self.assert_time_only_grows()
-
-    def test_walkers_of_different_steps_follow_one_clock(self):
-        rospy.set_param("/use_sim_time", True)
-        self.addCleanup(rospy.delete_param, "/use_sim_time")
-        self.follow("Walker2d-v5", "BipedalWalker-v3")
-        self.follow("BipedalWalker-v3", "Walker2d-v5")
-
-    def follow(self, owner_id, follower_id):
-        """A free-running follower steps exactly as far as the time of an owner in lock-step."""
-        owner = self.serve("/owner/walker_sim", env=owner_id, mode="lockstep", max_episode_steps=0)
-        reset, step = owner.client("reset", Reset), owner.client("step", Step)
-        dt = round(owner.client("get_spec", GetSpec)().spec.dt * SECOND)
-        action = [0.0] * owner.client("get_spec", GetSpec)().spec.action_size
-        now = nanoseconds(reset(has_seed=True, seed=1).transition)
-        server = self.serve("/follower/walker_sim", env=follower_id, publish_clock=False)
-        follower_dt = round(server.client("get_spec", GetSpec)().spec.dt * SECOND)
-        transitions = self.record("/follower/transition", Transition)
-
-        def advance(seed):
-            """Advances the owner by a step, or by a reset if its episode has ended."""
-            nonlocal now
-            reply = step(action=action)
-            if not reply.success:
-                reply = reset(has_seed=True, seed=seed)
-            self.assertEqual(nanoseconds(reply.transition), now + dt)
-            now += dt
-
-        def arrived():
-            transitions.wait(lambda m: nanoseconds(m) > now - follower_dt, "the follower to arrive")
-
-        # The follower may connect to /clock late.
-        wait_for(lambda: advance(1) or transitions.messages(), "the follower to join the clock")
-        arrived()
-        joined = len(transitions.messages()) - 1
-        for seed in range(100):
-            advance(seed)
-            arrived()
-        time.sleep(0.2)  # a surplus step would arrive
-        stamps = [nanoseconds(message) for message in transitions.messages()[joined:]]
-        self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {follower_dt})
-        self.assertLessEqual(stamps[-1], now)
-        transitions.close()
-        server.stop()
-        owner.stop()
-
-
-def callers(messages):
-    return {message._connection_header["callerid"] for message in messages}
 
 
 if __name__ == "__main__":

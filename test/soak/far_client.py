@@ -2,7 +2,7 @@
 
 It sends its end of the link through the socket, with one byte. Then it answers each input line
 with a line of JSON: `begin`, once the link exists; `walk SEED STEPS`, which steps the walker over
-ROS and in process; and `got`, which returns what a subscriber of the transitions has received.
+ROS and in process; and `received`, which returns what a subscriber of the transitions has received.
 """
 
 import contextlib

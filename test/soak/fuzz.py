@@ -9,19 +9,19 @@ import subprocess
 
 from graph import ROOT
 
-LEAST = 60  # minimum duration of the part [s]; the build takes longer
+MIN_SECONDS = 60  # a shorter part is left out, because the build takes longer
 
 
 def prepare(seconds):
     """Builds the targets before the other parts load the processors. `run` reports a failure."""
-    if seconds >= LEAST:
+    if seconds >= MIN_SECONDS:
         with started("--build") as script:
             script.communicate()
 
 
 def run(soak):
-    if soak.seconds < LEAST:
-        soak.leave_out(f"its share is below {LEAST} s")
+    if soak.seconds < MIN_SECONDS:
+        soak.leave_out(f"its share is below {MIN_SECONDS} s")
         return
     targets = [*(ROOT / "test" / "fuzz").glob("*_fuzz.cpp")]
     seconds = max(1, round(soak.seconds / len(targets)))
@@ -32,9 +32,9 @@ def run(soak):
             nice.write_text(str(os.nice(0)), encoding="ascii")
         output = script.communicate()[0]
     soak.check("it finds nothing", script.returncode == 0, output[-4000:])
-    told = re.findall(r"^(\w+) +(\d+) inputs +(\d+) edges", output, re.MULTILINE)
-    soak.check("every target tells what it did", len(told) == len(targets), output[-4000:])
-    for name, inputs, edges in told:
+    reports = re.findall(r"^(\w+) +(\d+) inputs +(\d+) edges", output, re.MULTILINE)
+    soak.check("every target reports", len(reports) == len(targets), output[-4000:])
+    for name, inputs, edges in reports:
         soak.figure(f"{name}, {seconds} s", f"{int(inputs):,} inputs, {edges} edges")
 
 

@@ -9,35 +9,20 @@ import socket
 import subprocess
 import sys
 import tempfile
-import time
 import xmlrpc.client
 from urllib.parse import urlparse
 
-from bare_ros import CALLER, BareClient, free_port
-from usage import stat_fields
+from bare_ros import CALLER, BareClient, free_port, wait_for
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PATIENCE = 90  # startup timeout [s]; only a failure waits this long
-PROMPT = 15  # shutdown timeout of a node [s]
+STARTUP_TIMEOUT = 90  # [s]; only a failing part waits this long
+SHUTDOWN_TIMEOUT = 15  # of a node [s]
 PR_SET_CHILD_SUBREAPER = 36
 
 
 def adopt_orphans():
     """Makes orphaned descendants children of this process, so that none is overlooked."""
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
-
-
-def children_of(parent):
-    """Returns the children's states by PID. An ended child is in state Z until it is waited for."""
-    children = {}
-    for entry in filter(str.isdigit, os.listdir("/proc")):
-        try:
-            fields = stat_fields(entry)
-        except OSError:
-            continue  # has ended meanwhile
-        if int(fields[1]) == parent:
-            children[int(entry)] = fields[0]
-    return children
 
 
 def command_of(pid):
@@ -47,15 +32,8 @@ def command_of(pid):
         return []
 
 
-def await_true(condition, what, timeout=PATIENCE):
-    end = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > end:
-            raise TimeoutError(f"{what}: not within {timeout} s")
-        time.sleep(0.005)
+def await_true(condition, what, timeout=STARTUP_TIMEOUT):
+    return wait_for(condition, what, timeout)
 
 
 class Node:
@@ -67,7 +45,8 @@ class Node:
             env=environment,
             stdout=self._log.file,
             stderr=subprocess.STDOUT,
-            **{"stdin": subprocess.DEVNULL, **options},
+            stdin=subprocess.DEVNULL,
+            **options,
         )
         self.name = ""
 
@@ -86,7 +65,7 @@ class Node:
         self.send(signal.SIGKILL)
         self.process.wait()
 
-    def end(self, by=signal.SIGTERM, timeout=PROMPT):
+    def end(self, by=signal.SIGTERM, timeout=SHUTDOWN_TIMEOUT):
         """Signals the process and returns its status; on timeout, kills it and returns None."""
         self.send(signal.SIGCONT)
         self.send(by)
@@ -165,7 +144,7 @@ class Graph(contextlib.ExitStack):
         parts = urlparse(self.service_uri(service))
         return parts.hostname, parts.port
 
-    def client(self, service, service_class, timeout=PATIENCE):
+    def client(self, service, service_class, timeout=STARTUP_TIMEOUT):
         """Returns a client with its own connection, without a ROS library."""
         connection = socket.create_connection(self.address(service), timeout=timeout)
         return BareClient(connection, service, service_class)

@@ -56,5 +56,5 @@ def run(soak):
             equal = pair.reset(soak.random.randrange(1 << 32)) and pair.steps(20)
             soak.check("another client's bits are right", equal, f"round {number}")
         soak.check("the server runs", server.process.poll() is None, server.output())
-        usage.Usage(server.pid).judge_handles(soak.tally, "the server", before)
+        usage.Usage(server.pid).check_handles(soak.tally, "the server", before)
         pair.close()

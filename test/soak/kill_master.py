@@ -5,7 +5,7 @@ import threading
 import time
 
 import walker_sim
-from graph import PROMPT
+from graph import SHUTDOWN_TIMEOUT
 from walk import Pair
 
 TIMEOUT = 2.0  # client's timeout [s]
@@ -24,21 +24,21 @@ def run(soak):
             killer.join()
             equal = pair.steps(300) and equal and pair.reset(number) and pair.steps(20)
             soak.check("steps and resets go on, with the right bits", equal, f"round {number}")
-            begin, told = time.monotonic(), ""
+            begin, message = time.monotonic(), ""
             try:
                 Pair(server.name, graph.uri, TIMEOUT)
             except walker_sim.ConnectionError as error:
-                told = str(error)
+                message = str(error)
             soak.check(
-                "a new client is told of the master within its timeout",
-                "master" in told and time.monotonic() - begin < TIMEOUT + 1,
-                told,
+                "a new client gets an error that names the master, within its timeout",
+                "master" in message and time.monotonic() - begin < TIMEOUT + 1,
+                message,
             )
             pair.close()
             by = soak.random.choice([signal.SIGINT, signal.SIGTERM])
             status = server.end(by)
             soak.check(
-                f"the server ends within {PROMPT} s when it is told to",
+                f"the server ends within {SHUTDOWN_TIMEOUT} s after a signal",
                 status == 0,
                 f"status {status} after {by.name}: {server.output()}",
             )

@@ -39,7 +39,7 @@ def run(soak):
             forget(graph)
             if before is None and number == 0:
                 before = settled(server)
-        usage.Usage(server.pid).judge_handles(soak.tally, "the server", before)
+        usage.Usage(server.pid).check_handles(soak.tally, "the server", before)
         soak.check("the server runs", server.process.poll() is None, server.output())
         subscriber.close()
 

@@ -6,7 +6,8 @@ import threading
 import time
 
 import walker_sim
-from graph import PATIENCE, await_true, children_of, command_of
+from graph import STARTUP_TIMEOUT, await_true, command_of
+from launched import children_of
 from walk import Pair
 from walker_sim.srv import Reset
 
@@ -28,7 +29,7 @@ def kill_server(launch, times):
 
 
 def run(soak):
-    longest_error, longest_gap = 0.0, 0.0
+    max_error_delay, max_gap = 0.0, 0.0
     with soak.graph() as graph:
         arguments = ["mode:=lockstep", "respawn:=true", "status:=false", "headless:=true"]
         launch = graph.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
@@ -41,32 +42,34 @@ def run(soak):
             killer = threading.Timer(soak.random.uniform(0, 0.3), kill_server, [launch, killed])
             killer.start()
             error = None
-            end = time.monotonic() + PATIENCE
+            end = time.monotonic() + STARTUP_TIMEOUT
             while error is None and time.monotonic() < end:
                 try:
                     equal = pair.step() and equal
                 except walker_sim.ConnectionError as raised:
                     error = raised
-            told = time.monotonic()
+            raised_at = time.monotonic()
             killer.join()
-            longest_error = max(longest_error, told - killed[0])
+            max_error_delay = max(max_error_delay, raised_at - killed[0])
             soak.check("the client's bits are right up to the kill", equal, f"round {number}")
             soak.check(
-                "the client has an error that names the service, not later than its timeout",
-                "/walker_sim" in str(error) and told - killed[0] < TIMEOUT + SLACK,
-                f"{error} after {told - killed[0]:.2f} s",
+                "the client gets an error that names the service, within its timeout",
+                "/walker_sim" in str(error) and raised_at - killed[0] < TIMEOUT + SLACK,
+                f"{error} after {raised_at - killed[0]:.2f} s",
             )
-            equal = await_true(lambda: works_again(pair, soak), "the server to come again")
-            longest_gap = max(longest_gap, time.monotonic() - killed[0])
+            equal = await_true(lambda: works_again(pair, soak), "the respawned server")
+            max_gap = max(max_gap, time.monotonic() - killed[0])
             soak.check("after the respawn the bits are right", equal == "equal", f"round {number}")
             stamp = stamp_after_reset(graph)
-            soak.check("time goes on above all that was told", stamp > last, f"{last}, {stamp}")
+            soak.check(
+                "time continues above all published stamps", stamp > last, f"{last}, {stamp}"
+            )
             last = stamp
         pair.close()
         status = launch.end(signal.SIGINT)
-        soak.check("the launch ends when it is told to", status == 0, f"status {status}")
-    soak.figure("longest time from a kill to the client's error [s]", f"{longest_error:.3f}")
-    soak.figure("longest time from a kill until it serves again [s]", f"{longest_gap:.1f}")
+        soak.check("the launch ends on SIGINT", status == 0, f"status {status}")
+    soak.figure("longest time from a kill to the client's error [s]", f"{max_error_delay:.3f}")
+    soak.figure("longest time from a kill until it serves again [s]", f"{max_gap:.1f}")
 
 
 def works_again(pair, soak):

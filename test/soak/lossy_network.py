@@ -35,33 +35,39 @@ def run(soak):
         stack.callback(link.close)
         far.ask("begin")
         for number in soak.rounds():
-            loss, longest = soak.random.choice(CONDITIONS)
-            link.delay, link.loss = (0.0, longest), loss
+            loss, max_delay = soak.random.choice(CONDITIONS)
+            link.delay, link.loss = (0.0, max_delay), loss
             found = far.ask("walk", soak.random.randrange(1 << 32), 20)
             soak.check(
                 "with delays and losses: the right bits, or an error in time",
-                found["equal"] and (not found["error"] or is_told(found)),
-                f"{loss}, {longest} s: {found}",
+                found["equal"] and (not found["error"] or is_expected(found)),
+                f"{loss}, {max_delay} s: {found}",
             )
             if number % 4 == 3:
                 link.loss = 1.0
                 found = far.ask("walk", 0, 1)
                 soak.check(
-                    "a cut cable is told of at the client's timeout", is_in_time(found), found
+                    "on a cut cable the call fails at the client's timeout",
+                    is_in_time(found),
+                    found,
                 )
             link.delay, link.loss = (0.0, 0.0), 0.0
             found = await_true(lambda: served(far), "the server behind the network")
             soak.check("mended, it serves with the right bits", found["equal"], found)
-            got = await_true(lambda: heard(far, made), "a far subscriber to have the last step")
-            whole = got == [*range(got[0], got[0] + len(got))]
-            soak.check("a far subscriber gets each step once and in order", whole, got[-100:])
+            received = await_true(
+                lambda: received_by(far, made), "a far subscriber to have the last step"
+            )
+            in_order = received == [*range(received[0], received[0] + len(received))]
+            soak.check(
+                "a far subscriber gets each step once and in order", in_order, received[-100:]
+            )
         soak.figure("packets that passed; lost", f"{link.passed:,}; {link.lost:,}")
-        soak.figure("steps that a far subscriber has got", f"{len(got):,}")
+        soak.figure("steps that a far subscriber has received", f"{len(received):,}")
         far.close()
         near_subscriber.close()
 
 
-def is_told(found):
+def is_expected(found):
     """Whether the error is expected. A failed call's request may arrive after the next call."""
     return "had failed; reset first" in found["error"] or is_in_time(found)
 
@@ -70,11 +76,11 @@ def is_in_time(found):
     return "timed out" in found["error"] and found["took"] < TIMEOUT + SLACK
 
 
-def heard(far, made):
+def received_by(far, made):
     """Returns what the far subscriber has received, once it has the near subscriber's last."""
     latest = made[-1]
-    got = far.ask("got")
-    return got if got and got[-1] >= latest else None
+    received = far.ask("received")
+    return received if received and received[-1] >= latest else None
 
 
 def served(far):

@@ -30,9 +30,9 @@ def run(soak):
             wrong += not (reply.success and reply.transition.step == steps)
             watched.sample()
         soak.check("each client's one call is made once", wrong == 0, f"{wrong} of {clients}")
-        watched.judge(soak.tally, "the server", f"{clients:,} clients")
-        watched.judge_handles(soak.tally, "the server", before)
-        latency.judge(soak.tally, "connecting and a step")
+        watched.check(soak.tally, "the server", f"{clients:,} clients")
+        watched.check_handles(soak.tally, "the server", before)
+        latency.check(soak.tally, "connecting and a step")
         soak.figure("clients one after the other", f"{clients:,}")
 
 

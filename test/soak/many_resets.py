@@ -40,9 +40,9 @@ def reset_often(soak, env_id, seconds):
             calls += 1
             watched.sample()
         soak.check("after many resets the bits are right", equal, env_id)
-        watched.judge(soak.tally, f"a server of {env_id}", f"{calls * NUM_ENVS:,} resets")
-        watched.judge_handles(soak.tally, "the server", before)
-        latency.judge(soak.tally, f"{NUM_ENVS} resets of {env_id}")
+        watched.check(soak.tally, f"a server of {env_id}", f"{calls * NUM_ENVS:,} resets")
+        watched.check_handles(soak.tally, "the server", before)
+        latency.check(soak.tally, f"{NUM_ENVS} resets of {env_id}")
         remote.close()
         local.close()
     return calls * NUM_ENVS

@@ -1,7 +1,8 @@
 """Ten servers on one master, each with its own agent."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import usage
-from several_clients import together
 from walk import Pair
 
 IDS = ("BipedalWalker-v3", "Walker2d-v5", "Hopper-v5", "BipedalWalkerHardcore-v3")
@@ -17,29 +18,28 @@ def run(soak):
             pairs.append(Pair(servers[-1].name, graph.uri, 30.0, env_id))
         soak.begin()
         watched = [usage.Usage(server.pid) for server in servers]
-        before = []
-        equal, steps = [True] * SERVERS, [0] * SERVERS
 
         def walk(number):
-            pair = pairs[number]
+            pair, steps = pairs[number], 0
             pair.reset(number)
             pair.step()
-            before.append((number, usage.now(servers[number].pid)))
-            while steps[number] == 0 or soak.goes_on():
-                equal[number] = pair.steps(50) and equal[number]
-                steps[number] += 50
+            before, equal = usage.now(servers[number].pid), True
+            while steps == 0 or soak.goes_on():
+                equal = pair.steps(50) and equal
+                steps += 50
                 watched[number].sample()
+            return before, equal, steps
 
-        together(*[lambda number=number: walk(number) for number in range(SERVERS)])
-        for number in range(SERVERS):
-            soak.check(f"each of {SERVERS} servers gives the right bits", equal[number], number)
-            watched[number].judge(soak.tally, f"each of {SERVERS} servers")
-        for number, handles in before:
-            watched[number].judge_handles(soak.tally, "each server", handles)
-        for pair in pairs:
-            pair.close()
-        most = max((one.growth() for one in watched if one.can_tell()), default=0.0)
+        with ThreadPoolExecutor(SERVERS) as threads:
+            results = list(threads.map(walk, range(SERVERS)))
+        for number, (before, equal, _) in enumerate(results):
+            soak.check(f"each of {SERVERS} servers returns the right bits", equal, number)
+            watched[number].check(soak.tally, f"each of {SERVERS} servers")
+            watched[number].check_handles(soak.tally, "each server", before)
+            pairs[number].close()
+        growth = max((one.growth() for one in watched if one.is_long_enough()), default=0.0)
         soak.figure(
-            f"{SERVERS} servers, {sum(steps):,} steps: largest growth in the second half",
-            f"{most / usage.MIB:+.2f} MiB",
+            f"{SERVERS} servers, {sum(steps for *_, steps in results):,} steps: largest growth in"
+            " the second half",
+            f"{growth / usage.MIB:+.2f} MiB",
         )

@@ -17,6 +17,7 @@ sys.path += [str(TEST / "server"), str(TEST / "python")]
 import graph  # noqa: E402
 import tally as tallies  # noqa: E402
 import walker_sim  # noqa: E402
+from launched import children_of  # noqa: E402
 
 # Parts that run one after another, and their shares of the time.
 SHARES = {
@@ -25,14 +26,8 @@ SHARES = {
     "kill_client": 4,
     "kill_master": 9,
     "kill_rviz": 8,
-    "stop_server": 5,
-    "freeze_master": 6,
-    "network": 5,
     "lossy_network": 5,
     "full_disk": 3,
-    "silent_subscriber": 4,
-    "jumping_clock": 4,
-    "several_clients": 6,
     "many_subscribers": 4,
     "many_servers": 5,
     "many_resets": 9,
@@ -91,7 +86,7 @@ def parse():
     return options
 
 
-def play(name, seconds, options, tally):
+def run_part(name, seconds, options, tally):
     """Runs one part. An exception is a failure, and so is a process that the part leaves behind."""
     tally.part = name
     begin = time.monotonic()
@@ -102,7 +97,7 @@ def play(name, seconds, options, tally):
     else:
         tally.check("ends without an exception", True)
     beside = {process.pid for process in multiprocessing.active_children()}
-    children = graph.children_of(os.getpid())
+    children = children_of(os.getpid())
     left = {pid for pid, state in children.items() if state != "Z"} - beside
     tally.check(
         "leaves no process behind", not left, "; ".join(" ".join(graph.command_of(p)) for p in left)
@@ -115,17 +110,17 @@ class Beside:
         self._name = name
         self._tally, theirs = multiprocessing.Pipe(duplex=False)
         self._process = multiprocessing.Process(
-            target=self._play, args=(name, seconds, options, theirs), daemon=True
+            target=self._run, args=(name, seconds, options, theirs), daemon=True
         )
         self._process.start()
         theirs.close()
 
     @staticmethod
-    def _play(name, seconds, options, pipe):
+    def _run(name, seconds, options, pipe):
         os.nice(NICE)
         graph.adopt_orphans()
         tally = tallies.Tally(say)
-        play(name, seconds, options, tally)
+        run_part(name, seconds, options, tally)
         pipe.send(tally.found())
 
     def end(self, tally):
@@ -133,7 +128,7 @@ class Beside:
         try:
             tally.add(self._tally.recv())
         except EOFError:
-            tally.check("ends with a report", False, "it has none")
+            tally.check("ends with a report", False, "it ended without one")
         self._process.join()
 
     def stop(self):
@@ -168,12 +163,12 @@ def main():
         prepare(options.only, seconds)
         beside = [Beside(name, seconds, options) for name in options.only if name in BESIDE]
         for name in others:
-            play(name, seconds * SHARES[name] / shares, options, tally)
+            run_part(name, seconds * SHARES[name] / shares, options, tally)
         for part in beside:
             part.end(tally)
     except KeyboardInterrupt:  # the report has the results so far
         tally.part = "soak"
-        tally.check("goes on to its end", False, "interrupted")
+        tally.check("runs to its end", False, "interrupted")
         for part in beside:
             part.stop()
     head = {

@@ -4,7 +4,7 @@ import collections
 import platform
 import subprocess
 
-FEW = 5  # printed failures per check
+MAX_PRINTED = 5  # failures per check
 
 
 class Tally:
@@ -18,13 +18,13 @@ class Tally:
         self.figures = []  # part, name, value
         self.left_out = []  # part, reason
 
-    def check(self, name, is_met, said=""):
+    def check(self, name, is_met, message=""):
         self.counts[self.part, name] += 1
         if not is_met:
-            told = self.failures[self.part, name]
-            told.append(str(said))
-            if len(told) <= FEW:
-                self._say(f"  FAILED {self.part}: {name}: {said}")
+            messages = self.failures[self.part, name]
+            messages.append(str(message))
+            if len(messages) <= MAX_PRINTED:
+                self._say(f"  FAILED {self.part}: {name}: {message}")
         return is_met
 
     def figure(self, name, value):
@@ -36,7 +36,7 @@ class Tally:
 
     @property
     def failed(self):
-        return sum(bool(told) for told in self.failures.values())
+        return sum(bool(messages) for messages in self.failures.values())
 
     def found(self):
         """Returns all results, for `add` in another process."""
@@ -86,9 +86,9 @@ def markdown(tally, head):
     lines += ["", "| part | check | made | failed |", "|---|---|---|---|"]
     for (part, name), count in tally.counts.items():
         lines.append(f"| {part} | {name} | {count} | {len(tally.failures.get((part, name), []))} |")
-    for (part, name), told in tally.failures.items():
-        if told:
-            lines += ["", f"Failed: {part}: {name}", "", "```", *told[:FEW], "```"]
+    for (part, name), messages in tally.failures.items():
+        if messages:
+            lines += ["", f"Failed: {part}: {name}", "", "```", *messages[:MAX_PRINTED], "```"]
     if tally.left_out:
         lines += ["", "Left out:", ""]
         lines += [f"- {part}: {reason}" for part, reason in tally.left_out]

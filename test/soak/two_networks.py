@@ -22,7 +22,7 @@ CLONE_NEWNET = 0x40000000  # from Linux: sched.h, if_tun.h, sockios.h, if.h
 TUNSETIFF, IFF_TUN, IFF_NO_PI = 0x400454CA, 0x0001, 0x1000
 SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x8914, 0x8916, 0x891C
 IFF_UP = 0x1
-MOST = 65536  # maximum size of a packet [bytes]
+MAX_PACKET = 65536  # [bytes]
 
 
 def _call(name, *arguments):
@@ -79,7 +79,7 @@ class Link:
         while not self._over:
             wait = self._under_way[0][0] - time.monotonic() if self._under_way else 0.1
             for end in select.select([*self._other], [], [], min(max(wait, 0), 0.1))[0]:
-                self._take(self._other[end], os.read(end, MOST))
+                self._take(self._other[end], os.read(end, MAX_PACKET))
             while self._under_way and self._under_way[0][0] <= time.monotonic():
                 _, _, end, packet = heapq.heappop(self._under_way)
                 os.write(end, packet)

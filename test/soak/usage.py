@@ -8,9 +8,9 @@ import numpy as np
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
 MIB = 1 << 20
-MOST_GROWTH = 2 * MIB  # [bytes] by a linear fit over the second half of a part
-FEWEST = 1000  # minimum calls per compared fifth of a part
-LONG = 60.0  # minimum duration [s] to judge memory and latency, after the warm-up
+MAX_GROWTH = 2 * MIB  # [bytes] by a linear fit over the second half of a part
+MIN_CALLS = 1000  # minimum calls per compared fifth of a part
+MIN_DURATION = 60.0  # minimum duration [s] to judge memory and latency, after the warm-up
 
 
 def now(pid):
@@ -18,17 +18,6 @@ def now(pid):
     pages = int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1])
     files = len(os.listdir(f"/proc/{pid}/fd"))
     return pages * PAGE, files, len(os.listdir(f"/proc/{pid}/task"))
-
-
-def stat_fields(pid):
-    """Returns the fields of /proc/PID/stat after the name: state, parent and so on."""
-    text = pathlib.Path(f"/proc/{pid}/stat").read_text(errors="replace")
-    return text.rpartition(")")[2].split()
-
-
-def processor_time(pid):
-    fields = stat_fields(pid)
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class Usage:
@@ -43,9 +32,9 @@ class Usage:
             self._samples.append((at, *now(self._pid)))
             self._last = at
 
-    def can_tell(self):
+    def is_long_enough(self):
         """Whether the samples cover enough time for a meaningful `growth`."""
-        return bool(self._samples) and self._samples[-1][0] - self._samples[0][0] >= LONG
+        return bool(self._samples) and self._samples[-1][0] - self._samples[0][0] >= MIN_DURATION
 
     def growth(self):
         half = np.array(self._samples[len(self._samples) // 2 :], float)
@@ -53,10 +42,10 @@ class Usage:
         slope = np.polyfit(times, half[:, 1], 1)[0]
         return float(slope * times[-1])
 
-    def judge(self, tally, whose, work="", most=MOST_GROWTH):
-        """Checks that memory grows by less than `most` bytes, if the samples cover enough time. If
+    def check(self, tally, whose, work="", limit=MAX_GROWTH):
+        """Checks that memory grows by less than `limit` bytes, if the samples cover enough time. If
         `work` describes the load, also reports figures."""
-        if not self.can_tell():
+        if not self.is_long_enough():
             if work:
                 tally.figure(f"memory of {whose}, {work}", "too short to tell")
             return
@@ -64,7 +53,7 @@ class Usage:
         resident = self._samples[-1][1] / MIB
         tally.check(
             f"memory of {whose} is flat",
-            growth < most,
+            growth < limit,
             f"+{growth / MIB:.2f} MiB in the second half, at {resident:.1f} MiB",
         )
         if work:
@@ -73,7 +62,7 @@ class Usage:
                 f"{resident:.1f} MiB, {growth / MIB:+.2f} MiB in the second half",
             )
 
-    def judge_handles(self, tally, whose, before):
+    def check_handles(self, tally, whose, before):
         """Checks that descriptors and threads return to `before`, a result of `now`."""
 
         def settled():
@@ -100,11 +89,11 @@ class Latency:
     def __exit__(self, *_):
         self._times.append(time.perf_counter() - self._from)
 
-    def judge(self, tally, what, is_alone=True):
+    def check(self, tally, what, is_alone=True):
         """Compares the first fifth with the last, if both are long enough. If other parts load the
         processors (`is_alone` is false), only reports both."""
         fifth = len(self._times) // 5
-        if fifth < FEWEST or time.monotonic() - self._begun < LONG:
+        if fifth < MIN_CALLS or time.monotonic() - self._begun < MIN_DURATION:
             return
         first, last = (
             np.percentile(np.array(part) * 1e6, [25, 50, 99])

@@ -79,6 +79,8 @@ class WorldState {
   void check_numbers() const;
   void check_contacts(std::size_t num_obstacles, std::size_t num_terrain) const;
   void check_tree(std::size_t num_fixtures) const;
+  void check_node(std::int32_t index, bool is_leaf) const;
+  const Node& node_at(std::int32_t index) const;
   void restore_tree(b2BroadPhase& broad_phase, const std::vector<b2Fixture*>& fixtures) const;
   void restore_contacts(b2World& world, const std::vector<b2Fixture*>& fixtures) const;
 

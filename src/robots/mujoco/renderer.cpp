@@ -298,8 +298,8 @@ std::vector<ParameterDescription> camera_parameters(double distance) {
       {"camera_id", std::int64_t{-1}, "", "Index of a camera of the model; -1: by camera_name.", -1,
        std::numeric_limits<std::int32_t>::max()},
       {"camera_name", std::string(kTrackingCamera), "",
-       "A camera of the model; empty, and where the model has none called track: a free one, which "
-       "the next four describe.",
+       "Name of a camera of the model; empty, or track if the model has no such camera: a free "
+       "camera, set by distance, lookat, elevation and azimuth.",
        0, 0},
       {"distance", distance, "m", "Distance of the free camera from lookat.", 1e-3, kFar},
       {"lookat", std::vector<double>{0, 0, 1.15}, "m", "Point at which the free camera looks.",

@@ -291,13 +291,14 @@ void WorldState::check_contacts(std::size_t num_obstacles, std::size_t num_terra
   }
 }
 
+const WorldState::Node& WorldState::node_at(std::int32_t index) const {
+  if (static_cast<std::uint32_t>(index) >= nodes_.size()) refuse("node", index, "does not exist");
+  return nodes_[static_cast<std::size_t>(index)];
+}
+
 /// The nodes must be a binary tree whose leaves are the fixtures, and a list of free nodes. There
 /// is no cycle if a parent is higher than its children.
 void WorldState::check_tree(std::size_t num_fixtures) const {
-  const auto node_at = [this](std::int32_t index) -> const Node& {
-    if (static_cast<std::uint32_t>(index) >= nodes_.size()) refuse("node", index, "does not exist");
-    return nodes_[static_cast<std::size_t>(index)];
-  };
   if (leaves_.size() != num_fixtures) {
     refuse_state(std::to_string(leaves_.size()) + " fixtures; must be " +
                  std::to_string(num_fixtures));
@@ -313,31 +314,10 @@ void WorldState::check_tree(std::size_t num_fixtures) const {
   if (node_at(root_).height < 0) refuse("root", root_, "is free");
   std::size_t num_free = 0;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const Node& node = nodes_[i];
-    const auto index = static_cast<std::int32_t>(i);
-    if (node.height < 0) {
+    if (nodes_[i].height < 0) {
       ++num_free;
-      continue;
-    }
-    if ((node.link == b2_nullNode) != (index == root_)) refuse("node", index, "is not in the tree");
-    if (node.link != b2_nullNode) {
-      const Node& parent = node_at(node.link);
-      if (parent.height <= node.height || (parent.child1 != index && parent.child2 != index)) {
-        refuse("node", index, "does not match its parent");
-      }
-    }
-    if (node.height == 0) {
-      if (!is_leaf[i] || node.child1 != b2_nullNode || node.child2 != b2_nullNode) {
-        refuse("node", index, "is not the leaf of one fixture");
-      }
-      continue;
-    }
-    const Node& child1 = node_at(node.child1);
-    const Node& child2 = node_at(node.child2);
-    if (child1.link != index || child2.link != index || node.child1 == node.child2 ||
-        child1.height < 0 || child2.height < 0 ||
-        node.height != 1 + std::max(child1.height, child2.height)) {
-      refuse("node", index, "does not match its children");
+    } else {
+      check_node(static_cast<std::int32_t>(i), is_leaf[i]);
     }
   }
 
@@ -347,6 +327,29 @@ void WorldState::check_tree(std::size_t num_fixtures) const {
       refuse("node", index, "is not free");
   }
   if (num_listed != num_free) refuse_state("its list of free nodes is incomplete");
+}
+
+/// Compares a node of the tree with its parent and children.
+void WorldState::check_node(std::int32_t index, bool is_leaf) const {
+  const Node& node = node_at(index);
+  if ((node.link == b2_nullNode) != (index == root_)) refuse("node", index, "is not in the tree");
+  if (node.link != b2_nullNode) {
+    const Node& parent = node_at(node.link);
+    if (parent.height <= node.height || (parent.child1 != index && parent.child2 != index)) {
+      refuse("node", index, "does not match its parent");
+    }
+  }
+  if (node.height == 0) {
+    if (is_leaf && node.child1 == b2_nullNode && node.child2 == b2_nullNode) return;
+    refuse("node", index, "is not the leaf of one fixture");
+  }
+  const Node& child1 = node_at(node.child1);
+  const Node& child2 = node_at(node.child2);
+  if (child1.link != index || child2.link != index || node.child1 == node.child2 ||
+      child1.height < 0 || child2.height < 0 ||
+      node.height != 1 + std::max(child1.height, child2.height)) {
+    refuse("node", index, "does not match its children");
+  }
 }
 
 /// Overwrites the state of the bodies and fixtures that `build` made; recreates the contacts.
