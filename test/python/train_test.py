@@ -140,6 +140,13 @@ def test_error_names_invalid_settings_file(tmp_path, capsys, content, words):
     assert words in error_of(capsys, "train", ID, *given)
 
 
+@pytest.mark.parametrize("parameter", ["hard=1", "width=64", "transport=ros"])
+def test_error_names_what_is_no_parameter_of_the_environment(tmp_path, capsys, parameter):
+    name = parameter.partition("=")[0]
+    error = error_of(capsys, "train", ID, parameter, "--out", tmp_path)
+    assert f"parameter {name}: unknown; must be one of" in error
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [

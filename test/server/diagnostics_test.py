@@ -298,7 +298,7 @@ class DiagnosticsTest(ServerTest):
         self.serve(mode="lockstep", max_episode_steps=100)
         none = self.report("episodes")
         self.assertEqual(none.values["finished_episodes"], "0")
-        self.assertEqual(none.message, "no episode has come to its end yet")
+        self.assertEqual(none.message, "no episode has ended yet")
         reset, step = self.lockstep()
         ended = []
         for seed in range(4):  # with an odd seed the walker soon falls

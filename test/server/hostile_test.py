@@ -284,7 +284,10 @@ class HostileTest(ServerTest):
         self.assert_refused(self.batch_table())
         self.assert_refused(self.render_table())
         self.assert_refused(
-            [("set_real_time_factor", {"factor": f}, "in lockstep") for f in (0.0, 1.0, NAN, -INF)]
+            [
+                ("set_real_time_factor", {"factor": f}, "in mode lockstep")
+                for f in (0.0, 1.0, NAN, -INF)
+            ]
             + [
                 ("set_physics_properties", physics(**{name: value}), name.strip("xyz") or "gravity")
                 for name in ("time_step", "max_update_rate", "x", "y", "z")

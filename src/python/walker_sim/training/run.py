@@ -16,6 +16,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from walker_sim import _core, sb3
+from walker_sim.errors import UnknownKeyword
 from walker_sim.training import learner
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
 from walker_sim.training.environments import FIRST_TRAINING_SEED, wrap
@@ -56,6 +57,11 @@ class Training:
         walkers: VecEnv | None = None,
         report: Callable[[Training, Point | None], None] = lambda training, point: None,
     ) -> None:
+        # VecEnv would take its own keywords and the camera's for parameters of the environment.
+        known = [parameter["name"] for parameter in _core.parameters_of(env_id)]
+        for name in settings.parameters:
+            if name not in known:
+                raise UnknownKeyword(f"parameter {name}: unknown; must be one of {' '.join(known)}")
         self.env_id, self.settings, self.folder, self.report = env_id, settings, folder, report
         self.walkers = wrap(
             walkers
