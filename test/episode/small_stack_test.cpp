@@ -105,6 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Core, SmallStackTest,
                          testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
                                          "Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"));
 
+// MuJoCo compiles the model in a child process, on the stack of the thread that forked.
 TEST(SmallStackModelTest, SufficesForAModel) {
   const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
   run_on_small_stack([&path] { play_alone("Walker2d-v5", {{"xml_file", path}}); });

@@ -2,20 +2,22 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <filesystem>
+#include <locale>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <new>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "base/printable_text.h"
 #include "base/state_bytes.h"
 #include "base/user_path.h"
 #include "robots/mujoco/builtin_models.h"
-#include "robots/mujoco/mjcf_limits.h"
+#include "robots/mujoco/compile_apart.h"
 #include "robots/mujoco/processor.h"
 
 namespace walker::mujoco {
@@ -51,35 +53,101 @@ struct DeleteVirtualFiles {
   }
 };
 
-/// @param files null: path is a file on the disk
-ModelPointer compile(const std::string& path, const mjVFS* files) {
-  std::array<char, 1000> message{};
-  mjModel* const model =
-      mj_loadXML(path.c_str(), files, message.data(), static_cast<int>(message.size()));
-  if (model == nullptr) throw std::runtime_error(message.data());
-  return {model, mj_deleteModel};
+/// @throws std::bad_alloc
+std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name, const void* bytes,
+                                                        std::size_t size) {
+  std::unique_ptr<mjVFS, DeleteVirtualFiles> files(new mjVFS);
+  mj_defaultVFS(files.get());
+  if (mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(size)) != 0) {
+    throw std::bad_alloc();
+  }
+  std::memcpy(files->filedata[0], bytes, size);
+  return files;
+}
+
+ModelPointer owned(mjModel* model) { return {model, mj_deleteModel}; }
+
+ModelPointer load(const std::vector<std::byte>& bytes) {
+  const std::string name = "model.mjb";
+  const auto files = virtual_file(name, bytes.data(), bytes.size());
+  mjModel* const model = mj_loadModel(name.c_str(), files.get());
+  if (model == nullptr) throw std::runtime_error("MuJoCo does not load what it has compiled");
+  return owned(model);
 }
 
 ModelPointer compile(const BuiltinModel& builtin) {
-  const std::unique_ptr<mjVFS, DeleteVirtualFiles> files(new mjVFS);
-  mj_defaultVFS(files.get());
-  const std::string& text = builtin.text;
-  if (mj_makeEmptyFileVFS(files.get(), builtin.name.c_str(), static_cast<int>(text.size())) != 0) {
-    throw std::bad_alloc();
+  std::array<char, kMaxErrorBytes> message{};
+  const auto files = virtual_file(builtin.name, builtin.text.data(), builtin.text.size());
+  // The distribution's MuJoCo parses numbers with streams, which use the global locale.
+  if (std::locale() != std::locale::classic()) {
+    return load(compile_apart(builtin.name, {}, files.get()));
   }
-  std::copy(text.begin(), text.end(), static_cast<char*>(files->filedata[0]));
-  return compile(builtin.name, files.get());
+  static std::mutex mutex;  // MuJoCo's compiler has global state
+  const std::lock_guard<std::mutex> lock(mutex);
+  mjModel* const model =
+      mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMaxErrorBytes);
+  if (model == nullptr) throw std::runtime_error(message.data());
+  return owned(model);
 }
 
-ModelPointer compile(const std::string& xml_file) {
+/// Checks settings of the solver's and renderer's work, which MuJoCo does not limit.
+/// @throws std::runtime_error naming the setting, its value and its range
+void check_settings(const mjModel& model) {
+  struct Setting {
+    const char* name;
+    int value;
+    int least;
+    int most;
+  };
+  constexpr int kMaxIterations = 10000;
+  constexpr int kMaxBufferPixels = 16384;
+  constexpr int kMaxFacets = 1000;
+  const auto& quality = model.vis.quality;
+  for (const Setting& setting : {
+           Setting{"option iterations", model.opt.iterations, 0, kMaxIterations},
+           Setting{"option noslip_iterations", model.opt.noslip_iterations, 0, kMaxIterations},
+           Setting{"option mpr_iterations", model.opt.mpr_iterations, 0, kMaxIterations},
+           Setting{"global offwidth", model.vis.global.offwidth, 1, kMaxBufferPixels},
+           Setting{"global offheight", model.vis.global.offheight, 1, kMaxBufferPixels},
+           Setting{"quality shadowsize", quality.shadowsize, 0, kMaxBufferPixels},
+           Setting{"quality offsamples", quality.offsamples, 0, 64},
+           Setting{"quality numslices", quality.numslices, 1, kMaxFacets},
+           Setting{"quality numstacks", quality.numstacks, 1, kMaxFacets},
+           Setting{"quality numquads", quality.numquads, 1, kMaxFacets},
+       }) {
+    if (setting.value >= setting.least && setting.value <= setting.most) continue;
+    throw std::runtime_error(std::string(setting.name) + " = " + std::to_string(setting.value) +
+                             ": must be in [" + std::to_string(setting.least) + ", " +
+                             std::to_string(setting.most) + "]");
+  }
+}
+
+/// Parses the file in a child process. This process loads only what MuJoCo has compiled there.
+ModelPointer compile(const std::string& path) {
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  using Type = std::filesystem::file_type;
+  if (!error && type != Type::not_found && type != Type::regular) {
+    throw std::runtime_error("must be an XML file, and a regular one");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  const CompileLimits limits;
+  if (!error && size > limits.bytes) {
+    throw std::runtime_error("has " + std::to_string(size) + " bytes; must have at most " +
+                             std::to_string(limits.bytes));
+  }
+  ModelPointer result = load(compile_apart(path, limits));
+  check_settings(*result);
+  return result;
+}
+
+ModelPointer compile_any(const std::string& xml_file) {
   try {
     if (const BuiltinModel* builtin = find_builtin(xml_file)) return compile(*builtin);
     if (xml_file.find('\0') != std::string::npos) {
       throw std::runtime_error("must not have a zero byte");
     }
-    const std::string path = expand_home(xml_file);
-    check_mjcf(path);
-    return compile(path, nullptr);
+    return compile(expand_home(xml_file));
   } catch (const std::runtime_error& error) {
     refuse_model(xml_file, error.what());
   }
@@ -111,10 +179,15 @@ ModelPointer load_model(const std::string& xml_file) {
   static std::mutex mutex;
   static std::map<std::string, std::weak_ptr<const mjModel>> models;
   const std::string key = identity(xml_file);
-  const std::lock_guard<std::mutex> lock(mutex);  // MuJoCo's compiler has global state, too
+  std::unique_lock<std::mutex> lock(mutex);
   install_handlers();
-  ModelPointer model = models[key].lock();
-  if (!model) models[key] = model = compile(xml_file);
+  if (ModelPointer known = models[key].lock()) return known;
+  // Compilation may take long; the host's other threads may load models or fork meanwhile.
+  lock.unlock();
+  ModelPointer compiled = compile_any(xml_file);
+  lock.lock();
+  ModelPointer model = models[key].lock();  // another thread may have compiled it too
+  if (!model) models[key] = model = std::move(compiled);
   return model;
 }
 

@@ -12,8 +12,8 @@ namespace walker::mujoco {
 ///
 /// @param xml_file name of a built-in model, such as "walker2d_v5.xml", else the path of an MJCF
 ///                 file; it may begin with ~/
-/// @throws std::invalid_argument with the file's name and MuJoCo's message, or as `check_mjcf`;
-///         std::runtime_error if the processor cannot run MuJoCo
+/// @throws std::invalid_argument with the file's name and MuJoCo's message if it does not compile;
+///         std::runtime_error if the processor cannot run MuJoCo; Interrupted
 ModelPointer load_model(const std::string& xml_file);
 
 /// Returns a hash of the model's binary form, as mj_saveModel writes it.

@@ -74,7 +74,7 @@ TEST_F(XmlFileTest, NamesAMissingFile) {
     expect_words(message, {"parameter xml_file = " + path + ": ", "ile"});
     EXPECT_GT(message.size(), path.size() + 30) << message << ": no reason";
   }
-  expect_words(refusal_of_path(folder_.path()), {folder_.path() + ": ", "a regular file"});
+  expect_words(refusal_of_path(folder_.path()), {folder_.path() + ": ", "XML"});
 }
 
 TEST_F(XmlFileTest, ReportsMuJoCosErrors) {
@@ -198,6 +198,34 @@ TEST_F(XmlFileTest, RejectsJointsOnOtherBodies) {
                "<actuator>"),
       "<motor joint=\"leg_joint\"/>", "<motor tendon=\"t\"/>");
   EXPECT_EQ(refusal(tendon), "actuator number 1: must drive one of the 6 hinges");
+}
+
+/// MuJoCo would work for hours or overflow its stack.
+TEST_F(XmlFileTest, RejectsSettingsOutOfRange) {
+  const struct {
+    const char *setting, *reason;
+  } cases[] = {
+      {"<option iterations='2147483647' tolerance='0'/>",
+       "option iterations = 2147483647: must be in [0, 10000]"},
+      {"<option noslip_iterations='10001'/>",
+       "option noslip_iterations = 10001: must be in [0, 10000]"},
+      {"<option mpr_iterations='10001'/>", "option mpr_iterations = 10001: must be in [0, 10000]"},
+      {"<visual><global offwidth='2147483647'/></visual>",
+       "global offwidth = 2147483647: must be in [1, 16384]"},
+      {"<visual><global offheight='0'/></visual>", "global offheight = 0: must be in [1, 16384]"},
+      {"<visual><quality shadowsize='2147483647'/></visual>",
+       "quality shadowsize = 2147483647: must be in [0, 16384]"},
+      {"<visual><quality offsamples='-1'/></visual>",
+       "quality offsamples = -1: must be in [0, 64]"},
+      {"<visual><quality numslices='100000'/></visual>",
+       "quality numslices = 100000: must be in [1, 1000]"},
+      {"<visual><quality numstacks='0'/></visual>", "quality numstacks = 0: must be in [1, 1000]"},
+      {"<visual><quality numquads='1001'/></visual>",
+       "quality numquads = 1001: must be in [1, 1000]"},
+  };
+  for (const auto& one : cases) {
+    EXPECT_EQ(refusal_with("<worldbody>", std::string(one.setting) + "<worldbody>"), one.reason);
+  }
 }
 
 // ---------------------------------------------------------------- what works
