@@ -59,16 +59,17 @@ class BagReader {
     }
     while (place_ < size_) {
       record_ = place_;
-      std::string header;
       std::string data;
+      tcpros::Fields fields;
       try {
-        header = read_block();
+        fields = parse_fields(read_block());
+        number<std::uint8_t>(fields, rosbag::OP_FIELD_NAME);
         data = read_block();
       } catch (const std::exception&) {
         if (is_closed_) throw;
-        return false;  // the chunk that was being written
+        return false;  // the record that was being written
       }
-      read_record(parse_fields(header), data);
+      read_record(fields, data);
     }
     return is_closed_;
   }

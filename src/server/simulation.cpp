@@ -1,5 +1,6 @@
 #include "server/simulation.h"
 
+#include <algorithm>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -92,7 +93,10 @@ void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
   clock_.require();
   const EpisodeState& state = shown().state();
   const std::uint32_t episode = state.episode;
-  const auto abandoned = outputs_.abandoned_record(clock_.now());
+  const std::vector<std::uint32_t>& listed = request.environments;
+  const bool is_shown_listed =
+      listed.empty() || std::count(listed.begin(), listed.end(), options_.shown_environment) != 0;
+  const auto abandoned = is_shown_listed ? outputs_.abandoned_record(clock_.now()) : std::nullopt;
   batch_calls_.reset(request, response);
   stepping_agents_.clear();
   if (state.episode != episode) {

@@ -163,7 +163,11 @@ class Training:
         """Adds a point to the curve; saves the policy if it is the best so far."""
         began = time.monotonic()
         seconds = self.seconds
-        arrays = [np.asarray(np.mean(each, axis=0)) for each in zip(*self.networks)]
+        # Single precision would accumulate rounding errors of many networks.
+        arrays = [
+            np.mean(each, axis=0, dtype=np.float64).astype(np.float32)
+            for each in zip(*self.networks)
+        ]
         policy = learner.to_policy(self.env_id, self.settings, self.walkers, arrays, self.steps)
         returns = self._evaluation.returns(
             _core.Policy.from_bytes(f"after {self.steps} steps", to_bytes(policy))
