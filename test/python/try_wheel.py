@@ -25,7 +25,7 @@ import numpy as np
 import walker_sim
 from walker_sim import _core
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "server"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # -I omits it
 import recorded_episodes
 
 LICENCES = ("LICENSE", "NOTICE", "mujoco/LICENSE", "mujoco/LICENSES_THIRD_PARTY.md")

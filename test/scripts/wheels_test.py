@@ -173,10 +173,10 @@ def test_the_source_package_is_the_same_of_another_folder(built, tmp_path):
 @pytest.fixture
 def trial(built, tmp_path):
     """Runs a copy of try_wheel.py, with copied recordings, in the trial environment."""
-    for folder in ("python/try_wheel.py", "server/recorded_episodes.py"):
-        (tmp_path / folder).parent.mkdir()
-        shutil.copy(TEST / folder, tmp_path / folder)
-    (tmp_path / "recordings").mkdir()
+    for folder in ("python", "recordings"):
+        (tmp_path / folder).mkdir()
+    for name in ("try_wheel.py", "recorded_episodes.py"):
+        shutil.copy(TEST / "python" / name, tmp_path / "python")
     for file in TEST.glob("recordings/*full_episodes.txt"):
         shutil.copy(file, tmp_path / "recordings")
     python = ROOT / f"build/.wheels/trial_{pythons_version()}/bin/python"
