@@ -48,10 +48,9 @@ try_here() {
 try_in_root() {
   local debian=$1 name=$3 place
   place=$debian/trial/$name
-  rm -rf "$place" && mkdir -p "$place/test/python" "$place/test/server" "$place/test/recordings" || return
+  rm -rf "$place" && mkdir -p "$place/test/python" "$place/test/recordings" || return
   cp -r "$build/.wheelhouse/$name" "$place/wheels" && cp "$wheel_dir"/*.whl "$place/wheels" &&
-    cp "$root/test/python/try_wheel.py" "$place/test/python" &&
-    cp "$root/test/server/recorded_episodes.py" "$place/test/server" &&
+    cp "$root/test/python/"{try_wheel,recorded_episodes}.py "$place/test/python" &&
     cp "$root/test/recordings/"*full_episodes.txt "$place/test/recordings" || return
   # shellcheck disable=SC2016  # for the inner shell
   try_wheel "$2" "$name" "${2// /_}_$name" in_debian_root "$debian" bash -ec '
