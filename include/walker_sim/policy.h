@@ -50,7 +50,8 @@ class WALKER_SIM_EXPORT Policy {
 
   /// Computes the deterministic action. Allocates no memory. Not thread-safe.
   /// @param observation `observation_size()` values
-  /// @param action caller's buffer, `action_size()` values: single precision, within the bounds; NaN
+  /// @param action caller's buffer, `action_size()` values: single precision, within the bounds;
+  /// NaN
   ///               if the layers overflow single precision
   void act(const double* observation, double* action);
 

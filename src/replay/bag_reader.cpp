@@ -62,7 +62,8 @@ class BagReader {
       std::string data;
       tcpros::Fields fields;
       try {
-        fields = parse_fields(read_block());
+        const std::string header = read_block();
+        fields = parse_fields(header);
         number<std::uint8_t>(fields, rosbag::OP_FIELD_NAME);
         data = read_block();
       } catch (const std::exception&) {

@@ -165,7 +165,7 @@ class Training:
         seconds = self.seconds
         # Single precision would accumulate rounding errors of many networks.
         arrays = [
-            np.mean(each, axis=0, dtype=np.float64).astype(np.float32)
+            np.asarray(np.mean(each, axis=0, dtype=np.float64), np.float32)
             for each in zip(*self.networks)
         ]
         policy = learner.to_policy(self.env_id, self.settings, self.walkers, arrays, self.steps)
