@@ -51,8 +51,7 @@ class WALKER_SIM_EXPORT Policy {
   /// Computes the deterministic action. Allocates no memory. Not thread-safe.
   /// @param observation `observation_size()` values
   /// @param action caller's buffer, `action_size()` values: single precision, within the bounds;
-  /// NaN
-  ///               if the layers overflow single precision
+  ///               NaN if the layers overflow single precision
   void act(const double* observation, double* action);
 
   /// Computes several actions at once: faster, and bitwise equal to single calls.
