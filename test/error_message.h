@@ -7,7 +7,7 @@ namespace walker {
 
 /// Returns the message of the `Exception` that `call` throws, or "nothing thrown".
 template <typename Exception, typename Call>
-std::string message_of(Call call) {
+std::string message_of(const Call& call) {
   try {
     call();
   } catch (const Exception& exception) {

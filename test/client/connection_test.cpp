@@ -133,7 +133,7 @@ TEST(Connection, RejectsMalformedAnswers) {
       {"\1\xff\xff\xff\xff", "its answer has 4294967295 bytes; must have at most 1048616"},
   };
   for (const auto& [answer, reason] : cases) {
-    EXPECT_EQ(broken_step(answering({answer})), ": " + reason + kLost);
+    EXPECT_EQ(broken_step(answering({answer})), std::string(": ").append(reason).append(kLost));
   }
 }
 

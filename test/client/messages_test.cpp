@@ -208,7 +208,7 @@ TEST(Messages, BoundsTheSizeOfAnswers) {
 }
 
 TEST(Messages, ChecksAPicture) {
-  using Picture = test::Picture;
+  using test::Picture;
   const auto error_of = [](const Picture& picture, const std::string& encoding = "rgb8",
                            const Parameters& camera = {}) {
     const std::string bytes = picture.bytes();

@@ -52,8 +52,8 @@ class Player {
         needs_reset_(kCount) {
     Generator generator(3);
     for (double& value : actions_) value = generator.uniform(-1.2, 1.2);
-    std::vector<std::optional<std::uint64_t>> seeds;
-    for (std::size_t i = 0; i < kCount; ++i) seeds.emplace_back(50 + i);
+    std::vector<std::optional<std::uint64_t>> seeds(kCount);
+    for (std::size_t i = 0; i < kCount; ++i) seeds[i] = 50 + i;
     pool_.reset({}, seeds, arrays_.batch());
     for (std::uint32_t i = 0; i < kCount; ++i) keep(i, i);
   }

@@ -71,7 +71,8 @@ class Physics {
   virtual void save(double* values) const = 0;
   virtual void load(const double* values) = 0;
   std::size_t state_size() const {
-    return static_cast<std::size_t>(model().nq + 3 * model().nv + model().nu);
+    const int size = model().nq + 3 * model().nv + model().nu;
+    return static_cast<std::size_t>(size);
   }
 
   /// Returns a short description of what makes the steps.

@@ -22,9 +22,10 @@ class Words {
  private:
   template <typename Value>
   void add_one(const Value& value) {
-    static_assert(std::is_trivially_copyable_v<Value> && sizeof value % sizeof words[0] == 0);
+    constexpr std::size_t kWordBytes = sizeof(std::uint32_t);
+    static_assert(std::is_trivially_copyable_v<Value> && sizeof(Value) % kWordBytes == 0);
     const std::size_t size = words.size();
-    words.resize(size + sizeof value / sizeof words[0]);
+    words.resize(size + sizeof(Value) / kWordBytes);
     std::memcpy(&words[size], &value, sizeof value);
   }
 };
