@@ -29,8 +29,8 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
       transition_{node.advertise<walker_sim::Transition>("transition", kRecord), {}},
       episode_{node.advertise<walker_sim::Episode>("episode", kRecord, kLatched), {}},
       transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue), {}},
-      record_publisher_(recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "episode_record",
-                                                                             kRecord, !kLatched)),
+      record_publisher_(
+          recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "episode_record", kRecord)),
       spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
       static_transforms_publisher_(
           node.advertise<tf2_msgs::TFMessage>("/tf_static", kListenerQueue, kLatched)),

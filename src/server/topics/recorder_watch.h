@@ -1,8 +1,7 @@
-// Checks that a recorder subscribes to the topics that it must record.
+// Checks that the recorder subscribes to the topic that it must record.
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <utility>
 
@@ -12,46 +11,41 @@
 
 namespace walker {
 
-/// Advertises topics and tracks whether one node, the recorder, subscribes to them. `rosbag record`
-/// connects to one topic after another, in any order, and misses messages published before.
+/// Advertises a topic and tracks whether one node, the recorder, subscribes to it: `rosbag record`
+/// misses messages that are published before it has connected.
 class RecorderWatch {
  public:
   /// @param recorder full name of the node; empty: none
   explicit RecorderWatch(std::string recorder) : recorder_(std::move(recorder)) {}
-  RecorderWatch(const RecorderWatch&) = delete;  // callbacks of publishers point to it
+  RecorderWatch(const RecorderWatch&) = delete;  // the publisher's callbacks point to it
   RecorderWatch& operator=(const RecorderWatch&) = delete;
   ~RecorderWatch() = default;
 
-  /// Advertises a topic to which the recorder must subscribe.
+  /// Advertises the topic to which the recorder must subscribe. Call once.
   /// @param node whose callback queue reports subscribers that connect and disconnect
   template <typename Message>
   ros::Publisher advertise(ros::NodeHandle& node, const std::string& topic,
-                           std::uint32_t queue_size, bool is_latched) {
-    int& connections = connections_[topic];
-    const auto count = [this, &connections](const ros::SingleSubscriberPublisher& listener,
-                                            int change) {
-      if (listener.getSubscriberName() == recorder_) connections += change;
+                           std::uint32_t queue_size) {
+    topic_ = topic;
+    const auto count = [this](const ros::SingleSubscriberPublisher& listener, int change) {
+      if (listener.getSubscriberName() == recorder_) connections_ += change;
     };
     return node.advertise<Message>(
         topic, queue_size, [count](const auto& listener) { count(listener, 1); },
-        [count](const auto& listener) { count(listener, -1); }, ros::VoidConstPtr(), is_latched);
+        [count](const auto& listener) { count(listener, -1); });
   }
 
-  /// The topics without the recorder, e.g. "/recorder does not listen to episode, spec (parameter
-  /// wait_for_recorder)"; empty if there are none, or no recorder is expected.
+  /// "/recorder does not listen to TOPIC (parameter wait_for_recorder)"; empty if it does, or no
+  /// recorder is expected.
   std::string complaint() const {
-    if (recorder_.empty()) return "";
-    std::string missing;
-    for (const auto& [topic, connections] : connections_) {
-      if (connections == 0) missing += (missing.empty() ? "" : ", ") + topic;
-    }
-    if (missing.empty()) return "";
-    return recorder_ + " does not listen to " + missing + " (parameter wait_for_recorder)";
+    if (recorder_.empty() || connections_ > 0) return "";
+    return recorder_ + " does not listen to " + topic_ + " (parameter wait_for_recorder)";
   }
 
  private:
   std::string recorder_;
-  std::map<std::string, int> connections_;  // of the recorder, by topic
+  std::string topic_;
+  int connections_ = 0;  // of the recorder
 };
 
 }  // namespace walker
