@@ -304,6 +304,16 @@ def first_stamp(message):
     return nanoseconds(message)
 
 
+def write_model(test, text):
+    """Writes a model file, which the test removes at its end. Returns the path."""
+    folder = tempfile.TemporaryDirectory()
+    test.addCleanup(folder.cleanup)
+    path = os.path.join(folder.name, "my walker.xml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return path
+
+
 class ServerTest(unittest.TestCase):
     """Starts servers, and ends them after the test."""
 
@@ -350,12 +360,7 @@ class ServerTest(unittest.TestCase):
         for old, new in replacements:
             self.assertIn(old, text)
             text = text.replace(old, new)
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        path = os.path.join(folder.name, "my walker.xml")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-        return path
+        return write_model(self, text)
 
     def cramped_walker(self):
         """Parameters of a Walker2d-v5 whose MuJoCo stack overflows in resets with some seeds."""

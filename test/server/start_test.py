@@ -12,7 +12,7 @@ from xmlrpc.client import Binary
 import rospy
 import rostest
 from bare_ros import wait_for
-from server_harness import Process, ServerProcess, builtin_model, node_path
+from server_harness import Process, ServerProcess, builtin_model, node_path, write_model
 from walker_sim.srv import GetSpec, Reset
 
 WALKER2D = {"env": "Walker2d-v5"}
@@ -103,18 +103,10 @@ class StartTest(unittest.TestCase):
                 for name in TAKEN_NAMES
             ),
         ):
-            parameters = {**LOCKSTEP, **WALKER2D, "xml_file": self.model_file(text)}
+            parameters = {**LOCKSTEP, **WALKER2D, "xml_file": write_model(self, text)}
             server = ServerProcess("/refused", parameters)
             self.addCleanup(server.end)
             self.assert_refused(server, parameters, words)
-
-    def model_file(self, text):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        path = os.path.join(folder.name, "own.xml")
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-        return path
 
     def endless_model(self, path):
         """Writes a model whose compilation blocks on a FIFO.
@@ -160,7 +152,7 @@ class StartTest(unittest.TestCase):
                 self.assertNotIn("FATAL", server.output())
 
     def test_signals_end_an_agent_that_compiles_a_model(self):
-        parameters = {**LOCKSTEP, **WALKER2D, "xml_file": self.model_file(builtin_model())}
+        parameters = {**LOCKSTEP, **WALKER2D, "xml_file": write_model(self, builtin_model())}
         server = ServerProcess("/compiled", parameters)
         self.addCleanup(server.end)
         server.wait_until_it_serves()
