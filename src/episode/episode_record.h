@@ -21,8 +21,8 @@ struct EpisodeRecord {
   GeneratorState generator_state{};   ///< before the reset
   std::uint32_t num_steps = 0;
   std::vector<double> actions;  ///< steps x action size, as given [unitless]
-  /// Of the reset and each step, verified when the record is repeated (see EpisodeRecord.msg);
-  /// empty: not compared.
+  /// Checksums of the transitions, the reset's first (EpisodeRecord.msg has the formula). They are
+  /// verified when the record is repeated; empty: not compared.
   std::vector<std::uint64_t> checksums;
 };
 

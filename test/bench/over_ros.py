@@ -9,7 +9,7 @@ from ros import Master, await_true, call_service, diagnostics, place, stop
 
 WALKER, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 BATCHES = (1, 8, 64, 512)
-# Of ~step's request and response for BipedalWalker-v3, with length fields and flags.
+# Sizes of ~step's request and response for BipedalWalker-v3, with length fields and flags.
 MESSAGE_SIZES = ("--request-bytes", 40, "--response-bytes", 300)
 MIN_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
 LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
