@@ -1,13 +1,18 @@
-// The pool of environments of a server. No ROS.
+// The pool of environments of a server: ~reset_batch, ~step_batch, and access to one of them.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "episode/episode.h"
+#include "ros/throttle.h"
 #include "server/parameter_reader.h"
+#include "server/topics/statistics.h"
+#include "walker_sim/ResetBatch.h"
+#include "walker_sim/StepBatch.h"
 #include "walker_sim/pool.h"
 
 namespace walker {
@@ -25,5 +30,47 @@ Episode& single_episode(Pool& pool, const std::string& service);
 
 /// @throws std::invalid_argument naming `field` if the index is out of range
 void check_environment(const Pool& pool, const std::string& field, std::uint32_t index);
+
+/// Makes the calls and counts their outcomes. The pool writes rows directly into the response,
+/// whose vectors may keep their capacity. An engine failure ends its own environment's episode, as
+/// in a Pool, and is listed in the response's `failures`; `status_message` repeats it as text:
+/// "environment 3: the simulation failed at its reset: Stack overflow".
+class BatchCalls {
+ public:
+  /// @param pool, options, counters, episodes outlive this
+  BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters& counters,
+             EpisodeStatistics& episodes);
+
+  /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
+  ///         has changed
+  void reset(const walker_sim::ResetBatch::Request& request,
+             walker_sim::ResetBatch::Response& response);
+
+  /// Steps all environments. Under same_step, ended ones keep their state until `reset_ended`.
+  /// @throws as `Pool::step`; then the response has no meaning
+  void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+
+  /// Under same_step, resets the environments whose episodes ended in the last step.
+  void reset_ended(walker_sim::StepBatch::Response& response);
+
+ private:
+  const EpisodeState& state_of(std::uint32_t environment) const {
+    return pool_.episode(environment).state();
+  }
+  void check(const walker_sim::ResetBatch::Request& request) const;
+  Batch rows_of(walker_sim::StepBatch::Response& response) const;
+  void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+  template <typename Response>
+  void record_failure(const EpisodeState& state, Response& response);
+
+  Pool& pool_;
+  const Specification& specification_;
+  const ServerOptions& options_;
+  ServerCounters& counters_;
+  EpisodeStatistics& episodes_;
+  std::vector<std::uint32_t> all_;    // indices
+  std::vector<std::uint32_t> ended_;  // in the last step
+  Throttle throttle_;
+};
 
 }  // namespace walker

@@ -1,9 +1,6 @@
 #include "server/outputs.h"
 
 #include <stdexcept>
-#include <utility>
-
-#include "server/topics/converters.h"
 
 namespace walker {
 namespace {

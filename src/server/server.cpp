@@ -10,7 +10,6 @@
 
 #include <ros/console.h>
 #include <ros/init.h>
-#include <ros/node_handle.h>
 #include <ros/transport_hints.h>
 #include <std_msgs/Float64MultiArray.h>
 #include <std_srvs/Empty.h>
@@ -21,7 +20,6 @@
 #include "ros/checked_subscription.h"
 #include "ros/listening.h"
 #include "ros/throttle.h"
-#include "server/gazebo/physics_messages.h"
 #include "server/gazebo/physics_properties.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Render.h"

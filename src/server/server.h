@@ -8,7 +8,6 @@
 #include "server/environments.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
-#include "server/restores.h"
 #include "server/simulation.h"
 #include "server/time/simulation_clock.h"
 #include "server/topics/diagnostics.h"

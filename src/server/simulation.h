@@ -2,19 +2,20 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "server/batch_calls.h"
 #include "server/environments.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
-#include "server/stepping_agents.h"
 #include "server/time/simulation_clock.h"
-#include "server/time/step_timing.h"
-#include "server/topics/effort_command.h"
-#include "server/topics/episode_statistics.h"
+#include "server/topics/commands.h"
+#include "server/topics/statistics.h"
+#include "server/transport/pending_answer.h"
+#include "walker_sim/Restore.h"
 #include "walker_sim/StepMany.h"
 
 namespace walker {
@@ -81,6 +82,37 @@ class Simulation {
   EpisodeStatistics episodes_;
   StepTiming timing_;
   BatchCalls batch_calls_;
+};
+
+/// ~restore: repeats records in the order of the requests, a millisecond at a time, in a scratch
+/// environment. The present episode continues meanwhile, and stays if a record is wrong.
+class Restores {
+ public:
+  using Response = walker_sim::Restore::Response;
+
+  /// @param simulation, outputs outlive this
+  Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironment& make);
+
+  /// @throws std::exception if there are several environments or the record is malformed
+  void add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply);
+
+  bool are_in_flight() const { return !waiting_.empty(); }
+
+  /// Repeats one slice of the first record, if there is one.
+  /// @return whether an episode has been restored
+  bool continue_first();
+
+ private:
+  struct Waiting {
+    EpisodeRecord record;
+    Reply<Response> reply;
+    bool has_begun = false;
+  };
+
+  Simulation& simulation_;
+  Outputs& outputs_;
+  std::unique_ptr<Environment> scratch_;  // null if there are several environments
+  std::deque<Waiting> waiting_;           // the first is in flight
 };
 
 }  // namespace walker

@@ -11,7 +11,7 @@
 #include "fuzz/input.h"
 #include "fuzz/target.h"
 #include "ros/checked_stream.h"
-#include "server/gazebo/physics_messages.h"
+#include "server/gazebo/physics_properties.h"
 #include "walker_sim/Contacts.h"
 #include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"

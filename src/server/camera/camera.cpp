@@ -1,7 +1,9 @@
 #include "server/camera/camera.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <exception>
+#include <list>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -12,11 +14,35 @@
 
 #include "base/parameter_text.h"
 #include "base/printable_text.h"
-#include "server/topics/converters.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
 namespace {
+
+struct CachedRenderer {
+  Parameters camera;
+  std::unique_ptr<Renderer> renderer;
+};
+
+/// Cache, most recently used first: making a renderer takes longer than rendering with it.
+using Renderers = std::list<CachedRenderer>;
+
+/// Takes the renderer of this camera out of the cache, or makes it and if needed evicts another.
+Renderers take_renderer(const Parameters& camera, const RenderThread::MakeRenderer& make,
+                        Renderers& cache) {
+  constexpr std::size_t kMax = 4;  // each may hold an OpenGL context
+  Renderers taken;
+  const auto found = std::find_if(cache.begin(), cache.end(), [&](const CachedRenderer& cached) {
+    return cached.camera == camera;
+  });
+  if (found != cache.end()) {
+    taken.splice(taken.begin(), cache, found);
+  } else {
+    if (cache.size() == kMax) cache.pop_back();
+    taken.push_front({camera, make(camera)});
+  }
+  return taken;
+}
 
 Channels channels_of(const std::string& encoding) {
   namespace encodings = sensor_msgs::image_encodings;
@@ -57,6 +83,58 @@ std::uint64_t period_of(double rate) {
 
 }  // namespace
 
+RenderThread::RenderThread(MakeRenderer make_renderer) : make_renderer_(std::move(make_renderer)) {}
+
+RenderThread::~RenderThread() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_over_ = true;
+  }
+  changed_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void RenderThread::render(RenderJob job) {
+  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto skipped = std::find_if(
+        waiting_.begin(), waiting_.end(),
+        [&](const RenderJob& other) { return job.may_be_skipped && other.may_be_skipped; });
+    if (skipped != waiting_.end()) {
+      *skipped = std::move(job);
+      ++num_skipped_;
+    } else {
+      waiting_.push_back(std::move(job));
+    }
+  }
+  changed_.notify_one();
+}
+
+void RenderThread::run() {
+  Renderers cache;
+  Image image;
+  while (true) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    changed_.wait(lock, [this] { return is_over_ || !waiting_.empty(); });
+    if (is_over_) return;
+    const RenderJob job = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    if (!job.is_wanted()) continue;
+    try {
+      Renderers taken = take_renderer(job.camera, make_renderer_, cache);
+      Renderer& renderer = *taken.front().renderer;
+      renderer.render(job.captured, job.channels, image);
+      cache.splice(cache.begin(), taken);  // not if it throws, as it may not work again
+      ++num_rendered_;
+      job.finish(renderer.camera(), image);
+    } catch (const std::exception& error) {
+      job.fail(error.what());
+    }
+  }
+}
+
 ServerCamera::ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
                            const ServerOptions& options, RenderThread::MakeRenderer make_renderer)
     : pool_(pool),
@@ -74,8 +152,23 @@ void ServerCamera::show(ros::Time stamp) {
   if (turn == last_turn_ || publisher_.getNumSubscribers() == 0) return;
   if (!shown_.state().error.empty()) return;  // the engine has failed
   last_turn_ = turn;
+  RenderJob job;
+  job.camera = options_.camera;
+  job.may_be_skipped = true;
+  job.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
+  job.finish = [this, stamp](const Camera& camera, Image& image) {
+    to_message(image.camera_pose, frames_, stamp, transforms_);
+    to_message(camera, frames_, stamp, camera_info_);
+    to_message(image, frames_, stamp, image_);
+    tf_publisher_.publish(transforms_);
+    publisher_.publish(image_, camera_info_);
+  };
+  job.fail = [this](const std::string& why) {
+    if (throttle_.passes()) log_failure(why);
+  };
   try {
-    queue_picture(stamp);
+    shown_.capture(job.captured);
+    thread_.render(std::move(job));
   } catch (const std::exception& error) {  // the step itself has succeeded
     static Throttle throttle;
     if (throttle.passes()) log_failure(error.what());
@@ -84,27 +177,6 @@ void ServerCamera::show(ros::Time stamp) {
 
 void ServerCamera::log_failure(const std::string& why) const {
   ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << why);
-}
-
-void ServerCamera::queue_picture(ros::Time stamp) {
-  RenderJob job;
-  shown_.capture(job.captured);
-  job.camera = options_.camera;
-  job.may_be_skipped = true;
-  job.is_wanted = [this] { return publisher_.getNumSubscribers() > 0; };
-  job.finish = [this, stamp](const Camera& camera, Image& image) { publish(camera, image, stamp); };
-  job.fail = [this](const std::string& why) {
-    if (throttle_.passes()) log_failure(why);
-  };
-  thread_.render(std::move(job));
-}
-
-void ServerCamera::publish(const Camera& camera, Image& image, ros::Time stamp) {
-  to_message(image.camera_pose, frames_, stamp, transforms_);
-  to_message(camera, frames_, stamp, camera_info_);
-  to_message(image, frames_, stamp, image_);
-  tf_publisher_.publish(transforms_);
-  publisher_.publish(image_, camera_info_);
 }
 
 void ServerCamera::render(const walker_sim::Render::Request& request, ros::Time stamp,

@@ -37,7 +37,6 @@ class LockstepDrive : public Drive {
   std::string unpause() override {
     return "nothing to unpause: in lockstep only ~step moves anything";
   }
-  bool stands_still() const override { return true; }
   const char* pace() const override { return "the callers of ~step set the pace"; }
 };
 
@@ -48,8 +47,6 @@ class RunningDrive : public Drive {
  public:
   RunningDrive(const ServerOptions& options, Simulation& simulation)
       : Drive(simulation), auto_reset_(options.auto_reset), is_paused_(options.paused) {}
-
-  void start() override { restart_schedule(); }
 
   Clock::duration until_due(Clock::time_point now) const override {
     if (!runs()) return kIdle;
@@ -93,7 +90,6 @@ class RunningDrive : public Drive {
   }
 
   bool is_paused() const override { return is_paused_; }
-  bool stands_still() const override { return is_paused_; }
 
  protected:
   /// Logs the first of consecutive failures; diagnostics report all of them.

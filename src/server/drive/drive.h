@@ -27,7 +27,7 @@ class Drive {
   Drive& operator=(const Drive&) = delete;
   virtual ~Drive() = default;
 
-  virtual void start() {}
+  virtual void start() { restart_schedule(); }
 
   /// How long the server may wait for requests and callbacks before `step_if_due`: 0 .. kIdle.
   virtual Clock::duration until_due(Clock::time_point /*now*/) const { return kIdle; }
@@ -63,9 +63,7 @@ class Drive {
   /// Whether this server's time follows another node's /clock.
   virtual bool follows_clock() const { return false; }
   /// Whether nothing moves without a service call.
-  virtual bool stands_still() const = 0;
-
-  // For diagnostics.
+  bool stands_still() const { return is_paused() || !takes_commands(); }
 
   /// What sets the pace, e.g. "follows /clock", or how it is kept.
   virtual const char* pace() const = 0;

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <exception>
 #include <stdexcept>
-#include <string>
 
 #include "base/shortest_text.h"
+#include "server/drive/drive.h"
 
 namespace walker::gazebo {
 namespace {

@@ -6,8 +6,6 @@
 
 #include <ros/single_subscriber_publisher.h>
 
-#include "server/markers/scene_markers.h"
-
 namespace walker {
 namespace {
 

@@ -8,7 +8,7 @@
 #include <ros/publisher.h>
 
 #include "episode/episode.h"
-#include "server/markers/state_markers.h"
+#include "server/markers/markers.h"
 
 namespace walker {
 

@@ -1,5 +1,3 @@
-#include "server/markers/state_markers.h"
-
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
@@ -12,7 +10,7 @@
 #include "base/shortest_text.h"
 #include "description/link_tree.h"
 #include "description/poses.h"
-#include "server/markers/marker_shapes.h"
+#include "server/markers/markers.h"
 
 namespace walker {
 namespace {
@@ -31,6 +29,7 @@ constexpr double kTextAltitude = 0.8;  // of the text's middle, above the trunk'
 
 constexpr Color kRayColor{0.93, 0.1, 0.1, 0.85};
 constexpr Color kMissedRayColor{0.93, 0.1, 0.1, 0.3};
+constexpr Color kHitColor{0.93, 0.1, 0.1, 1};
 constexpr Color kContactColor{1, 0.8, 0.1, 1};
 constexpr Color kPathColor{0.1, 0.25, 0.75, 0.6};
 constexpr Color kTextColor{0.16, 0.17, 0.25, 1};
@@ -113,7 +112,7 @@ void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_ms
   hits.scale.x = hits.scale.y = hits.scale.z = kHitDiameter;
   rays.color = to_color(kRayColor);
   missed_rays.color = to_color(kMissedRayColor);
-  hits.color = to_color(with_alpha(kRayColor, 1));
+  hits.color = to_color(kHitColor);
   const geometry_msgs::Point from = tf2::toMsg(origin);
   for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
     if (std::isnan(sensors.ranges[i])) continue;
@@ -178,6 +177,33 @@ Marker text_marker(const Eigen::Vector3d& trunk, double reach, std::string text,
 }
 
 }  // namespace
+
+Marker make_marker(const std_msgs::Header& header, const char* name, int type) {
+  Marker marker;
+  marker.header = header;
+  marker.ns = name;
+  marker.type = type;
+  marker.action = Marker::ADD;
+  marker.pose.orientation.w = 1;
+  marker.scale.x = marker.scale.y = marker.scale.z = 1;
+  marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1;
+  return marker;
+}
+
+Marker deletion(const std_msgs::Header& header, const char* name) {
+  Marker marker = make_marker(header, name, Marker::CUBE);
+  marker.action = Marker::DELETE;
+  return marker;
+}
+
+std_msgs::ColorRGBA to_color(const Color& color) {
+  std_msgs::ColorRGBA message;
+  message.r = static_cast<float>(color[0]);
+  message.g = static_cast<float>(color[1]);
+  message.b = static_cast<float>(color[2]);
+  message.a = static_cast<float>(color[3]);
+  return message;
+}
 
 std::optional<Eigen::Vector3d> lowest_point(const Link& link, double y, const Pose& pose) {
   const Eigen::Isometry3d to_world = to_eigen(pose);

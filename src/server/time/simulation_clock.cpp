@@ -15,7 +15,6 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include "base/shortest_text.h"
-#include "server/time/reserved_until.h"
 #include "wire/master.h"
 #include "wire/socket.h"
 
@@ -25,15 +24,15 @@ namespace {
 using xml_rpc::Value;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kNanosecondsPerSecond = 1e9;
-
 constexpr std::chrono::seconds kPeerTimeout{3};
 // Half of ROS time. At full speed a server does not reach it within a month.
 constexpr std::uint32_t kLate = 2147483648U;  // [s]
 
-/// Calls a method of the master or a node, with this node's name first; none if that fails.
-std::optional<Value> ask(const std::string& uri, std::chrono::seconds longest,
-                         const std::string& method, std::vector<std::string> arguments = {}) {
+/// Calls a method of the master, or of the node at `uri`, with this node's name first; none if that
+/// fails.
+std::optional<Value> ask(const std::string& method, std::vector<std::string> arguments = {},
+                         const std::string& uri = ros::master::getURI(),
+                         std::chrono::seconds longest = kMasterTimeout) {
   arguments.insert(arguments.begin(), ros::this_node::getName());
   try {
     return call_master(uri, xml_rpc::make_call(method, arguments),
@@ -43,21 +42,16 @@ std::optional<Value> ask(const std::string& uri, std::chrono::seconds longest,
   }
 }
 
-std::optional<Value> ask_master(const std::string& method,
-                                const std::vector<std::string>& arguments = {}) {
-  return ask(ros::master::getURI(), kMasterTimeout, method, arguments);
-}
-
 /// Whether the node answers: a killed node stays registered.
 bool is_alive(const std::string& node) {
-  const std::optional<Value> uri = ask_master("lookupNode", {node});
-  return uri && ask(uri->text, kPeerTimeout, "getPid");
+  const std::optional<Value> uri = ask("lookupNode", {node});
+  return uri && ask("getPid", {}, uri->text, kPeerTimeout);
 }
 
 /// Name of another running node that publishes /clock; empty if none.
 std::string other_clock_publisher() {
   // [publishers, subscribers, services], each [[name, [nodes]], ...]
-  const std::optional<Value> state = ask_master("getSystemState");
+  const std::optional<Value> state = ask("getSystemState");
   if (!state) return "";
   try {
     for (const Value& publisher : state->elements.at(0).elements) {
@@ -109,9 +103,7 @@ ros::Duration to_duration(double seconds) {
     throw std::invalid_argument("dt = " + fixed_text(seconds) +
                                 " s; must be below 2^31 s, where durations in ROS end");
   }
-  ros::Duration duration;
-  duration.fromNSec(std::llround(seconds * kNanosecondsPerSecond));
-  return duration;
+  return ros::Duration().fromNSec(std::llround(seconds * 1e9));
 }
 
 }  // namespace

@@ -1,20 +1,26 @@
 #include "server/time/time_reservation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
-#include <iomanip>
+#include <limits>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include <ros/console.h>
 
+#include "base/parameter_text.h"
 #include "base/printable_text.h"
 #include "base/shortest_text.h"
 
 namespace walker {
 namespace {
 
-constexpr double kPerSecond = 1e9;
-constexpr double kWallSecondsAhead = 20;  // renewed once half of it is used
+using xml_rpc::Value;
+
+constexpr std::uint64_t kPerSecond = 1'000'000'000;  // [ns/s]
+constexpr double kWallSecondsAhead = 20;             // renewed once half of it is used
 // In an outage asks for an hour: a stopped master may execute the call after its caller has gone.
 constexpr double kWallSecondsAheadInOutage = 3600;
 constexpr double kMinAhead = 10;   // [s]
@@ -25,7 +31,65 @@ constexpr std::chrono::milliseconds kMaxWait{200};
 constexpr std::chrono::milliseconds kMinPause{1000};
 constexpr std::chrono::milliseconds kMaxPause{5000};
 
+constexpr double kLastSecond = 4294967295.0;  // 2^32 - 1, where ROS time ends
+constexpr double kLastNanosecond = 999999999.0;
+
+/// The value if it is an integer in [0, last]; else none.
+std::optional<std::uint64_t> to_integer(const Value& value, double last) {
+  const bool is_number = value.kind == Value::Kind::integer ||
+                         value.kind == Value::Kind::floating ||
+                         value.kind == Value::Kind::text;  // YAML 1.1 reads 1.0e3 as a string
+  const std::optional<double> number = is_number ? parse_number(value.text) : std::nullopt;
+  if (!number || !(*number >= 0 && *number <= last) || std::floor(*number) != *number) {
+    return std::nullopt;
+  }
+  return static_cast<std::uint64_t>(*number);
+}
+
+/// Truncated text for an error message.
+std::string to_text(const Value& value) {  // NOLINT(misc-no-recursion): the parser bounds depths
+  constexpr std::size_t kMaxBytes = 60;
+  constexpr std::size_t kMaxElements = 4;
+  if (value.kind == Value::Kind::text) {
+    return "\"" + value.text.substr(0, kMaxBytes) +
+           (value.text.size() > kMaxBytes ? "...\"" : "\"");
+  }
+  const bool is_structure = value.kind == Value::Kind::structure;
+  if (value.kind != Value::Kind::array && !is_structure) return value.text.substr(0, kMaxBytes);
+  std::string text;
+  for (std::size_t i = 0; i < value.elements.size() && i <= kMaxElements; ++i) {
+    text += (i > 0 ? ", " : "") + (i < kMaxElements ? to_text(value.elements[i]) : "...");
+  }
+  return is_structure ? "{" + text + "}" : "[" + text + "]";
+}
+
 }  // namespace
+
+std::uint64_t read_reserved_until(const Value& value) {
+  if (value.kind == Value::Kind::array && value.elements.size() == 2) {
+    const auto seconds = to_integer(value.elements[0], kLastSecond);
+    const auto nanoseconds = to_integer(value.elements[1], kLastNanosecond);
+    if (seconds && nanoseconds) return *seconds * kPerSecond + *nanoseconds;
+  }
+  throw std::invalid_argument(
+      std::string("parameter ") + kReservedUntil + " = " + to_text(value) +
+      ": must be [seconds, nanoseconds], integers in [0, 4294967295] and [0, 999999999]; a server "
+      "writes it. To restart time at 0: rosparam delete " +
+      kReservedUntil);
+}
+
+std::string to_reserved_until(std::uint64_t time) {
+  const auto wrapped = [](const std::string& type, const std::string& text) {
+    return "<value><" + type + ">" + text + "</" + type + "></value>";
+  };
+  const std::uint64_t seconds = time / kPerSecond;
+  // XML-RPC has only signed 32-bit integers.
+  const bool is_integer = seconds <= std::numeric_limits<std::int32_t>::max();
+  return "<value><array><data>" +
+         (is_integer ? wrapped("i4", std::to_string(seconds))
+                     : wrapped("double", std::to_string(seconds) + ".0")) +
+         wrapped("i4", std::to_string(time % kPerSecond)) + "</data></array></value>";
+}
 
 TimeReservation::TimeReservation(std::uint64_t begin, std::uint64_t end, Write write)
     : end_(end),
@@ -69,11 +133,9 @@ std::string TimeReservation::complaint() const {
 }
 
 std::string TimeReservation::describe_failure() const {
-  ClassicStream text;
-  text << std::fixed << std::setprecision(2) << "the ROS master does not answer (" << failure_
-       << "): simulation time is reserved up to " << static_cast<double>(reserved_) / kPerSecond
-       << " s only, and a server that is started after this one may begin there";
-  return text.str();
+  return "the ROS master does not answer (" + failure_ + "): simulation time is reserved up to " +
+         fixed_text(static_cast<double>(reserved_) / kPerSecond, 2) +
+         " s only, and a server that is started after this one may begin there";
 }
 
 void TimeReservation::run() {

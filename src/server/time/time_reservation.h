@@ -1,4 +1,4 @@
-// Simulation time that is reserved ahead of its use.
+// Simulation time that is reserved ahead of its use, and the parameter with its end.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,22 @@
 #include <string>
 #include <thread>
 
+#include "wire/xml_rpc.h"
+
 namespace walker {
+
+/// The end of the simulation time that servers of one master have reserved: [s, ns]. Outside any
+/// node's namespace, which launch files may clear.
+constexpr const char* kReservedUntil = "/walker_sim_clock/reserved_until";
+
+/// @param value the parameter's value on the master, which any program may have set
+/// @return the time [ns]
+/// @throws std::invalid_argument naming the parameter, its value and what is allowed
+std::uint64_t read_reserved_until(const xml_rpc::Value& value);
+
+/// @param time below 2^32 s [ns]
+/// @return the value of the parameter, as XML-RPC
+std::string to_reserved_until(std::uint64_t time);
 
 /// Keeps time reserved ahead of its user, which may be killed at any time: its successor begins
 /// above the reservation. All times in nanoseconds.

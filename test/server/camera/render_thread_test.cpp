@@ -1,5 +1,5 @@
 // RenderThread with fake renderers that block until the test opens a gate.
-#include "server/camera/render_thread.h"
+#include "server/camera/camera.h"
 
 #include <gtest/gtest.h>
 

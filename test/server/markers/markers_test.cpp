@@ -14,8 +14,7 @@
 #include <ros/serialization.h>
 
 #include "description/link_tree.h"
-#include "server/markers/scene_markers.h"
-#include "server/markers/state_markers.h"
+#include "server/markers/markers.h"
 #include "server/twin.h"
 #include "walker_sim/registry.h"
 

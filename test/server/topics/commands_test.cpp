@@ -1,4 +1,4 @@
-#include "server/stepping_agents.h"
+#include "server/topics/commands.h"
 
 #include <gtest/gtest.h>
 

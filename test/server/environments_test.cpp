@@ -1,6 +1,6 @@
 // Batch calls without a master: the shown environment must equal an environment that is driven
 // alone, and reused responses must not allocate.
-#include "server/batch_calls.h"
+#include "server/environments.h"
 
 #include <gtest/gtest.h>
 

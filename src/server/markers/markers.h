@@ -1,4 +1,4 @@
-// The state of an episode as rviz markers.
+// rviz markers of an episode's scene and state.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +7,7 @@
 #include <optional>
 
 #include <geometry_msgs/Point.h>
+#include <std_msgs/ColorRGBA.h>
 #include <std_msgs/Header.h>
 #include <visualization_msgs/Marker.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -17,8 +18,29 @@
 
 namespace walker {
 
+// Every `header` has the odometry frame and the stamp.
+
+/// A marker with all fields that rviz requires: identity pose, unit scale, opaque white.
+visualization_msgs::Marker make_marker(const std_msgs::Header& header, const char* name, int type);
+
+/// A marker that deletes the marker of this name.
+visualization_msgs::Marker deletion(const std_msgs::Header& header, const char* name);
+
+std_msgs::ColorRGBA to_color(const Color& color);
+
+/// Terrain, obstacles, clouds and flags, after a marker that deletes those of the previous episode.
+/// They change only at a reset. The floor is a separate marker because it follows the walker.
+visualization_msgs::MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header);
+
+/// Centre of the drawn floor for a walker at `x` [m]: `x` rounded to four tiles to change seldom.
+double floor_center(const Floor& floor, double x);
+
+/// Tiles of a floor around `center`, paler with distance. The pattern is fixed in the world.
+/// @param center as `floor_center` returns it
+visualization_msgs::Marker floor_marker(const Floor& floor, double center,
+                                        const std_msgs::Header& header);
+
 /// The range finder's rays, the feet's contacts and a text about the episode.
-/// @param header odometry frame and stamp
 visualization_msgs::MarkerArray state_markers(const Specification& specification,
                                               const Sensors& sensors, const EpisodeState& state,
                                               const std_msgs::Header& header);
@@ -42,7 +64,6 @@ class Path {
   void clear() { points_.clear(); }
 
   /// A line; with fewer than two points, a marker that deletes it.
-  /// @param header odometry frame and stamp
   visualization_msgs::Marker marker(const std_msgs::Header& header) const;
 
  private:
