@@ -23,7 +23,6 @@ set(short_rostests
   agents/robot_test
   client/episodes_test
   server/batch_bits_test
-  server/effort_command_test
   server/free_test
   server/gazebo_test
   server/lockstep_test

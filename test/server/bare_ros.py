@@ -5,6 +5,7 @@ a test kills.
 """
 
 import io
+import os
 import signal
 import socket
 import struct
@@ -29,6 +30,12 @@ def wait_for(condition, what, timeout=TIMEOUT):
         if time.monotonic() > deadline:
             raise AssertionError(f"timed out after {timeout} s waiting for {what}")
         time.sleep(0.005)
+
+
+def wait_for_service(name):
+    """Waits until the service is registered at the master."""
+    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+    wait_for(lambda: master.lookupService(CALLER, name)[0] == 1, name)
 
 
 def receive_exactly(connection, size):
@@ -59,6 +66,13 @@ def read_header(connection):
     return fields
 
 
+def exchange_headers(connection, peer_class, **fields):
+    """Sends a client's or subscriber's header. Returns the peer's."""
+    types = {"md5sum": peer_class._md5sum, "type": peer_class._type}
+    connection.sendall(header_bytes({**fields, **types}))
+    return read_header(connection)
+
+
 class BareClient:
     """A persistent service client on a socket, without a master or a node."""
 
@@ -67,18 +81,9 @@ class BareClient:
         # With Nagle's algorithm a second request would wait for the ACK of the first.
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._class = service_class
-        connection.sendall(
-            header_bytes(
-                {
-                    "callerid": caller,
-                    "service": service,
-                    "md5sum": service_class._md5sum,
-                    "type": service_class._type,
-                    "persistent": "1",
-                }
-            )
+        answer = exchange_headers(
+            connection, service_class, callerid=caller, service=service, persistent="1"
         )
-        answer = read_header(connection)
         if "error" in answer:
             raise ConnectionError(answer["error"])
 
@@ -117,19 +122,10 @@ class BareSubscriber:
         assert code == 1, text
         self._class = message_class
         self.connection = socket.create_connection((protocol[1], protocol[2]), timeout=TIMEOUT)
-        self.connection.sendall(
-            header_bytes(
-                {
-                    "callerid": CALLER,
-                    "topic": topic,
-                    "md5sum": message_class._md5sum,
-                    "type": message_class._type,
-                    "tcp_nodelay": "1",
-                }
-            )
+        header = exchange_headers(
+            self.connection, message_class, callerid=CALLER, topic=topic, tcp_nodelay="1"
         )
-        self.header = read_header(self.connection)
-        assert "error" not in self.header, self.header
+        assert "error" not in header, header
 
     def next(self):
         size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]

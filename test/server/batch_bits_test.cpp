@@ -198,10 +198,3 @@ INSTANTIATE_TEST_SUITE_P(
 
 }  // namespace
 }  // namespace walker::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "batch_bits_test");
-  ros::start();
-  return RUN_ALL_TESTS();
-}

@@ -1,23 +1,19 @@
 #!/usr/bin/python3
-"""Many environments in one server: the shown environment, failures, and what needs a reset.
+"""Many environments in one server: the shown environment and failures.
 
 batch_bits_test.cpp compares all replies of ~reset_batch and ~step_batch.
 """
 
-import sys
-
 import rosgraph_msgs.msg
-import rospy
-import rostest
 import std_msgs.msg
 import visualization_msgs.msg
 from server_harness import (
-    SERVICES,
     STATE_TOPICS,
     ServerTest,
     bits,
     first_stamp,
     nanoseconds,
+    run_tests,
     same_experience,
 )
 from walker_sim.msg import Episode, EpisodeRecord, Transition
@@ -26,8 +22,6 @@ FALL = [1.0, 1.0, 1.0, -1.0]  # the walker falls within 60 steps
 STAND = [0.0] * 4
 OBSERVATION = 24
 MODES = ("next_step", "same_step", "disabled")
-ROWS = ("observations", "rewards", "terminated", "truncated", "episodes", "steps", "info")
-FINAL_ROWS = ("final_environments", "final_observations", "final_info")
 
 
 def row(values, index, width=OBSERVATION):
@@ -39,12 +33,8 @@ class BatchTest(ServerTest):
         parameters.setdefault("mode", "lockstep")
         server = super().serve(**parameters)
         self.num_envs = parameters.get("num_envs", 1)
-        self.clients = {
-            name: server.client(name, SERVICES[name])
-            for name in ("reset", "step", "reset_batch", "step_batch")
-        }
-        for client in self.clients.values():
-            self.addCleanup(client.close)
+        names = ("reset", "step", "reset_batch", "step_batch")
+        self.clients = {name: self.client(name) for name in names}
         return server
 
     def try_reset(self, environments=(), seeds=None):
@@ -85,20 +75,6 @@ class BatchTest(ServerTest):
 
     # ------------------------------------------------------------ modes and resets
 
-    def test_disabled_requires_a_reset(self):
-        self.serve(num_envs=3, autoreset_mode="disabled")
-        self.reset(seeds=[7, 8, 9])
-        last = self.step_until_the_end_of(1, STAND, FALL, STAND)
-        refused = self.try_step(STAND)
-        self.assertFalse(refused.success)
-        self.assertRegex(refused.status_message, "environment 1.*reset")
-        for name in ROWS + FINAL_ROWS:
-            self.assertEqual(len(getattr(refused, name)), 0, name)
-        self.reset([1])
-        following = self.step(STAND)
-        self.assertEqual(list(following.episodes), [1, 2, 1])
-        self.assertEqual(list(following.steps), [last.steps[0] + 1, 1, last.steps[2] + 1])
-
     def test_specification_has_number_and_mode(self):
         for mode in MODES:
             self.serve(num_envs=3, autoreset_mode=mode)
@@ -123,19 +99,6 @@ class BatchTest(ServerTest):
         continued = episodes.wait(lambda m: m.episode == 3, "the third episode")
         self.assertFalse(continued.has_seed)
         self.assertNotEqual(continued.generator_state, shown.generator_state)
-
-    def test_step_before_the_first_reset_is_refused(self):
-        for mode in MODES:
-            self.serve(num_envs=3, autoreset_mode=mode)
-            for listed in ([], [1]):
-                if listed:
-                    self.reset(listed)
-                reply = self.try_step(STAND)
-                self.assertFalse(reply.success)
-                self.assertRegex(reply.status_message, "environment 0.*reset")
-            self.reset([0, 2])
-            self.assertEqual(list(self.step(STAND).steps), [1, 1, 1])
-            self.server.stop()
 
     def test_paused_server_steps(self):
         self.serve(mode="free", paused=True)
@@ -357,5 +320,4 @@ class BatchTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("batch_test")
-    rostest.rosrun("walker_sim", "batch_test", BatchTest, sys.argv)
+    run_tests(BatchTest)

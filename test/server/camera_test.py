@@ -7,17 +7,14 @@ pictures_test.cpp has concurrent clients and the stamps of image, info and tf.
 import colorsys
 import signal
 import struct
-import sys
 
+import numpy
 import rosgraph_msgs.msg
-import rospy
-import rostest
 from bare_ros import wait_for
-from geometry_msgs.msg import Quaternion, Vector3
+from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import CameraInfo, Image
-from server_harness import DT, ServerTest, bits, nanoseconds
+from server_harness import DT, ServerTest, bits, nanoseconds, run_tests
 from tf2_msgs.msg import TFMessage
-from walker_sim.srv import Render, Reset, ResetBatch, Step, StepBatch
 
 ACTIONS = {  # BipedalWalker stands astride for thousands of steps
     "BipedalWalker-v3": [1.0, 1.0, -1.0, 1.0],
@@ -32,26 +29,13 @@ RADIUS = 0.05  # of the torso's capsule [m]
 FREE_CAMERA = {"camera_name": "", "camera_lookat": [0.3, 0.0, 1.0], "camera_azimuth": 60.0}
 
 
-def is_camera_pose(message):
-    return message.transforms[0].child_frame_id == "camera"
-
-
-def rotate(q, v):
-    """Rotates `v` by the unit quaternion `q`."""
-
-    def cross(a, b):
-        return Vector3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
-
-    once = cross(q, v)
-    twice = cross(q, Vector3(once.x + q.w * v.x, once.y + q.w * v.y, once.z + q.w * v.z))
-    return Vector3(v.x + 2 * twice.x, v.y + 2 * twice.y, v.z + 2 * twice.z)
-
-
 def in_camera_frame(camera, point):
     """Transforms a point from odom. `camera` is the camera's pose in odom."""
     t, q = camera.translation, camera.rotation
-    inverse = Quaternion(-q.x, -q.y, -q.z, q.w)
-    return rotate(inverse, Vector3(point.x - t.x, point.y - t.y, point.z - t.z))
+    axis = [-q.x, -q.y, -q.z]  # of the inverse rotation
+    offset = numpy.subtract([point.x, point.y, point.z], [t.x, t.y, t.z])
+    once = numpy.cross(axis, offset)
+    return Vector3(*(offset + 2 * q.w * once + 2 * numpy.cross(axis, once)))
 
 
 def project(info, point):
@@ -72,15 +56,10 @@ class CameraTest(ServerTest):
         parameters.setdefault("max_episode_steps", 0)
         self.serve(env=env, mode="lockstep", **parameters)
         self.action = ACTIONS[env]
-        self.reset, self.step = self.client("reset", Reset), self.client("step", Step)
-        self.render = self.client("render", Render)
+        self.reset, self.step = self.client("reset"), self.client("step")
+        self.render = self.client("render")
         if parameters.get("num_envs", 1) == 1:
             self.begin()
-
-    def client(self, name, kind):
-        client = self.server.client(name, kind)
-        self.addCleanup(client.close)
-        return client
 
     def begin(self, seed=1):
         self.last = self.reset(has_seed=True, seed=seed).transition
@@ -282,7 +261,7 @@ class CameraTest(ServerTest):
 
     def test_free_running_time_advances_meanwhile(self):
         self.serve()
-        self.render = self.client("render", Render)
+        self.render = self.client("render")
         clock = self.record("/clock", rosgraph_msgs.msg.Clock)
         stamps = [nanoseconds(self.picture()) for _ in range(20)]
         self.assertEqual(stamps, sorted(stamps))
@@ -293,7 +272,7 @@ class CameraTest(ServerTest):
 
     def test_render_draws_any_environment(self):
         self.lockstep(num_envs=3)
-        reset, step = self.client("reset_batch", ResetBatch), self.client("step_batch", StepBatch)
+        reset, step = self.client("reset_batch"), self.client("step_batch")
         reset(environments=[0, 2], has_seed=[1, 1], seeds=[4, 6])
         self.assertIn("no episode", self.render(environment=1).status_message)
         self.assertTrue(self.picture(environment=2).data)
@@ -312,7 +291,7 @@ class CameraTest(ServerTest):
     def test_signals_end_the_server_amid_pictures(self):
         for end in (signal.SIGINT, signal.SIGKILL):
             self.lockstep()
-            clients = [self.server.client("render", Render) for _ in range(4)]
+            clients = [self.server.client("render") for _ in range(4)]
             for client in clients:
                 client.send(**BIG)
             self.advance(5)  # by then it has read the requests
@@ -346,5 +325,4 @@ class CameraTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("camera_test")
-    rostest.rosrun("walker_sim", "camera_test", CameraTest, sys.argv)
+    run_tests(CameraTest)

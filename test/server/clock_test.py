@@ -13,13 +13,11 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-import rostest
 from bare_ros import CALLER, TIMEOUT, BareSubscriber, OwnMaster, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rosgraph_msgs.msg import Clock
-from server_harness import DT, ServerProcess, ServerTest, nanoseconds
+from server_harness import DT, ServerTest, nanoseconds, run_tests
 from walker_sim.msg import Transition
-from walker_sim.srv import Reset, Step
 
 SECOND = 10**9
 RESERVED = "/walker_sim_clock/reserved_until"
@@ -115,15 +113,12 @@ class ClockTest(ServerTest):
             self.assertLess(one, other)
 
     def stamp_after_reset(self):
-        reply = self.call("reset", has_seed=True, seed=1)
-        self.assertTrue(reply.success, reply.status_message)
-        return nanoseconds(reply.transition)
+        return nanoseconds(self.ask("reset", has_seed=True, seed=1).transition)
 
     # ------------------------------------------------------------ one owner
 
     def assert_refuses_to_start(self, name, **parameters):
-        server = ServerProcess("/second/walker_sim", parameters)
-        self.addCleanup(server.end)
+        server = self.start("/second/walker_sim", **parameters)
         self.assertNotEqual(server.wait(), 0)
         self.assertIn("/clock", server.output())
         self.assertIn(name, server.output())
@@ -228,7 +223,7 @@ class ClockTest(ServerTest):
             server = self.serve(mode="lockstep", max_episode_steps=0)
             first = self.stamp_after_reset()
             self.assertGreater(first, last)
-            step = server.client("step", Step)
+            step = server.client("step")
             for _ in range(3000):
                 last = nanoseconds(step(action=STAND).transition)
             self.assertEqual(last, first + 3000 * DT)
@@ -378,7 +373,7 @@ class ClockTest(ServerTest):
     def follow(self, owner_id, follower_id):
         """A free-running follower steps exactly as far as the time of an owner in lock-step."""
         owner = self.serve("/owner/walker_sim", env=owner_id, mode="lockstep", max_episode_steps=0)
-        reset, step = owner.client("reset", Reset), owner.client("step", Step)
+        reset, step = owner.client("reset"), owner.client("step")
         spec = self.call("get_spec").spec
         dt, action = round(spec.dt * SECOND), [0.0] * spec.action_size
         now = nanoseconds(reset(has_seed=True, seed=1).transition)
@@ -436,7 +431,7 @@ class ClockTest(ServerTest):
     def test_step_is_refused_at_the_end_of_ros_time(self):
         rospy.set_param(RESERVED, [2.0**32 - 1, SECOND - 5 * DT])
         server = self.serve(mode="lockstep")
-        reset, step = server.client("reset", Reset), server.client("step", Step)
+        reset, step = server.client("reset"), server.client("step")
         stamps = [nanoseconds(reset(has_seed=True, seed=1).transition)]
         reply = step(action=STAND)
         while reply.success:
@@ -453,8 +448,7 @@ class ClockTest(ServerTest):
         self.assertEqual(server.stop(), 0, server.output())
 
     def assert_fails_at_the_start(self, words, **parameters):
-        server = ServerProcess("/walker_sim", parameters)
-        self.addCleanup(server.end)
+        server = self.start("/walker_sim", **parameters)
         self.assertEqual(server.wait(), 1)
         self.assertIn(words, server.output())
 
@@ -488,5 +482,4 @@ class ClockTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("clock_test")
-    rostest.rosrun("walker_sim", "clock_test", ClockTest, sys.argv)
+    run_tests(ClockTest)

@@ -4,17 +4,14 @@
 import math
 import statistics
 import subprocess
-import sys
 import time
 
 import rospy
-import rostest
 from bare_ros import wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from server_harness import ServerTest
+from server_harness import ServerTest, run_tests
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Transition
-from walker_sim.srv import Reset, Step, StepMany
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 KEYS = {
@@ -63,12 +60,6 @@ class DiagnosticsTest(ServerTest):
         self.report_so_far("simulation")  # one may be in flight
         self.diagnostics.clear()
         return self.report_so_far(task, condition, what)
-
-    def lockstep(self):
-        clients = self.server.client("reset", Reset), self.server.client("step", Step)
-        for client in clients:
-            self.addCleanup(client.close)
-        return clients
 
     # ------------------------------------------------------------ keys and states
 
@@ -235,13 +226,9 @@ class DiagnosticsTest(ServerTest):
 
     def test_second_agent_by_step_is_a_warning(self):
         self.serve(mode="lockstep")
-        mine = self.lockstep()[1]
-        other, step_many = (
-            self.server.client(name, service_class, caller="/another")
-            for name, service_class in (("step", Step), ("step_many", StepMany))
-        )
-        self.addCleanup(other.close)
-        self.addCleanup(step_many.close)
+        mine = self.client("step")
+        other = self.client("step", caller="/another")
+        step_many = self.client("step_many", caller="/another")
         self.call("reset", has_seed=True, seed=1)
         actions = {"action": [0.0] * 4}
         mine(**actions)
@@ -274,7 +261,7 @@ class DiagnosticsTest(ServerTest):
             reset_noise_scale=1e6,
             terminate_when_unhealthy=False,
         )
-        reset, step = self.lockstep()
+        reset, step = self.client("reset"), self.client("step")
         state = reset(has_seed=True, seed=2).transition
         while not state.terminated:
             state = step(action=[1.0] * 6).transition
@@ -299,7 +286,7 @@ class DiagnosticsTest(ServerTest):
         none = self.report("episodes")
         self.assertEqual(none.values["finished_episodes"], "0")
         self.assertEqual(none.message, "no episode has ended yet")
-        reset, step = self.lockstep()
+        reset, step = self.client("reset"), self.client("step")
         ended = []
         for seed in range(4):  # with an odd seed the walker soon falls
             state = reset(has_seed=True, seed=seed).transition
@@ -339,5 +326,4 @@ class DiagnosticsTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("diagnostics_test")
-    rostest.rosrun("walker_sim", "diagnostics_test", DiagnosticsTest, sys.argv)
+    run_tests(DiagnosticsTest)

@@ -1,24 +1,32 @@
 #!/usr/bin/python3
-"""A free-running server: resets, pausing, and the same bits at any pace."""
+"""A free-running server: resets, pausing, the same bits at any pace, and effort commands."""
 
-import sys
+import re
+import struct
 import time
 
 import rosgraph_msgs.msg
-import rospy
-import rostest
-from server_harness import DT, ServerTest, bits, nanoseconds, same_experience
-from walker_sim.msg import Episode, Transition
+from bare_ros import wait_for
+from server_harness import (
+    DT,
+    Bytes,
+    TransitionsTest,
+    bits,
+    memory,
+    nanoseconds,
+    run_tests,
+    same_experience,
+)
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+from walker_sim.msg import Episode
 
 ZERO = [0.0] * 4
+STAND = [80.0, 80.0, -80.0, 80.0]  # [N m]; while it is held, the walker stands astride
 QUIET = 0.3  # wall seconds in which 15 steps would pass, or more at a higher pace
+MEGABYTE = 1 << 20
 
 
-class FreeTest(ServerTest):
-    def serve(self, **parameters):
-        super().serve(**parameters)
-        self.transitions = self.record("/transition", Transition)
-
+class FreeTest(TransitionsTest):
     def assert_nothing_moves(self):
         clock = self.record("/clock", rosgraph_msgs.msg.Clock)
         time.sleep(0.1)  # for messages in flight
@@ -124,7 +132,211 @@ class FreeTest(ServerTest):
                 self.assertTrue(all(map(same_experience, run, stepped)), (env, factor))
             self.server.stop()
 
+    # ------------------------------------------------------------ effort commands
+
+    def drive(self, efforts):
+        """Begins an episode under this command from its first step. Returns the publisher."""
+        command = self.commander()
+        self.drive_by(command, Float64MultiArray(data=efforts))
+        return command
+
+    def drive_by(self, command, message):
+        """Publishes between the reset, which clears the held command, and the first step."""
+        self.call("pause")
+        self.call("reset", has_seed=True, seed=1)
+        command.publish(message)
+        time.sleep(0.3)  # if it arrives later, the walker only sags a little first
+        self.call("unpause")
+        self.transitions.wait(lambda m: any(m.action), "the command")
+
+    def driven(self):
+        """Transitions so far whose action is not zero."""
+        return [m for m in self.transitions.messages() if any(m.action)]
+
+    def test_command_is_held_in_newton_metres_until_the_next(self):
+        self.serve(command_timeout=0.0, real_time_factor=2.0)
+        command = self.drive(STAND)
+        for efforts in ([79.3, 61.7, -55.1, 80.0], [42.0, 60.0, -80.0, 47.11], [40.0] * 4):
+            command.publish(data=efforts)
+            expected = bits([effort / 80 for effort in efforts])
+            held = self.transitions.wait(lambda m, e=expected: bits(m.action) == e, "the command")
+            later = nanoseconds(held) + 30 * DT
+            self.assertEqual(bits(self.transitions.at(later).action), expected)
+        self.assertEqual(self.counter("timeouts"), 0)
+
+    def test_timeout_is_in_simulation_time(self):
+        # The default of 0.5 s is 25 steps at any pace.
+        for factor in (1.0, 8.0):
+            self.serve(real_time_factor=factor)
+            self.drive(STAND)
+            begun = nanoseconds(self.driven()[0])
+            self.transitions.at(begun + 40 * DT)
+            driven = self.driven()
+            self.assert_consecutive(driven)
+            self.assertIn(len(driven), (24, 25, 26))
+            after = self.transitions.at(nanoseconds(driven[-1]) + DT)
+            self.assertEqual(list(after.action), ZERO)
+            self.server.stop()
+
+    def test_new_command_renews_the_timeout(self):
+        self.serve(command_timeout=1.0)
+        command = self.drive(STAND)
+        first = self.driven()[0]
+
+        def renew():
+            command.publish(data=STAND)
+            time.sleep(0.2)
+            return self.simulated_since(first) >= 1.5
+
+        wait_for(renew, "1.5 s of simulation time")
+        self.assertGreater(len(self.driven()), 70)
+        self.assert_consecutive(self.driven())
+
+    def test_timeout_is_in_wall_time_at_unlimited_pace(self):
+        self.serve(command_timeout=1.0, real_time_factor=0.0, max_episode_steps=0)
+        begin = time.monotonic()
+        self.drive(STAND)
+        first = self.driven()[0]
+        self.transitions.wait(
+            lambda m: nanoseconds(m) > nanoseconds(first) and not any(m.action), "the timeout"
+        )
+        self.assertGreater(time.monotonic() - begin, 0.8)
+        simulated = nanoseconds(self.driven()[-1]) - nanoseconds(first)
+        self.assertGreater(simulated, 55 * DT, "that was the timeout in simulation time")
+        self.assertGreater(self.counter("timeouts"), 0)
+
+    def simulated_since(self, message):
+        """Simulation time [s] from this transition to the newest."""
+        return (nanoseconds(self.transitions.messages()[-1]) - nanoseconds(message)) / 1e9
+
+    def test_timeout_follows_the_real_time_factor(self):
+        self.serve(command_timeout=20.0, max_episode_steps=0)
+        self.drive(STAND)
+        first = self.driven()[0]
+        self.assertTrue(self.call("set_real_time_factor", factor=0.0).success)
+        # Three times the timeout in simulation time; at factor 0 the timeout is in wall time.
+        wait_for(lambda: self.simulated_since(first) > 60, "a minute of simulation time")
+        self.assertEqual(self.counter("timeouts"), 0)
+        self.call("pause")
+        # Slow enough that no queue drops a transition.
+        self.assertTrue(self.call("set_real_time_factor", factor=10.0).success)
+        changed = self.call("step", action=STAND).transition
+        self.call("unpause")
+        late = self.transitions.wait(
+            lambda m: nanoseconds(m) > nanoseconds(changed) and not any(m.action), "the timeout"
+        )
+        # The command keeps its age from wall time.
+        simulated = (nanoseconds(late) - nanoseconds(changed)) / 1e9
+        self.assertLess(simulated, 20.1, "that was the timeout in wall time")
+        self.assertEqual(self.counter("timeouts"), 1)
+
+    def test_timeout_0_means_never(self):
+        for factor in (40.0, 0.0):
+            self.serve(command_timeout=0.0, real_time_factor=factor, max_episode_steps=0)
+            self.drive(STAND)
+            first = self.driven()[0]
+            begin = time.monotonic()
+            wait_for(lambda n=first: self.simulated_since(n) > 20, "20 s of simulation time")
+            time.sleep(max(0.0, begin + 1 - time.monotonic()))
+            after = [m for m in self.transitions.messages() if m.step > first.step]
+            self.assertTrue(all(any(m.action) for m in after if m.episode == first.episode))
+            self.assertEqual(self.counter("timeouts"), 0)
+            self.server.stop()
+
+    def test_timeout_is_logged_and_counted(self):
+        self.serve(command_timeout=0.2, real_time_factor=0.5)
+        self.drive(STAND)
+        self.assertNotIn("No effort command", self.server.output())
+        last = self.driven()[-1]
+        self.transitions.wait(
+            lambda m: nanoseconds(m) > nanoseconds(last) and list(m.action) == ZERO, "zero torque"
+        )
+        self.assertEqual(self.counter("timeouts"), 1)
+        self.assertRegex(self.server.output(), r"WARN.*No effort command for 0\.2 s: zero torque")
+
+    def test_reset_and_autoreset_clear_the_held_command(self):
+        self.serve(command_timeout=0.0, real_time_factor=2.0, max_episode_steps=60)
+        self.drive(STAND)
+        driven = self.driven()[0]
+        end = self.transitions.wait(
+            lambda m: m.episode == driven.episode and m.truncated, "the time limit"
+        )
+        self.assertTrue(any(end.action), "held to the end")
+        self.transitions.at(nanoseconds(end) + 20 * DT)
+        self.drive(STAND)
+        begun = self.call("reset", has_seed=True, seed=1).transition
+        self.transitions.at(nanoseconds(begun) + 20 * DT)
+        for message in self.transitions.messages():
+            if message.episode in (driven.episode + 1, begun.episode) and message.step > 0:
+                self.assertEqual(list(message.action), ZERO)
+
+    def begin_without_command(self):
+        """Returns the first 41 transitions of a running seeded episode."""
+        number = self.call("reset", has_seed=True, seed=7).transition.episode
+        self.call("unpause")
+        self.transitions.wait(lambda m: (m.episode, m.step) == (number, 40), "40 steps")
+        return [m for m in self.transitions.messages() if m.episode == number][:41]
+
+    def test_seeded_reset_after_violent_commands_equals_a_fresh_server_s(self):
+        walker2d = {"env": "Walker2d-v5", "terminate_when_unhealthy": False}
+        for effort, parameters in ((80.0, {}), (100.0, walker2d)):
+            self.serve(command_timeout=0.0, paused=True, **parameters)
+            fresh = self.begin_without_command()
+            command = self.commander()
+            # BipedalWalker stands under the last, which is therefore still held at the reset.
+            for action in ([-3, 3, 3, -3, 3, 3], [3e4, -3e4] * 3, [3, 3, -3, 3, -3, -3]):
+                action = action[: len(fresh[1].action)]
+                self.transitions.clear()
+                self.drive_by(command, Float64MultiArray(data=[effort * a for a in action]))
+                self.transitions.wait(lambda m, a=action: m.step > 5 and list(m.action) == a)
+            again = self.begin_without_command()
+            self.assertEqual(len(again), len(fresh))
+            self.assertTrue(all(map(same_experience, again, fresh)), parameters)
+            self.server.stop()
+
+    def test_invalid_message_is_refused_without_allocating(self):
+        """roscpp's own deserializers would allocate the claimed number of elements first."""
+        self.serve(command_timeout=0.0)
+        command = self.commander(Bytes)
+        self.drive_by(command, Float64MultiArray(data=STAND))
+        before = memory(self.server.pid)
+        good = struct.pack("<III4d", 0, 0, 4, *STAND)
+        short, long, large = "ends within a field", "longer than its type", "at most 1048576"
+        bad = (
+            (struct.pack("<III", 0, 0, 2**31 - 1), short),  # element count
+            (struct.pack("<III", 0, 0, 2**32 - 1), short),
+            (struct.pack("<I", 2**31 - 1) + bytes(64), short),  # dimension count
+            (struct.pack("<II", 1, 2**31 - 1) + bytes(64), short),  # label length
+            (good[:-1], short),
+            (b"", short),
+            (good + b"\0", long),
+            (bytes(MEGABYTE + 1), large),
+        )
+        for count, (data, _) in enumerate(bad, start=1):
+            command.publish(Bytes(data))
+            wait_for(lambda n=count: self.counter("refused") == n, "the count")
+        self.assertLess(memory(self.server.pid) - before, 50 * MEGABYTE)
+        for data, reason in (bad[0], *bad[-2:]):
+            line = rf"ERROR.*Refused effort command: .*{reason}"
+
+            def is_logged(data=data, line=line):
+                command.publish(Bytes(data))
+                return re.search(line, self.server.output())
+
+            wait_for(is_logged, reason)
+        self.assertEqual(bits(self.transitions.messages()[-1].action), bits([1, 1, -1, 1]))
+
+    def test_command_beyond_the_bounds_is_counted(self):
+        self.serve(command_timeout=0.0)
+        message = Float64MultiArray(data=[240.0, 80.0, -1e6, 80.0])
+        message.layout.dim = [MultiArrayDimension("nonsense", 7, 99)]  # ignored
+        message.layout.data_offset = 3
+        self.drive_by(self.commander(), message)
+        wanted = bits([3.0, 1.0, -12500.0, 1.0])
+        self.transitions.wait(lambda m: bits(m.action) == wanted, "the command as given")
+        self.assertGreater(self.counter("clamped"), 0)
+        self.assertEqual(self.counter("refused"), 0)
+
 
 if __name__ == "__main__":
-    rospy.init_node("free_test")
-    rostest.rosrun("walker_sim", "free_test", FreeTest, sys.argv)
+    run_tests(FreeTest)

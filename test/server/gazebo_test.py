@@ -2,17 +2,14 @@
 """A client of Gazebo's services, which gazebo_test.test remaps to the server's."""
 
 import math
-import sys
 import time
 
 import rospy
-import rostest
 from bare_ros import wait_for
 from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
 from sensor_msgs.msg import JointState
-from server_harness import DT, ServerTest, nanoseconds, same_experience
+from server_harness import DT, TransitionsTest, nanoseconds, run_tests, same_experience
 from std_srvs.srv import Empty
-from walker_sim.msg import Transition
 
 QUIET = 0.6  # wall seconds in which 30 steps would pass
 RESETS = ("reset_simulation", "reset_world")
@@ -31,11 +28,7 @@ OPENAI_ROS = {
 }
 
 
-class GazeboTest(ServerTest):
-    def serve(self, **parameters):
-        super().serve(**parameters)
-        self.transitions = self.record("/transition", Transition)
-
+class GazeboTest(TransitionsTest):
     @staticmethod
     def empty(service):
         rospy.wait_for_service(f"/gazebo/{service}", timeout=30)
@@ -227,5 +220,4 @@ class GazeboTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("gazebo_test")
-    rostest.rosrun("walker_sim", "gazebo_test", GazeboTest, sys.argv)
+    run_tests(GazeboTest)

@@ -13,17 +13,15 @@ import random
 import struct
 import sys
 
-import rospy
-import rostest
 from bare_ros import receive_exactly, wait_for
 from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
 from server_harness import (
     SERVICES,
     Bytes,
-    ServerProcess,
     ServerTest,
     bits,
     nanoseconds,
+    run_tests,
     same_experience,
 )
 from std_msgs.msg import Float64MultiArray
@@ -117,10 +115,7 @@ class HostileTest(ServerTest):
         same = {"num_envs": num_envs, "diagnostic_period": 0.05, "seed": "7"}
         self.serve(**{"mode": "lockstep", **same, **parameters})
         same["diagnostic_period"] = 1000.0  # only the disturbed server reports in time
-        quiet = ServerProcess(
-            "/quiet/walker_sim", {"mode": "lockstep", "publish_clock": False, **same}
-        )
-        self.addCleanup(quiet.end)
+        quiet = self.start("/quiet/walker_sim", mode="lockstep", publish_clock=False, **same)
         quiet.wait_until_it_serves()
         self.troubled, self.quiet = Caller(self.server), Caller(quiet)
         for caller in (self.troubled, self.quiet):
@@ -524,5 +519,4 @@ def command(efforts):
 
 
 if __name__ == "__main__":
-    rospy.init_node("hostile_test")
-    rostest.rosrun("walker_sim", "hostile_test", HostileTest, sys.argv)
+    run_tests(HostileTest)

@@ -6,15 +6,12 @@ import os
 import signal
 import socket
 import struct
-import sys
-import xmlrpc.client
 
-import rostest
-from bare_ros import CALLER, wait_for
-from server_harness import Process, ServerTest
+from bare_ros import wait_for, wait_for_service
+from server_harness import Process, ServerTest, run_tests
 
 LISTEN = "0A"  # the state in /proc/net/tcp
-LAST = "set_physics_properties"  # the last service that is registered
+LAST = "/server_here/set_physics_properties"  # the last service that is registered
 
 
 def ports(pid):
@@ -46,7 +43,7 @@ class ListeningTest(ServerTest):
             raise AssertionError(f"{error}; its output:\n{node.output()}") from None
         return {host for host, _ in ports(node.pid)}
 
-    def start(self, node_type, **environment):
+    def start_node(self, node_type, **environment):
         """Starts a node without the test's own ROS_HOSTNAME and ROS_IP."""
         before = dict(os.environ)
         for name in ("ROS_HOSTNAME", "ROS_IP"):
@@ -60,20 +57,14 @@ class ListeningTest(ServerTest):
         self.addCleanup(node.end)
         return node
 
-    def serves(self, node):
-        master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-        wait_for(
-            lambda: master.lookupService(CALLER, f"{node.name}/{LAST}")[0] == 1, "its services"
-        )
-
     def test_nodes_listen_on_loopback_only(self):
-        server = self.start("server", ROS_HOSTNAME="localhost")
-        self.serves(server)
+        server = self.start_node("server", ROS_HOSTNAME="localhost")
+        wait_for_service(LAST)
         for node, count in [
             (server, 3),  # XML-RPC, topics, services
-            (self.start("topic_agent", ROS_HOSTNAME="localhost"), 2),
-            (self.start("service_agent", ROS_IP="127.0.0.1"), 2),
-            (self.start("status_line", ROS_HOSTNAME="localhost"), 2),
+            (self.start_node("topic_agent", ROS_HOSTNAME="localhost"), 2),
+            (self.start_node("service_agent", ROS_IP="127.0.0.1"), 2),
+            (self.start_node("status_line", ROS_HOSTNAME="localhost"), 2),
         ]:
             with self.subTest(node.name):
                 self.assertEqual(self.hosts_of(node, count), {"127.0.0.1"})
@@ -82,13 +73,13 @@ class ListeningTest(ServerTest):
 
     def test_server_listens_on_ipv6_loopback(self):
         nobody = "http://localhost:1"  # the test's master is IPv4 only; the ports open before
-        server = self.start("server", ROS_HOSTNAME="::1", ROS_IPV6="on", ROS_MASTER_URI=nobody)
+        server = self.start_node("server", ROS_HOSTNAME="::1", ROS_IPV6="on", ROS_MASTER_URI=nobody)
         self.assertEqual(self.hosts_of(server, 2), {"::1"})
 
     def test_server_logs_that_others_can_reach_it(self):
         other = {"ROS_IP": "192.0.2.1"}  # reserved for documentation by RFC 5737
-        server = self.start("server", **other)
-        self.serves(server)
+        server = self.start_node("server", **other)
+        wait_for_service(LAST)
         self.assertEqual(self.hosts_of(server, 3), {"0.0.0.0"})
         self.assertEqual(server.stop(signal.SIGINT), 0, server.output())
         self.assertIn(
@@ -97,4 +88,4 @@ class ListeningTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("walker_sim", "listening_test", ListeningTest, sys.argv)
+    run_tests(ListeningTest, is_node=False)

@@ -1,12 +1,11 @@
 // Marker topics without subscribers cost nothing, and a new subscriber gets the present markers.
-#include "server/markers/marker_topics.h"
+#include "server/markers/markers.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>

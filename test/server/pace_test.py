@@ -1,24 +1,16 @@
 #!/usr/bin/python3
 """The pace of a free-running server: real-time factor, missed deadlines, floods of calls."""
 
-import sys
 import time
 
 import rospy
-import rostest
 from bare_ros import wait_for
-from server_harness import DT, SERVICES, ServerTest, nanoseconds
-from std_srvs.srv import Trigger
-from walker_sim.msg import Transition
+from server_harness import DT, TransitionsTest, nanoseconds, run_tests
 
 ZERO = [0.0] * 4
 
 
-class PaceTest(ServerTest):
-    def serve(self, **parameters):
-        super().serve(**parameters)
-        self.transitions = self.record("/transition", Transition)
-
+class PaceTest(TransitionsTest):
     def simulation_time(self):
         """Current simulation time [ns]."""
         return nanoseconds(self.call("snapshot").record.episode)
@@ -140,7 +132,7 @@ class PaceTest(ServerTest):
             ("set_real_time_factor", {"factor": 1.0}),
             ("step", {"action": ZERO}),  # refused
         ):
-            client = self.server.client(service, SERVICES.get(service, Trigger))
+            client = self.server.client(service)
             self.assert_steps_go_on(lambda call=client, fields=fields: call(**fields))
             client.close()
 
@@ -163,5 +155,4 @@ class PaceTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("pace_test")
-    rostest.rosrun("walker_sim", "pace_test", PaceTest, sys.argv)
+    run_tests(PaceTest)

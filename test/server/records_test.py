@@ -4,15 +4,11 @@
 import copy
 import random
 import signal
-import sys
 import time
 
-import rospy
-import rostest
-from server_harness import ServerTest, bits, nanoseconds, same_experience
+from server_harness import ServerTest, bits, nanoseconds, run_tests, same_experience
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode, EpisodeRecord, Transition
-from walker_sim.srv import GetSpec, Reset, Restore, Step
 
 IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
 
@@ -24,11 +20,6 @@ def actions(size, count, seed):
 
 class RecordsTest(ServerTest):
     long_record = None  # made by the first test that needs it
-
-    def ask(self, name, **fields):
-        reply = self.call(name, **fields)
-        self.assertTrue(reply.success, reply)
-        return reply
 
     def play(self, all_actions):
         """Returns the transitions of these steps, up to the end of the episode."""
@@ -189,17 +180,12 @@ class RecordsTest(ServerTest):
         lasting = {"terminate_when_unhealthy": False, "max_episode_steps": 0}
         self.serve(env="Walker2d-v5", **lasting, **parameters)
         if not self.long_record:
-            reset, step = self.server.client("reset", Reset), self.server.client("step", Step)
+            reset, step = self.client("reset"), self.client("step")
             reset(has_seed=True, seed=1)
             for action in actions(6, 8000, 1):
                 last = step(action=action).transition
             RecordsTest.long_record = self.ask("snapshot").record, last
         return self.long_record
-
-    def connect(self, name, kind):
-        client = self.server.client(name, kind)
-        self.addCleanup(client.close)
-        return client
 
     def send_all_but_the_end(self, restoring, get_spec, record):
         """Waits until the server has read the part. Returns the rest, which starts the restore."""
@@ -216,8 +202,8 @@ class RecordsTest(ServerTest):
     def test_other_clients_are_served_during_a_restore(self):
         record, present = self.serve_long_record(mode="lockstep")
         begun = self.ask("reset", has_seed=True, seed=2).transition
-        restoring = self.connect("restore", Restore)  # the server reads the first connection first
-        get_spec, step = self.connect("get_spec", GetSpec), self.connect("step", Step)
+        restoring = self.client("restore")  # the server reads the first connection first
+        get_spec, step = self.client("get_spec"), self.client("step")
         rest = self.send_all_but_the_end(restoring, get_spec, record)
         with self.server.halted():
             restoring.connection.sendall(rest)
@@ -238,8 +224,8 @@ class RecordsTest(ServerTest):
         self.ask("restore", record=record)
         future = self.play(actions(6, 100, 2))
         following = self.ask("reset").transition
-        restoring, reset = self.connect("restore", Restore), self.connect("reset", Reset)
-        rest = self.send_all_but_the_end(restoring, self.connect("get_spec", GetSpec), record)
+        restoring, reset = self.client("restore"), self.client("reset")
+        rest = self.send_all_but_the_end(restoring, self.client("get_spec"), record)
         with self.server.halted():
             restoring.connection.sendall(rest)
             for _ in range(20):
@@ -258,8 +244,8 @@ class RecordsTest(ServerTest):
         short = self.ask("snapshot").record
         bad = copy.deepcopy(record)
         bad.checksums = [*bad.checksums[:-1], 0]
-        clients = [self.connect("restore", Restore) for _ in range(3)]
-        get_spec = self.connect("get_spec", GetSpec)
+        clients = [self.client("restore") for _ in range(3)]
+        get_spec = self.client("get_spec")
         records = (record, bad, short)
         rests = [
             self.send_all_but_the_end(client, get_spec, each)
@@ -280,8 +266,8 @@ class RecordsTest(ServerTest):
         record, _ = self.serve_long_record(mode="lockstep")
         begun = self.ask("reset", has_seed=True, seed=2).transition
         short = self.ask("snapshot").record
-        gone = [self.connect("restore", Restore) for _ in range(2)]
-        get_spec = self.connect("get_spec", GetSpec)
+        gone = [self.client("restore") for _ in range(2)]
+        get_spec = self.client("get_spec")
         with self.server.halted():
             for client in gone:
                 client.send(record=record)
@@ -293,8 +279,8 @@ class RecordsTest(ServerTest):
 
     def test_signal_cancels_pending_restores(self):
         record, _ = self.serve_long_record(mode="lockstep")
-        get_spec = self.connect("get_spec", GetSpec)
-        restoring = [self.connect("restore", Restore) for _ in range(20)]  # seconds of work
+        get_spec = self.client("get_spec")
+        restoring = [self.client("restore") for _ in range(20)]  # seconds of work
         for client in restoring:
             client.send(record=record)
         self.pass_turns(get_spec)
@@ -308,7 +294,7 @@ class RecordsTest(ServerTest):
         transitions = self.record("/transition", Transition)
         begun = self.ask("reset", has_seed=True, seed=2).transition
         self.ask("unpause")
-        restoring = self.connect("restore", Restore)
+        restoring = self.client("restore")
         restoring.send(record=record)
         reply = restoring.receive().transition
         self.assertTrue(same_experience(reply, present))
@@ -336,15 +322,6 @@ class RecordsTest(ServerTest):
         self.assertEqual((published.episode.episode, published.episode.length), (1, 1))
         self.assertEqual((published.actions, published.checksums), ((), ()))
 
-    def test_record_without_checksums_is_restored(self):
-        self.serve(mode="lockstep")
-        self.ask("reset", has_seed=True, seed=1)
-        last = self.play(actions(4, 3, 1))[-1]
-        record = self.ask("snapshot").record
-        record.checksums = []
-        self.assertTrue(same_experience(self.ask("restore", record=record).transition, last))
-
 
 if __name__ == "__main__":
-    rospy.init_node("records_test", disable_rostime=True)
-    rostest.rosrun("walker_sim", "records_test", RecordsTest, sys.argv)
+    run_tests(RecordsTest, disable_rostime=True)

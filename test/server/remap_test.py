@@ -1,16 +1,14 @@
 #!/usr/bin/python3
 """Effort commands on the topic of a JointGroupEffortController, by remapping."""
 
-import sys
 import threading
 import unittest
 
 import rosgraph
 import rospy
-import rostest
 from bare_ros import CALLER, wait_for
 from sensor_msgs.msg import JointState
-from server_harness import Recorder, bits
+from server_harness import Recorder, bits, run_tests
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 
@@ -78,5 +76,4 @@ class RemapTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("remap_test")
-    rostest.rosrun("walker_sim", "remap_test", RemapTest, sys.argv)
+    run_tests(RemapTest)

@@ -6,7 +6,6 @@ import random
 import re
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 import xmlrpc.client
@@ -14,11 +13,10 @@ import xmlrpc.client
 import rosbag
 import roslib.packages
 import rospy
-import rostest
 from bare_ros import CALLER, TIMEOUT, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from launched import Launched
-from server_harness import ServerProcess, ServerTest, node_path
+from server_harness import ServerTest, run_program, run_tests
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}
@@ -26,26 +24,13 @@ IDS = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}
 
 def replay(*arguments):
     """Runs replay without a master. Returns exit status, stdout and stderr."""
-    ended = subprocess.run(
-        [node_path("replay"), *arguments],
-        env=dict(os.environ, ROS_MASTER_URI="http://localhost:1"),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        encoding="utf-8",
-        timeout=TIMEOUT,
-        check=False,
-    )
-    return ended.returncode, ended.stdout, ended.stderr
-
-
-def record_topic(server):
-    return server.name.rpartition("/")[0] + "/episode_record"
+    return run_program("replay", *arguments, ROS_MASTER_URI="http://localhost:1")
 
 
 def is_recorded(server):
     uri = server.master.lookupNode(CALLER, server.name)[2]
     connections = xmlrpc.client.ServerProxy(uri).getBusInfo(CALLER)[2]
-    return any(info[1] == "/recorder" and info[4] == record_topic(server) for info in connections)
+    return any(info[1] == "/recorder" and info[4] == "/episode_record" for info in connections)
 
 
 class ReplayTopicsTest(ServerTest):
@@ -55,11 +40,10 @@ class ReplayTopicsTest(ServerTest):
         self.bag = os.path.join(folder.name, "walk.bag")
         self.draws = random.Random(1)
 
-    def start_recording(self, *servers):
-        """Returns once every server has the recorder's subscription."""
-        recorder = self.start_recorder(*(record_topic(server) for server in servers))
-        for server in servers:
-            wait_for(lambda server=server: is_recorded(server), f"{server.name} to be recorded")
+    def start_recording(self):
+        """Returns once the server has the recorder's subscription."""
+        recorder = self.start_recorder("episode_record")
+        wait_for(lambda: is_recorded(self.server), "the server to be recorded")
         return recorder
 
     def start_recorder(self, *topics):
@@ -83,11 +67,6 @@ class ReplayTopicsTest(ServerTest):
         recorder.send_signal(signal.SIGINT)
         self.assertEqual(recorder.wait(TIMEOUT), 0)
 
-    def ask(self, name, **fields):
-        reply = self.call(name, **fields)
-        self.assertTrue(reply.success, getattr(reply, "status_message", ""))
-        return reply
-
     def walk(self, size, steps):
         for _ in range(steps):
             last = self.ask("step", action=[self.draws.uniform(-1, 1) for _ in range(size)])
@@ -104,7 +83,7 @@ class ReplayTopicsTest(ServerTest):
                 if identifier.startswith("Walker2d"):
                     parameters["terminate_when_unhealthy"] = False
                 self.serve(**parameters)
-                recorder = self.start_recording(self.server)
+                recorder = self.start_recording()
                 self.ask("reset", has_seed=True, seed=42)
                 self.assertTrue(self.walk(size, 12).truncated)
                 self.ask("reset")
@@ -136,7 +115,7 @@ class ReplayTopicsTest(ServerTest):
         self.serve(env="Walker2d-v5", real_time_factor=2.0, paused=True, seed="3")
         for _ in range(4):
             self.ask("step", action=[0.5] * 6)
-        recorder = self.start_recording(self.server)
+        recorder = self.start_recording()
         heard = self.record("/transition", Transition)
         self.ask("unpause")
         heard.wait(lambda m: m.episode >= 5, "more episodes")
@@ -149,44 +128,6 @@ class ReplayTopicsTest(ServerTest):
         for line in lines:
             self.assertRegex(line[3], " equal$")
         self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\)\n$")
-
-    def test_two_walkers_in_one_bag(self):
-        servers = []
-        walkers = {"/one/walker_sim": "BipedalWalker-v3", "/two/w": "Walker2d-v4"}
-        for name, identifier in walkers.items():
-            self.serve(name, env=identifier, mode="lockstep", publish_clock=False)
-            servers.append(self.server)
-        recorder = self.start_recording(*servers)
-        for server, size in zip(servers, (4, 6)):
-            self.server = server
-            for _ in range(2):
-                self.ask("reset")
-                self.walk(size, 6)
-            self.ask("reset")
-        self.stop_recording(recorder)
-        status, text, _ = replay(self.bag)
-        self.assertEqual(status, 0, text)
-        self.assertIn("/one/walker_sim: BipedalWalker-v3 on Box2D", text)
-        self.assertIn("\n/two/w: Walker2d-v4 on MuJoCo", text)
-        self.assertIn("\n4 episodes equal to the bit (", text)
-
-    def test_a_server_started_again_with_other_parameters(self):
-        self.serve(env="Walker2d-v5", mode="lockstep")
-        recorder = self.start_recording(self.server)
-        for reward in (3.0, 2.0):
-            self.ask("reset", has_seed=True, seed=1)
-            self.walk(6, 6)
-            self.ask("reset")
-            time.sleep(0.5)  # for the recorder
-            self.server.stop()
-            if reward == 3.0:
-                self.serve(env="Walker2d-v5", mode="lockstep", healthy_reward=reward)
-                wait_for(lambda: is_recorded(self.server), "the second to be recorded")
-        self.stop_recording(recorder)
-        status, text, _ = replay(self.bag)
-        self.assertEqual(status, 0, text)
-        self.assertEqual(text.count("Walker2d-v5 on MuJoCo"), 2, text)
-        self.assertIn("2 episodes equal to the bit (", text)
 
     def test_launch_records_every_episode_from_its_first_state(self):
         self.addCleanup(rospy.delete_param, "/use_sim_time")
@@ -223,21 +164,18 @@ class ReplayTopicsTest(ServerTest):
     def test_server_waits_for_the_recorder(self):
         for mode in ("free", "lockstep"):
             with self.subTest(mode=mode):
-                self.server = ServerProcess(
+                self.server = self.start(
                     "/walker_sim",
-                    {
-                        **{"env": "Walker2d-v5", "mode": mode, "seed": "3"},
-                        **{"wait_for_recorder": "recorder", "diagnostic_period": 0.05},
-                    },
+                    **{"env": "Walker2d-v5", "mode": mode, "seed": "3"},
+                    **{"wait_for_recorder": "recorder", "diagnostic_period": 0.05},
                 )
-                self.addCleanup(self.server.end)
                 transitions = self.record("/transition", Transition)
                 self.assert_it_waits()
                 other = self.start_recorder("transition", "spec")
                 self.assert_it_waits()
                 self.stop_recording(other)
                 self.assertEqual(transitions.messages(), [])
-                recorder = self.start_recording(self.server)
+                recorder = self.start_recording()
                 self.server.wait_until_it_serves()
                 if mode == "lockstep":
                     self.ask("reset")
@@ -253,8 +191,7 @@ class ReplayTopicsTest(ServerTest):
                 self.assertEqual(self.episodes(text)[0][:2], ("1", "3"))
 
     def test_missing_recorder_is_logged(self):
-        server = ServerProcess("/alone/walker_sim", {"wait_for_recorder": "bag"})
-        self.addCleanup(server.end)
+        server = self.start("/alone/walker_sim", wait_for_recorder="bag")
         words = "/alone/bag does not listen to episode_record (parameter"
         wait_for(lambda: f"WARN] Nothing moves yet: {words}" in server.output(), "a warning")
         self.assertEqual(server.stop(), 0)
@@ -279,7 +216,7 @@ class ReplayTopicsTest(ServerTest):
 
     def test_the_first_difference_ends_with_status_1(self):
         self.serve(mode="lockstep")
-        recorder = self.start_recording(self.server)
+        recorder = self.start_recording()
         for _ in range(2):
             self.ask("reset", has_seed=True, seed=42)
             self.walk(4, 8)
@@ -323,5 +260,4 @@ class ReplayTopicsTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("replay_topics_test")
-    rostest.rosrun("walker_sim", "replay_topics_test", ReplayTopicsTest, sys.argv)
+    run_tests(ReplayTopicsTest)

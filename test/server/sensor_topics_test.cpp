@@ -14,9 +14,8 @@
 #include <ros/ros.h>
 
 #include "description/description_transforms.h"
-#include "server/markers/plane_geometry.h"
+#include "server/geometry.h"
 #include "server/sensor_recording.h"
-#include "server/tf_geometry.h"
 
 namespace walker::test {
 namespace {

@@ -10,6 +10,7 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -18,6 +19,7 @@ import xmlrpc.client
 from urllib.parse import urlparse
 
 import rospy
+import rostest
 from bare_ros import CALLER, TIMEOUT, BareClient, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
@@ -75,6 +77,20 @@ def node_path(node_type):
     if not found:
         raise RuntimeError(f"walker_sim has no executable {node_type}: build it, source the space")
     return found[0]
+
+
+def run_program(node_type, *arguments, **environment):
+    """Runs a program of this package. Returns exit status, stdout and stderr."""
+    ended = subprocess.run(
+        [node_path(node_type), *arguments],
+        env={**os.environ, **environment},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=TIMEOUT,
+        check=False,
+    )
+    return ended.returncode, ended.stdout, ended.stderr
 
 
 def builtin_model():
@@ -203,9 +219,10 @@ class ServerProcess(Process):
         parts = urlparse(uri)
         return socket.create_connection((parts.hostname, parts.port), timeout=TIMEOUT)
 
-    def client(self, service, service_class, **options):
-        address = self.service_address(service)
-        return BareClient(address, f"{self.name}/{service}", service_class, **options)
+    def client(self, service, service_class=None, **options):
+        """@param service_class: None: that of SERVICES, or Trigger"""
+        kind = service_class or SERVICES.get(service, Trigger)
+        return BareClient(self.service_address(service), f"{self.name}/{service}", kind, **options)
 
 
 class Bytes(Float64MultiArray):
@@ -328,12 +345,23 @@ class ServerTest(unittest.TestCase):
             texts = [message, *(f"{name}={value!r}" for name, value in parameters.items())]
             raise AssertionError(f"{' '.join(filter(None, texts))}: {error}") from error
 
+    def start(self, name, master_uri=None, **parameters):
+        """Starts a server without waiting for it."""
+        server = ServerProcess(name, parameters, master_uri)
+        self.addCleanup(server.end)
+        return server
+
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
-        """Starts a server, to which `call` then refers."""
+        """Starts a server, to which `client` and `call` then refer."""
         parameters.setdefault("diagnostic_period", 0.05)
-        self.server = ServerProcess(name, parameters, master_uri)
-        self.addCleanup(self.server.end)
+        self.server = self.start(name, master_uri, **parameters)
         return self.server.wait_until_it_serves()
+
+    def client(self, service, service_class=None, **options):
+        """Connects to a service until the end of the test."""
+        client = self.server.client(service, service_class, **options)
+        self.addCleanup(client.close)
+        return client
 
     def record(self, topic, kind, connections=1):
         recorder = Recorder(topic, kind, connections)
@@ -348,11 +376,14 @@ class ServerTest(unittest.TestCase):
         return publisher
 
     def call(self, name, **fields):
-        client = self.server.client(name, SERVICES.get(name, Trigger))
-        try:
+        with contextlib.closing(self.server.client(name)) as client:
             return client(**fields)
-        finally:
-            client.close()
+
+    def ask(self, name, **fields):
+        """Returns the response of a call that must succeed."""
+        response = self.call(name, **fields)
+        self.assertTrue(response.success, response)
+        return response
 
     def model_file(self, *replacements):
         """Writes Walker2d-v5's model with these replacements. Returns the path."""
@@ -394,5 +425,25 @@ class ServerTest(unittest.TestCase):
                 self.assertEqual((other.episode, other.step), (one.episode, one.step + 1))
 
 
+class TransitionsTest(ServerTest):
+    """Records the transitions of its servers."""
+
+    def serve(self, *arguments, **parameters):
+        super().serve(*arguments, **parameters)
+        self.transitions = self.record("/transition", Transition)
+        return self.server
+
+
 def diagnostic_values(message, word):
     return [pair.value for status in message.status for pair in status.values if word in pair.key]
+
+
+def run_tests(test, is_node=True, **options):
+    """Runs a class of tests as rostest expects it, in a node unless the tests need none.
+
+    @param options: of rospy.init_node
+    """
+    name = os.path.splitext(os.path.basename(sys.argv[0]))[0]
+    if is_node:
+        rospy.init_node(name, **options)
+    rostest.rosrun("walker_sim", name, test, sys.argv)

@@ -1,18 +1,15 @@
 #!/usr/bin/python3
 """Invalid XML-RPC calls, and roscpp's own services: a node answers each and survives."""
 
-import os
 import socket
-import sys
 import unittest
 import xmlrpc.client
 
 import rosservice
-import rostest
-from bare_ros import CALLER, BareSubscriber, header_bytes, wait_for
+from bare_ros import CALLER, BareSubscriber, header_bytes, wait_for, wait_for_service
 from roscpp.srv import GetLoggers, SetLoggerLevel
 from rosgraph_msgs.msg import Log
-from server_harness import BareClient, Process, registered_uri, urlparse
+from server_harness import BareClient, Process, registered_uri, run_tests, urlparse
 
 NODES = {
     "server": ["_mode:=lockstep"],
@@ -47,9 +44,7 @@ class SlaveApiTest(unittest.TestCase):
         self.addCleanup(process.end)
         self.name = process.name
         self.uri = wait_for(lambda: registered_uri(process.name, process.pid), process.name)
-        master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-        service = f"{process.name}/set_logger_level"  # registered last
-        wait_for(lambda: master.lookupService(CALLER, service)[0] == 1, service)
+        wait_for_service(f"{process.name}/set_logger_level")  # registered last
         return process
 
     def assert_runs(self, process, what):
@@ -191,4 +186,4 @@ class SlaveApiTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rostest.rosrun("walker_sim", "slave_api_test", SlaveApiTest, sys.argv)
+    run_tests(SlaveApiTest, is_node=False)

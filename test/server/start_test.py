@@ -4,68 +4,43 @@
 import os
 import signal
 import subprocess
-import sys
 import tempfile
-import unittest
 from xmlrpc.client import Binary
 
 import rospy
-import rostest
 from bare_ros import wait_for
-from server_harness import Process, ServerProcess, builtin_model, node_path, write_model
-from walker_sim.srv import GetSpec, Reset
+from server_harness import Process, ServerTest, builtin_model, node_path, run_tests, write_model
 
 WALKER2D = {"env": "Walker2d-v5"}
-# Refused parameters, and words of the message.
+# Refused parameters, and words of the message. config_template_test.cpp has all ranges, and
+# parameters_test.cpp and private_parameters_test.cpp all kinds of invalid values.
 REFUSED = [
     ({"env": "BipedalWalker-v9"}, ["env", "BipedalWalker-v9", "BipedalWalker-v3"]),
-    ({"env": ""}, ["env", "BipedalWalker-v3"]),
     ({"env": 3}, ["env", "3"]),
     ({"real_time_facto": 1.0}, ["real_time_facto", "real_time_factor"]),
-    ({"hard_core": True}, ["hard_core", "hardcore"]),
     ({"nested": {"thing": 1}}, ["nested"]),
     ({"mode": "turbo"}, ["mode", "turbo", "free", "lockstep"]),
-    ({"mode": 1}, ["mode", "1"]),
-    ({"num_envs": 0}, ["num_envs", "0", "1"]),
     ({"num_envs": 100001}, ["num_envs", "100001", "[1, 100000]"]),
-    ({"num_envs": 1e300}, ["num_envs", "1.0e+300", "[1, 100000]"]),
-    ({"num_envs": float("nan")}, ["num_envs", ".nan", "[1, 100000]"]),
     ({"num_envs": "many"}, ["num_envs", "many"]),
     ({"num_envs": 2, "mode": "free"}, ["num_envs", "2", "must be 1", "lockstep"]),
-    ({"num_threads": -1}, ["num_threads", "-1", "[0, 1024]"]),
     ({"shown_environment": 1}, ["shown_environment = 1", "[0, 0]", "num_envs = 1"]),
     ({"shown_environment": 8, "num_envs": 8}, ["shown_environment = 8", "[0, 7]"]),
-    ({"shown_environment": -1}, ["shown_environment", "-1"]),
     ({"autoreset_mode": "never"}, ["autoreset_mode", "never", "next_step, same_step or disabled"]),
-    ({"seed": "-1"}, ["seed", "-1", "18446744073709551615"]),
-    ({"seed": "18446744073709551616"}, ["seed", "18446744073709551616", "18446744073709551615"]),
     ({"seed": "0x10"}, ["seed", "0x10", "18446744073709551615"]),
-    ({"seed": 1.5}, ["seed", "1.5", "18446744073709551615"]),
-    ({"seed": 1e300}, ["seed", "1.0e+300", "18446744073709551615"]),
     ({"seed": [float("nan")]}, ["seed", ".nan", "18446744073709551615"]),
     ({"real_time_factor": -1.0}, ["real_time_factor", "-1", "0"]),
-    ({"real_time_factor": float("nan")}, ["real_time_factor", "nan"]),
-    ({"real_time_factor": float("inf")}, ["real_time_factor", "inf"]),
-    ({"real_time_factor": "fast"}, ["real_time_factor", "fast"]),
     ({"real_time_factor": "1.0e4"}, ["real_time_factor = 10000.0", "[0.0, 1000.0]"]),
     ({"num_envs": "1.5e0"}, ["num_envs = 1.5", "an integer in [1, 100000]"]),
-    ({"command_timeout": -0.1}, ["command_timeout", "-0.1", "0"]),
-    ({"camera_rate": -1.0}, ["camera_rate", "-1", "[0.0, 1000.0]"]),
     ({"camera_width": 0}, ["camera_width", "0", "[1, 4096]"]),
     ({"width": 600}, ["width", "unknown", "camera_width"]),
-    ({"diagnostic_period": 0.0}, ["diagnostic_period", "0"]),
     ({"auto_reset": "maybe"}, ["auto_reset", "maybe"]),
-    ({"publish_clock": "no"}, ["publish_clock", "no"]),
-    ({"paused": 2}, ["paused", "2"]),
     ({"wait_for_recorder": "a b"}, ["wait_for_recorder = a b", "name of a node"]),
-    ({"max_episode_steps": -1}, ["max_episode_steps", "-1", "0"]),
     ({**WALKER2D, "hardcore": False}, ["hardcore", "unknown"]),
     ({**WALKER2D, "frame_skip": 0}, ["frame_skip", "0", "1"]),
     ({**WALKER2D, "healthy_z_range": [2.0, 0.8]}, ["healthy_z_range", "[2.0, 0.8]"]),
     ({**WALKER2D, "healthy_z_range": [1, [2]]}, ["healthy_z_range", "element 1", "a number"]),
     ({"seed": [str(2**53 + 1)]}, ["seed", str(2**53 + 1), "an integer below 2^53"]),
     ({"hardcore": Binary(b"yes")}, ["hardcore", "true or false, a number, a text or a list"]),
-    ({**WALKER2D, "reset_noise_scale": -1.0}, ["reset_noise_scale", "-1.0", "0.0"]),
     ({"env": "Walker2d-v4", "xml_file": "model.xml"}, ["xml_file", "model.xml", "unknown"]),
 ]
 TAKEN_NAMES = ["odom", "lidar", "base_link"]
@@ -73,16 +48,14 @@ LOCKSTEP = {"mode": "lockstep", "publish_clock": False}
 MAX_SERVERS = 8
 
 
-class StartTest(unittest.TestCase):
+class StartTest(ServerTest):
     def test_invalid_parameters_end_the_server_with_their_names(self):
         for first in range(0, len(REFUSED), MAX_SERVERS):
             cases = REFUSED[first : first + MAX_SERVERS]
             servers = [
-                ServerProcess(f"/refused_{number}", {**LOCKSTEP, **parameters})
+                self.start(f"/refused_{number}", **{**LOCKSTEP, **parameters})
                 for number, (parameters, _) in enumerate(cases)
             ]
-            for server in servers:
-                self.addCleanup(server.end)
             for server, (parameters, words) in zip(servers, cases):
                 self.assert_refused(server, parameters, words)
 
@@ -91,8 +64,7 @@ class StartTest(unittest.TestCase):
         fatal = [line for line in server.output().splitlines() if "FATAL" in line]
         self.assertEqual(len(fatal), 1, f"{parameters}: {server.output()}")
         for word in words:
-            text = fatal[0].lower() if word in ("nan", "inf") else fatal[0]
-            self.assertIn(word, text, parameters)
+            self.assertIn(word, fatal[0], parameters)
 
     def test_invalid_model_ends_the_server_with_the_reason(self):
         model, foot = builtin_model(), 'body name="foot"'
@@ -104,8 +76,7 @@ class StartTest(unittest.TestCase):
             ),
         ):
             parameters = {**LOCKSTEP, **WALKER2D, "xml_file": write_model(self, text)}
-            server = ServerProcess("/refused", parameters)
-            self.addCleanup(server.end)
+            server = self.start("/refused", **parameters)
             self.assert_refused(server, parameters, words)
 
     def endless_model(self, path):
@@ -144,8 +115,7 @@ class StartTest(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder:
                 path = os.path.join(folder, "endless.xml")
                 begun = self.endless_model(path)
-                server = ServerProcess("/endless", {**LOCKSTEP, **WALKER2D, "xml_file": path})
-                self.addCleanup(server.end)
+                server = self.start("/endless", **LOCKSTEP, **WALKER2D, xml_file=path)
                 goes_on = begun()
                 self.assertEqual(server.stop(number), 0, server.output())
                 wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
@@ -153,8 +123,7 @@ class StartTest(unittest.TestCase):
 
     def test_signals_end_an_agent_that_compiles_a_model(self):
         parameters = {**LOCKSTEP, **WALKER2D, "xml_file": write_model(self, builtin_model())}
-        server = ServerProcess("/compiled", parameters)
-        self.addCleanup(server.end)
+        server = self.start("/compiled", **parameters)
         server.wait_until_it_serves()
         begun = self.endless_model(parameters["xml_file"])
         agent = Process("service_agent", "/agent", ["_server:=/compiled"])
@@ -181,8 +150,7 @@ class StartTest(unittest.TestCase):
         rospy.set_param("/robot_description", '<robot name="x"><link name="torso"/></robot>')
         self.addCleanup(rospy.delete_param, "/robot_description")
         for parameters, missing in ((WALKER2D, "thigh"), ({}, "hull")):
-            server = ServerProcess("/described", {**LOCKSTEP, **parameters})
-            self.addCleanup(server.end)
+            server = self.start("/described", **LOCKSTEP, **parameters)
             wait_for(lambda server=server: "WARN" in server.output(), "the warning")
             self.assertEqual(server.stop(), 0)
             warnings = [line for line in server.output().splitlines() if "WARN" in line]
@@ -190,11 +158,10 @@ class StartTest(unittest.TestCase):
             self.assertIn(f"/robot_description has no link {missing}", warnings[0])
 
     def specification(self, **parameters):
-        server = ServerProcess("/taken", {**LOCKSTEP, **parameters})
-        self.addCleanup(server.end)
+        server = self.start("/taken", **LOCKSTEP, **parameters)
         server.wait_until_it_serves()
-        spec = server.client("get_spec", GetSpec)().spec
-        transition = server.client("reset", Reset)(has_seed=False).transition
+        spec = server.client("get_spec")().spec
+        transition = server.client("reset")(has_seed=False).transition
         self.assertEqual(server.stop(), 0)
         return spec, transition
 
@@ -226,5 +193,4 @@ class StartTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("start_test")
-    rostest.rosrun("walker_sim", "start_test", StartTest, sys.argv)
+    run_tests(StartTest)

@@ -4,17 +4,15 @@
 import os
 import signal
 import statistics
-import sys
 import time
 import xmlrpc.client
 
 import rosgraph
 import rospy
-import rostest
 from bare_ros import CALLER, TIMEOUT, wait_for
 from launched import Launched
 from rosgraph_msgs.msg import Clock
-from server_harness import ServerTest, nanoseconds
+from server_harness import ServerTest, nanoseconds, run_tests
 from std_srvs.srv import Trigger
 from walker_sim.msg import Transition
 from walker_sim.srv import GetSpec
@@ -161,5 +159,4 @@ class TenWalkersTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("ten_walkers_test")
-    rostest.rosrun("walker_sim", "ten_walkers_test", TenWalkersTest, sys.argv)
+    run_tests(TenWalkersTest)

@@ -6,17 +6,14 @@ import sys
 import time
 
 import nav_msgs.msg
-import rospy
-import rostest
 import sensor_msgs.msg
 import std_msgs.msg
 import tf2_msgs.msg
 import visualization_msgs.msg
 from bare_ros import wait_for
 from diagnostic_msgs.msg import DiagnosticArray
-from server_harness import ServerTest, bits, nanoseconds, same_experience
+from server_harness import TransitionsTest, bits, nanoseconds, run_tests, same_experience
 from walker_sim.msg import Contacts, Episode, Transition
-from walker_sim.srv import Reset, Step
 
 JOINTS = ["thigh_joint", "leg_joint", "foot_joint"]
 JOINTS += ["thigh_left_joint", "leg_left_joint", "foot_left_joint"]
@@ -52,24 +49,12 @@ def numbers_of(message):
                 yield from numbers_of(getattr(message, name))
 
 
-class Walker2dTest(ServerTest):
+class Walker2dTest(TransitionsTest):
     dt = 8_000_000
 
     def serve(self, **parameters):
         parameters.setdefault("env", "Walker2d-v5")
         super().serve(**parameters)
-        self.transitions = self.record("/transition", Transition)
-
-    def lockstep(self):
-        """Returns persistent clients of ~reset and ~step."""
-        return self.server.client("reset", Reset), self.server.client("step", Step)
-
-    def test_observation_may_include_the_position(self):
-        self.serve(mode="lockstep", exclude_current_positions_from_observation=False)
-        self.assertEqual(self.call("get_spec").spec.observation_size, 18)
-        transition = self.call("reset", has_seed=True, seed=1).transition
-        self.assertEqual(len(transition.observation), 18)
-        self.assertEqual(transition.observation[0], transition.info[0])
 
     def test_free_running_steps_at_125_hz(self):
         self.serve(terminate_when_unhealthy=False)
@@ -107,21 +92,6 @@ class Walker2dTest(ServerTest):
         wait_for(lambda: self.counter("refused") == 1, "the refusal of four values")
         self.assertRegex(self.server.output(), "4 values; must have 6")
 
-    def test_custom_model_has_its_own_masses(self):
-        heavy = self.model_file(('density="1000"', 'density="2000"'))
-        transitions = []
-        for model in (heavy, "walker2d_v5.xml"):
-            self.serve(mode="lockstep", xml_file=model)
-            spec = self.call("get_spec").spec
-            self.assertIn(model, spec.parameter_values)
-            reset, step = self.lockstep()
-            first = reset(has_seed=True, seed=3).transition
-            transitions.append((first, step(action=[1.0] * 6).transition))
-            self.server.stop()
-        (first, heavy_step), (other, light_step) = transitions
-        self.assertTrue(same_experience(first, other), "the noise of a reset has no mass")
-        self.assertFalse(same_experience(heavy_step, light_step))
-
     def test_weak_motor_takes_any_effort(self):
         weak = self.model_file(('gear="100"', 'gear="0.1"'))
         self.serve(xml_file=weak, command_timeout=0.0)
@@ -146,7 +116,7 @@ class Walker2dTest(ServerTest):
     def assert_engine_failure_ends_the_episode(self):
         """Steps until the engine fails. No topic contains NaN, and the next reset succeeds."""
         recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]
-        reset, step = self.lockstep()
+        reset, step = self.client("reset"), self.client("step")
         for _ in range(3):
             state = reset(has_seed=True, seed=2).transition
             self.assertEqual((state.error, state.terminated), ("", False))
@@ -257,7 +227,7 @@ class Walker2dTest(ServerTest):
 
     def find_failures(self, count):
         """Returns a seed whose reset fails, as do the next `count - 1` resets without a seed."""
-        reset = self.server.client("reset", Reset)
+        reset = self.client("reset")
         for seed in range(1000):
             attempts = (reset(has_seed=i == 0, seed=seed).success for i in range(count))
             if not any(attempts):
@@ -286,5 +256,4 @@ class Walker2dTest(ServerTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("walker2d_test")
-    rostest.rosrun("walker_sim", "walker2d_test", Walker2dTest, sys.argv)
+    run_tests(Walker2dTest)
