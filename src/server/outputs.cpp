@@ -1,6 +1,10 @@
 #include "server/outputs.h"
 
+#include <cstdint>
 #include <stdexcept>
+#include <utility>
+
+#include <ros/single_subscriber_publisher.h>
 
 namespace walker {
 namespace {
@@ -16,7 +20,6 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
     : shown_(pool.episode(options.shown_environment)),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),
-      recorder_watch_(options.recorder),
       joint_states_{node.advertise<sensor_msgs::JointState>("joint_states", kState), {}},
       imu_{node.advertise<sensor_msgs::Imu>("imu", kState), {}},
       contacts_{node.advertise<walker_sim::Contacts>("contacts", kState), {}},
@@ -26,8 +29,7 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
       transition_{node.advertise<walker_sim::Transition>("transition", kRecord), {}},
       episode_{node.advertise<walker_sim::Episode>("episode", kRecord, kLatched), {}},
       transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue), {}},
-      record_publisher_(
-          recorder_watch_.advertise<walker_sim::EpisodeRecord>(node, "episode_record", kRecord)),
+      record_publisher_(advertise_records(node)),
       spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
       static_transforms_publisher_(
           node.advertise<tf2_msgs::TFMessage>("/tf_static", kListenerQueue, kLatched)),
@@ -36,6 +38,21 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
   if (shown_.specification().range_finder.num_rays != 0) {
     scan_.publisher = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
+}
+
+/// Counts the recorder's connections: it misses messages that are published before it connects.
+ros::Publisher Outputs::advertise_records(ros::NodeHandle& node) {
+  const auto count = [this](const ros::SingleSubscriberPublisher& listener, int change) {
+    if (listener.getSubscriberName() == options_.recorder) recorder_connections_ += change;
+  };
+  return node.advertise<walker_sim::EpisodeRecord>(
+      "episode_record", kRecord, [count](const auto& listener) { count(listener, 1); },
+      [count](const auto& listener) { count(listener, -1); });
+}
+
+std::string Outputs::recorder_complaint() const {
+  if (options_.recorder.empty() || recorder_connections_ > 0) return "";
+  return options_.recorder + " does not listen to episode_record (parameter wait_for_recorder)";
 }
 
 void Outputs::publish_constants(ros::Time stamp) {

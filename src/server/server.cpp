@@ -193,8 +193,7 @@ void Server::run() {
 }
 
 void Server::wait_for_recorder() {
-  const RecorderWatch& recorder = outputs_.recorder_watch();
-  std::string complaint = recorder.complaint();
+  std::string complaint = outputs_.recorder_complaint();
   ROS_INFO_STREAM("Waiting for the recorder: " << complaint);
   Drive::Clock::time_point is_late = Drive::Clock::now() + kRecorderStarts;
   while (ros::ok() && !complaint.empty()) {
@@ -203,7 +202,7 @@ void Server::wait_for_recorder() {
       is_late += kRecorderStarts;
     }
     serve(Drive::kIdle);
-    complaint = recorder.complaint();
+    complaint = outputs_.recorder_complaint();
   }
 }
 

@@ -1,10 +1,10 @@
-#include "server/markers/marker_topics.h"
-
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include <ros/single_subscriber_publisher.h>
+
+#include "server/markers/markers.h"
 
 namespace walker {
 namespace {

@@ -92,7 +92,7 @@ void Diagnostics::describe_simulation(Status& status) {
   } else {
     status.summary(DiagnosticStatus::OK, drive_.is_paused() ? "paused" : "running");
   }
-  const std::string unrecorded = outputs_.recorder_watch().complaint();
+  const std::string unrecorded = outputs_.recorder_complaint();
   if (!unrecorded.empty()) {
     warn(status, (state.has_begun() ? "not recorded: " : "nothing moves yet: ") + unrecorded);
   }
