@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Many environments in one server: the shown environment and failures.
 
-batch_bits_test.cpp compares all replies of ~reset_batch and ~step_batch.
+batch_bits_test.cpp compares all replies of ~reset_batch and ~step_batch. environments_test.cpp has
+resets that fail.
 """
 
 import rosgraph_msgs.msg
@@ -24,8 +25,8 @@ OBSERVATION = 24
 MODES = ("next_step", "same_step", "disabled")
 
 
-def row(values, index, width=OBSERVATION):
-    return list(values[index * width : (index + 1) * width])
+def row(values, index):
+    return list(values[index * OBSERVATION : (index + 1) * OBSERVATION])
 
 
 class BatchTest(ServerTest):
@@ -234,8 +235,7 @@ class BatchTest(ServerTest):
         self.assertEqual((abandoned.episode.episode, abandoned.episode.length), (2, state.step))
         self.server.stop()
         self.serve(publish_clock=False)
-        restored = self.call("restore", record=abandoned)
-        self.assertTrue(restored.success, restored.status_message)
+        restored = self.ask("restore", record=abandoned)
         self.assertTrue(same_experience(restored.transition, state))
 
     def test_step_and_step_batch_may_alternate(self):
@@ -286,37 +286,6 @@ class BatchTest(ServerTest):
         self.assertRegex(self.server.output(), "Environment 0: the simulation failed: .*MuJoCo")
         self.reset([0, 1, 2])
         self.assertTrue(step(actions=[1.0] * 18).success)
-
-    def test_failed_reset_affects_its_own_environment_only(self):
-        cramped = {**self.cramped_walker(), "max_episode_steps": 10}
-        self.serve(**cramped)
-        seeds = range(30)
-        failed = [not self.clients["reset"](has_seed=True, seed=seed).success for seed in seeds]
-        bad = failed.index(True)
-        good = [seed for seed in seeds if not failed[seed]]
-        self.server.stop()
-        self.serve(**cramped, num_envs=3, shown_environment=1)
-        undisturbed = self.play_cramped(good[:3])
-        transitions = self.record("/transition", Transition)
-        disturbed = self.play_cramped([good[0], bad, good[2]])
-        reason = "the simulation failed at its reset: MuJoCo: Stack overflow"
-        self.assertEqual(disturbed[0].status_message, f"environment 1: {reason}")
-        self.assertEqual(row(disturbed[0].observations, 1, 17), [0.0] * 17)
-        for one, other in zip(undisturbed, disturbed):
-            for i in (0, 2):
-                rows = row(one.observations, i, 17), row(other.observations, i, 17)
-                self.assertEqual(*map(bits, rows))
-        first = transitions.wait(lambda m: m.error == "MuJoCo: Stack overflow" and m.step == 0)
-        self.assertTrue(first.terminated)
-        transitions.at(nanoseconds(first) + (len(disturbed) - 1) * 8_000_000)
-        self.assertEqual(disturbed[1].steps[1], 0, "its next step is its next reset")
-
-    def play_cramped(self, seeds):
-        """Returns the replies to a reset and twelve steps, up to the first refusal."""
-        replies = [self.try_reset(seeds=seeds)]
-        while replies[-1].success and len(replies) < 13:
-            replies.append(self.try_step([0.5] * 6))
-        return [reply for reply in replies if reply.success]
 
 
 if __name__ == "__main__":

@@ -93,12 +93,10 @@ class FreeTest(TransitionsTest):
     def test_paused_server_moves_only_by_step(self):
         self.serve(real_time_factor=10.0)
         self.transitions.wait_count(5)
-        reply = self.call("pause")
-        self.assertTrue(reply.success, reply.message)
+        self.ask("pause")
         self.assert_nothing_moves()
         action = [0.5, -0.25, 0.125, 1.0]
-        one = self.call("step", action=action)
-        self.assertTrue(one.success, one.status_message)
+        one = self.ask("step", action=action)
         self.assertEqual(bits(one.transition.action), bits(action))
         published = self.transitions.at(nanoseconds(one.transition))
         self.assertTrue(same_experience(published, one.transition))

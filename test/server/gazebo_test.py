@@ -89,8 +89,7 @@ class GazeboTest(TransitionsTest):
         for number, service in enumerate((*RESETS, *RESETS), start=1):
             self.empty(service)
             self.empty("pause_physics")
-            reply = self.call("step", action=[0.5, -0.5, 0.25, 0.0])
-            self.assertTrue(reply.success, reply.status_message)
+            reply = self.ask("step", action=[0.5, -0.5, 0.25, 0.0])
             self.assertEqual((reply.transition.episode, reply.transition.step), (number, 1))
         self.transitions.wait_count(8)
         self.assert_consecutive_stamps()

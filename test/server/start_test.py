@@ -165,21 +165,6 @@ class StartTest(ServerTest):
         self.assertEqual(server.stop(), 0)
         return spec, transition
 
-    def test_max_episode_steps_in_the_specification(self):
-        for parameters, expected in (
-            ({}, 1600),
-            ({"env": "BipedalWalkerHardcore-v3"}, 2000),
-            ({"env": "BipedalWalkerHardcore-v3", "max_episode_steps": 17}, 17),
-            ({"hardcore": True}, 1600),
-            ({"max_episode_steps": 0}, 0),
-            ({"env": "Walker2d-v4"}, 1000),
-        ):
-            spec, _ = self.specification(**parameters)
-            self.assertEqual(spec.id, parameters.get("env", "BipedalWalker-v3"))
-            self.assertEqual(spec.max_episode_steps, expected)
-            values = dict(zip(spec.parameter_names, spec.parameter_values))
-            self.assertEqual(values["max_episode_steps"], str(expected))
-
     def test_numbers_convert_if_nothing_is_lost(self):
         # roslaunch passes 2, and a seed of digits, as integers. YAML 1.1 reads 1e-3 as a string.
         _, one = self.specification(real_time_factor=2, command_timeout=1, seed=12)
