@@ -1,5 +1,6 @@
 #include "base/spin_wait.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include <gtest/gtest.h>
@@ -26,7 +27,8 @@ class SpinWaitTest : public testing::Test {
 
   /// Waits for an event that comes within the limit. @return whether the wait polled
   bool wait_briefly() {
-    return spin_.poll([checks = 0]() mutable { return ++checks == 3; });
+    int checks = 0;
+    return spin_.poll([&checks] { return ++checks == 3; });
   }
 
   /// Waits for an event that comes too late. @return whether the wait polled
