@@ -48,6 +48,9 @@ struct ClientOptions {
   /// Full node name by which the server identifies the client, e.g. in its log.
   /// Empty: /walker_sim_client_ followed by the process id.
   std::string caller;
+  /// Longest time that a call polls for its answer before it blocks, in [0, 1000] [us]; 0: none.
+  /// A call polls only while recent answers came within that time.
+  std::int64_t spin_us = 50;
 };
 
 /// Transition.msg; its comments give the units.

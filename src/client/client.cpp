@@ -11,6 +11,7 @@
 
 #include "base/forks.h"
 #include "base/shortest_text.h"
+#include "base/spin_wait.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
 #include "client/service_types.h"
@@ -36,6 +37,11 @@ ClientOptions completed(ClientOptions options) {
   if (std::isnan(options.timeout) || options.timeout <= 0 || options.timeout > kMaxSeconds) {
     throw std::invalid_argument("timeout = " + fixed_text(options.timeout) +
                                 " s; must be above 0 and at most 1000000");
+  }
+  if (options.spin_us < 0 || options.spin_us > kMaxSpinMicroseconds) {
+    throw std::invalid_argument("spin_us = " + std::to_string(options.spin_us) +
+                                " us; must be an integer in [0, " +
+                                std::to_string(kMaxSpinMicroseconds) + "]");
   }
   const char* const origin = options.master_uri.empty() ? "ROS_MASTER_URI = " : "master_uri = ";
   if (options.master_uri.empty()) options.master_uri = default_master_uri();
@@ -130,7 +136,8 @@ class Client::Implementation {
     endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
     try {
       return connection.emplace(endpoints_[index], name(index), kServiceTypes[index],
-                                options_.caller, until);
+                                options_.caller, std::chrono::microseconds(options_.spin_us),
+                                until);
     } catch (const SocketError& error) {
       throw ConnectionError(describe(index) + ", as the ROS master has it: " + error.what() +
                             "; has the server died, or can its host not be reached under this "

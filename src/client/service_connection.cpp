@@ -10,8 +10,8 @@ namespace walker {
 
 ServiceConnection::ServiceConnection(const Endpoint& endpoint, const std::string& name,
                                      const ServiceType& type, const std::string& caller,
-                                     const Deadline& deadline)
-    : socket_(endpoint.host, endpoint.port, deadline) {
+                                     std::chrono::microseconds spin, const Deadline& deadline)
+    : socket_(endpoint.host, endpoint.port, deadline), spin_(spin) {
   tcpros::Bytes header;
   tcpros::append_header({{"callerid", caller},
                          {"service", name},
@@ -50,6 +50,10 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t max_ans
   constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
   socket_.send_all(request.data(), request.size(), deadline);
   received_ = 0;
+  spin_.poll([this] {
+    received_ = socket_.receive_arrived(input_.data(), input_.size());
+    return received_ > 0;
+  });
   receive_at_least(kHeadBytes, deadline);
   const std::size_t size = tcpros::load_length(&input_[1]);
   if (input_[0] > 1)

@@ -1,9 +1,11 @@
 // Persistent TCPROS connection to one service.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 
+#include "base/spin_wait.h"
 #include "client/messages.h"
 #include "client/service_types.h"
 #include "wire/master.h"
@@ -17,10 +19,12 @@ class ServiceConnection {
   /// Connects and exchanges headers.
   /// @param name   resolved name of the service
   /// @param caller name by which the server identifies this client
+  /// @param spin   longest time to poll for an answer before blocking
   /// @throws SocketError, Interrupted; std::runtime_error if the server's header is malformed, an
   ///         error, or of another version of the service
   ServiceConnection(const Endpoint& endpoint, const std::string& name, const ServiceType& type,
-                    const std::string& caller, const Deadline& deadline);
+                    const std::string& caller, std::chrono::microseconds spin,
+                    const Deadline& deadline);
 
   /// Sends a request and blocks until its answer.
   /// @param request begins with its length
@@ -35,6 +39,7 @@ class ServiceConnection {
   tcpros::Fields receive_header(const Deadline& deadline);
 
   Socket socket_;
+  SpinWait<> spin_;
   tcpros::Bytes input_ = tcpros::Bytes(4096);  // keeps its memory between calls
   std::size_t received_ = 0;                   // valid bytes of `input_`
 };

@@ -98,10 +98,10 @@ class ClientBinding {
   /// @param id, parameters the expected environment: it checks actions, and the caller compares its
   ///                       specification with the server's
   ClientBinding(const std::string& id, const py::dict& parameters, std::string server,
-                std::string master_uri, double timeout)
+                std::string master_uri, double timeout, std::int64_t spin_us)
       : specification_(make(id, to_parameters(parameters))->specification()) {
     const ClientOptions options{std::move(server), std::move(master_uri), timeout,
-                                &raises_after_signal, /*caller=*/{}};
+                                &raises_after_signal, /*caller=*/{}, spin_us};
     call([&] {
       client_.emplace(options);
       server_ = client_->specification();
@@ -382,9 +382,10 @@ class ClientBinding {
 
 void bind_client(py::module& module) {
   py::class_<ClientBinding>(module, "Client")
-      .def(py::init<const std::string&, const py::dict&, std::string, std::string, double>(),
+      .def(py::init<const std::string&, const py::dict&, std::string, std::string, double,
+                    std::int64_t>(),
            py::arg("id"), py::arg("parameters"), py::arg("server"), py::arg("master_uri"),
-           py::arg("timeout"))
+           py::arg("timeout"), py::arg("spin_us") = ClientOptions().spin_us)
       .def_property_readonly("specification", &ClientBinding::specification)
       .def_property_readonly("server_specification", &ClientBinding::server_specification)
       .def_property_readonly("is_lost", &ClientBinding::is_lost)

@@ -8,6 +8,7 @@
 #include <ros/this_node.h>
 
 #include "base/limits.h"
+#include "base/spin_wait.h"
 #include "ros/private_parameters.h"
 #include "walker_sim/registry.h"
 
@@ -117,6 +118,10 @@ std::vector<ParameterDescription> server_parameters() {
        "Age after which zero torque replaces an effort command; 0: never.", 0, kMaxTimeout},
       {"publish_clock", true, "", "Publish /clock; false: follow it in mode free.", 0, 0},
       {"paused", false, "", "Start paused in mode free.", 0, 0},
+      {"spin_us", std::int64_t{50}, "us",
+       "Longest time to poll for the next request after an answer before the server blocks, while "
+       "requests come that soon; 0: none.",
+       0, kMaxSpinMicroseconds},
       {"wait_for_recorder", std::string(), "",
        "Name of the recording node: the server neither steps nor advertises services before that "
        "node subscribes to episode_record, which replay needs. Empty: do not wait.",
@@ -178,6 +183,7 @@ ServerOptions read_server_options() {
   options.publish_clock = std::get<bool>(complete.at("publish_clock"));
   options.paused = std::get<bool>(complete.at("paused"));
   options.camera_rate = std::get<double>(complete.at("camera_rate"));
+  options.spin = std::chrono::microseconds(to_uint32(complete, "spin_us"));
   options.recorder = resolve_recorder(std::get<std::string>(complete.at("wait_for_recorder")));
   options.tf_prefix = find_tf_prefix();
   return options;

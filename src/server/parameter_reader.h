@@ -1,6 +1,7 @@
 // The server's options, read from its private parameters.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,6 +32,7 @@ struct ServerOptions {
   bool publish_clock;
   bool paused;
   double camera_rate = 0;  ///< pictures per second of simulation time; 0: one per state
+  std::chrono::microseconds spin{};  ///< longest time to poll for the next request
   std::string recorder;    ///< full name of the node to wait for; empty: none
   std::string tf_prefix;   ///< without leading and trailing slashes; may be empty
   Parameters environment;  ///< of the environment

@@ -140,4 +140,9 @@ std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& de
   }
 }
 
+std::size_t Socket::receive_arrived(void* data, std::size_t capacity) {
+  return static_cast<std::size_t>(
+      std::max<ssize_t>(recv(descriptor_, data, capacity, MSG_DONTWAIT), 0));
+}
+
 }  // namespace walker

@@ -65,6 +65,11 @@ class Socket {
   /// @return their number, at most `capacity`; 0 at EOF
   std::size_t receive(void* data, std::size_t capacity, const Deadline& deadline);
 
+  /// Receives what has arrived, without blocking.
+  /// @return the number of bytes, at most `capacity`; 0 if there are none, also at EOF or an error,
+  ///         which `receive` reports
+  std::size_t receive_arrived(void* data, std::size_t capacity);
+
  private:
   int descriptor_;
 };

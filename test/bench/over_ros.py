@@ -10,32 +10,34 @@ from ros import Master, await_true, call_service, diagnostics, place, stop
 WALKER, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 BATCHES = (1, 8, 64, 512)
 # Sizes of ~step's request and response for BipedalWalker-v3, with length fields and flags.
-MESSAGE_SIZES = ("--request-bytes", 40, "--response-bytes", 300)
+MESSAGE_SIZES = ("--request-bytes", 40, "--response-bytes", 300, "--spin-us", 50)
 MIN_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
 LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
 
 
 def lockstep(settings):
-    """One environment stepped by service, client and server on one core or on two. The same without
-    physics, beside a raw TCP connection with messages of the same size."""
+    """One environment stepped by service, client and server on one core or free to use two. The same
+    without physics, beside a raw TCP connection with messages of the same size, and with a server
+    that does not poll before it blocks."""
     rows = []
+    cores_of = (settings.one_core, settings.two_cores)
     with Master(settings) as master:
         null_options = {"mode": "lockstep", "env": WALKER, "publish_clock": "false"}
         null = master.server("walker_sim_null_server", "/null", **null_options)
-        for env, core_sets in (
-            (WALKER, (settings.one_core, settings.two_cores)),
-            (WALKER2D, (settings.one_core,)),
-        ):
-            server = master.server(mode="lockstep", env=env, namespace=f"/{env[:8]}")
-            for cores in core_sets:
-                for _, process in (server, null):
+        for env in (WALKER, WALKER2D):
+            options = {"mode": "lockstep", "env": env}
+            server = master.server(namespace=f"/{env[:8]}", **options)
+            blocking = master.server(namespace=f"/{env[:8]}_blocking", spin_us=0, **options)
+            for cores in cores_of:
+                for _, process in (server, blocking, null):
                     place(process, cores)
-                rows += lockstep_on(settings, env, cores, server[0], null[0])
+                rows += lockstep_on(settings, env, cores, server[0], blocking[0], null[0])
             stop(server[1])
+            stop(blocking[1])
     return rows
 
 
-def lockstep_on(settings, env, cores, server, null):
+def lockstep_on(settings, env, cores, server, blocking, null):
     plan = Plan("lockstep", "steps/s", steps_per_second, settings.folder)
     seconds = ["--seconds", settings.seconds(0.6)]
 
@@ -46,15 +48,16 @@ def lockstep_on(settings, env, cores, server, null):
     def client(program, *options):
         return [settings.programs / f"walker_sim_{program}", *options, *seconds]
 
-    sides = [add("our client", client("benchmark", "client", "--server", server))]
+    python = settings.python("gymnasium", env, "--server", server, *seconds)
+    sides = [
+        add("our client", client("benchmark", "client", "--server", server)),
+        add("gymnasium.make", python),
+    ]
     if env == WALKER:
-        rospy = [sys.executable, LOCKSTEP_ROSPY, "--server", server, *seconds]
-        python = settings.python("gymnasium", env, "--server", server, *seconds)
-        sides += [
-            add("roscpp", client("lockstep_roscpp", "--server", server)),
-            add("rospy", rospy),
-            add("gymnasium.make", python),
-        ]
+        for text, name in (("", server), (", spin_us 0", blocking)):
+            rospy = [sys.executable, LOCKSTEP_ROSPY, "--server", name, *seconds]
+            sides.append(add(f"roscpp{text}", client("lockstep_roscpp", "--server", name)))
+            sides.append(add(f"rospy{text}", rospy))
         ours = add("our client, no physics", client("benchmark", "client", "--server", null))
         against(ours, add("raw TCP", client("ping_pong", *MESSAGE_SIZES)))
     gymnasium = add("Gymnasium in process", settings.peer("gymnasium", env, *seconds))

@@ -1,6 +1,6 @@
-// Measures a bare TCP round trip between two processes: blocking sockets, fixed message sizes, no
-// work in between. Prints one line of JSON.
-//   walker_sim_ping_pong --request-bytes N --response-bytes M --seconds S
+// Measures a bare TCP round trip between two processes: fixed message sizes, no work in between.
+// Polls before it blocks, as our client and server do. Prints one line of JSON.
+//   walker_sim_ping_pong --request-bytes N --response-bytes M --spin-us N --seconds S
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/checked.h"
+#include "base/spin_wait.h"
 #include "bench/arguments.h"
 #include "bench/slice.h"
 
@@ -39,21 +40,30 @@ bool send_all(int connection, const std::vector<char>& data) {
 }
 
 /// @return false after EOF or an error
-bool receive_all(int connection, std::vector<char>& data) {
-  return recv(connection, data.data(), data.size(), MSG_WAITALL) ==
-         static_cast<ssize_t>(data.size());
+bool receive_all(int connection, std::vector<char>& data, SpinWait<>& spin) {
+  ssize_t received = 0;
+  spin.poll([&] {
+    received = recv(connection, data.data(), data.size(), MSG_DONTWAIT);
+    return received > 0;
+  });
+  const std::size_t begin = received > 0 ? static_cast<std::size_t>(received) : 0;
+  const std::size_t rest = data.size() - begin;
+  return rest == 0 || recv(connection, data.data() + begin, rest, MSG_WAITALL) ==
+                          static_cast<ssize_t>(rest);
 }
 
-void serve(int listener, std::vector<char> request, const std::vector<char>& response) {
+void serve(int listener, std::vector<char> request, const std::vector<char>& response,
+           SpinWait<> spin) {
   const int connection = checked(accept(listener, nullptr, nullptr), "accept");
   disable_delay(connection);
-  while (receive_all(connection, request) && send_all(connection, response)) {
+  while (receive_all(connection, request, spin) && send_all(connection, response)) {
   }
 }
 
 void run(const Arguments& arguments) {
   const std::vector<char> request(static_cast<std::size_t>(arguments.number("request-bytes")));
   std::vector<char> response(static_cast<std::size_t>(arguments.number("response-bytes")));
+  SpinWait<> spin(std::chrono::microseconds(static_cast<int>(arguments.number("spin-us"))));
   const double seconds = arguments.number("seconds");
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -70,13 +80,13 @@ void run(const Arguments& arguments) {
   const pid_t server = checked(fork(), "fork");
   if (server == 0) {
     close(connection);  // so that the client's end gives EOF
-    serve(listener, request, response);
+    serve(listener, request, response, spin);
     std::_Exit(EXIT_SUCCESS);
   }
   Latencies latencies;
   const Slice slice = measure(seconds, 1, [&] {
     latencies.time([&] {
-      if (!send_all(connection, request) || !receive_all(connection, response)) {
+      if (!send_all(connection, request) || !receive_all(connection, response, spin)) {
         throw std::runtime_error("the server has closed the connection");
       }
     });
@@ -91,7 +101,7 @@ void run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   try {
-    walker::bench::run({argv + 1, argv + argc, {"request-bytes", "response-bytes", "seconds"}});
+    walker::bench::run({argv + 1, argv + argc, {"request-bytes", "response-bytes", "spin-us", "seconds"}});
     return EXIT_SUCCESS;
   } catch (const std::exception& error) {
     std::cerr << "walker_sim_ping_pong: " << error.what() << '\n';

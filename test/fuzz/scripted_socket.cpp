@@ -48,4 +48,6 @@ std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& /*
   return size;
 }
 
+std::size_t Socket::receive_arrived(void* /*data*/, std::size_t /*capacity*/) { return 0; }
+
 }  // namespace walker

@@ -191,6 +191,9 @@ ADDRESSES = [
     ({"timeout": NAN}, ValueError, "timeout = nan s; must be above 0"),
     ({"timeout": 0}, ValueError, "timeout = 0"),
     ({"timeout": -1}, ValueError, "timeout = -1"),
+    ({"spin_us": -1}, ValueError, "spin_us = -1"),
+    ({"spin_us": 1001}, ValueError, "spin_us = 1001 us; must be an integer in"),
+    ({"spin_us": 1.5}, TypeError, "spin_us = 1.5"),
 ]
 
 

@@ -7,7 +7,7 @@ import pytest
 import walker_sim
 from walkers import IDS, make_ours
 
-SHARED = ["transport", "server", "master_uri", "timeout", "max_episode_steps", "render_mode"]
+SHARED = ["transport", "server", "master_uri", "timeout", "spin_us", "max_episode_steps", "render_mode"]
 VECTORS = ["num_envs", "num_threads", "batch_size", "autoreset_mode"]
 WALKER2D = ["xml_file", "frame_skip", "healthy_z_range", "camera_name", "default_camera_config"]
 

@@ -250,6 +250,12 @@ class ServicePortTest(ServerTest):
         self.assertLess(self.server.processor_time() - begin, 5 * one_by_one + 0.2)
         self.assert_serves()
 
+    def test_idle_server_uses_no_processor_time(self):
+        self.assert_serves(100)
+        begin = self.server.processor_time()
+        time.sleep(1)
+        self.assertLess(self.server.processor_time() - begin, 0.2)
+
     def test_answers_are_sent_after_a_half_close(self):
         connection = self.opened(persistent="1")
         connection.sendall(self.step.request_bytes(action=STAND) * 50)

@@ -78,7 +78,13 @@ class Pool:
 
 class Client:
     def __init__(
-        self, id: str, parameters: ByName, server: str, master_uri: str, timeout: float
+        self,
+        id: str,
+        parameters: ByName,
+        server: str,
+        master_uri: str,
+        timeout: float,
+        spin_us: int = ...,
     ) -> None: ...
     @property
     def specification(self) -> ByName: ...

@@ -66,6 +66,9 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         unset.
     timeout
         Over ROS: timeout of each call [s of wall time].
+    spin_us
+        Over ROS: longest time to poll for an answer before the call blocks, 0 to 1000 [us]; 0:
+        none. A call polls only while recent answers came within that time.
     max_episode_steps
         Step on which an episode is truncated. In process, None, -1 and 0 leave truncation to
         Gymnasium's ``TimeLimit``. Over ROS the server must have this limit (-1 and 0: none; None:
@@ -97,6 +100,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         server: str = "/walker_sim",
         master_uri: str = "",
         timeout: float = 10.0,
+        spin_us: int = 50,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
         **parameters: Any,
@@ -109,7 +113,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         refuse_unknown(WalkerEnv.__init__, env_id, parameters)
         self.render_mode = render_mode
         self._transport = transport
-        address = ServerAddress(transport, server, master_uri, timeout)
+        address = ServerAddress(transport, server, master_uri, timeout, spin_us)
         self._walker = make_walker(env_id, address, max_episode_steps, parameters)
         specification = self._walker.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.errors import ServerMismatch
+from walker_sim.keywords import to_count
 from walker_sim.rendering import Pictures
 from walker_sim.transport import (
     Batch,
@@ -85,8 +86,11 @@ class Connection:
             raise ValueError(f"{timeout_text}, as a float") from None
         self._required: Specification = required
         self._takes_any_limit: bool = takes_any_limit
-        self._options: tuple[str, dict[str, Any], str, str, float]
-        self._options = (env_id, dict(parameters), address.server, address.master_uri, timeout)
+        spin_us = to_count("spin_us", address.spin_us, 0)
+        self._options: tuple[str, dict[str, Any], str, str, float, int]
+        self._options = (
+            *(env_id, dict(parameters), address.server, address.master_uri, timeout, spin_us),
+        )
         self._client: _core.Client | None = None
         client = self.open()
         server = client.server_specification

@@ -42,7 +42,7 @@ class VecEnv(vec_env.VecEnv):
         Number of walkers, at least 1.
     transport
         ``inprocess``, or ``ros``: a server in lock-step with ``autoreset_mode`` same_step.
-    server, master_uri, timeout, num_threads, max_episode_steps, parameters
+    server, master_uri, timeout, spin_us, num_threads, max_episode_steps, parameters
         As for `walker_sim.WalkerVectorEnv`.
     render_mode
         ``rgb_array``, ``human`` (a window shows the first walker) or None.
@@ -68,6 +68,7 @@ class VecEnv(vec_env.VecEnv):
         server: str = "/walker_sim",
         master_uri: str = "",
         timeout: float = 10.0,
+        spin_us: int = 50,
         num_threads: int = 0,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
@@ -78,6 +79,7 @@ class VecEnv(vec_env.VecEnv):
             others = {**parameters, "render_mode": render_mode, "transport": transport}
             others.update(max_episode_steps=max_episode_steps)
             others.update(server=server, master_uri=master_uri, timeout=timeout)
+            others.update(spin_us=spin_us)
             made = spec_of(env_id, {**others, "num_envs": num_envs})
             env_id, num_envs, parameters = made.env_id, made.num_envs, dict(made.parameters)
             max_episode_steps, render_mode = made.max_episode_steps, made.render_mode
@@ -88,7 +90,7 @@ class VecEnv(vec_env.VecEnv):
         num_threads = to_count("num_threads", num_threads, 0)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
-        address = ServerAddress(transport, server, master_uri, timeout)
+        address = ServerAddress(transport, server, master_uri, timeout, spin_us)
         self._walkers = make_walkers(
             env_id, num_envs, "same_step", parameters, address, num_threads
         )

@@ -35,7 +35,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     Parameters
     ----------
-    env_id, transport, server, master_uri, timeout, parameters
+    env_id, transport, server, master_uri, timeout, spin_us, parameters
         As for `WalkerEnv`.
     num_envs
         Number of walkers, at least 1.
@@ -66,6 +66,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         server: str = "/walker_sim",
         master_uri: str = "",
         timeout: float = 10.0,
+        spin_us: int = 50,
         num_threads: int = 0,
         batch_size: int = 0,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
@@ -84,7 +85,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self.num_envs = to_count("num_envs", num_envs, 1)
         self._walkers = make_walkers(
             *(env_id, self.num_envs, self.autoreset_mode.name.lower(), parameters),
-            ServerAddress(transport, server, master_uri, timeout),
+            ServerAddress(transport, server, master_uri, timeout, spin_us),
             to_count("num_threads", num_threads, 0),
             to_count("batch_size", batch_size, 0),
         )

@@ -80,11 +80,13 @@ bool call_master_api(const std::string& method, const std::string& service,
   return ros::master::execute(method, request, response, payload, is_registration);
 }
 
-ServiceSession::Outcome advance(ServiceSession& session, short happened) {
+/// @param has_answered set if a call has been answered
+ServiceSession::Outcome advance(ServiceSession& session, short happened, bool& has_answered) {
   // On one core the client runs as soon as it has its answer, so its next request has often arrived
   // already and needs no poll. The number of calls is limited because other clients wait.
   constexpr int kMaxCalls = 8;
   ServiceSession::Outcome outcome = session.advance(happened);
+  has_answered |= outcome == ServiceSession::Outcome::called;
   for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < kMaxCalls; ++calls) {
     outcome = session.advance(POLLIN);
   }
@@ -93,7 +95,8 @@ ServiceSession::Outcome advance(ServiceSession& session, short happened) {
 
 }  // namespace
 
-ServicePort::ServicePort() : max_sessions_(max_sessions()) {
+ServicePort::ServicePort(std::chrono::microseconds spin)
+    : max_sessions_(max_sessions()), spin_(spin) {
   listener_ = make_socket();
   try {
     const std::uint16_t port = listen_anywhere(listener_);
@@ -144,7 +147,8 @@ void ServicePort::serve_sessions() {
       continue;
     }
     const std::size_t before = sessions_[i]->held();
-    const bool is_over = advance(*sessions_[i], happened) == ServiceSession::Outcome::over;
+    const bool is_over =
+        advance(*sessions_[i], happened, has_answered_) == ServiceSession::Outcome::over;
     held_ += sessions_[i]->held() - before;  // may be negative, modulo 2^64
     if (is_over) remove(sessions_[i]);
     if (held_ > kMaxHeldBytes) make_room();
@@ -183,6 +187,14 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   for (const std::unique_ptr<ServiceSession>& session : sessions_) {
     polled_.push_back({session->descriptor(), session->events(), 0});
     if (session->has_work()) longest = std::chrono::nanoseconds::zero();
+  }
+  // A client that has its answer usually sends its next request soon.
+  const bool may_spin = std::exchange(has_answered_, false) && longest >= spin_.limit();
+  if (may_spin && spin_.poll([this] {
+        constexpr timespec kNow{};
+        return ppoll(polled_.data(), polled_.size(), &kNow, nullptr) > 0;
+      })) {
+    return;
   }
   constexpr std::int64_t kPerSecond = 1000000000;
   const std::int64_t left = std::max<std::int64_t>(longest.count(), 0);

@@ -15,6 +15,7 @@
 #include <ros/serialization.h>
 #include <ros/service_traits.h>
 
+#include "base/spin_wait.h"
 #include "ros/checked_stream.h"
 #include "server/transport/pending_answer.h"
 #include "server/transport/service_session.h"
@@ -30,8 +31,9 @@ namespace walker {
 /// requests and unread answers. Beyond the last, the longest idle session with `holds_much` yields.
 class ServicePort {
  public:
+  /// @param spin longest time to poll for the next request after an answer, before blocking
   /// @throws std::system_error if no socket can listen
-  ServicePort();
+  explicit ServicePort(std::chrono::microseconds spin = {});
   ServicePort(const ServicePort&) = delete;
   ServicePort& operator=(const ServicePort&) = delete;
   /// Unregisters the services and closes all connections.
@@ -113,6 +115,8 @@ class ServicePort {
   std::vector<std::unique_ptr<ServiceSession>> sessions_;  // null: ended
   std::size_t held_ = 0;                                   // bytes of all sessions
   bool is_any_over_ = false;
+  bool has_answered_ = false;  // in the last `serve`
+  SpinWait<> spin_;
   std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
   std::vector<pollfd> polled_;      // listener, `other`, answers, and the sessions in order
   Clock::time_point now_;           // time of the last poll

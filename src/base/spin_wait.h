@@ -1,0 +1,68 @@
+// A wait that begins with polling, as long as that pays.
+#pragma once
+
+#include <sched.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace walker {
+
+constexpr int kMaxSpinMicroseconds = 1000;
+
+/// Polls for an event before the caller blocks. A thread that blocks leaves its core idle, and a
+/// virtual machine takes 30 to 60 us to wake one (docs/transport.md).
+///
+/// An exponential average decides whether polling pays: it does while events come within the limit.
+/// If they come later, or if another thread needs this core, `poll` returns at once and tries again
+/// after 16 calls, then after 32, up to 4096.
+template <typename Clock = std::chrono::steady_clock>
+class SpinWait {
+ public:
+  using Duration = std::chrono::nanoseconds;
+
+  /// @param limit longest time that a call polls; 0: never
+  explicit SpinWait(Duration limit) : limit_(limit) {}
+
+  Duration limit() const { return limit_; }
+
+  /// Polls until `is_ready` returns true, but at most until the limit.
+  /// @return whether it did; otherwise the caller blocks
+  template <typename IsReady>
+  bool poll(const IsReady& is_ready) {
+    if (limit_ <= Duration::zero()) return false;
+    const bool is_trial = average_ >= limit_;
+    if (is_trial && ++blocked_ < pause_) return false;
+    blocked_ = 0;
+    const auto start = Clock::now();
+    auto now = start;
+    while (!is_ready()) {
+      const auto before = now;
+      sched_yield();
+      now = Clock::now();
+      if (now - before > kSlowYield || now - start >= limit_) {
+        average_ += (kLong * limit_ - average_) / kWeight;
+        if (is_trial) pause_ = std::min(2 * pause_, kMaxPause);
+        return false;
+      }
+    }
+    average_ = is_trial ? now - start : average_ + (now - start - average_) / kWeight;
+    pause_ = kMinPause;
+    return true;
+  }
+
+ private:
+  /// A yield takes below 1 us, unless another thread has used the core in between.
+  static constexpr std::chrono::microseconds kSlowYield{10};
+  static constexpr int kWeight = 4;  // the newest wait counts for a quarter
+  static constexpr int kLong = 2;    // an event beyond the limit counts as this many limits
+  static constexpr int kMinPause = 16;
+  static constexpr int kMaxPause = 4096;
+
+  Duration limit_;
+  Duration average_{};  // of the waits that were polled
+  int blocked_ = 0;     // calls since the last that polled
+  int pause_ = kMinPause;
+};
+
+}  // namespace walker
