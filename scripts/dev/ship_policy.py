@@ -18,8 +18,7 @@ import tempfile
 
 from walker_sim import _core
 from walker_sim.commands import main as walker_sim
-from walker_sim.training.curve import read_curve
-from walker_sim.training.evaluation import FIRST_CHOICE_SEED
+from walker_sim.training.evaluation import FIRST_CHOICE_SEED, read_curve
 from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
-from walker_sim.commands.episodes import Episode, Steps, play
+from walker_sim.commands.episodes import Episode, Steps, play, shown
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
-from walker_sim.commands.progress import shown
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
 
 FORMAT = 1
@@ -54,7 +53,7 @@ examples:
 """
 
 
-def _parser() -> common.Parser:
+def run(arguments: Sequence[str]) -> int:
     parser = common.Parser("record", DESCRIPTION, EPILOG)
     action = parser.add_mutually_exclusive_group(required=True)
     action.add_argument(
@@ -66,11 +65,7 @@ def _parser() -> common.Parser:
     common.add_episodes(parser, EPISODES)
     common.add_walker_options(parser)
     common.add_num_envs(parser)
-    return parser
-
-
-def run(arguments: Sequence[str]) -> int:
-    options = _parser().parse_intermixed_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     if options.check:
         return _check(options)
     if options.output.suffix != ".npz":
@@ -78,9 +73,7 @@ def run(arguments: Sequence[str]) -> int:
     env_id, parameters = common.walker_of(options.walker)
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
-    policies = make_policies(
-        *(options.policy, env_id, parameters, walkers.specification), options.normalization
-    )
+    policies = make_policies(options, env_id, parameters, walkers.specification)
     episodes = sorted(shown(play(walkers, seeds, policies, keeps_steps=True), len(seeds)))
     for episode in episodes:
         if episode.length == 0:
