@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
-from walker_sim.commands import main, plot
+from walker_sim.commands import main, results
 
 FLAGS = {"True": True, "False": False}
 
@@ -129,8 +129,8 @@ def test_json_has_all_digits(capsys, tmp_path):
 
 def test_plot_shows_every_episode(capsys, tmp_path, monkeypatch):
     figures = []
-    make = plot._figure
-    monkeypatch.setattr(plot, "_figure", lambda **k: figures.append(make(**k)) or figures[-1])
+    make = results._figure
+    monkeypatch.setattr(results, "_figure", lambda **k: figures.append(make(**k)) or figures[-1])
     file = tmp_path / "returns.png"
     options = ["--seeds", "6,0:3", "--plot", file, "--csv", tmp_path / "returns.csv"]
     evaluate(capsys, "BipedalWalker-v3", *options)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from reference_hashes import HASHES, HASHES_WITHOUT_FMA, STEPS
 from walker_sim.commands import main
-from walker_sim.commands.reference_run import NUM_WALKERS, SimulationFailed, reference_hash
+from walker_sim.commands.hash import NUM_WALKERS, reference_hash
+from walker_sim.commands.options import InputError
 from walker_sim.in_process import InProcessWalkers
 from walkers import IDS
 
@@ -81,5 +82,5 @@ def test_one_bit_changes_the_hash():
 def test_error_names_failed_walker(monkeypatch):
     walkers = InProcessWalkers("BipedalWalker-v3", {}, 2, 1, "next_step")
     monkeypatch.setattr(walkers, "error", lambda row: "broken" if row == 1 else "")
-    with pytest.raises(SimulationFailed, match="walker 1, step 1: broken"):
+    with pytest.raises(InputError, match="BipedalWalker-v3: walker 1, step 1: broken"):
         reference_hash(walkers, 5)

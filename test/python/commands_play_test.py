@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,7 +30,8 @@ def viewer(clock):
 
 def make_viewer(clock, policy="zero", **parameters):
     walkers = InProcessWalkers(WALKER, parameters, 1, 1, "next_step")
-    policies = make_policies(policy, WALKER, {}, walkers.specification)
+    options = SimpleNamespace(policy=policy, normalization=None)
+    policies = make_policies(options, WALKER, {}, walkers.specification)
     pictures = Pictures(WALKER, parameters, "human", {}, DT)
 
     def draw():

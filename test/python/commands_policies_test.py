@@ -35,7 +35,8 @@ def first_four(observation):
 
 
 def policies(text):
-    return make_policies(text, ID, {}, SPECIFICATION)
+    options = SimpleNamespace(policy=text, normalization=None)
+    return make_policies(options, ID, {}, SPECIFICATION)
 
 
 def test_function_action_is_rounded_to_float32():

@@ -20,8 +20,7 @@ from walker_sim import _core
 from walker_sim.commands import main
 from walker_sim.sb3 import VecEnv
 from walker_sim.training import evaluation
-from walker_sim.training.environments import wrap
-from walker_sim.training.learner import actor_arrays
+from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.run import Training
 from walker_sim.training.settings import (
     Settings,
