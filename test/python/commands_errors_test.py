@@ -1,7 +1,6 @@
 """Invalid arguments give a one-line error, status 2, and no output."""
 
 import pytest
-from walker_sim.commands import main
 
 WALKER = "BipedalWalker-v3"
 IDS = "BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4, Walker2d-v5, Hopper-v4, Hopper-v5"
@@ -78,22 +77,13 @@ ERRORS = [
 
 
 @pytest.mark.parametrize(("line", "message"), ERRORS)
-def test_one_line_names_invalid_argument(capsys, line, message):
-    try:
-        status = main(line.split())
-    except SystemExit as end:
-        status = end.code
-    captured = capsys.readouterr()
-    assert status == 2
-    assert captured.out == ""
-    assert message in captured.err
-    assert captured.err.count("\n") == 1
-    assert captured.err.startswith(f"walker_sim{f' {line.split()[0]}' if ' ' in line else ''}")
+def test_one_line_names_invalid_argument(command, line, message):
+    ended = command(*line.split(), status=2)
+    assert ended.out == ""
+    assert message in ended.err
 
 
-def test_error_names_missing_master(capsys, monkeypatch):
+def test_error_names_missing_master(command, monkeypatch):
     monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
-    assert main(["evaluate", WALKER, "--transport", "ros"]) == 2
-    error = capsys.readouterr().err
+    error = command("evaluate", WALKER, "--transport", "ros", status=2).err
     assert "http://localhost:1" in error
-    assert error.count("\n") == 1

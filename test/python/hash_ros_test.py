@@ -8,7 +8,6 @@ import xmlrpc.client
 
 import pytest
 from reference_hashes import HASHES, STEPS
-from walker_sim.commands import main
 from walkers import IDS
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "server"))
@@ -48,11 +47,12 @@ def listen(name, namespace):
 
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize(("num_envs", "listens"), [(1, False), (1, True), (7, True)])
-def test_the_hash_is_the_documented_one(capsys, serve, environment_id, num_envs, listens):
+def test_the_hash_is_the_documented_one(command, serve, environment_id, num_envs, listens):
     name, _ = serve(environment_id, num_envs=num_envs)
     topics, counts = listen(name, name.rpartition("/")[0]) if listens else ({}, {})
     options = ["--transport", "ros", "--server", name, "--num-envs", str(num_envs)]
-    assert main(["hash", environment_id, "--steps", str(STEPS), *options]) == 0
-    found = capsys.readouterr().out.splitlines()[1].split()[0]
+    found = (
+        command("hash", environment_id, "--steps", STEPS, *options).out.splitlines()[1].split()[0]
+    )
     assert found == HASHES[STEPS][environment_id]
     assert set(counts) == set(topics)

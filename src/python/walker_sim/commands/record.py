@@ -250,31 +250,24 @@ def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) ->
     error = walkers.reset_error(0)
     if error:
         return f"fails at its reset: {error}"
-    state = {"observations": observations[0], "infos": infos[0]}
-    difference = _differs(state, recorded, 0, 0)
+    difference = _difference((observations[0], infos[0]), recorded, 0)
     for step, action in enumerate(recorded["actions"], 1):
         if difference:
             break
         actions[0] = action
         batch = walkers.step(actions)
-        state = {"observations": batch.observations[0], "infos": batch.info[0]}
-        outcome = {
-            "rewards": batch.rewards[0],
-            "terminated": batch.terminated[0],
-            "truncated": batch.truncated[0],
-        }
-        difference = _differs(state, recorded, step, step)
-        difference = difference or _differs(outcome, recorded, step - 1, step)
-        has_ended = batch.terminated[0] or batch.truncated[0]
-        if has_ended and step < len(recorded["actions"]):
+        outcome = batch.rewards[0], batch.terminated[0], batch.truncated[0]
+        difference = _difference((batch.observations[0], batch.info[0], *outcome), recorded, step)
+        if any(outcome[1:]) and step < len(recorded["actions"]):
             difference = difference or f"ends at step {step}"
     return difference
 
 
-def _differs(
-    values: Mapping[str, Any], recorded: Mapping[str, NDArray[Any]], row: int, step: int
-) -> str:
-    for name, value in values.items():
+def _difference(values: Sequence[Any], recorded: Mapping[str, NDArray[Any]], step: int) -> str:
+    """Compares observation and info and, after a step, reward, terminated and truncated."""
+    names = ("observations", "infos", "rewards", "terminated", "truncated")
+    for name, value in zip(names, values):
+        row = step if _LAYOUTS[name][2] == "states" else step - 1
         ours, theirs = np.atleast_1d(value), np.atleast_1d(recorded[name][row])
         if ours.tobytes() == theirs.tobytes():
             continue
