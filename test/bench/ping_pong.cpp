@@ -9,14 +9,11 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <exception>
-#include <iostream>
 #include <stdexcept>
 #include <vector>
 
 #include "base/checked.h"
-#include "bench/arguments.h"
-#include "bench/slice.h"
+#include "bench/program.h"
 
 namespace walker::bench {
 namespace {
@@ -90,11 +87,7 @@ void run(const Arguments& arguments) {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  try {
+  return walker::bench::run_program("walker_sim_ping_pong", [&] {
     walker::bench::run({argv + 1, argv + argc, {"request-bytes", "response-bytes", "seconds"}});
-    return EXIT_SUCCESS;
-  } catch (const std::exception& error) {
-    std::cerr << "walker_sim_ping_pong: " << error.what() << '\n';
-    return EXIT_FAILURE;
-  }
+  });
 }

@@ -1,10 +1,12 @@
 """Runs the examples as a user does, for their tests."""
 
+import contextlib
 import os
 import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 
 EXAMPLES = pathlib.Path(__file__).resolve().parents[2] / "examples"
 PATIENCE = 600  # sufficient on two busy cores [s]
@@ -53,3 +55,28 @@ def means_of_returns(text):
     """Parses the printed mean returns, keyed by the number of steps."""
     lines = re.findall(r"^(\d+) steps, mean of the last .*returns (-?\d+\.\d),", text, re.MULTILINE)
     return {int(steps): float(mean) for steps, mean in lines}
+
+
+@contextlib.contextmanager
+def short_folder():
+    """A folder for Ray's sockets, whose paths may have at most 107 bytes."""
+    with tempfile.TemporaryDirectory(prefix="ray_", dir="/tmp") as folder:
+        yield pathlib.Path(folder)
+
+
+def ray_home(folder):
+    return {"HOME": str(folder), "RAY_TMPDIR": str(folder)}
+
+
+def learn(name, *arguments, folder, **environment):
+    """Runs an example that saves walker.pt. Returns its output and the saved tensors by name."""
+    import torch
+
+    text = run_example(name, *arguments, folder=folder, **environment)
+    return text, torch.load(folder / "walker.pt")
+
+
+def equal(one, other):
+    """Returns whether tensors by name are equal."""
+    assert one.keys() == other.keys()
+    return all(one[name].equal(other[name]) for name in one)
