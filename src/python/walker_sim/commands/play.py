@@ -57,14 +57,7 @@ examples:
 class Session:
     """Endless sequence of episodes of one walker.
 
-    Attributes
-    ----------
-    episode
-        Number of the present episode, from 1.
-    seed, step_count, episode_return
-        Seed, steps and return of the present episode.
-    end
-        Result of `end_of` for the present episode; empty while it continues.
+    `episode` counts from 1. `end` is the result of `end_of`, empty while the episode continues.
     """
 
     def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
