@@ -110,16 +110,13 @@ missing_packages() {
       awk 'substr($1, 2) == "i" { print $2 }' | sort -u)
 }
 
-apt_install() {
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends \
-    -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install "$@"
-}
-
 # Debian 11's security archive lists packages that it no longer has. If one is missing, installs the
 # release's own.
 install_packages() {
+  local install=(as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends
+    -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install)
   as_root dpkg --configure -a && as_root apt-get -q -o Acquire::Retries=3 update || return
-  apt_install "$@" || { [ -n "$release_alone" ] && apt_install -t "$release_alone" "$@"; }
+  "${install[@]}" "$@" || { [ -n "$release_alone" ] && "${install[@]}" -t "$release_alone" "$@"; }
 }
 
 set_up_packages() {

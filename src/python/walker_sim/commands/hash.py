@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 import walker_sim
 from walker_sim import _core
 from walker_sim.commands import options as common
-from walker_sim.registration import without_namespace
 from walker_sim.transport import Walkers, libm_of
 
 RUN = 1  # increment if a change below changes a hash
@@ -53,7 +52,10 @@ def run(arguments: Sequence[str]) -> int:
     common.add_walker_options(parser)
     common.add_num_envs(parser)
     options = parser.parse_intermixed_args(arguments)
-    ids = [_id_of(word) for word in options.walker] or _core.ids()
+    for word in options.walker:
+        if "=" in word:
+            raise common.InputError(f"{word}: parameters cannot be set; the run has the defaults")
+    ids = [common.walker_of([word])[0] for word in options.walker] or _core.ids()
     size = f"{NUM_WALKERS} x {options.steps:,} steps"
     print(f"walker_sim {walker_sim.__version__}, run {RUN}: {size}")
     for env_id in ids:
@@ -65,12 +67,6 @@ def run(arguments: Sequence[str]) -> int:
         libm = libm_of(version)
         print(f"{found}  {env_id}, {engine}{libm and f', libm: {libm}'}", flush=True)
     return 0
-
-
-def _id_of(word: str) -> str:
-    if "=" in word:
-        raise common.InputError(f"{word}: parameters cannot be set; the run has the defaults")
-    return common.walker_of([without_namespace(word)])[0]
 
 
 class ReferenceWalker:
