@@ -1,6 +1,12 @@
 """The commands print and write the same over ROS as in process."""
 
+import os
+import threading
+import xmlrpc.client
+
 import pytest
+from reference_hashes import HASHES, STEPS
+from walkers import IDS
 
 WALKERS = [
     ("BipedalWalker-v3", ["max_episode_steps=300"], {"max_episode_steps": 300}),
@@ -8,11 +14,10 @@ WALKERS = [
 ]
 
 
-@pytest.mark.parametrize(("env_id", "words", "parameters"), WALKERS)
+@pytest.mark.parametrize("walker", WALKERS)
 @pytest.mark.parametrize("num_envs", [1, 3])
-def test_evaluation_equals_in_process(
-    command, tmp_path, serve, env_id, words, parameters, num_envs
-):
+def test_evaluation_equals_in_process(command, tmp_path, serve, walker, num_envs):
+    env_id, words, parameters = walker
     name, _ = serve(env=env_id, num_envs=num_envs, **parameters)
     words = ["evaluate", env_id, *words, "--policy", "random", "--episodes", 7]
     results = []
@@ -51,3 +56,46 @@ def test_error_names_server_differences(command, serve, name_of_command):
     assert error.startswith(f"walker_sim {name_of_command}: the server {name}: ")
     assert "num_envs is 3 there; must be 2" in error
     assert "hardcore is false there; must be true" in error
+
+
+def listen(name, namespace):
+    from bare_ros import CALLER, BareSubscriber
+    from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import JointState
+    from tf2_msgs.msg import TFMessage
+    from visualization_msgs.msg import MarkerArray
+    from walker_sim.msg import Transition
+
+    uri = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"]).lookupNode(CALLER, name)[2]
+    topics = {
+        f"{namespace}/transition": Transition,
+        f"{namespace}/joint_states": JointState,
+        f"{namespace}/odom": Odometry,
+        f"{namespace}/state_markers": MarkerArray,
+        "/tf": TFMessage,
+    }
+    counts = {}
+
+    def read(topic, subscriber):
+        try:
+            while True:
+                subscriber.next()
+                counts[topic] = counts.get(topic, 0) + 1
+        except OSError:
+            pass
+
+    for topic, message_class in topics.items():
+        subscriber = BareSubscriber(uri, topic, message_class)
+        threading.Thread(target=read, args=(topic, subscriber), daemon=True).start()
+    return topics, counts
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize(("num_envs", "listens"), [(1, False), (1, True), (7, True)])
+def test_hash_is_the_documented_one(command, serve, environment_id, num_envs, listens):
+    name, _ = serve(environment_id, num_envs=num_envs)
+    topics, counts = listen(name, name.rpartition("/")[0]) if listens else ({}, {})
+    options = ["--transport", "ros", "--server", name, "--num-envs", num_envs]
+    lines = command("hash", environment_id, "--steps", STEPS, *options).out.splitlines()
+    assert lines[1].split()[0] == HASHES[STEPS][environment_id]
+    assert set(counts) == set(topics)

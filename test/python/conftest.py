@@ -14,7 +14,7 @@ import pytest
 TEST = pathlib.Path(__file__).resolve().parents[1]
 sys.path += [
     str(TEST / folder)
-    for folder in ("bench", "robots/bipedal_walker", "robots/mujoco", "recordings")
+    for folder in ("bench", "robots/bipedal_walker", "robots/mujoco", "recordings", "server")
 ]
 
 
