@@ -75,11 +75,9 @@ def read_curve(path: Path) -> list[Point]:
 
 def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
     """Plots returns over steps, with the standard deviation over the evaluation's episodes."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7, 4), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots()
     steps = [point.steps / 1e6 for point in points]
     means = [point.evaluation_return for point in points]

@@ -1,4 +1,4 @@
-"""Makes Stable-Baselines3's algorithms and their environments from settings, and policy files."""
+"""Makes Stable-Baselines3's algorithms and their environments from settings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, 
 from torch import nn
 
 from walker_sim.training.models import actor_layers
-from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
+from walker_sim.training.policy_file import OBSERVATION_CLIP
 from walker_sim.training.settings import Settings
 
 FIRST_TRAINING_SEED = 1 << 40
@@ -112,30 +112,3 @@ def actor_arrays(model: Any) -> list[NDArray[np.float32]]:
         if isinstance(layer, nn.Linear)
         for tensor in (layer.weight, layer.bias)
     ]
-
-
-def to_policy(
-    env_id: str,
-    settings: Settings,
-    walkers: VecNormalize,
-    arrays: list[NDArray[np.float32]],
-    steps: int,
-) -> PolicyFile:
-    """Returns a policy of the network `arrays` and the present observation statistics."""
-    return PolicyFile(
-        env_id=env_id,
-        parameters={name: str(value) for name, value in settings.parameters.items()},
-        activation=settings.activation,
-        output="clip" if settings.algorithm == "ppo" else "tanh",
-        mean=walkers.obs_rms.mean,
-        deviation=np.sqrt(walkers.obs_rms.var + walkers.epsilon),
-        low=walkers.action_space.low,
-        high=walkers.action_space.high,
-        layers=list(zip(arrays[::2], arrays[1::2])),
-        notes={
-            "algorithm": settings.algorithm,
-            "steps": str(steps),
-            "seed": str(settings.seed),
-            "settings": settings.hash(),
-        },
-    )

@@ -19,7 +19,7 @@ from walker_sim import _core, sb3
 from walker_sim.errors import UnknownKeyword
 from walker_sim.training import learner
 from walker_sim.training.evaluation import Evaluation, Point, draw_curve, read_curve, write_curve
-from walker_sim.training.policy_file import to_bytes, write_policy
+from walker_sim.training.policy_file import PolicyFile, to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
@@ -160,16 +160,37 @@ class Training:
     def after_update(self) -> None:
         self.networks.append(learner.actor_arrays(self.model))
 
-    def evaluate(self) -> None:
-        """Adds a point to the curve; saves the policy if it is the best so far."""
-        began = time.monotonic()
-        seconds = self.seconds
+    def policy(self) -> PolicyFile:
+        """Returns the mean of the latest networks with the present observation statistics."""
         # Single precision would accumulate rounding errors of many networks.
         arrays = [
             np.asarray(np.mean(each, axis=0, dtype=np.float64), np.float32)
             for each in zip(*self.networks)
         ]
-        policy = learner.to_policy(self.env_id, self.settings, self.walkers, arrays, self.steps)
+        settings, walkers = self.settings, self.walkers
+        return PolicyFile(
+            env_id=self.env_id,
+            parameters={name: str(value) for name, value in settings.parameters.items()},
+            activation=settings.activation,
+            output="clip" if settings.algorithm == "ppo" else "tanh",
+            mean=walkers.obs_rms.mean,
+            deviation=np.sqrt(walkers.obs_rms.var + walkers.epsilon),
+            low=walkers.action_space.low,
+            high=walkers.action_space.high,
+            layers=list(zip(arrays[::2], arrays[1::2])),
+            notes={
+                "algorithm": settings.algorithm,
+                "steps": str(self.steps),
+                "seed": str(settings.seed),
+                "settings": settings.hash(),
+            },
+        )
+
+    def evaluate(self) -> None:
+        """Adds a point to the curve; saves the policy if it is the best so far."""
+        began = time.monotonic()
+        seconds = self.seconds
+        policy = self.policy()
         returns = self._evaluation.returns(
             _core.Policy.from_bytes(f"after {self.steps} steps", to_bytes(policy))
         )
