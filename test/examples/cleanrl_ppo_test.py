@@ -6,7 +6,7 @@ import gymnasium
 import pytest
 import torch
 import walker_sim  # noqa: F401  # registers the walkers
-from running import assert_helps, assert_refuses_too_few_steps, equal, learn
+from running import Arguments, equal, learn
 
 OURS = "walker_sim/BipedalWalker-v3"
 
@@ -20,13 +20,8 @@ def mean_action(agent, observation):
     return values.clamp(-1, 1).numpy()
 
 
-def test_help(tmp_path):
-    assert_helps("cleanrl_ppo", tmp_path)
-
-
-def test_too_few_steps(tmp_path):
-    sizes = ("--num-envs", 4, "--rollout", 20)
-    assert_refuses_too_few_steps("cleanrl_ppo", tmp_path, *sizes, least=80)
+class TestArguments(Arguments):
+    name, sizes, least = "cleanrl_ppo", ("--num-envs", 4, "--rollout", 20), 80
 
 
 @pytest.mark.parametrize("env_id", [OURS, "walker_sim/Walker2d-v5"])

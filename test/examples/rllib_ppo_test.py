@@ -28,12 +28,8 @@ def learnt():
         )
 
 
-def test_help(tmp_path):
-    running.assert_helps("rllib_ppo", tmp_path)
-
-
-def test_too_few_steps(tmp_path):
-    running.assert_refuses_too_few_steps("rllib_ppo", tmp_path, *SIZES, least=UPDATE)
+class TestArguments(running.Arguments):
+    name, sizes, least = "rllib_ppo", SIZES, UPDATE
 
 
 def test_no_walkers(tmp_path):

@@ -42,13 +42,21 @@ def assert_helps(name, folder):
     assert "What to expect of BipedalWalker-v3: " in text
 
 
-def assert_refuses_too_few_steps(name, folder, *sizes, least, **environment):
-    for size in ("--num-envs", "--rollout"):
-        text = run_example(name, size, 0, folder=folder, status=2, **environment)
-        assert f"{size} 0: must be at least " in text
-    text = run_example(name, *sizes, "--steps", least - 1, folder=folder, status=2, **environment)
-    assert f"--steps {least - 1}: trains nothing; must be at least {least}," in text
-    assert not list(folder.iterdir())
+class Arguments:
+    """Tests of an example that trains; a subclass has its name, sizes and least --steps."""
+
+    def test_help(self, tmp_path):
+        assert_helps(self.name, tmp_path)
+
+    def test_too_few_steps(self, tmp_path):
+        few, least = self.least - 1, f"must be at least {self.least},"
+        for words, reason in (
+            (("--num-envs", 0), "--num-envs 0: must be at least "),
+            (("--rollout", 0), "--rollout 0: must be at least "),
+            ((*self.sizes, "--steps", few), f"--steps {few}: trains nothing; {least}"),
+        ):
+            assert reason in run_example(self.name, *words, folder=tmp_path, status=2)
+        assert not list(tmp_path.iterdir())
 
 
 def means_of_returns(text):

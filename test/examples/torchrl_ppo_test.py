@@ -1,17 +1,12 @@
 """examples/torchrl_ppo.py: TorchRL resets the vector environment, and PPO learns."""
 
-from running import assert_helps, assert_refuses_too_few_steps, equal, learn, means_of_returns
+from running import Arguments, equal, learn, means_of_returns
 
 HOPPER = ("--env", "walker_sim/Hopper-v5")
 
 
-def test_help(tmp_path):
-    assert_helps("torchrl_ppo", tmp_path)
-
-
-def test_too_few_steps(tmp_path):
-    sizes = ("--num-envs", 4, "--rollout", 20)
-    assert_refuses_too_few_steps("torchrl_ppo", tmp_path, *sizes, least=80)
+class TestArguments(Arguments):
+    name, sizes, least = "torchrl_ppo", ("--num-envs", 4, "--rollout", 20), 80
 
 
 def test_learns(tmp_path):
