@@ -20,9 +20,9 @@ source "$root/scripts/packages.sh"
 # The ROS build. BOX2D_SOURCE_DIR and MUJOCO_DIR, if set, name copies of the pinned engines.
 ros_build=$build/.ros
 devel=$root/devel
-common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3)
-ros_options=("${common_options[@]}" "-DCATKIN_DEVEL_PREFIX=$devel"
+common_options=(-DPYTHON_EXECUTABLE=/usr/bin/python3 -DPython3_EXECUTABLE=/usr/bin/python3
   "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}")
+ros_options=("${common_options[@]}" "-DCATKIN_DEVEL_PREFIX=$devel")
 # A command may set these before set_up.
 extra_packages=()
 extra_options=()
@@ -36,6 +36,11 @@ say() { printf '%s\n' "$*" >&2; }
 die() {
   say "${0##*/}: $*"
   exit 1
+}
+
+# print_help ARGUMENT...: if -h or --help is among the arguments, prints standard input and exits.
+print_help() {
+  case " $* " in *' -h '* | *' --help '*) cat && exit ;; esac
 }
 
 # quiet NAME CMD...: runs CMD with its output in build/log/NAME.log; on failure prints its end.
@@ -105,16 +110,13 @@ missing_packages() {
       awk 'substr($1, 2) == "i" { print $2 }' | sort -u)
 }
 
-apt_install() {
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends \
-    -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install "$@"
-}
-
 # Debian 11's security archive lists packages that it no longer has. If one is missing, installs the
 # release's own.
 install_packages() {
+  local install=(as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends
+    -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install)
   as_root dpkg --configure -a && as_root apt-get -q -o Acquire::Retries=3 update || return
-  apt_install "$@" || { [ -n "$release_alone" ] && apt_install -t "$release_alone" "$@"; }
+  "${install[@]}" "$@" || { [ -n "$release_alone" ] && "${install[@]}" -t "$release_alone" "$@"; }
 }
 
 set_up_packages() {
@@ -161,11 +163,10 @@ set_up_example() {
     "$root/test/examples/requirements_$1.txt"
 }
 
-# fetch_engine NAME VARIABLE: fetches the pinned engine unless the variable names a local copy.
-fetch_engine() { [ -n "${!2:-}" ] || "$root/scripts/fetch_engines" "$1" >/dev/null; }
-
+# Fetches the pinned engines, except those of which a variable names a local copy.
 set_up_engines() {
-  fetch_engine box2d BOX2D_SOURCE_DIR && fetch_engine mujoco MUJOCO_DIR
+  [ -n "${BOX2D_SOURCE_DIR:-}" ] || "$root/scripts/fetch_engines" box2d >/dev/null || return
+  [ -n "${MUJOCO_DIR:-}" ] || "$root/scripts/fetch_engines" mujoco >/dev/null
 }
 
 # configure DIR OPTION...: runs CMake for Ninja, unless DIR is configured with these options (or
@@ -220,25 +221,18 @@ use_compiler_cache() {
   fi
 }
 
-set_up_build() {
-  use_compiler_cache
-  configure "$ros_build" "${ros_options[@]}" "${extra_options[@]}" || return
-  build_in "$ros_build" "${build_targets[@]}"
-}
-
 # set_up_instrumented KIND TARGET...: builds a KIND of test/instrument.cmake in build/.KIND, with a
 # devel space of its own.
 set_up_instrumented() {
-  local kind=$1 dir=$build/.$1 warnings_are_errors=ON
+  local kind=$1 dir=$build/.$1 devel=$build/.$1/devel warnings_are_errors=ON
   shift
   if [ "$kind" = fuzzer ]; then warnings_are_errors=OFF; fi # clang has other warnings than GCC
   set_up_packages && set_up_engines || return
   # gcov's counter files are named by the paths that ccache shortens.
   if [ "$kind" != coverage ]; then use_compiler_cache; fi
-  mkdir -p "$dir/devel/lib/python3/dist-packages" "$dir/devel/lib/pkgconfig"
   configure "$dir" "${common_options[@]}" "-DWALKER_SIM_INSTRUMENT=$kind" \
-    -DWALKER_SIM_WERROR=$warnings_are_errors -DWALKER_SIM_TESTS=ON "-DCATKIN_DEVEL_PREFIX=$dir/devel" \
-    "-DBOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-}" "-DMUJOCO_DIR=${MUJOCO_DIR:-}" "${extra_options[@]}" || return
+    -DWALKER_SIM_WERROR=$warnings_are_errors -DWALKER_SIM_TESTS=ON "-DCATKIN_DEVEL_PREFIX=$devel" \
+    "${extra_options[@]}" || return
   build_in "$dir" "$@"
 }
 
@@ -260,7 +254,9 @@ set_up_all() {
     set_up_venv "virtual environment" "$venv" "$root/scripts/requirements.txt" &
     venv_job=$!
   fi
-  set_up_engines && set_up_build || status=$?
+  use_compiler_cache
+  set_up_engines && configure "$ros_build" "${ros_options[@]}" "${extra_options[@]}" &&
+    build_in "$ros_build" "${build_targets[@]}" || status=$?
   if [ -n "$venv_job" ]; then wait "$venv_job" || status=$?; fi
   return "$status"
 }

@@ -1,18 +1,5 @@
 #!/usr/bin/env bash
-# Commands of stages.cmake:
-#   workspace                             builds and installs an ordinary workspace with catkin_make
-#   installed rostest|pytest FILE         runs FILE with nothing but the install space in its environment
-#   my_walker_pkg                         builds, tests and installs examples/my_walker_pkg on top of it
-#   wheel PYTHON                          builds the wheel with pip
-#   wheel_suite PYTHON oldest|newest      runs the wheel's suite in a clean virtual environment
-#   wheel_readme PYTHON                   runs README's first example with the wheel's extra for it
-#   example_venv LEARNER                  makes the virtual environment of an example
-#   example LEARNER FILE                  runs a suite in it
-#   sb3_suite                             runs Stable-Baselines3's tests with this package's environment
-#   rosnodejs_modules                     installs the client's modules (test/python/rosnodejs) with npm
-#   rosnodejs FILE                        runs a suite that uses the client
-#   torchrl_root PYTHON                   makes a Debian 13 root for TorchRL's example, with its packages
-#   torchrl FILE                          runs a suite in it
+# The commands of stages.cmake, which are listed at the end.
 # They work in hidden folders of build/, because roslaunch searches a package's visible folders.
 set -euo pipefail
 # shellcheck source=scripts/setup.sh
@@ -43,11 +30,18 @@ make_workspace() {
   done
 }
 
+clean=(env -i "HOME=$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1)
+
 # in_space SETUP_FILE COMMAND...: runs the command in a clean environment after sourcing SETUP_FILE.
 in_space() {
   # shellcheck disable=SC2016  # for the inner shell
-  env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 ROS_HOSTNAME=localhost \
-    ROS_HOME="$ros_home" PYTHONDONTWRITEBYTECODE=1 bash -c 'source "$0" && exec "$@"' "$@"
+  "${clean[@]}" ROS_HOSTNAME=localhost ROS_HOME="$ros_home" bash -c 'source "$0" && exec "$@"' "$@"
+}
+
+# over_ros ROS_HOME COMMAND...: runs the command with the devel space and the programs for ROS tests.
+over_ros() {
+  within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 ROS_HOME="$1" \
+    WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" "${@:2}"
 }
 
 pytest=(-m pytest -q -p no:cacheprovider)
@@ -113,9 +107,8 @@ run_wheel_suite() {
   pip=("$environment/bin/python" -m pip --disable-pip-version-check)
   within /dev/null "${pip[@]}" install --no-index --no-deps --force-reinstall "$build/.wheel/$version"/*.whl
   within /dev/null "${pip[@]}" check
-  exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1 \
-    ROS_HOME="$build/.wheel/ros_home" WALKER_SIM_DEVEL="$devel" "$environment/bin/python" \
-    "${pytest[@]}" --noconftest "$root/test/python/wheel_test.py"
+  exec "${clean[@]}" ROS_HOME="$build/.wheel/ros_home" WALKER_SIM_DEVEL="$devel" \
+    "$environment/bin/python" "${pytest[@]}" --noconftest "$root/test/python/wheel_test.py"
 }
 
 # Installs the wheel with its extra in a new environment, as a user does, without compiling anything.
@@ -126,15 +119,12 @@ run_wheel_readme() {
   wheel=$(echo "$build/.wheel/$(version_of "$interpreter")"/*.whl)
   within /dev/null "$environment/bin/python" -m pip install --disable-pip-version-check -q \
     --only-binary=:all: "${wheel}[box2d]" pytest
-  exec env -i HOME="$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHONDONTWRITEBYTECODE=1 \
-    "$environment/bin/python" "${pytest[@]}" --noconftest "$root/test/python/readme_wheel_test.py"
+  exec "${clean[@]}" "$environment/bin/python" "${pytest[@]}" --noconftest \
+    "$root/test/python/readme_wheel_test.py"
 }
 
 run_example() {
-  local learner=$1 suite=$2
-  within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
-    ROS_HOME="$build/.examples/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" \
-    "$(example_venv "$learner")/bin/python" "${pytest[@]}" "$suite"
+  over_ros "$build/.examples/ros_home" "$(example_venv "$1")/bin/python" "${pytest[@]}" "$2"
 }
 
 # Fetches the source package of the installed release, verified by the hashes of the same lock file.
@@ -173,9 +163,7 @@ set_up_rosnodejs() {
 }
 
 run_rosnodejs() {
-  within "$devel/setup.bash" env ROS_HOSTNAME=localhost PYTHONDONTWRITEBYTECODE=1 \
-    ROS_HOME="$rosnodejs/ros_home" WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" WALKER_SIM_ROSNODEJS="$rosnodejs" \
-    "$venv/bin/python" "${pytest[@]}" "$1"
+  WALKER_SIM_ROSNODEJS=$rosnodejs over_ros "$rosnodejs/ros_home" "$venv/bin/python" "${pytest[@]}" "$1"
 }
 
 # TorchRL needs a newer PyTorch than Debian 12 has, and pip's includes gigabytes for GPUs. Therefore
@@ -220,18 +208,18 @@ run_torchrl_example() {
 
 check_system
 case $1 in
-  workspace) make_workspace ;;
-  installed) run_installed "${@:2}" ;;
-  my_walker_pkg) run_my_walker_pkg ;;
-  wheel) build_wheel "$2" ;;
-  wheel_suite) run_wheel_suite "${@:2}" ;;
-  wheel_readme) run_wheel_readme "${@:2}" ;;
-  example_venv) set_up_example "$2" ;;
-  example) run_example "${@:2}" ;;
-  sb3_suite) run_sb3_suite ;;
-  rosnodejs_modules) set_up_rosnodejs ;;
-  rosnodejs) run_rosnodejs "${@:2}" ;;
-  torchrl_root) set_up_torchrl_root "$2" ;;
-  torchrl) run_torchrl_example "${@:2}" ;;
+  workspace) make_workspace ;;                  # builds and installs an ordinary workspace with catkin_make
+  installed) run_installed "${@:2}" ;;          # rostest|pytest FILE: runs FILE in the install space alone
+  my_walker_pkg) run_my_walker_pkg ;;           # builds, tests and installs examples/my_walker_pkg on top of it
+  wheel) build_wheel "$2" ;;                    # PYTHON: builds the wheel with pip
+  wheel_suite) run_wheel_suite "${@:2}" ;;      # PYTHON oldest|newest: runs its suite in a clean environment
+  wheel_readme) run_wheel_readme "$2" ;;        # PYTHON: runs README's first example with the wheel's extra
+  example_venv) set_up_example "$2" ;;          # LEARNER: makes the virtual environment of an example
+  example) run_example "${@:2}" ;;              # LEARNER FILE: runs a suite in it
+  sb3_suite) run_sb3_suite ;;                   # runs Stable-Baselines3's tests with this package
+  rosnodejs_modules) set_up_rosnodejs ;;        # installs the client's modules (test/python/rosnodejs) with npm
+  rosnodejs) run_rosnodejs "$2" ;;              # FILE: runs a suite that uses the client
+  torchrl_root) set_up_torchrl_root "$2" ;;     # PYTHON: makes a Debian 13 root for TorchRL's example
+  torchrl) run_torchrl_example "$2" ;;          # FILE: runs a suite in it
   *) die "$1: unknown command" ;;
 esac

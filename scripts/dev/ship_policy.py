@@ -16,11 +16,9 @@ import shutil
 import sys
 import tempfile
 
-import numpy as np
 from walker_sim import _core
 from walker_sim.commands import main as walker_sim
-from walker_sim.training.curve import read_curve
-from walker_sim.training.evaluation import FIRST_CHOICE_SEED
+from walker_sim.training.evaluation import FIRST_CHOICE_SEED, read_curve
 from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -47,7 +45,7 @@ Returns over the 100 seeds 1000000 to 1000099, which training does not use:
 
 | mean | deviation | least | most | ends |
 |---|---|---|---|---|
-| **{mean:.1f}** | {deviation:.1f} | {least:.1f} | {most:.1f} | {ends} |
+| **{mean:.1f}** | {standard_deviation:.1f} | {least:.1f} | {most:.1f} | {ends} |
 
 `python3 -m walker_sim evaluate {id} --policy shipped --seeds {seeds}` prints them.
 
@@ -56,24 +54,21 @@ Returns over the 100 seeds 1000000 to 1000099, which training does not use:
 
 
 def evaluate(env_id):
-    """Returns the command's results for the shipped policy."""
+    """Returns the command's summary for the shipped policy."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "evaluation.json")
         options = ["--policy", "shipped", "--seeds", SEEDS, "--json", str(path)]
         if walker_sim(["evaluate", env_id, *options]) != 0:
             sys.exit(1)
-        return json.loads(path.read_text())["outcomes"]
-
-
-def describe_ends(outcomes):
-    ends = [outcome["end"] for outcome in outcomes]
-    return ", ".join(f"{ends.count(end)} {end}" for end in sorted(set(ends)))
+        return json.loads(path.read_text())
 
 
 def write_table(cards):
     """Writes the cards' results into docs/policies.md."""
-    lines = ["| policy | mean return | deviation | least | ends | steps | wall time |"]
-    lines.append("|---|---|---|---|---|---|---|")
+    lines = [
+        "| policy | mean return | deviation | least | ends | steps | wall time |",
+        "|---" * 7 + "|",
+    ]
     for card in sorted(cards.glob("*.md")):
         text = card.read_text()
         mean, deviation, least, _, ends = re.search(RETURNS, text, re.MULTILINE).groups()
@@ -110,8 +105,8 @@ def main():
         shutil.copy(run / "settings.yaml", file)
     settings = read_settings(file)
     shutil.copy(run / "curve.png", cards / f"{env_id}.png")
-    outcomes = evaluate(env_id)
-    returns = np.array([outcome["return"] for outcome in outcomes])
+    summary = evaluate(env_id)
+    ends = [outcome["end"] for outcome in summary["outcomes"]]
     last = read_curve(run / "curve.csv")[-1]
     sizes = [policy.observation_size, *settings.layers, policy.action_size]
     text = CARD.format(
@@ -128,12 +123,9 @@ def main():
         minutes=last.seconds / 60,
         machine=arguments.on,
         settings=notes["settings"],
-        mean=returns.mean(),
-        deviation=returns.std(ddof=1),
-        least=returns.min(),
-        most=returns.max(),
-        ends=describe_ends(outcomes),
+        ends=", ".join(f"{ends.count(end)} {end}" for end in sorted(set(ends))),
         seeds=SEEDS,
+        **{name: summary[name] for name in ("mean", "standard_deviation", "least", "most")},
     )
     (cards / f"{env_id}.md").write_text(text)
     write_table(cards)

@@ -17,8 +17,7 @@ import in_process
 import learning
 import over_ros
 import report
-from machine import describe_machine
-from measure import Failure, Row
+from measure import Failure, Row, describe_machine
 
 HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parents[1]

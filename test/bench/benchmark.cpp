@@ -8,8 +8,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdlib>
-#include <exception>
 #include <fstream>
 #include <iostream>
 #include <numeric>
@@ -19,8 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/arguments.h"
-#include "bench/slice.h"
+#include "bench/program.h"
 #include "stepper.h"
 #include "walker_sim/client.h"
 #include "walker_sim/policy.h"
@@ -229,11 +226,7 @@ void run(const std::string& what, char** begin, char** end) {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  try {
+  return walker::bench::run_program("walker_sim_benchmark", [&] {
     walker::bench::run(argc > 1 ? argv[1] : "", argv + std::min(argc, 2), argv + argc);
-    return EXIT_SUCCESS;
-  } catch (const std::exception& error) {
-    std::cerr << "walker_sim_benchmark: " << error.what() << '\n';
-    return EXIT_FAILURE;
-  }
+  });
 }

@@ -1,10 +1,10 @@
 """Measurements without ROS: speed of one core and of the pool, resets, memory, policies."""
 
 import numpy as np
-from machine import first_line
 from measure import (
     Plan,
     against,
+    first_line,
     kilobytes,
     microseconds_of_processor_time,
     steps_per_processor_second,

@@ -1,8 +1,5 @@
 // Steps one environment in lock-step through roscpp. Prints one line of JSON.
 //   walker_sim_lockstep_roscpp --server /walker_sim --seconds S
-#include <cstdlib>
-#include <exception>
-#include <iostream>
 #include <stdexcept>
 #include <string>
 
@@ -11,8 +8,7 @@
 #include <ros/service.h>
 #include <ros/service_client.h>
 
-#include "bench/arguments.h"
-#include "bench/slice.h"
+#include "bench/program.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/Step.h"
@@ -60,12 +56,8 @@ void run(const Arguments& arguments) {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  try {
+  return walker::bench::run_program("walker_sim_lockstep_roscpp", [&] {
     ros::init(argc, argv, "lockstep_roscpp", ros::init_options::AnonymousName);
     walker::bench::run({argv + 1, argv + argc, {"server", "seconds"}});
-    return EXIT_SUCCESS;
-  } catch (const std::exception& error) {
-    std::cerr << "walker_sim_lockstep_roscpp: " << error.what() << '\n';
-    return EXIT_FAILURE;
-  }
+  });
 }

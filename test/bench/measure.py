@@ -1,13 +1,21 @@
-"""Rows of the benchmark. In each round, every side of a comparison runs one slice in turn."""
+"""Rows of the benchmark, and its machine. In each round, every side of a comparison runs one slice
+in turn."""
 
 import dataclasses
+import datetime
+import importlib.metadata
 import json
+import os
+import pathlib
+import platform
+import re
 import statistics
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Dict, List, Optional
 
 PATIENCE = 120  # timeout of a slice, which takes a few seconds [s]
+PACKAGES = {"envpool": ("envpool",), "gymnasium": ("gymnasium", "box2d", "mujoco", "numpy")}
 
 
 class Failure(Exception):
@@ -163,3 +171,30 @@ class Plan:
                 if not job.has_failed:
                     job.run(self.folder)
         return [row for job in self.jobs for row in job.rows.values()]
+
+
+def describe_machine(root, leave_out=()):
+    cpuinfo = pathlib.Path("/proc/cpuinfo").read_text()
+    model = re.search(r"^model name\s*: (.*)$", cpuinfo, re.MULTILINE)
+    kind = "virtual machine" if " hypervisor " in cpuinfo else "machine"
+    names = [name for peer, names in PACKAGES.items() if peer not in leave_out for name in names]
+    versions = [f"{name} {importlib.metadata.version(name)}" for name in names]
+    return {
+        "date": datetime.date.today().isoformat(),
+        "CPU": model.group(1) if model else platform.machine(),
+        "cores": f"{os.cpu_count()} ({kind})",
+        "kernel": platform.release(),
+        "system": first_line("sh", "-c", '. /etc/os-release && echo "$PRETTY_NAME"'),
+        "compiler": first_line("c++", "--version"),
+        "walker_sim": first_line("git", "-C", root, "describe", "--always", "--dirty"),
+        "peers": ", ".join(versions),
+        "load average before": f"{os.getloadavg()[0]:.2f}",
+    }
+
+
+def first_line(*command):
+    try:
+        done = subprocess.run(command, stdout=subprocess.PIPE, encoding="utf-8", check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return done.stdout.splitlines()[0]

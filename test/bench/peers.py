@@ -31,7 +31,7 @@ gym.logger.min_level = gym.logger.ERROR  # no warning that v4 is outdated
 
 
 def measure(seconds, step):
-    """Measures after an uncounted warm-up, like slice.h."""
+    """Measures after an uncounted warm-up, like program.h."""
     bench.measure(WARM_UP * seconds, step)
     return bench.measure(seconds, step)._asdict()
 

@@ -9,15 +9,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <exception>
-#include <iostream>
 #include <stdexcept>
 #include <vector>
 
 #include "base/checked.h"
 #include "base/spin_wait.h"
-#include "bench/arguments.h"
-#include "bench/slice.h"
+#include "bench/program.h"
 
 namespace walker::bench {
 namespace {
@@ -100,11 +97,7 @@ void run(const Arguments& arguments) {
 }  // namespace walker::bench
 
 int main(int argc, char** argv) {
-  try {
+  return walker::bench::run_program("walker_sim_ping_pong", [&] {
     walker::bench::run({argv + 1, argv + argc, {"request-bytes", "response-bytes", "spin-us", "seconds"}});
-    return EXIT_SUCCESS;
-  } catch (const std::exception& error) {
-    std::cerr << "walker_sim_ping_pong: " << error.what() << '\n';
-    return EXIT_FAILURE;
-  }
+  });
 }

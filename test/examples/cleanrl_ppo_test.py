@@ -6,19 +6,9 @@ import gymnasium
 import pytest
 import torch
 import walker_sim  # noqa: F401  # registers the walkers
-from running import assert_helps, assert_refuses_too_few_steps, run_example
+from running import Arguments, equal, learn
 
 OURS = "walker_sim/BipedalWalker-v3"
-
-
-def learn(folder, *arguments, **environment):
-    text = run_example("cleanrl_ppo", *arguments, folder=folder, **environment)
-    return text, torch.load(folder / "walker.pt")
-
-
-def equal(one, other):
-    assert one.keys() == other.keys()
-    return all(torch.equal(one[name], other[name]) for name in one)
 
 
 def mean_action(agent, observation):
@@ -30,19 +20,14 @@ def mean_action(agent, observation):
     return values.clamp(-1, 1).numpy()
 
 
-def test_help(tmp_path):
-    assert_helps("cleanrl_ppo", tmp_path)
-
-
-def test_too_few_steps(tmp_path):
-    sizes = ("--num-envs", 4, "--rollout", 20)
-    assert_refuses_too_few_steps("cleanrl_ppo", tmp_path, *sizes, least=80)
+class TestArguments(Arguments):
+    name, sizes, least = "cleanrl_ppo", ("--num-envs", 4, "--rollout", 20), 80
 
 
 @pytest.mark.parametrize("env_id", [OURS, "walker_sim/Walker2d-v5"])
 def test_learns_and_acts(env_id, tmp_path):
-    arguments = ("--env", env_id, "--num-envs", 8, "--rollout", 128, "--steps", 2048)
-    text, agent = learn(tmp_path, *arguments)
+    sizes = ("--num-envs", 8, "--rollout", 128, "--steps", 2048)
+    text, agent = learn("cleanrl_ppo", "--env", env_id, *sizes, folder=tmp_path)
     lines = text.splitlines()
     assert [line.split()[0] for line in lines] == ["1024", "2048"]
     assert re.search(r"mean of the last [1-9]\d* returns -?\d", lines[-1])
@@ -57,10 +42,14 @@ def test_learns_and_acts(env_id, tmp_path):
 def test_equal_policies_for_equal_seeds_also_on_gymnasiums_walkers(tmp_path):
     """No episode ends in these steps; Gymnasium reuses its Box2D world in a second episode."""
     sizes = ("--num-envs", 4, "--rollout", 20, "--steps", 160)
-    text, agent = learn(tmp_path, *sizes, "--seed", 3)
+
+    def learnt(*arguments, **environment):
+        return learn("cleanrl_ppo", *sizes, *arguments, folder=tmp_path, **environment)
+
+    text, agent = learnt("--seed", 3)
     assert "none ended yet" in text.splitlines()[-1]
-    assert equal(agent, learn(tmp_path, *sizes, "--seed", 3)[1])
-    assert not equal(agent, learn(tmp_path, *sizes, "--seed", 4)[1])
+    assert equal(agent, learnt("--seed", 3)[1])
+    assert not equal(agent, learnt("--seed", 4)[1])
     # NPY_PROMOTION_STATE: NumPy 1.24 promotes the reward's types like NumPy 2.
     theirs = ("--env", "BipedalWalker-v3", "--seed", 3)
-    assert equal(agent, learn(tmp_path, *sizes, *theirs, NPY_PROMOTION_STATE="weak")[1])
+    assert equal(agent, learnt(*theirs, NPY_PROMOTION_STATE="weak")[1])

@@ -7,8 +7,7 @@ import gymnasium
 import numpy as np
 import pytest
 import walker_sim  # noqa: F401  # registers the walkers
-from ray_home import ray_home, short_folder
-from running import assert_helps, run_example, start_example
+from running import assert_helps, ray_home, run_example, short_folder, start_example
 
 NAMES = {"observations", "actions", "rewards", "terminated", "truncated", "is_step"}
 WALKERS = 5

@@ -4,12 +4,11 @@ import re
 
 import gymnasium
 import pytest
+import running
 import torch
 import walker_sim  # noqa: F401  # registers the walkers
 from ray.rllib.core.columns import Columns
 from ray.rllib.core.rl_module import RLModule
-from ray_home import ray_home, short_folder
-from running import assert_helps, assert_refuses_too_few_steps, means_of_returns, run_example
 
 HOPPER = "walker_sim/Hopper-v5"
 SIZES = ("--env", HOPPER, "--runners", 2, "--num-envs", 16, "--rollout", 64)
@@ -19,21 +18,22 @@ POLICY = "walker_rllib/learner_group/learner/rl_module/default_policy"
 
 @pytest.fixture(scope="module")
 def learnt():
-    with short_folder() as folder:
+    with running.short_folder() as folder:
         steps = ("--steps", 10 * UPDATE)
-        yield folder, run_example("rllib_ppo", *SIZES, *steps, folder=folder, **ray_home(folder))
+        yield (
+            folder,
+            running.run_example(
+                "rllib_ppo", *SIZES, *steps, folder=folder, **running.ray_home(folder)
+            ),
+        )
 
 
-def test_help(tmp_path):
-    assert_helps("rllib_ppo", tmp_path)
-
-
-def test_too_few_steps(tmp_path):
-    assert_refuses_too_few_steps("rllib_ppo", tmp_path, *SIZES, least=UPDATE)
+class TestArguments(running.Arguments):
+    name, sizes, least = "rllib_ppo", SIZES, UPDATE
 
 
 def test_no_walkers(tmp_path):
-    text = run_example("rllib_ppo", "--num-envs", 0, folder=tmp_path, status=2)
+    text = running.run_example("rllib_ppo", "--num-envs", 0, folder=tmp_path, status=2)
     assert "--num-envs 0: must be at least 1" in text
 
 
@@ -48,7 +48,7 @@ def test_walkers_are_stepped_in_two_processes(learnt):
 
 def test_learns(learnt):
     _, text = learnt
-    means = means_of_returns(text)
+    means = running.means_of_returns(text)
     assert len(means) == 10
     # A single runner would make half of the steps.
     assert all(i * UPDATE <= steps < i * UPDATE * 1.05 for i, steps in enumerate(means, 1)), means

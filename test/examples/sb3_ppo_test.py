@@ -8,7 +8,7 @@ import types
 
 import numpy as np
 import pytest
-from running import assert_helps, assert_refuses_too_few_steps, run_example
+from running import Arguments, run_example
 from stable_baselines3 import PPO
 from walker_sim.sb3 import VecEnv
 
@@ -23,12 +23,8 @@ def learnt(tmp_path_factory):
     return folder, run_example("sb3_ppo", *SIZES, "--steps", 256, folder=folder)
 
 
-def test_help(tmp_path):
-    assert_helps("sb3_ppo", tmp_path)
-
-
-def test_too_few_steps(tmp_path):
-    assert_refuses_too_few_steps("sb3_ppo", tmp_path, *SIZES, least=NUM_ENVS * 32)
+class TestArguments(Arguments):
+    name, sizes, least = "sb3_ppo", SIZES, NUM_ENVS * 32
 
 
 def test_learns_with_a_progress_bar(learnt):

@@ -1,7 +1,7 @@
 """bench: what is counted and how ratios are computed. No test depends on speed."""
 
 import pytest
-from walker_sim.commands import bench, main
+from walker_sim.commands import bench
 
 
 def test_sides_take_turns_in_both_orders():
@@ -30,16 +30,15 @@ def test_resets_do_not_count_as_steps():
 
 
 @pytest.mark.parametrize("env_id", ["BipedalWalker-v3", "Walker2d-v5"])
-def test_table_has_every_side(capsys, env_id):
-    assert main(["bench", env_id, "--seconds", "0.2", "--num-envs", "1,3"]) == 0
-    out = capsys.readouterr().out
+def test_table_has_every_side(command, env_id):
+    out = command("bench", env_id, "--seconds", 0.2, "--num-envs", "1,3").out
     rows = [line for line in out.splitlines() if line.startswith("  ") and "steps/s" not in line]
     names = ["Gymnasium's own, one", "walker_sim, one", "walker_sim, 1 at", "walker_sim, 3 at"]
     assert [row.strip().startswith(name) for row, name in zip(rows, names)] == [True] * 4
     assert all("█" in row for row in rows)
 
 
-def test_without_gymnasiums_engine(capsys, monkeypatch):
+def test_without_gymnasiums_engine(command, monkeypatch):
     def refuse(name, **keywords):
         if name == "BipedalWalker-v3":
             raise ImportError("no Box2D here\nsecond line")
@@ -47,7 +46,6 @@ def test_without_gymnasiums_engine(capsys, monkeypatch):
 
     made = bench.gymnasium.make
     monkeypatch.setattr(bench.gymnasium, "make", refuse)
-    assert main(["bench", "BipedalWalker-v3", "--seconds", "0.2", "--num-envs", "1"]) == 0
-    out = capsys.readouterr().out
+    out = command("bench", "BipedalWalker-v3", "--seconds", 0.2, "--num-envs", 1).out
     assert out.endswith("Gymnasium's own, one: not measured, ImportError: no Box2D here\n")
     assert "ratio" not in out

@@ -15,6 +15,9 @@ from walker_sim.commands import main
 from walker_sim.files import package_file
 
 TRIALS = 150
+POLICY = package_file("assets/policies/Hopper-v5.safetensors").read_bytes()
+HEADER_END = 8 + struct.unpack_from("<Q", POLICY)[0]
+EVALUATE = ("evaluate", "Hopper-v5", "--seeds", "1", "max_episode_steps=5", "--policy")
 
 
 def damaged(whole, random):
@@ -35,17 +38,6 @@ def damaged(whole, random):
     return bytes(content)
 
 
-def run(capsys, *arguments):
-    """Returns status and output. Asserts that stderr is one line if the status is 2."""
-    status = main([str(argument) for argument in arguments])
-    captured = capsys.readouterr()
-    assert status in (0, 1, 2)
-    if status == 2:
-        assert captured.err.startswith(f"walker_sim {arguments[0]}: ")
-        assert captured.err.count("\n") == 1
-    return status, captured
-
-
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory):
     """Small recordings, as written and uncompressed, where damage reaches the arrays."""
@@ -64,16 +56,15 @@ def recordings(tmp_path_factory):
 
 
 @pytest.mark.parametrize("index", range(4))
-def test_damaged_recording(recordings, index, tmp_path, capsys):
+def test_damaged_recording(recordings, index, tmp_path, command):
     random = np.random.default_rng(index)
     file = tmp_path / "walk.npz"
     statuses = []
     for _ in range(TRIALS):
         file.write_bytes(damaged(recordings[index], random))
-        status, captured = run(capsys, "record", "--check", file)
-        statuses.append(status)
-        if status == 2:
-            assert str(file) in captured.err
+        ended = command("record", "--check", file, status=None)
+        statuses.append(ended.status)
+        assert ended.status != 2 or str(file) in ended.err
     assert statuses.count(2) > TRIALS / 3
 
 
@@ -96,7 +87,7 @@ def changed(arrays, random):
     return {**arrays, name: choices[random.integers(len(choices))]()}
 
 
-def test_recording_with_changed_arrays(recordings, tmp_path, capsys):
+def test_recording_with_changed_arrays(recordings, tmp_path, command):
     random = np.random.default_rng(9)
     file = tmp_path / "walk.npz"
     file.write_bytes(recordings[1])
@@ -105,7 +96,7 @@ def test_recording_with_changed_arrays(recordings, tmp_path, capsys):
     statuses = []
     for _ in range(2 * TRIALS):
         np.savez(file, **changed(arrays, random))
-        statuses.append(run(capsys, "record", "--check", file)[0])
+        statuses.append(command("record", "--check", file, status=None).status)
     assert statuses.count(2) > TRIALS
 
 
@@ -132,19 +123,17 @@ def test_recording_with_changed_arrays(recordings, tmp_path, capsys):
         ({"parameter_values": np.array(["1"])}, "parameter_names does not fit parameter_values"),
     ],
 )
-def test_error_names_inconsistent_array(recordings, tmp_path, capsys, change, message):
+def test_error_names_inconsistent_array(recordings, tmp_path, command, change, message):
     file = tmp_path / "walk.npz"
     file.write_bytes(recordings[1])
     with np.load(file) as loaded:
         arrays = dict(loaded)
     arrays = {name: array for name, array in {**arrays, **change}.items() if array is not None}
     np.savez(file, **arrays)
-    status, captured = run(capsys, "record", "--check", file)
-    assert status == 2
-    assert f"{file}: {message}" in captured.err
+    assert f"{file}: {message}" in command("record", "--check", file, status=2).err
 
 
-def test_error_names_other_file(tmp_path, capsys):
+def test_error_names_other_file(tmp_path, command):
     pipe = tmp_path / "pipe.npz"
     os.mkfifo(pipe)
     cases = [(pipe, "must be a regular file"), (tmp_path, "must be a regular file")]
@@ -152,96 +141,69 @@ def test_error_names_other_file(tmp_path, capsys):
         cases.append((tmp_path / f"{number}.npz", "not a recording: "))
         cases[-1][0].write_bytes(content)
     for path, message in cases:
-        status, captured = run(capsys, "record", "--check", path)
-        assert status == 2
-        assert f"{path}: {message}" in captured.err
+        assert f"{path}: {message}" in command("record", "--check", path, status=2).err
 
 
-def test_damaged_policy(tmp_path, capsys):
+def test_damaged_policy(tmp_path, command):
     random = np.random.default_rng(5)
-    whole = package_file("assets/policies/Hopper-v5.safetensors").read_bytes()
-    (header_size,) = struct.unpack_from("<Q", whole)
     file = tmp_path / "policy.safetensors"
     statuses = []
     for trial in range(TRIALS):
         # Half of the trials damage the header, which is small.
-        size = 8 + header_size if trial % 2 else len(whole)
-        file.write_bytes(damaged(whole[:size], random) + whole[size:])
-        status, captured = run(
-            *(capsys, "evaluate", "Hopper-v5", "--policy", file, "--seeds", "1"),
-            "max_episode_steps=5",
-        )
-        statuses.append(status)
-        if status:
-            assert str(file) in captured.err
+        size = HEADER_END if trial % 2 else len(POLICY)
+        file.write_bytes(damaged(POLICY[:size], random) + POLICY[size:])
+        ended = command(*EVALUATE, file, status=None)
+        statuses.append(ended.status)
+        assert ended.status == 0 or str(file) in ended.err
     assert statuses.count(2) > TRIALS / 3
 
 
-def test_error_names_deeply_nested_json(tmp_path, capsys):
+def test_error_names_deeply_nested_json(tmp_path, command):
     nested = b'{"__metadata__":' + b"[" * 100_000
     policy, model = tmp_path / "policy.safetensors", tmp_path / "model.zip"
     policy.write_bytes(struct.pack("<Q", len(nested)) + nested)
     with zipfile.ZipFile(model, "w") as archive:
         archive.writestr("data", nested)
     for file, words in ((policy, "its header has no {"), (model, "recursion depth")):
-        status, captured = run(capsys, "evaluate", "Hopper-v5", "--policy", file, "--seeds", "1")
-        assert status == 2
-        assert str(file) in captured.err
-        assert words in captured.err
+        error = command(*EVALUATE, file, status=2).err
+        assert str(file) in error
+        assert words in error
     reason = re.escape(f"policy {policy}: its header has no {{")
     with pytest.raises(ValueError, match=reason):
         _core.Policy(str(policy))
 
 
-def test_error_names_policy_whose_weights_overflow(tmp_path, capsys):
-    whole = package_file("assets/policies/Hopper-v5.safetensors").read_bytes()
-    (header_size,) = struct.unpack_from("<Q", whole)
-    begin = 8 + header_size
-    weights = np.frombuffer(whole[begin:], np.float32).copy()
+def test_error_names_policy_whose_weights_overflow(tmp_path, command):
+    weights = np.frombuffer(POLICY[HEADER_END:], np.float32).copy()
     weights[len(weights) // 4 :] = 3e38
     weights[len(weights) // 2 :] = -3e38
     file = tmp_path / "policy.safetensors"
-    file.write_bytes(whole[:begin] + weights.tobytes())
-    status, captured = run(
-        *(capsys, "evaluate", "Hopper-v5", "--policy", file, "--seeds", "1"),
-        "max_episode_steps=5",
-    )
-    assert status in (0, 1)
-    if status == 1:
-        assert "must be finite" in captured.err
-        assert captured.err.count("\n") == 1
+    file.write_bytes(POLICY[:HEADER_END] + weights.tobytes())
+    ended = command(*EVALUATE, file, status=None)
+    assert ended.status in (0, 1)
+    if ended.status == 1:
+        assert "must be finite" in ended.err
+        assert ended.err.count("\n") == 1
 
 
-def test_file_name_need_not_be_utf8(capsys, tmp_path):
-    whole = package_file("assets/policies/Hopper-v5.safetensors").read_bytes()
+def test_file_name_need_not_be_utf8(command, tmp_path):
     file = tmp_path / "\udcff.safetensors"
-    arguments = (capsys, "evaluate", "Hopper-v5", "--seeds", "1", "max_episode_steps=5", "--policy")
-    assert run(*arguments, file)[0] == 2
-    file.write_bytes(whole)
-    assert run(*arguments, file)[0] == 0
+    command(*EVALUATE, file, status=2)
+    file.write_bytes(POLICY)
+    command(*EVALUATE, file)
 
 
 NUMBERS = [
-    "7 ",
-    " 7",
-    "7\0junk",
-    "7_0",
-    "\u0667",
-    "0x7",
-    "1e999",
-    "nan(1)",
-    "inf\n",
-    "--7",
+    *("7 ", " 7", "7\0junk", "7_0", "\u0667", "0x7", "1e999", "nan(1)", "inf\n", "--7"),
     "9" * 5000,
 ]
 
 
 @pytest.mark.parametrize("text", NUMBERS, ids=range(len(NUMBERS)))
 @pytest.mark.parametrize("name", ["frame_skip", "healthy_reward", "healthy_z_range"])
-def test_rejects_malformed_number(capsys, name, text):
+def test_rejects_malformed_number(command, name, text):
     value = f"[{text},2]" if name == "healthy_z_range" else text
     if value == "[7 ,2]" or value == "[ 7,2]":
         return  # YAML allows blanks between a list's numbers
-    status, captured = run(capsys, "evaluate", "Walker2d-v5", f"{name}={value}", "--episodes", "1")
-    assert status == 2
-    assert f"parameter {name} = " in captured.err
+    error = command("evaluate", "Walker2d-v5", f"{name}={value}", "--episodes", "1", status=2).err
+    assert f"parameter {name} = " in error

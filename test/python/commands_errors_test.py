@@ -1,54 +1,51 @@
 """Invalid arguments give a one-line error, status 2, and no output."""
 
 import pytest
-from walker_sim.commands import main
 
 WALKER = "BipedalWalker-v3"
 IDS = "BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4, Walker2d-v5, Hopper-v4, Hopper-v5"
-ERRORS = [
-    ("", "the following arguments are required: COMMAND"),
-    ("fly", "invalid choice: 'fly'"),
-    ("evaluate", f"ID is missing; must be one of {IDS}"),
-    ("evaluate Ant-v5", f"ID = Ant-v5: must be one of {IDS}"),
-    (f"evaluate {WALKER} Walker2d-v4", f"{WALKER} Walker2d-v4: only one ID is allowed"),
-    (f"evaluate {WALKER} hard=1", "parameter hard = 1: unknown"),
-    (f"evaluate {WALKER} hardcore=1", "parameter hardcore = 1: must be true or false"),
-    (f"evaluate {WALKER} hardcore=true hardcore=true", "parameter hardcore: given twice"),
+EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
+    ("Walker2d-v4", "BipedalWalker-v3 Walker2d-v4: only one ID is allowed"),
+    ("hard=1", "parameter hard = 1: unknown"),
+    ("hardcore=1", "parameter hardcore = 1: must be true or false"),
+    ("hardcore=true hardcore=true", "parameter hardcore: given twice"),
     (
-        f"evaluate {WALKER} --policy walk",
+        "--policy walk",
         "--policy walk: must be heuristic, random, zero, shipped, FILE.safetensors, FILE.zip or ",
     ),
-    (
-        f"evaluate {WALKER} --policy no_such:walk",
-        "--policy no_such:walk: No module named 'no_such'",
-    ),
-    (f"evaluate {WALKER} --policy math:walk", "--policy math:walk: module 'math' has no attribute"),
-    (f"evaluate {WALKER} --policy math:pi", "--policy math:pi: must be a function or a class"),
-    (f"evaluate {WALKER} --policy no_such.zip", "--policy no_such.zip: not a model saved by Sta"),
+    ("--policy no_such:walk", "--policy no_such:walk: No module named 'no_such'"),
+    ("--policy math:walk", "--policy math:walk: module 'math' has no attribute"),
+    ("--policy math:pi", "--policy math:pi: must be a function or a class"),
+    ("--policy no_such.zip", "--policy no_such.zip: not a model saved by Sta"),
+    ("--seeds 5:5", "--seeds: 5:5: must be ascending"),
+    ("--seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),
+    ("--seeds 1;2", "--seeds: 1;2: must be comma-separated seeds"),
+    ("--seeds 18446744073709551616", "with seeds from 0 to 2^64 - 1"),
+    ("--seeds 0:1000001", "must be at most 1000000 seeds"),
+    ("--seeds 1 --episodes 1", "--episodes: not allowed with argument --seeds"),
+    ("--episodes 0", "--episodes: 0: must be a whole number above 0"),
+    ("--num-envs 1.5", "--num-envs: 1.5: must be a whole number above 0"),
+    ("--num-threads 5000", "num_threads = 5000: must be in [0, 1024]"),
+    ("--threshold high", "--threshold: high: must be a number"),
+    ("--csv /no/such/folder/file", "--csv: /no/such/folder/file: must be a file"),
+    ("--transport carrier", "invalid choice: 'carrier'"),
+    ("--transport ros --num-threads 2", "over ROS it is the server's parameter"),
+    ("reuse_world=true --num-envs 2", "must be 1 with reuse_world=true"),
+    ("--plot returns.xyz", "--plot returns.xyz: must end in ."),
     *(
         (
-            f"evaluate {WALKER} --policy {policy} --normalization my.pkl",
+            f"--policy {policy} --normalization my.pkl",
             "--normalization my.pkl: only for --policy FILE.zip",
         )
         for policy in ("shipped", "heuristic", "my.safetensors", "math:sin")
     ),
-    (f"evaluate {WALKER} --seeds 5:5", "--seeds: 5:5: must be ascending"),
-    (f"evaluate {WALKER} --seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),
-    (f"evaluate {WALKER} --seeds 1;2", "--seeds: 1;2: must be comma-separated seeds"),
-    (f"evaluate {WALKER} --seeds 18446744073709551616", "with seeds from 0 to 2^64 - 1"),
-    (f"evaluate {WALKER} --seeds 0:1000001", "must be at most 1000000 seeds"),
-    (f"evaluate {WALKER} --seeds 1 --episodes 1", "--episodes: not allowed with argument --seeds"),
-    (f"evaluate {WALKER} --episodes 0", "--episodes: 0: must be a whole number above 0"),
-    (f"evaluate {WALKER} --num-envs 1.5", "--num-envs: 1.5: must be a whole number above 0"),
-    (f"evaluate {WALKER} --num-threads 5000", "num_threads = 5000: must be in [0, 1024]"),
-    (f"evaluate {WALKER} --threshold high", "--threshold: high: must be a number"),
-    (
-        f"evaluate {WALKER} --csv /no/such/folder/file",
-        "--csv: /no/such/folder/file: must be a file",
-    ),
-    (f"evaluate {WALKER} --transport carrier", "invalid choice: 'carrier'"),
-    (f"evaluate {WALKER} --transport ros --num-threads 2", "over ROS it is the server's parameter"),
-    (f"evaluate {WALKER} reuse_world=true --num-envs 2", "must be 1 with reuse_world=true"),
+]
+ERRORS = [
+    *((f"evaluate {WALKER} {words}", message) for words, message in EVALUATE_ERRORS),
+    ("", "the following arguments are required: COMMAND"),
+    ("fly", "invalid choice: 'fly'"),
+    ("evaluate", f"ID is missing; must be one of {IDS}"),
+    ("evaluate Ant-v5", f"ID = Ant-v5: must be one of {IDS}"),
     ("evaluate Walker2d-v5 frame_skip=0", "parameter frame_skip = 0: must be an integer in"),
     ("evaluate Walker2d-v5 frame_skip=two", "parameter frame_skip = two: must be"),
     (
@@ -64,7 +61,6 @@ ERRORS = [
     (f"bench {WALKER} --seconds 0", "--seconds: 0: must be a number above 0"),
     (f"bench {WALKER} --num-envs 1,x", "--num-envs: x: must be a whole number above 0"),
     (f"bench {WALKER} --num-envs 1048577", "num_envs = 1048577: must be in [1, 1048576]"),
-    (f"evaluate {WALKER} --plot returns.xyz", "--plot returns.xyz: must end in ."),
     ("hash Walker3d", "ID = Walker3d: must be one of"),
     ("hash Walker2d-v5 ctrl_cost_weight=1", "ctrl_cost_weight=1: parameters cannot be set"),
     ("hash --steps 0", "--steps: 0: must be a whole number above 0"),
@@ -78,22 +74,13 @@ ERRORS = [
 
 
 @pytest.mark.parametrize(("line", "message"), ERRORS)
-def test_one_line_names_invalid_argument(capsys, line, message):
-    try:
-        status = main(line.split())
-    except SystemExit as end:
-        status = end.code
-    captured = capsys.readouterr()
-    assert status == 2
-    assert captured.out == ""
-    assert message in captured.err
-    assert captured.err.count("\n") == 1
-    assert captured.err.startswith(f"walker_sim{f' {line.split()[0]}' if ' ' in line else ''}")
+def test_one_line_names_invalid_argument(command, line, message):
+    ended = command(*line.split(), status=2)
+    assert ended.out == ""
+    assert message in ended.err
 
 
-def test_error_names_missing_master(capsys, monkeypatch):
+def test_error_names_missing_master(command, monkeypatch):
     monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
-    assert main(["evaluate", WALKER, "--transport", "ros"]) == 2
-    error = capsys.readouterr().err
+    error = command("evaluate", WALKER, "--transport", "ros", status=2).err
     assert "http://localhost:1" in error
-    assert error.count("\n") == 1

@@ -8,19 +8,22 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
-from walker_sim.commands import main, plot
+from walker_sim.commands import results
 
 FLAGS = {"True": True, "False": False}
 
 
-def evaluate(capsys, *arguments):
-    assert main(["evaluate", *map(str, arguments)]) == 0
-    return capsys.readouterr().out
+@pytest.fixture
+def evaluate(command, tmp_path):
+    """Runs the command. Returns its output and the rows of its CSV."""
 
+    def run(*words):
+        file = tmp_path / "returns.csv"
+        out = command("evaluate", *words, "--csv", file).out
+        with file.open(newline="") as text:
+            return out, list(csv.DictReader(text))
 
-def read_csv(path):
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
+    return run
 
 
 def play(environment, seed, policy):
@@ -42,11 +45,9 @@ def outcome_of(row):
     )
 
 
-def test_heuristic_equals_gymnasiums(capsys, tmp_path):
+def test_heuristic_equals_gymnasiums(evaluate):
     """40 episodes equal those of new Gymnasium environments in all digits."""
-    file = tmp_path / "returns.csv"
-    out = evaluate(capsys, "BipedalWalker-v3", "--seeds", "0:40", "--threshold", 200, "--csv", file)
-    rows = read_csv(file)
+    out, rows = evaluate("BipedalWalker-v3", "--seeds", "0:40", "--threshold", 200)
     assert [int(row["seed"]) for row in rows] == list(range(40))
     for row in rows:
         environment = gymnasium.make("BipedalWalker-v3")
@@ -56,12 +57,10 @@ def test_heuristic_equals_gymnasiums(capsys, tmp_path):
     assert re.search(r"return >= 200 +15\.0% of the episodes$", out, re.MULTILINE)
 
 
-def test_csv_has_the_info_of_the_last_step(capsys, tmp_path):
-    file = tmp_path / "returns.csv"
-    options = ["--policy", "zero", "--seeds", "3,1", "--csv", file]
-    evaluate(capsys, "walker_sim/Walker2d-v5", *options, "reset_noise_scale=0.1")
+def test_csv_has_the_info_of_the_last_step(evaluate):
+    options = ["--policy", "zero", "--seeds", "3,1", "reset_noise_scale=0.1"]
+    _, rows = evaluate("walker_sim/Walker2d-v5", *options)
     environment = gymnasium.make("walker_sim/Walker2d-v5", reset_noise_scale=0.1)
-    rows = read_csv(file)
     assert [row["seed"] for row in rows] == ["3", "1"]
     for row in rows:
         outcome, info = play(environment, int(row["seed"]), lambda _: np.zeros(6))
@@ -74,50 +73,44 @@ def test_csv_has_the_info_of_the_last_step(capsys, tmp_path):
     ("env_id", "policy", "count"),
     [("BipedalWalker-v3", "heuristic", 9), ("Walker2d-v5", "random", 40)],
 )
-def test_result_does_not_depend_on_num_envs_or_threads(capsys, tmp_path, env_id, policy, count):
-    results = set()
-    for environments, threads in ((1, 1), (4, 3), (7, 2), (64, 1)):
-        file = tmp_path / "returns.csv"
-        options = ["--policy", policy, "--episodes", count, "--csv", file]
-        sizes = ["--num-envs", environments, "--num-threads", threads]
-        out = evaluate(capsys, env_id, *options, *sizes)
-        results.add((out, file.read_text()))
-    assert len(results) == 1
-    returns = [row["return"] for row in read_csv(file)]
-    assert len(set(returns)) == count
+def test_result_does_not_depend_on_num_envs_or_threads(evaluate, env_id, policy, count):
+    options = ["--policy", policy, "--episodes", count]
+    found = [
+        evaluate(env_id, *options, "--num-envs", environments, "--num-threads", threads)
+        for environments, threads in ((1, 1), (4, 3), (7, 2), (64, 1))
+    ]
+    assert found.count(found[0]) == 4
+    assert len({row["return"] for row in found[0][1]}) == count
 
 
-def test_ends(capsys, tmp_path):
-    file = tmp_path / "returns.csv"
-    out = evaluate(capsys, "BipedalWalker-v3", "--seeds", "6,0:2", "--csv", file)
-    assert [row["end"] for row in read_csv(file)] == ["arrived", "time limit", "fell"]
+def test_ends(evaluate):
+    out, rows = evaluate("BipedalWalker-v3", "--seeds", "6,0:2")
+    assert [row["end"] for row in rows] == ["arrived", "time limit", "fell"]
     assert "arrived 33.3%, time limit 33.3%, fell 33.3%" in out
-    out = evaluate(capsys, "Walker2d-v4", "--policy", "random", "--episodes", 1)
+    out, _ = evaluate("Walker2d-v4", "--policy", "random", "--episodes", 1)
     assert "terminated 100.0%" in out
     assert "none of one episode" in out
 
 
-def test_own_time_limit(capsys):
-    options = ["max_episode_steps=10", "--episodes", 3]
-    out = evaluate(capsys, "BipedalWalker-v3", *options)
+def test_own_time_limit(evaluate):
+    out, _ = evaluate("BipedalWalker-v3", "max_episode_steps=10", "--episodes", 3)
     assert "mean 10.0, median 10, 10 to 10" in out
     assert "BipedalWalker-v3 max_episode_steps=10, policy heuristic, 3 episodes" in out
 
 
-def test_reused_world_equals_gymnasiums(capsys, tmp_path):
+def test_reused_world_equals_gymnasiums(evaluate):
     """One Gymnasium environment keeps its world between episodes."""
-    file = tmp_path / "returns.csv"
-    evaluate(capsys, "BipedalWalker-v3", "reuse_world=true", "--seeds", "1:5", "--csv", file)
+    _, rows = evaluate("BipedalWalker-v3", "reuse_world=true", "--seeds", "1:5")
     environment = gymnasium.make("BipedalWalker-v3")
-    for row in read_csv(file):
+    for row in rows:
         theirs, _ = play(environment, int(row["seed"]), BipedalWalkerHeuristics().step_heuristic)
         assert outcome_of(row) == theirs, row["seed"]
 
 
-def test_json_has_all_digits(capsys, tmp_path):
+def test_json_has_all_digits(evaluate, tmp_path):
     file = tmp_path / "summary.json"
     options = ["--policy", "random", "--episodes", 5, "--json", file, "--threshold", -1000]
-    out = evaluate(capsys, "BipedalWalkerHardcore-v3", *options)
+    out, _ = evaluate("BipedalWalkerHardcore-v3", *options)
     summary = json.loads(file.read_text())
     returns = [outcome["return"] for outcome in summary["outcomes"]]
     assert summary["id"] == "BipedalWalkerHardcore-v3"
@@ -127,17 +120,16 @@ def test_json_has_all_digits(capsys, tmp_path):
     assert re.search(rf"mean return +{summary['mean']:.1f}$", out, re.MULTILINE)
 
 
-def test_plot_shows_every_episode(capsys, tmp_path, monkeypatch):
+def test_plot_shows_every_episode(evaluate, tmp_path, monkeypatch):
     figures = []
-    make = plot._figure
-    monkeypatch.setattr(plot, "_figure", lambda **k: figures.append(make(**k)) or figures[-1])
+    make = results._figure
+    monkeypatch.setattr(results, "_figure", lambda **k: figures.append(make(**k)) or figures[-1])
     file = tmp_path / "returns.png"
-    options = ["--seeds", "6,0:3", "--plot", file, "--csv", tmp_path / "returns.csv"]
-    evaluate(capsys, "BipedalWalker-v3", *options)
+    _, rows = evaluate("BipedalWalker-v3", "--seeds", "6,0:3", "--plot", file)
     assert file.read_bytes().startswith(b"\x89PNG")
     by_seed, spread = figures[-1].axes
     drawn = np.concatenate([marks.get_offsets() for marks in by_seed.collections])
-    returns = [float(row["return"]) for row in read_csv(tmp_path / "returns.csv")]
+    returns = [float(row["return"]) for row in rows]
     assert sorted(map(tuple, drawn.tolist())) == list(enumerate(returns))
     assert [by_seed.xaxis.get_major_formatter()(i, None) for i in range(5)] == [*"6012", ""]
     assert sum(bar.get_width() for bars in spread.containers for bar in bars) == 4

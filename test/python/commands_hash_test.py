@@ -9,18 +9,12 @@ import sys
 import numpy as np
 import pytest
 from reference_hashes import HASHES, HASHES_WITHOUT_FMA, STEPS
-from walker_sim.commands import main
-from walker_sim.commands.reference_run import NUM_WALKERS, SimulationFailed, reference_hash
+from walker_sim.commands.hash import NUM_WALKERS, reference_hash
+from walker_sim.commands.options import InputError
 from walker_sim.in_process import InProcessWalkers
 from walkers import IDS
 
 SHORT = 150  # steps per environment in tests that compare two runs
-
-
-def printed(capsys, *arguments):
-    assert main(["hash", *map(str, arguments)]) == 0
-    lines = capsys.readouterr().out.splitlines()[1:]
-    return {line.split()[1].rstrip(","): line.split()[0] for line in lines}
 
 
 def printed_with(**variables):
@@ -42,8 +36,9 @@ def short_hash(environment_id, num_envs=NUM_WALKERS, num_threads=1):
     return reference_hash(walkers, SHORT)
 
 
-def test_hashes_are_the_documented_ones(capsys):
-    assert printed(capsys, "--steps", STEPS) == HASHES[STEPS]
+def test_hashes_are_the_documented_ones(command):
+    lines = command("hash", "--steps", STEPS).out.splitlines()[1:]
+    assert {line.split()[1].rstrip(","): line.split()[0] for line in lines} == HASHES[STEPS]
     assert set(HASHES[STEPS]) == set(IDS)
 
 
@@ -81,5 +76,5 @@ def test_one_bit_changes_the_hash():
 def test_error_names_failed_walker(monkeypatch):
     walkers = InProcessWalkers("BipedalWalker-v3", {}, 2, 1, "next_step")
     monkeypatch.setattr(walkers, "error", lambda row: "broken" if row == 1 else "")
-    with pytest.raises(SimulationFailed, match="walker 1, step 1: broken"):
+    with pytest.raises(InputError, match="BipedalWalker-v3: walker 1, step 1: broken"):
         reference_hash(walkers, 5)

@@ -4,10 +4,10 @@ import os
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from walker_sim import commands
 from walker_sim.commands import play
 from walker_sim.commands.policies import make_policies
 from walker_sim.in_process import InProcessWalkers
@@ -17,7 +17,6 @@ from walker_sim.window import Pace
 WALKER = "BipedalWalker-v3"
 SEEDS = [3, 8]
 DT = 1 / 50
-
 
 pytestmark = pytest.mark.usefixtures("pygame")
 
@@ -29,7 +28,8 @@ def viewer(clock):
 
 def make_viewer(clock, policy="zero", **parameters):
     walkers = InProcessWalkers(WALKER, parameters, 1, 1, "next_step")
-    policies = make_policies(policy, WALKER, {}, walkers.specification)
+    options = SimpleNamespace(policy=policy, normalization=None)
+    policies = make_policies(options, WALKER, {}, walkers.specification)
     pictures = Pictures(WALKER, parameters, "human", {}, DT)
 
     def draw():
@@ -154,8 +154,7 @@ def test_paused_at_the_end_of_an_episode(pygame, clock, capsys):
 
 
 def start(*arguments, **variables):
-    environment = {**os.environ, **variables}
-    environment = {name: value for name, value in environment.items() if value}
+    environment = {name: value for name, value in {**os.environ, **variables}.items() if value}
     return subprocess.Popen(
         [sys.executable, "-u", "-W", "error", "-m", "walker_sim", "play", *arguments],
         env=environment,
@@ -188,7 +187,6 @@ def test_without_a_display():
     assert process.returncode == 2
 
 
-def test_without_pygame(monkeypatch, capsys):
+def test_without_pygame(monkeypatch, command):
     monkeypatch.setitem(sys.modules, "pygame", None)
-    assert commands.main(["play"]) == 2
-    assert 'needs pygame: pip install "walker_sim[window]"' in capsys.readouterr().err
+    assert 'needs pygame: pip install "walker_sim[window]"' in command("play", status=2).err

@@ -35,7 +35,8 @@ def first_four(observation):
 
 
 def policies(text):
-    return make_policies(text, ID, {}, SPECIFICATION)
+    options = SimpleNamespace(policy=text, normalization=None)
+    return make_policies(options, ID, {}, SPECIFICATION)
 
 
 def test_function_action_is_rounded_to_float32():
@@ -72,30 +73,23 @@ def test_error_names_seed_of_failing_function():
     assert isinstance(caught.value.__cause__, IndexError)
 
 
-def no_action(observation):
-    return 3
-
-
-def text(observation):
-    return "forward"
-
-
-def not_finite(observation):
-    return [0, 0, 0, np.nan]
+def returning(observation):
+    return returning.action
 
 
 @pytest.mark.parametrize(
-    ("function", "words"),
+    ("action", "words"),
     [
-        (no_action, "action has shape (); must have (4,), one per joint"),
-        (text, "action = 'forward': must hold numbers, not <U7"),
-        (not_finite, "action = [0, 0, 0, nan]: must be finite"),
+        (3, "action has shape (); must have (4,), one per joint"),
+        ("forward", "action = 'forward': must hold numbers, not <U7"),
+        ([0, 0, 0, np.nan], "action = [0, 0, 0, nan]: must be finite"),
     ],
 )
-def test_error_names_invalid_action(capsys, function, words):
-    policy = f"{__name__}:{function.__name__}"
-    assert main(["evaluate", ID, "--policy", policy, "--seeds", "3"]) == 1
-    assert capsys.readouterr().err == f"walker_sim evaluate: --policy {policy}, seed 3: {words}\n"
+def test_error_names_invalid_action(command, action, words):
+    returning.action = action
+    policy = f"{__name__}:returning"
+    error = command("evaluate", ID, "--policy", policy, "--seeds", 3, status=1).err
+    assert error == f"walker_sim evaluate: --policy {policy}, seed 3: {words}\n"
 
 
 @pytest.fixture

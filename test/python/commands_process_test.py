@@ -115,16 +115,12 @@ def test_csv_to_a_pipe_is_sorted(tmp_path):
 # ---------------------------------------------------------------- standard streams
 
 
-def open_terminal():
-    try:
-        return pty.openpty()
-    except OSError as error:
-        pytest.skip(f"no pseudo-terminal: {error}")
-
-
 @pytest.mark.parametrize("on_terminal", [True, False])
 def test_only_a_terminal_shows_a_progress_bar(on_terminal):
-    ours, theirs = open_terminal() if on_terminal else os.pipe()
+    try:
+        ours, theirs = pty.openpty() if on_terminal else os.pipe()
+    except OSError as error:
+        pytest.skip(f"no pseudo-terminal: {error}")
     if on_terminal:
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 100, 0, 0))
     process = subprocess.Popen([*COMMAND, *ZERO], stdout=subprocess.DEVNULL, stderr=theirs)

@@ -1,7 +1,12 @@
 """The commands print and write the same over ROS as in process."""
 
+import os
+import threading
+import xmlrpc.client
+
 import pytest
-from walker_sim.commands import main
+from reference_hashes import HASHES, STEPS
+from walkers import IDS
 
 WALKERS = [
     ("BipedalWalker-v3", ["max_episode_steps=300"], {"max_episode_steps": 300}),
@@ -9,52 +14,88 @@ WALKERS = [
 ]
 
 
-def outputs(capsys, *arguments):
-    assert main(list(map(str, arguments))) == 0
-    return capsys.readouterr().out
-
-
-@pytest.mark.parametrize(("env_id", "words", "parameters"), WALKERS)
+@pytest.mark.parametrize("walker", WALKERS)
 @pytest.mark.parametrize("num_envs", [1, 3])
-def test_evaluation_equals_in_process(capsys, tmp_path, serve, env_id, words, parameters, num_envs):
+def test_evaluation_equals_in_process(command, tmp_path, serve, walker, num_envs):
+    env_id, words, parameters = walker
     name, _ = serve(env=env_id, num_envs=num_envs, **parameters)
-    command = ["evaluate", env_id, *words, "--policy", "random", "--episodes", 7]
+    words = ["evaluate", env_id, *words, "--policy", "random", "--episodes", 7]
     results = []
     for number, where in enumerate(([], ["--transport", "ros", "--server", name])):
         sizes = ["--num-envs", num_envs] if where else []
         file = tmp_path / f"{number}.csv"
-        out = outputs(capsys, *command, *where, *sizes, "--csv", file)
+        out = command(*words, *where, *sizes, "--csv", file).out
         results.append((out, file.read_text()))
     assert results[0] == results[1]
 
 
-def test_recording_repeats_over_ros_and_in_process(capsys, tmp_path, serve):
+def test_recording_repeats_over_ros_and_in_process(command, tmp_path, serve):
     name, _ = serve(env="BipedalWalkerHardcore-v3", num_envs=2)
     ros = ["--transport", "ros", "--server", name, "--num-envs", 2]
     here, there = tmp_path / "here.npz", tmp_path / "there.npz"
     for file, where in ((here, []), (there, ros)):
         options = ["--seeds", "5:9", "--output", file]
-        outputs(capsys, "record", "BipedalWalkerHardcore-v3", *options, *where)
+        command("record", "BipedalWalkerHardcore-v3", *options, *where)
     for file, where in ((here, ros), (there, [])):
-        assert "4 of 4 episodes equal to the bit" in outputs(
-            capsys, "record", "--check", file, *where
-        )
+        out = command("record", "--check", file, *where).out
+        assert "4 of 4 episodes equal to the bit" in out
 
 
-def test_bench_measures_the_server(capsys, serve):
+def test_bench_measures_the_server(command, serve):
     name, _ = serve(env="BipedalWalker-v3", num_envs=3)
     options = ["--seconds", 0.2, "--num-envs", 3, "--transport", "ros", "--server", name]
-    out = outputs(capsys, "bench", "BipedalWalker-v3", *options)
+    out = command("bench", "BipedalWalker-v3", *options).out
     assert "\n  walker_sim over ROS, 3 " in out
 
 
-@pytest.mark.parametrize("command", ["evaluate", "bench"])
-def test_error_names_server_differences(capsys, serve, command):
+@pytest.mark.parametrize("name_of_command", ["evaluate", "bench"])
+def test_error_names_server_differences(command, serve, name_of_command):
     name, _ = serve(env="BipedalWalker-v3", num_envs=3)
     arguments = ["BipedalWalker-v3", "hardcore=true", "--transport", "ros", "--server", name]
-    assert main([command, *arguments, "--num-envs", "2"]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith(f"walker_sim {command}: the server {name}: ")
+    error = command(name_of_command, *arguments, "--num-envs", 2, status=2).err
+    assert error.startswith(f"walker_sim {name_of_command}: the server {name}: ")
     assert "num_envs is 3 there; must be 2" in error
     assert "hardcore is false there; must be true" in error
-    assert error.count("\n") == 1
+
+
+def listen(name, namespace):
+    from bare_ros import CALLER, BareSubscriber
+    from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import JointState
+    from tf2_msgs.msg import TFMessage
+    from visualization_msgs.msg import MarkerArray
+    from walker_sim.msg import Transition
+
+    uri = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"]).lookupNode(CALLER, name)[2]
+    topics = {
+        f"{namespace}/transition": Transition,
+        f"{namespace}/joint_states": JointState,
+        f"{namespace}/odom": Odometry,
+        f"{namespace}/state_markers": MarkerArray,
+        "/tf": TFMessage,
+    }
+    counts = {}
+
+    def read(topic, subscriber):
+        try:
+            while True:
+                subscriber.next()
+                counts[topic] = counts.get(topic, 0) + 1
+        except OSError:
+            pass
+
+    for topic, message_class in topics.items():
+        subscriber = BareSubscriber(uri, topic, message_class)
+        threading.Thread(target=read, args=(topic, subscriber), daemon=True).start()
+    return topics, counts
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize(("num_envs", "listens"), [(1, False), (1, True), (7, True)])
+def test_hash_is_the_documented_one(command, serve, environment_id, num_envs, listens):
+    name, _ = serve(environment_id, num_envs=num_envs)
+    topics, counts = listen(name, name.rpartition("/")[0]) if listens else ({}, {})
+    options = ["--transport", "ros", "--server", name, "--num-envs", num_envs]
+    lines = command("hash", environment_id, "--steps", STEPS, *options).out.splitlines()
+    assert lines[1].split()[0] == HASHES[STEPS][environment_id]
+    assert set(counts) == set(topics)

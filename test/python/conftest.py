@@ -7,13 +7,14 @@ import signal
 import sys
 import types
 import xmlrpc.client
+from typing import NamedTuple
 
 import pytest
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
 sys.path += [
     str(TEST / folder)
-    for folder in ("bench", "robots/bipedal_walker", "robots/mujoco", "recordings")
+    for folder in ("bench", "robots/bipedal_walker", "robots/mujoco", "recordings", "server")
 ]
 
 
@@ -33,6 +34,34 @@ def promotion():
 
     with promotion_of_numpy_2():
         yield
+
+
+class Ended(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def command(capsys):
+    """Runs a command in this process. Asserts its status, unless `status` is None, and that an
+    error with status 2 is one line that names the command."""
+    from walker_sim.commands import main
+
+    def run(*words, status=0):
+        capsys.readouterr()
+        try:
+            found = main([*map(str, words)])
+        except SystemExit as end:
+            found = end.code
+        ended = Ended(found, *capsys.readouterr())
+        assert found in ((0, 1, 2) if status is None else (status,)), ended.err
+        if found == 2:
+            assert ended.err.startswith(("walker_sim: ", f"walker_sim {' '.join(words[:1])}: "))
+            assert ended.err.count("\n") == 1
+        return ended
+
+    return run
 
 
 class Clock:

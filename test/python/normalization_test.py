@@ -68,22 +68,18 @@ def test_evaluate_equals_stable_baselines3(learnt):
     assert returns != returns_of(folder)[0], "without the statistics it is another policy"
 
 
-def test_error_names_invalid_statistics(learnt, tmp_path, capsys):
+def test_error_names_invalid_statistics(learnt, tmp_path, command):
     _, folder = learnt
-    other = tmp_path / "other.pkl"
-    other.write_bytes(pickle.dumps({"mean": 0}))
-    garbage = tmp_path / "garbage.pkl"
-    garbage.write_bytes(b"nothing")
-    hopper = tmp_path / "hopper.pkl"
-    VecNormalize(VecEnv("Hopper-v5", 1)).save(str(hopper))
-    for path, words in (
-        (other, "not a VecNormalize, but dict"),
-        (garbage, "not a VecNormalize: "),
-        (tmp_path / "none.pkl", "not a VecNormalize: [Errno 2] No such file or directory"),
-        (hopper, "has shape (11,); must be (24,)"),
+    (tmp_path / "other.pkl").write_bytes(pickle.dumps({"mean": 0}))
+    (tmp_path / "garbage.pkl").write_bytes(b"nothing")
+    VecNormalize(VecEnv("Hopper-v5", 1)).save(str(tmp_path / "hopper.pkl"))
+    for name, words in (
+        ("other", "not a VecNormalize, but dict"),
+        ("garbage", "not a VecNormalize: "),
+        ("none", "not a VecNormalize: [Errno 2] No such file or directory"),
+        ("hopper", "has shape (11,); must be (24,)"),
     ):
-        model = ["--policy", str(folder / "model.zip"), "--normalization", str(path)]
-        assert main(["evaluate", ID, *model]) == 2
-        error = capsys.readouterr().err
+        path = tmp_path / f"{name}.pkl"
+        model = ["--policy", folder / "model.zip", "--normalization", path]
+        error = command("evaluate", ID, *model, status=2).err
         assert error.startswith(f"walker_sim evaluate: --normalization {path}: {words}")
-        assert error.count("\n") == 1

@@ -12,7 +12,6 @@ from bipedal_walker_reference import IDS as BIPEDAL_WALKERS
 from gymnasium_reference import equal_bits
 from mujoco_reference import IDS as MUJOCO_WALKERS
 from walker_sim import _core
-from walker_sim.commands import main
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.settings import read_settings
 
@@ -99,12 +98,12 @@ def test_mean_return_equals_another_mujocos(env_id):
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_returns_equal_the_cards(env_id, tmp_path, capsys):
+def test_returns_equal_the_cards(env_id, tmp_path, command):
     card = (ROOT / "docs/policies" / f"{env_id}.md").read_text()
     row = re.search(r"^\| \*\*(\S+)\*\* \| (\S+) \| (\S+) \| (\S+) \|", card, re.MULTILINE)
     file = tmp_path / "evaluation.json"
     seeds = ["--seeds", "1000000:1000100"]
-    assert main(["evaluate", env_id, "--policy", "shipped", *seeds, "--json", str(file)]) == 0
+    command("evaluate", env_id, "--policy", "shipped", *seeds, "--json", file)
     returns = np.array([each["return"] for each in json.loads(file.read_text())["outcomes"]])
     figures = (returns.mean(), returns.std(ddof=1), returns.min(), returns.max())
     assert tuple(f"{figure:.1f}" for figure in figures) == row.groups()

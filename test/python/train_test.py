@@ -17,11 +17,9 @@ from sb3_contrib import TQC
 from stable_baselines3 import A2C, PPO, SAC
 from stable_baselines3.common.vec_env import VecNormalize
 from walker_sim import _core
-from walker_sim.commands import main
 from walker_sim.sb3 import VecEnv
 from walker_sim.training import evaluation
-from walker_sim.training.environments import wrap
-from walker_sim.training.learner import actor_arrays
+from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.run import Training
 from walker_sim.training.settings import (
     Settings,
@@ -66,15 +64,6 @@ def train(folder, settings, num_threads=1, **keywords):
 def curve(folder):
     with (folder / "curve.csv").open(newline="") as file:
         return list(csv.DictReader(file))
-
-
-def error_of(capsys, *arguments):
-    """Runs a command that fails; returns its one line on standard error."""
-    assert main([str(argument) for argument in arguments]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith(f"walker_sim {arguments[0]}: ")
-    assert error.count("\n") == 1
-    return error
 
 
 # ---------------------------------------------------------------- settings
@@ -133,18 +122,11 @@ def test_error_names_invalid_setting(given, words):
         (b"parameters: {hardcore: " + b"[" * 50 + b"]" * 50 + b"}", "or a list of numbers"),
     ],
 )
-def test_error_names_invalid_settings_file(tmp_path, capsys, content, words):
+def test_error_names_invalid_settings_file(tmp_path, command, content, words):
     file = tmp_path / "mine.yaml"
     file.write_bytes(content)
     given = ["--settings", file, "--out", tmp_path / "run"]
-    assert words in error_of(capsys, "train", ID, *given)
-
-
-@pytest.mark.parametrize("parameter", ["hard=1", "width=64", "transport=ros"])
-def test_error_names_what_is_no_parameter_of_the_environment(tmp_path, capsys, parameter):
-    name = parameter.partition("=")[0]
-    error = error_of(capsys, "train", ID, parameter, "--out", tmp_path)
-    assert f"parameter {name}: unknown; must be one of" in error
+    assert words in command("train", ID, *given, status=2).err
 
 
 @pytest.mark.parametrize(
@@ -156,11 +138,11 @@ def test_error_names_what_is_no_parameter_of_the_environment(tmp_path, capsys, p
         ("{}", "state.json: not a checkpoint: KeyError: 'id'"),
     ],
 )
-def test_error_names_invalid_checkpoint(tmp_path, capsys, content, words):
+def test_error_names_invalid_checkpoint(tmp_path, command, content, words):
     (tmp_path / "checkpoint").mkdir()
     (tmp_path / "checkpoint" / "state.json").write_text(content)
     write_settings(small(), tmp_path / "settings.yaml")
-    error = error_of(capsys, "train", "--resume", tmp_path)
+    error = command("train", "--resume", tmp_path, status=2).err
     assert error.startswith(f"walker_sim train: --resume {tmp_path}: ")
     assert words in error
 
@@ -207,7 +189,7 @@ def test_delayed_action_is_the_previous_one():
 # ---------------------------------------------------------------- trainings
 
 
-def test_evaluate_repeats_the_best_evaluation(tmp_path, capsys, monkeypatch):
+def test_evaluate_repeats_the_best_evaluation(tmp_path, command, monkeypatch):
     """evaluate's returns equal the training's to the bit."""
     seen = []
 
@@ -218,8 +200,8 @@ def test_evaluate_repeats_the_best_evaluation(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(evaluation.Evaluation, "returns", returns)
     write_settings(small(), tmp_path / "small.yaml")
     folder = tmp_path / "run"
-    given = ["train", ID, "--settings", str(tmp_path / "small.yaml"), "--out", str(folder)]
-    assert main([*given, "--num-threads", "1"]) == 0
+    given = ["train", ID, "--settings", tmp_path / "small.yaml", "--out", folder]
+    command(*given, "--num-threads", 1)
     names = {path.name for path in folder.iterdir()}
     assert names == {"policy.safetensors", "settings.yaml", "curve.csv", "curve.png", "checkpoint"}
     points = curve(folder)
@@ -227,24 +209,21 @@ def test_evaluate_repeats_the_best_evaluation(tmp_path, capsys, monkeypatch):
     best = max(float(point["evaluation_return"]) for point in points)
     policy = _core.Policy(str(folder / "policy.safetensors"))
     assert policy.notes["settings"] == read_settings(folder / "settings.yaml").hash()
-    capsys.readouterr()
     file = tmp_path / "outcomes.json"
-    chosen = ["--seeds", "2000000:2000003", "max_episode_steps=50", "--json", str(file)]
-    assert main(["evaluate", ID, "--policy", str(folder / "policy.safetensors"), *chosen]) == 0
+    chosen = ["--seeds", "2000000:2000003", "max_episode_steps=50", "--json", file]
+    command("evaluate", ID, "--policy", folder / "policy.safetensors", *chosen)
     returns = [each["return"] for each in json.loads(file.read_text())["outcomes"]]
     assert np.mean(returns) == pytest.approx(best, abs=1e-3)
     assert returns == max(seen, key=np.mean).tolist()
-    capsys.readouterr()
-    assert "--resume" in error_of(capsys, *given)
+    assert "--resume" in command(*given, status=2).err
 
 
 def test_policy_does_not_depend_on_threads(tmp_path):
-    policies = []
+    policies = set()
     for num_threads in (1, 2):
-        folder = tmp_path / str(num_threads)
-        train(folder, small(), num_threads=num_threads)
-        policies.append((folder / "policy.safetensors").read_bytes())
-    assert policies[0] == policies[1]
+        train(tmp_path / str(num_threads), small(), num_threads=num_threads)
+        policies.add((tmp_path / str(num_threads) / "policy.safetensors").read_bytes())
+    assert len(policies) == 1
 
 
 @pytest.mark.parametrize("algorithm", ["ppo", "sac", "tqc"])
@@ -326,7 +305,10 @@ def test_ctrl_c_saves_a_checkpoint(tmp_path):
     command += ["--settings", str(tmp_path / "long.yaml"), "--num-threads", "1"]
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
-        wait_for_file(folder / "settings.yaml")
+        end = time.monotonic() + 60
+        while not (folder / "settings.yaml").exists():
+            assert time.monotonic() < end
+            time.sleep(0.1)
         time.sleep(2)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)
@@ -334,14 +316,6 @@ def test_ctrl_c_saves_a_checkpoint(tmp_path):
     assert f"--resume {folder}" in said
     state = json.loads((folder / "checkpoint" / "state.json").read_text())
     assert state["id"] == ID
-
-
-def wait_for_file(path):
-    for _ in range(600):
-        if path.exists():
-            return
-        time.sleep(0.1)
-    raise AssertionError(f"{path}: not written")
 
 
 @pytest.mark.parametrize(
@@ -352,12 +326,15 @@ def wait_for_file(path):
         (["--resume", "nowhere"], "--resume nowhere: has no checkpoint"),
         ([ID, "--resume", "nowhere"], "--resume nowhere: not allowed with walker"),
         ([ID, "max_episode_steps=-3"], "max_episode_steps"),
-        ([ID, "zoom=2"], "zoom"),
+        *(
+            ([ID, f"{name}={value}"], f"parameter {name}: unknown; must be one of")
+            for name, value in (("hard", 1), ("width", 64), ("transport", "ros"), ("zoom", 2))
+        ),
     ],
 )
-def test_error_names_invalid_argument(given, words, capsys, tmp_path, monkeypatch):
+def test_error_names_invalid_argument(given, words, command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert words in error_of(capsys, "train", *given)
+    assert words in command("train", *given, status=2).err
 
 
 # ---------------------------------------------------------------- policy files
@@ -382,7 +359,7 @@ def test_file_acts_as_the_network_within_a_millionth(tmp_path):
 
 
 @pytest.mark.parametrize("algorithm", [PPO, A2C, SAC, TQC])
-def test_converts_sb3_models(tmp_path, capsys, algorithm):
+def test_converts_sb3_models(tmp_path, command, algorithm):
     walkers = VecNormalize(VecEnv(ID, 2))
     walkers.reset()
     for _ in range(50):
@@ -391,16 +368,16 @@ def test_converts_sb3_models(tmp_path, capsys, algorithm):
     model.save(tmp_path / "model.zip")
     walkers.save(tmp_path / "normal.pkl")
     out = tmp_path / "walker.safetensors"
-    given = ["convert", str(tmp_path / "model.zip"), str(out), "--id", f"walker_sim/{ID}"]
-    assert main([*given, "--normalization", str(tmp_path / "normal.pkl")]) == 0
-    assert "actions differ by at most" in capsys.readouterr().out
+    given = [tmp_path / "model.zip", out, "--id", f"walker_sim/{ID}"]
+    said = command("convert", *given, "--normalization", tmp_path / "normal.pkl").out
+    assert "actions differ by at most" in said
     observations = np.random.default_rng(1).normal(0, 1, (200, 24))
     expected = model.predict(walkers.normalize_obs(observations), deterministic=True)[0]
     assert np.allclose(actions_of(out, observations), expected, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("ends_in_tanh", [False, True])
-def test_converts_onnx(tmp_path, ends_in_tanh, capsys):
+def test_converts_onnx(tmp_path, ends_in_tanh, command):
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
@@ -424,12 +401,11 @@ def test_converts_onnx(tmp_path, ends_in_tanh, capsys):
     graph = helper.make_graph(nodes, "walker", ends[:1], ends[1:], values)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     onnx.save(model, tmp_path / "model.onnx")
-    out = tmp_path / "walker.safetensors"
-    assert main(["convert", str(tmp_path / "model.onnx"), str(out)]) == 0
-    assert "Walker2d-v5, 2 layers; actions differ by at most" in capsys.readouterr().out
+    said = command("convert", tmp_path / "model.onnx", tmp_path / "walker.safetensors").out
+    assert "Walker2d-v5, 2 layers; actions differ by at most" in said
 
 
-def test_error_names_unsupported_model(tmp_path, capsys):
+def test_error_names_unsupported_model(tmp_path, command):
     class Elu(torch.nn.ELU):
         pass
 
@@ -445,10 +421,9 @@ def test_error_names_unsupported_model(tmp_path, capsys):
         ("none.zip", "no such file"),
         ("model.pt", "no such file"),
     ):
-        error = error_of(capsys, "convert", tmp_path / name, out, "--id", ID)
+        error = command("convert", tmp_path / name, out, "--id", ID, status=2).err
         assert words in error
         assert name in error
     assert not out.exists()
-    assert "walker.bin: must end in" in error_of(
-        capsys, "convert", tmp_path / "model.zip", "walker.bin"
-    )
+    error = command("convert", tmp_path / "model.zip", "walker.bin", status=2).err
+    assert "walker.bin: must end in" in error

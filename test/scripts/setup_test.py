@@ -1,12 +1,12 @@
-#!/usr/bin/python3
 """The set-up that the commands share prints only when there is something to do."""
 
 import os
+import pathlib
 import subprocess
-import tempfile
-import unittest
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Stubs for everything external: packages, networks and compilers.
 STUBS = """
 set -euo pipefail
@@ -27,57 +27,51 @@ within() {
 """
 
 
-class SetupTest(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+@pytest.fixture
+def set_up(tmp_path):
+    """Sets up with the stubs. Returns the status and the sorted lines on stderr."""
 
-    def set_up(self, **variables):
-        variables = {
-            "NINJA": "[1/1] cd x && /usr/bin/python3 /usr/lib/genmsg/genmsg_check_deps.py\n",
-            **variables,
-        }
+    def run(**variables):
+        check = "[1/1] cd x && /usr/bin/python3 /usr/lib/genmsg/genmsg_check_deps.py\n"
         ended = subprocess.run(
             ["bash", "-c", STUBS + "locked set_up_all"],
-            env={**os.environ, "ROOT": ROOT, "FOLDER": self.folder, **variables},
+            env={**os.environ, "ROOT": ROOT, "FOLDER": tmp_path, "NINJA": check, **variables},
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
             check=False,
         )
-        self.assertEqual(ended.stdout, "")
+        assert ended.stdout == ""
         return ended.returncode, sorted(ended.stderr.splitlines())
 
-    def test_where_all_is_ready_it_is_silent(self):
-        self.set_up()
-        self.assertEqual(self.set_up(), (0, []))
-
-    def test_the_first_time_each_step_speaks(self):
-        status, lines = self.set_up(MISSING="two\n", NINJA="[1/2] Building\n[2/2] Linking\n")
-        self.assertEqual(status, 0, lines)
-        self.assertEqual(len(lines), 4, lines)
-        self.assertTrue(lines[0].startswith("build: "), lines)
-        self.assertTrue(lines[1].startswith("configure: "), lines)
-        self.assertTrue(lines[1].endswith(f", MUJOCO_DIR={self.folder}"), lines)
-        self.assertEqual(lines[2], "packages: installing 1 of 2 and what they need")
-        self.assertTrue(lines[3].startswith("virtual environment: installing "), lines)
-
-    def test_a_build_that_has_something_to_do_speaks_once_and_is_in_the_log(self):
-        self.set_up()
-        status, lines = self.set_up(NINJA="[1/2] Building\n[2/2] Linking\n")
-        self.assertEqual((status, len(lines)), (0, 1), lines)
-        self.assertTrue(lines[0].startswith("build: "), lines)
-        with open(os.path.join(self.folder, "log", "build_ros.log"), encoding="utf-8") as log:
-            self.assertIn("[2/2] Linking\n", log.read())
-
-    def test_a_build_that_fails_shows_why(self):
-        self.set_up()
-        status, lines = self.set_up(NINJA="FAILED: walker\n", STATUS="3")
-        self.assertEqual(status, 3, lines)
-        self.assertIn("  | FAILED: walker", lines)
-        self.assertTrue(any("failed with status 3" in line for line in lines), lines)
+    return run
 
 
-if __name__ == "__main__":
-    unittest.main()
+def test_where_all_is_ready_it_is_silent(set_up):
+    set_up()
+    assert set_up() == (0, [])
+
+
+def test_the_first_time_each_step_speaks(set_up, tmp_path):
+    status, lines = set_up(MISSING="two\n", NINJA="[1/2] Building\n[2/2] Linking\n")
+    assert (status, len(lines)) == (0, 4), lines
+    assert lines[0].startswith("build: ")
+    assert lines[1].startswith("configure: ")
+    assert lines[1].endswith(f", MUJOCO_DIR={tmp_path}")
+    assert lines[2] == "packages: installing 1 of 2 and what they need"
+    assert lines[3].startswith("virtual environment: installing ")
+
+
+def test_a_build_that_has_something_to_do_speaks_once_and_is_in_the_log(set_up, tmp_path):
+    set_up()
+    status, lines = set_up(NINJA="[1/2] Building\n[2/2] Linking\n")
+    assert (status, len(lines)) == (0, 1), lines
+    assert lines[0].startswith("build: ")
+    assert "[2/2] Linking\n" in (tmp_path / "log/build_ros.log").read_text()
+
+
+def test_a_build_that_fails_shows_why(set_up):
+    status, lines = set_up(NINJA="FAILED: walker\n", STATUS="3")
+    assert status == 3, lines
+    assert "  | FAILED: walker" in lines
+    assert any("failed with status 3" in line for line in lines), lines

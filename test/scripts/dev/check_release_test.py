@@ -22,8 +22,11 @@ VERSION = re.search("<version>(.*)</version>", (ROOT / "package.xml").read_text(
 )
 def test_a_release(tmp_path, tag, heading, words):
     (tmp_path / "scripts/dev").mkdir(parents=True)
-    shutil.copy(ROOT / "scripts/dev/check_release", tmp_path / "scripts/dev")
-    shutil.copy(ROOT / "package.xml", tmp_path)
+    for name in (
+        "package.xml",
+        *map("scripts/".__add__, ("setup.sh", "packages.sh", "dev/check_release")),
+    ):
+        shutil.copy(ROOT / name, tmp_path / name)
     changes = f"^^^^\nChangelog\n^^^^\n\n{heading}\n{'-' * len(heading)}\n* A change\n"
     (tmp_path / "CHANGELOG.rst").write_text(changes)
     done = subprocess.run(

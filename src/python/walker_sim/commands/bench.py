@@ -110,7 +110,7 @@ def vector(name: str, count: int, **keywords: Any) -> Step:
     return step
 
 
-def _parser() -> common.Parser:
+def run(arguments: Sequence[str]) -> int:
     parser = common.Parser("bench", DESCRIPTION, EPILOG)
     parser.add_argument(
         "--seconds",
@@ -128,11 +128,7 @@ def _parser() -> common.Parser:
         "server's",
     )
     common.add_walker_options(parser)
-    return parser
-
-
-def run(arguments: Sequence[str]) -> int:
-    options = _parser().parse_intermixed_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     env_id, parameters = common.walker_of(options.walker)
     sides = _own_sides(options, env_id, parameters)
     missing = ""

@@ -39,7 +39,7 @@ examples:
 """
 
 
-def _parser() -> common.Parser:
+def run(arguments: Sequence[str]) -> int:
     parser = common.Parser("convert", DESCRIPTION, EPILOG)
     parser.add_argument("model", type=Path, metavar="MODEL", help="MODEL.zip or MODEL.onnx")
     parser.add_argument("out", type=Path, metavar="OUT", help="FILE.safetensors")
@@ -52,11 +52,7 @@ def _parser() -> common.Parser:
         metavar="FILE.pkl",
         help="file of VecNormalize.save, with the statistics of a MODEL.zip's observations",
     )
-    return parser
-
-
-def run(arguments: Sequence[str]) -> int:
-    options = _parser().parse_args(arguments)
+    options = parser.parse_args(arguments)
     if options.out.suffix != ".safetensors":
         raise InputError(f"{options.out}: must end in .safetensors")
     if not options.model.is_file():

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
 import sys
 import time
-from pathlib import Path
-from typing import Any, Sequence
+from typing import Sequence
 
 from walker_sim.commands import options as common
-from walker_sim.commands.episodes import Episode, play
+from walker_sim.commands import results
+from walker_sim.commands.episodes import play, shown
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
-from walker_sim.commands.progress import shown
-from walker_sim.commands.summary import as_json, histogram, report, summarise
-from walker_sim.commands.table import Table
 
 EPISODES = 100
 
@@ -77,15 +72,11 @@ def run(arguments: Sequence[str]) -> int:
     options = _parser().parse_intermixed_args(arguments)
     env_id, parameters = common.walker_of(options.walker)
     if options.plot:
-        from walker_sim.commands.plot import check_format
-
-        check_format(options.plot)  # fails before the episodes, which may take hours
+        results.check_format(options.plot)  # fails before the episodes, which may take hours
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
-    policies = make_policies(
-        *(options.policy, env_id, parameters, walkers.specification), options.normalization
-    )
-    table = Table(options.csv, walkers.specification["info_names"]) if options.csv else None
+    policies = make_policies(options, env_id, parameters, walkers.specification)
+    table = results.Table(options.csv, walkers.specification["info_names"]) if options.csv else None
     began = time.monotonic()
     episodes = []
     try:
@@ -104,10 +95,13 @@ def run(arguments: Sequence[str]) -> int:
     threshold = options.threshold
     if threshold is None and not math.isnan(walkers.specification["reward_threshold"]):
         threshold = walkers.specification["reward_threshold"]
-    summary = summarise(episodes, threshold)
-    title = describe(env_id, options.walker, policy_text(options), len(seeds))
+    summary = results.summarise(episodes, threshold)
+    policy = policy_text(options)
+    walker = " ".join([env_id, *(word for word in options.walker if "=" in word)])
+    title = f"{walker}, policy {policy}, {len(seeds)} episode{'s' if len(seeds) > 1 else ''}"
     returns = [episode.episode_return for episode in episodes]
-    print("\n".join([title, "", *report(summary, threshold), "", *histogram(returns)]))
+    lines = [*results.report(summary, threshold), "", *results.histogram(returns)]
+    print("\n".join([title, "", *lines]))
     steps = sum(episode.length for episode in episodes)
     # Standard output must be the same in every run.
     print(
@@ -121,28 +115,10 @@ def run(arguments: Sequence[str]) -> int:
         head = {
             "id": env_id,
             "parameters": walkers.specification["parameters"],
-            "policy": policy_text(options),
+            "policy": policy,
             "engine": walkers.specification["engine_version"],
         }
-        write_json(options.json, {**head, **as_json(summary)}, episodes)
+        results.write_json(options.json, head, summary, episodes)
     if options.plot:
-        from walker_sim.commands.plot import write_plot
-
-        write_plot(options.plot, title, episodes, summary, threshold)
+        results.write_plot(options.plot, title, episodes, summary, threshold)
     return 0
-
-
-def describe(env_id: str, words: Sequence[str], policy: str, count: int) -> str:
-    walker = " ".join([env_id, *(word for word in words if "=" in word)])
-    return f"{walker}, policy {policy}, {count} episode{'s' if count > 1 else ''}"
-
-
-def write_json(path: Path, head: dict[str, Any], episodes: Sequence[Episode]) -> None:
-    """Writes the summary, and the episodes under ``outcomes``, as JSON."""
-    outcomes = []
-    for episode in episodes:
-        outcome = dataclasses.asdict(episode)
-        del outcome["order"], outcome["steps"]
-        outcome["return"] = outcome.pop("episode_return")
-        outcomes.append(outcome)
-    path.write_text(json.dumps({**head, "outcomes": outcomes}, indent=1) + "\n")

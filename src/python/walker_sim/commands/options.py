@@ -114,18 +114,15 @@ def chosen_seeds(options: argparse.Namespace) -> list[int]:
     return list(range(options.episodes or options.default_episodes)) if seeds is None else seeds
 
 
-def count_or_zero(text: str) -> int:
-    """Parses an integer from 0, for argparse."""
-    if not re.fullmatch(r"[0-9]+", text):
-        raise argparse.ArgumentTypeError(f"{text}: must be a whole number from 0")
+def count(text: str, least: int = 1) -> int:
+    """Parses an integer from `least`, 0 or 1, for argparse."""
+    if not re.fullmatch(r"[0-9]+", text) or int(text) < least:
+        limit = "above" if least else "from"
+        raise argparse.ArgumentTypeError(f"{text}: must be a whole number {limit} 0")
     return int(text)
 
 
-def count(text: str) -> int:
-    """Parses an integer above 0, for argparse."""
-    if not re.fullmatch(r"[0-9]+", text) or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text}: must be a whole number above 0")
-    return int(text)
+count_or_zero = functools.partial(count, least=0)
 
 
 def counts(text: str) -> list[int]:

@@ -57,14 +57,7 @@ examples:
 class Session:
     """Endless sequence of episodes of one walker.
 
-    Attributes
-    ----------
-    episode
-        Number of the present episode, from 1.
-    seed, step_count, episode_return
-        Seed, steps and return of the present episode.
-    end
-        Result of `end_of` for the present episode; empty while it continues.
+    `episode` counts from 1. `end` is the result of `end_of`, empty while the episode continues.
     """
 
     def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
@@ -240,7 +233,7 @@ class Viewer:
         self._screen.show(self._picture, self.status(), KEYS.split("\n") * self.has_help)
 
 
-def _parser() -> common.Parser:
+def run(arguments: Sequence[str]) -> int:
     parser = common.Parser("play", DESCRIPTION, EPILOG)
     common.add_episodes(parser, EPISODES)
     parser.add_argument(
@@ -251,11 +244,7 @@ def _parser() -> common.Parser:
         help="initial simulation time per wall time (default: 1)",
     )
     common.add_walker_options(parser)
-    return parser
-
-
-def run(arguments: Sequence[str]) -> int:
-    options = _parser().parse_intermixed_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     if not MIN_SPEED <= options.speed <= MAX_SPEED:
         raise common.InputError(
             f"--speed {options.speed:g}: must be between {MIN_SPEED:g} and {MAX_SPEED:g}"
@@ -266,9 +255,7 @@ def run(arguments: Sequence[str]) -> int:
     env_id, parameters = common.walker_of(words)
     parameters, camera = split_keywords(env_id, parameters)
     with closing(common.make_walkers(options, env_id, parameters, None, 1)) as walkers:
-        policies = make_policies(
-            *(options.policy, env_id, parameters, walkers.specification), options.normalization
-        )
+        policies = make_policies(options, env_id, parameters, walkers.specification)
         session = Session(walkers, policies, common.chosen_seeds(options))
         pace = Pace(walkers.specification["dt"])
         pace.speed = options.speed

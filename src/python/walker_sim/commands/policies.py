@@ -43,24 +43,16 @@ class PolicyFailed(Exception):
 
 
 def make_policies(
-    text: str,
+    options: argparse.Namespace,
     env_id: str,
     parameters: dict[str, Any],
     specification: Specification,
-    normalization: Path | None = None,
 ) -> Policies:
-    """Makes the policies that `text` names; see POLICY_HELP.
+    """Makes the policies that --policy and --normalization name; see POLICY_HELP.
 
-    Parameters
-    ----------
-    normalization
-        `VecNormalize` file of a model of Stable-Baselines3; None: observations are not normalised.
-
-    Raises
-    ------
-    InputError
-        If there is no such policy, or it does not fit. Names the policy and what is allowed.
+    An InputError names a policy that does not exist or fit, and what is allowed.
     """
+    text, normalization = options.policy, options.normalization
     size = len(specification["action_low"])
     if normalization is not None and not text.endswith(".zip"):
         raise InputError(f"--normalization {normalization}: only for --policy FILE.zip")
@@ -105,14 +97,6 @@ def acting(agent: _core.Agent | _core.Policy, size: int) -> Policy:
         return action
 
     return act
-
-
-def checked_action(given: Any, size: int) -> NDArray[np.float32]:
-    """Converts the result of a user's function to a finite action, or raises InvalidAction."""
-    action = to_action(given, (size,)).astype(np.float32)
-    if not np.isfinite(action).all():
-        raise InvalidAction(f"action = {given!r}: must be finite")
-    return action
 
 
 def _agents(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
@@ -164,9 +148,12 @@ def _user_functions(text: str, size: int) -> Policies:
             except Exception as error:
                 raise PolicyFailed(f"{text} failed in the episode of seed {seed}") from error
             try:
-                return checked_action(given, size)
+                action = to_action(given, (size,)).astype(np.float32)
+                if not np.isfinite(action).all():
+                    raise InvalidAction(f"action = {given!r}: must be finite")
             except InvalidAction as error:
                 raise PolicyFailed(f"--policy {text}, seed {seed}: {error}") from None
+            return action
 
         return act
 

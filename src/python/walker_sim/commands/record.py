@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
-from walker_sim.commands.episodes import Episode, Steps, play
+from walker_sim.commands.episodes import Episode, Steps, play, shown
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
-from walker_sim.commands.progress import shown
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
 
 FORMAT = 1
@@ -54,7 +53,7 @@ examples:
 """
 
 
-def _parser() -> common.Parser:
+def run(arguments: Sequence[str]) -> int:
     parser = common.Parser("record", DESCRIPTION, EPILOG)
     action = parser.add_mutually_exclusive_group(required=True)
     action.add_argument(
@@ -66,11 +65,7 @@ def _parser() -> common.Parser:
     common.add_episodes(parser, EPISODES)
     common.add_walker_options(parser)
     common.add_num_envs(parser)
-    return parser
-
-
-def run(arguments: Sequence[str]) -> int:
-    options = _parser().parse_intermixed_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     if options.check:
         return _check(options)
     if options.output.suffix != ".npz":
@@ -78,9 +73,7 @@ def run(arguments: Sequence[str]) -> int:
     env_id, parameters = common.walker_of(options.walker)
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
-    policies = make_policies(
-        *(options.policy, env_id, parameters, walkers.specification), options.normalization
-    )
+    policies = make_policies(options, env_id, parameters, walkers.specification)
     episodes = sorted(shown(play(walkers, seeds, policies, keeps_steps=True), len(seeds)))
     for episode in episodes:
         if episode.length == 0:
@@ -257,31 +250,24 @@ def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) ->
     error = walkers.reset_error(0)
     if error:
         return f"fails at its reset: {error}"
-    state = {"observations": observations[0], "infos": infos[0]}
-    difference = _differs(state, recorded, 0, 0)
+    difference = _difference((observations[0], infos[0]), recorded, 0)
     for step, action in enumerate(recorded["actions"], 1):
         if difference:
             break
         actions[0] = action
         batch = walkers.step(actions)
-        state = {"observations": batch.observations[0], "infos": batch.info[0]}
-        outcome = {
-            "rewards": batch.rewards[0],
-            "terminated": batch.terminated[0],
-            "truncated": batch.truncated[0],
-        }
-        difference = _differs(state, recorded, step, step)
-        difference = difference or _differs(outcome, recorded, step - 1, step)
-        has_ended = batch.terminated[0] or batch.truncated[0]
-        if has_ended and step < len(recorded["actions"]):
+        outcome = batch.rewards[0], batch.terminated[0], batch.truncated[0]
+        difference = _difference((batch.observations[0], batch.info[0], *outcome), recorded, step)
+        if any(outcome[1:]) and step < len(recorded["actions"]):
             difference = difference or f"ends at step {step}"
     return difference
 
 
-def _differs(
-    values: Mapping[str, Any], recorded: Mapping[str, NDArray[Any]], row: int, step: int
-) -> str:
-    for name, value in values.items():
+def _difference(values: Sequence[Any], recorded: Mapping[str, NDArray[Any]], step: int) -> str:
+    """Compares observation and info and, after a step, reward, terminated and truncated."""
+    names = ("observations", "infos", "rewards", "terminated", "truncated")
+    for name, value in zip(names, values):
+        row = step if _LAYOUTS[name][2] == "states" else step - 1
         ours, theirs = np.atleast_1d(value), np.atleast_1d(recorded[name][row])
         if ours.tobytes() == theirs.tobytes():
             continue

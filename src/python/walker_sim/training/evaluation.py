@@ -1,8 +1,11 @@
-"""Evaluation of policies during training, on seeds that the training never uses."""
+"""Evaluation of policies during training, on seeds that the training never uses, and the learning
+curve: one point per evaluation, as CSV and as a plot."""
 
 from __future__ import annotations
 
-from typing import Any, Mapping
+import csv
+from pathlib import Path
+from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,3 +43,51 @@ class Evaluation:
 
     def close(self) -> None:
         self._walkers.close()
+
+
+class Point(NamedTuple):
+    """One evaluation, after `steps` steps."""
+
+    steps: int
+    seconds: float  # wall time without evaluations [s]
+    training_return: float  # mean of the last 100 training episodes, with exploration noise
+    evaluation_return: float  # mean over the evaluation's episodes
+    deviation: float  # standard deviation of these
+    least: float  # minimum of these
+
+
+def write_curve(points: Sequence[Point], path: Path) -> None:
+    """Writes the points as CSV, by a temporary file that replaces `path`."""
+    unfinished = path.with_name(path.name + ".new")
+    with unfinished.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Point._fields)
+        for point in points:
+            writer.writerow([point.steps, *(f"{value:.6g}" for value in point[1:])])
+    unfinished.replace(path)
+
+
+def read_curve(path: Path) -> list[Point]:
+    with path.open(newline="") as file:
+        rows = list(csv.reader(file))[1:]
+    return [Point(int(row[0]), *(float(value) for value in row[1:])) for row in rows]
+
+
+def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
+    """Plots returns over steps, with the standard deviation over the evaluation's episodes."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), dpi=100, layout="constrained")
+    axes = figure.subplots()
+    steps = [point.steps / 1e6 for point in points]
+    means = [point.evaluation_return for point in points]
+    low = [point.evaluation_return - point.deviation for point in points]
+    high = [point.evaluation_return + point.deviation for point in points]
+    axes.fill_between(steps, low, high, alpha=0.2, linewidth=0)
+    axes.plot(steps, means, label="evaluation (mean, deviation of episodes)")
+    noisy = [point.training_return for point in points]
+    axes.plot(steps, noisy, linestyle="--", linewidth=1, label="training, with exploration")
+    axes.set(xlabel="steps [million]", ylabel="return", title=title)
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right")
+    figure.savefig(path)

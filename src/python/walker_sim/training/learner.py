@@ -1,21 +1,69 @@
-"""Makes Stable-Baselines3's algorithms from settings, and policy files from them."""
+"""Makes Stable-Baselines3's algorithms and their environments from settings."""
 
 from __future__ import annotations
 
 import importlib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 from torch import nn
 
 from walker_sim.training.models import actor_layers
-from walker_sim.training.policy_file import PolicyFile
+from walker_sim.training.policy_file import OBSERVATION_CLIP
 from walker_sim.training.settings import Settings
 
+FIRST_TRAINING_SEED = 1 << 40
+"""Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
+
 INITIAL_LOG_STD = -0.5  # of learnt noise
+
+
+class BoundedRewards(VecEnvWrapper):
+    """Raises rewards to at least `least_reward`; None: returns them unchanged."""
+
+    least_reward: float | None = None
+
+    def reset(self) -> Any:
+        return self.venv.reset()
+
+    def step_wait(self) -> Any:
+        observations, rewards, dones, infos = self.venv.step_wait()
+        if self.least_reward is not None:
+            rewards = np.maximum(rewards, self.least_reward)
+        return observations, rewards, dones, infos
+
+
+class DelayedActions(VecEnvWrapper):
+    """Applies the previous action of a walker instead of the new one, with a fixed probability."""
+
+    def __init__(self, venv: VecEnv, probability: float, seed: int) -> None:
+        super().__init__(venv)
+        self._probability, self._random = probability, np.random.default_rng(seed)
+
+    def reset(self) -> Any:
+        self._previous = np.zeros((self.num_envs, *self.action_space.shape), np.float32)
+        return self.venv.reset()
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        is_late = self._random.random((self.num_envs, 1)) < self._probability
+        self.venv.step_async(np.where(is_late, self._previous, actions))
+        self._previous = actions.copy()
+
+    def step_wait(self) -> Any:
+        outcome = self.venv.step_wait()
+        self._previous[outcome[2]] = 0  # an episode begins without an action
+        return outcome
+
+
+def wrap(walkers: VecEnv, settings: Settings) -> VecNormalize:
+    """Adds the wrappers. The monitor is innermost: reported returns have no bound."""
+    walkers = VecMonitor(walkers)
+    if settings.action_delay > 0:
+        walkers = DelayedActions(walkers, settings.action_delay, settings.seed)
+    walkers = BoundedRewards(walkers)
+    return VecNormalize(walkers, gamma=settings.gamma, clip_obs=OBSERVATION_CLIP)
 
 
 def make_learner(settings: Settings, walkers: VecNormalize) -> Any:
@@ -56,16 +104,6 @@ def make_learner(settings: Settings, walkers: VecNormalize) -> Any:
     )
 
 
-def set_exploration(settings: Settings, model: Any, steps: int) -> None:
-    """Sets PPO's noise by its linear schedule. Does nothing if the noise is learnt, as in SAC."""
-    if settings.algorithm != "ppo" or settings.log_std is None:
-        return
-    begin, end = settings.log_std
-    parameter = model.policy.log_std
-    parameter.requires_grad_(False)
-    parameter.data.fill_(begin + (end - begin) * min(steps / settings.steps, 1.0))
-
-
 def actor_arrays(model: Any) -> list[NDArray[np.float32]]:
     """Returns copies of the weight and bias of each of the actor's layers in turn."""
     return [
@@ -74,44 +112,3 @@ def actor_arrays(model: Any) -> list[NDArray[np.float32]]:
         if isinstance(layer, nn.Linear)
         for tensor in (layer.weight, layer.bias)
     ]
-
-
-def to_policy(
-    env_id: str,
-    settings: Settings,
-    walkers: VecNormalize,
-    arrays: list[NDArray[np.float32]],
-    steps: int,
-) -> PolicyFile:
-    """Returns a policy of the network `arrays` and the present observation statistics."""
-    return PolicyFile(
-        env_id=env_id,
-        parameters={name: str(value) for name, value in settings.parameters.items()},
-        activation=settings.activation,
-        output="clip" if settings.algorithm == "ppo" else "tanh",
-        mean=walkers.obs_rms.mean,
-        deviation=np.sqrt(walkers.obs_rms.var + walkers.epsilon),
-        low=walkers.action_space.low,
-        high=walkers.action_space.high,
-        layers=list(zip(arrays[::2], arrays[1::2])),
-        notes={
-            "algorithm": settings.algorithm,
-            "steps": str(steps),
-            "seed": str(settings.seed),
-            "settings": settings.hash(),
-        },
-    )
-
-
-def save_model(model: Any, folder: Path) -> None:
-    """Saves networks, optimisers and the replay buffer, if any."""
-    model.save(folder / "model.zip", exclude=["lr_schedule", "learning_rate", "clip_range"])
-    if model.__dict__.get("replay_buffer") is not None:
-        model.save_replay_buffer(folder / "buffer.pkl")
-
-
-def load_model(model: Any, folder: Path) -> None:
-    """Loads the files of `save_model` into a new learner with the same settings."""
-    model.set_parameters(folder / "model.zip", exact_match=True, device="cpu")
-    if (folder / "buffer.pkl").exists():
-        model.load_replay_buffer(folder / "buffer.pkl")

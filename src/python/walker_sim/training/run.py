@@ -18,10 +18,8 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from walker_sim import _core, sb3
 from walker_sim.errors import UnknownKeyword
 from walker_sim.training import learner
-from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
-from walker_sim.training.environments import FIRST_TRAINING_SEED, wrap
-from walker_sim.training.evaluation import Evaluation
-from walker_sim.training.policy_file import to_bytes, write_policy
+from walker_sim.training.evaluation import Evaluation, Point, draw_curve, read_curve, write_curve
+from walker_sim.training.policy_file import PolicyFile, to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
@@ -63,15 +61,12 @@ class Training:
             if name not in known:
                 raise UnknownKeyword(f"parameter {name}: unknown; must be one of {' '.join(known)}")
         self.env_id, self.settings, self.folder, self.report = env_id, settings, folder, report
-        self.walkers = wrap(
-            walkers
-            or sb3.VecEnv(
-                env_id, settings.num_envs, num_threads=num_threads, **settings.parameters
-            ),
-            settings,
-        )
+        if walkers is None:
+            parameters = {**settings.parameters, "num_threads": num_threads}
+            walkers = sb3.VecEnv(env_id, settings.num_envs, **parameters)
+        self.walkers = learner.wrap(walkers, settings)
         self.model = learner.make_learner(settings, self.walkers)
-        self.walkers.seed(FIRST_TRAINING_SEED + (settings.seed << 20))
+        self.walkers.seed(learner.FIRST_TRAINING_SEED + (settings.seed << 20))
         self.networks: deque[Sequence[NDArray[np.float32]]] = deque(maxlen=settings.average_updates)
         self.points: list[Point] = []
         self.best = -np.inf
@@ -106,7 +101,9 @@ class Training:
         """Restores the folder's checkpoint; OSError if none. Walkers begin new episodes."""
         folder = self.folder / CHECKPOINT
         state = json.loads((folder / "state.json").read_text())
-        learner.load_model(self.model, folder)
+        self.model.set_parameters(folder / "model.zip", exact_match=True, device="cpu")
+        if (folder / "buffer.pkl").exists():
+            self.model.load_replay_buffer(folder / "buffer.pkl")
         saved = VecNormalize.load(str(folder / "normalization.pkl"), self.walkers.venv)
         self.walkers.obs_rms, self.walkers.ret_rms = saved.obs_rms, saved.ret_rms
         with np.load(folder / "networks.npz") as file:
@@ -152,23 +149,48 @@ class Training:
         now = self.settings.at(self.steps)
         self.walkers.gamma = self.model.gamma = now.gamma
         self.walkers.venv.least_reward = now.least_reward
-        if self.settings.algorithm == "ppo":
-            self.model.rollout_buffer.gamma = now.gamma
-        learner.set_exploration(self.settings, self.model, self.steps)
+        if self.settings.algorithm != "ppo":
+            return
+        self.model.rollout_buffer.gamma = now.gamma
+        if self.settings.log_std is not None:  # else the noise is learnt
+            begin, end = self.settings.log_std
+            noise = self.model.policy.log_std.requires_grad_(False)
+            noise.data.fill_(begin + (end - begin) * min(self.steps / self.settings.steps, 1.0))
 
     def after_update(self) -> None:
         self.networks.append(learner.actor_arrays(self.model))
 
-    def evaluate(self) -> None:
-        """Adds a point to the curve; saves the policy if it is the best so far."""
-        began = time.monotonic()
-        seconds = self.seconds
+    def policy(self) -> PolicyFile:
+        """Returns the mean of the latest networks with the present observation statistics."""
         # Single precision would accumulate rounding errors of many networks.
         arrays = [
             np.asarray(np.mean(each, axis=0, dtype=np.float64), np.float32)
             for each in zip(*self.networks)
         ]
-        policy = learner.to_policy(self.env_id, self.settings, self.walkers, arrays, self.steps)
+        settings, walkers = self.settings, self.walkers
+        return PolicyFile(
+            env_id=self.env_id,
+            parameters={name: str(value) for name, value in settings.parameters.items()},
+            activation=settings.activation,
+            output="clip" if settings.algorithm == "ppo" else "tanh",
+            mean=walkers.obs_rms.mean,
+            deviation=np.sqrt(walkers.obs_rms.var + walkers.epsilon),
+            low=walkers.action_space.low,
+            high=walkers.action_space.high,
+            layers=list(zip(arrays[::2], arrays[1::2])),
+            notes={
+                "algorithm": settings.algorithm,
+                "steps": str(self.steps),
+                "seed": str(settings.seed),
+                "settings": settings.hash(),
+            },
+        )
+
+    def evaluate(self) -> None:
+        """Adds a point to the curve; saves the policy if it is the best so far."""
+        began = time.monotonic()
+        seconds = self.seconds
+        policy = self.policy()
         returns = self._evaluation.returns(
             _core.Policy.from_bytes(f"after {self.steps} steps", to_bytes(policy))
         )
@@ -189,7 +211,10 @@ class Training:
         folder, unfinished = self.folder / CHECKPOINT, self.folder / f"{CHECKPOINT}.new"
         shutil.rmtree(unfinished, ignore_errors=True)
         unfinished.mkdir()
-        learner.save_model(self.model, unfinished)
+        schedules = ["lr_schedule", "learning_rate", "clip_range"]
+        self.model.save(unfinished / "model.zip", exclude=schedules)
+        if self.model.__dict__.get("replay_buffer") is not None:
+            self.model.save_replay_buffer(unfinished / "buffer.pkl")
         self.walkers.save(str(unfinished / "normalization.pkl"))
         np.savez(unfinished / "networks.npz", *(np.stack(each) for each in zip(*self.networks)))
         state = {

@@ -98,9 +98,7 @@ CHANGEABLE = {"gamma": _number(0, 1), "least_reward": _optional(_number(-math.in
 
 def _setting(default: Any, check: Check) -> Any:
     """Returns a dataclass field with this default, whose values from a file are checked."""
-    if isinstance(default, dict):
-        return field(default_factory=dict, metadata={"check": check})
-    return field(default=default, metadata={"check": check})
+    return field(default_factory=lambda: default, metadata={"check": check})
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from walker_sim.commands.episodes import Episode, Steps
-from walker_sim.commands.summary import bootstrap_interval, histogram, report, summarise
+from walker_sim.commands.results import bootstrap_interval, histogram, report, summarise
 
 
 def episodes_of(returns, ends=None):
