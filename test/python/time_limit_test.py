@@ -2,7 +2,7 @@
 
 import gymnasium
 import pytest
-from walker_sim.time_limit import ANY, limit_of_make
+from walker_sim.over_ros import ANY, limit_of_make
 
 
 class Probe(gymnasium.Env):

@@ -14,7 +14,7 @@ import torch
 import walker_sim  # registers the ids
 from gymnasium.wrappers import NumpyToTorch
 from gymnasium.wrappers import vector as vector_wrappers
-from walker_sim.actions import to_action, to_actions
+from walker_sim.arguments import to_action, to_actions
 
 NUM_ENVS = 6
 IDS = ["BipedalWalker-v3", "Walker2d-v5", "Hopper-v5"]

@@ -12,13 +12,11 @@ from stable_baselines3.common import vec_env
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from walker_sim.actions import to_actions
-from walker_sim.attributes import attributes_of
-from walker_sim.keywords import refuse_unknown, to_count, to_indices
+from walker_sim.arguments import refuse_unknown, to_actions, to_count, to_indices
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.sb3_env_fns import EnvFns, VecEnvSpec, spec_of
-from walker_sim.transport import Batch, ServerAddress, by_name, make_walkers, spaces_of
+from walker_sim.transport import ServerAddress, attributes_of, by_name, make_walkers, spaces_of
 
 Infos = List[Dict[str, Any]]
 
@@ -178,7 +176,12 @@ class VecEnv(vec_env.VecEnv):
         is_cut_off = batch.truncated & ~batch.terminated
         for info, flag in zip(infos, is_cut_off.tolist()):
             info["TimeLimit.truncated"] = flag
-        self._feed_monitors(batch, infos)
+        for feed, reward, terminated, truncated, info in zip(
+            self._feeds, batch.rewards, batch.terminated, batch.truncated, infos
+        ):
+            feed.step(float(reward), bool(terminated), bool(truncated), info)
+            if terminated or truncated:
+                feed.reset()
         self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards.astype(np.float32), dones, infos
 
@@ -279,14 +282,6 @@ class VecEnv(vec_env.VecEnv):
                 final["error"] = error
             self.reset_infos[i], infos[i] = infos[i], final
             self._add_reset_error(i)
-
-    def _feed_monitors(self, batch: Batch, infos: Infos) -> None:
-        for feed, reward, terminated, truncated, info in zip(
-            self._feeds, batch.rewards, batch.terminated, batch.truncated, infos
-        ):
-            feed.step(float(reward), bool(terminated), bool(truncated), info)
-            if terminated or truncated:
-                feed.reset()
 
     def _add_reset_error(self, index: int) -> None:
         error = self._walkers.reset_error(index)
