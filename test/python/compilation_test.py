@@ -1,7 +1,5 @@
-"""Signals, other threads and file descriptors while MuJoCo compiles a model."""
+"""Signals and other threads while MuJoCo compiles a model."""
 
-import fcntl
-import itertools
 import os
 import signal
 import threading
@@ -98,26 +96,3 @@ def test_other_threads_make_walkers_meanwhile(tmp_path):
         (tmp_path / "pipe.xml").unlink()  # MuJoCo opens it again and must fail
     thread.join()
     assert made == ["made", "made", "compiled"]
-
-
-@pytest.mark.parametrize(
-    "closed", [each for count in (1, 2, 3) for each in itertools.combinations(range(3), count)]
-)
-def test_standard_descriptors_may_be_closed(closed):
-    saved = {number: fcntl.fcntl(number, fcntl.F_DUPFD_CLOEXEC, 3) for number in closed}
-    try:
-        for number in closed:
-            os.close(number)
-        walker_sim.WalkerEnv("Walker2d-v5", xml_file=str(MODELS["Walker2d-v5"])).close()
-    finally:
-        for number, copy in saved.items():
-            os.dup2(copy, number)
-            os.close(copy)
-
-
-def test_a_model_of_too_many_elements_is_refused(tmp_path):
-    path = tmp_path / "model.xml"
-    path.write_text("<mujoco><worldbody>" + 100000 * "<geom size='1'/>" + "</worldbody></mujoco>")
-    words = "xml_file = .*: has 100002 elements, included files counted; must have at most 20000"
-    with pytest.raises(ValueError, match=words):
-        walker_sim.WalkerEnv("Walker2d-v5", xml_file=str(path))

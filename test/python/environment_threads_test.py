@@ -5,7 +5,6 @@ thread runs only if the core releases the GIL.
 """
 
 import pickle
-import subprocess
 import sys
 import threading
 import time
@@ -15,7 +14,7 @@ from itertools import chain
 import numpy as np
 import pytest
 from walker_sim import WalkerEnv
-from walkers import IDS
+from walkers import IDS, run_python, through_pickle
 
 ENDLESS = {"terminate_when_unhealthy": False}
 MOST_CALLS = 200000
@@ -144,7 +143,7 @@ def test_threads_pickle_a_moving_environment():
             return rows
         nexts = []
         while not stop.is_set():
-            nexts.append(pickle.loads(pickle.dumps(environment)).step(action)[0].tobytes())
+            nexts.append(through_pickle(environment).step(action)[0].tobytes())
         return nexts
 
     moved, *stored = in_threads(move_or_store, 3)
@@ -182,4 +181,4 @@ thread.start()
 thread.join()
 assert done
 """
-    subprocess.run([sys.executable, "-c", code, environment_id], check=True)
+    run_python(code, environment_id)

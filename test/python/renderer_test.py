@@ -30,15 +30,12 @@ def drawn(renderer, captured):
     return rgb
 
 
-def sizes_of(env_id):
-    return {known["name"]: known["default"] for known in _core.camera_parameters_of(env_id)}
-
-
 @pytest.mark.parametrize("env_id", IDS)
 def test_the_camera_is_known_before_the_first_picture(env_id):
     camera = _core.Renderer(env_id, {}, {"width": 64}).camera
     assert camera["width"] == 64
-    assert camera["height"] == sizes_of(env_id)["height"]
+    known = {each["name"]: each["default"] for each in _core.camera_parameters_of(env_id)}
+    assert camera["height"] == known["height"]
     assert (camera["near"] > 0) == env_id.startswith(("Walker2d", "Hopper"))
     assert camera["near"] <= camera["far"]
 

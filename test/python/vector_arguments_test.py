@@ -1,8 +1,6 @@
 """WalkerVectorEnv: accepted and rejected arguments, attributes."""
 
 import re
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import gymnasium
@@ -11,7 +9,7 @@ import pytest
 import walker_sim
 from gymnasium.error import ClosedEnvironmentError
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from vector_comparison import assert_same
+from walkers import assert_same, make_ours, run_python
 
 BIPEDAL = "walker_sim/BipedalWalker-v3"
 NUM_ENVS = 3
@@ -21,8 +19,8 @@ def make(name=BIPEDAL, num_envs=NUM_ENVS, **options):
     return gymnasium.make_vec(name, num_envs, **options)
 
 
-def make_single(name=BIPEDAL, **options):
-    return gymnasium.make(name, **options)
+def make_single():
+    return make_ours("BipedalWalker-v3")
 
 
 @pytest.fixture()
@@ -239,7 +237,7 @@ def test_after_close(envs):
             call(zeros(envs))
 
 
-def test_gymnasium_1_1_is_needed(tmp_path):
+def test_gymnasium_1_1_is_needed():
     """The rest of the package works with Gymnasium 1.0, which has no AutoresetMode."""
     script = """
 import gymnasium, gymnasium.vector
@@ -254,5 +252,4 @@ except ImportError as error:
 else:
     raise AssertionError("no error")
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, encoding="utf-8")
-    assert done.returncode == 0, done.stderr
+    run_python(script)

@@ -7,21 +7,15 @@ between episodes, and this package's single environments.
 import gymnasium
 import numpy as np
 import pytest
-import walker_sim  # registers the ids
+import walker_sim
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from mujoco_reference import MODELS
-from vector_comparison import assert_same
-from walkers import OVERFLOW, diverging, overflowing
+from walkers import MODES, OVERFLOW, assert_same, diverging, make_many, overflowing
 
 NUM_ENVS = 5
 NUM_STEPS = 300
-MODES = ["next_step", "same_step", "disabled"]
-LIMITS = {
-    "BipedalWalker-v3": 90,
-    "Walker2d-v4": 25,
-    "Walker2d-v5": 25,
-    "Hopper-v5": 25,
-}  # some episodes terminate before, some do not
+# Some episodes terminate before, some do not.
+LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 25, "Walker2d-v5": 25, "Hopper-v5": 25}
 OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
 GYMNASIUMS = [("BipedalWalker-v3", LIMITS["BipedalWalker-v3"], {"reuse_world": True})]
 CASES = [
@@ -39,11 +33,9 @@ def make_reference(name, mode, limit, parameters=None):
     return SyncVectorEnv([make] * NUM_ENVS, autoreset_mode=AutoresetMode[mode.upper()])
 
 
-def make_ours(name, mode="next_step", limit=None, num_envs=NUM_ENVS, **options):
-    name = f"walker_sim/{name.split('/')[-1]}"
-    return gymnasium.make_vec(
-        name, num_envs, autoreset_mode=mode, max_episode_steps=limit, **options
-    )
+def make_ours(name, mode="next_step", limit=None, **options):
+    options = {"autoreset_mode": mode, "max_episode_steps": limit, **options}
+    return make_many(name.split("/")[-1], NUM_ENVS, **options)
 
 
 def make_pair(case, mode, **options):
@@ -72,12 +64,9 @@ def play(step, reset, mode, case, **options):
             mask[[1, 3]] = True
             seeds[3] = number
         if mask.any():
-            given = [reset, type(theirs).reset]
-            results = [
-                call(side, seed=list(seeds), options={"reset_mask": mask.copy()})
-                for call, side in zip(given, (ours, theirs))
-            ]
-            assert_same(*results, (number, mask))
+            result = reset(ours, seed=list(seeds), options={"reset_mask": mask.copy()})
+            expected = theirs.reset(seed=list(seeds), options={"reset_mask": mask.copy()})
+            assert_same(result, expected, (number, mask))
         actions = draw_actions(random, ours)
         result = step(ours, actions)
         assert_same(result, theirs.step(actions), number)
@@ -153,9 +142,7 @@ def sorted_seeds(parameters):
 def test_a_failed_reset_affects_no_other_walker(mode, tmp_path):
     parameters = overflowing(tmp_path)
     good, bad = sorted_seeds(parameters)
-    ours, undisturbed = (
-        make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters) for _ in range(2)
-    )
+    ours, undisturbed = (make_ours("Walker2d-v5", mode, 4, **parameters) for _ in range(2))
     observations, infos = ours.reset(seed=[*good[:2], bad[0], *good[2:4]])
     expected, _ = undisturbed.reset(seed=good[:5])
     assert infos["_error"].tolist() == [False, False, True, False, False]
@@ -164,10 +151,8 @@ def test_a_failed_reset_affects_no_other_walker(mode, tmp_path):
     assert not observations[2].any()
     actions = np.full(ours.action_space.shape, 0.5, np.float32)
     if mode == "disabled":
-        with pytest.raises(
-            walker_sim.ResetNeeded,
-            match="environment 2: the simulation failed at its reset; reset first",
-        ):
+        words = "environment 2: the simulation failed at its reset; reset first"
+        with pytest.raises(walker_sim.ResetNeeded, match=words):
             ours.step(actions)
         mask = np.arange(5) == 2
         infos = ours.reset(seed=good[4], options={"reset_mask": mask})[1]
@@ -195,7 +180,7 @@ def test_recv_reports_failed_resets(tmp_path):
     parameters = overflowing(tmp_path)
     _, bad = sorted_seeds(parameters)
     for mode in MODES:
-        ours = make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters)
+        ours = make_ours("Walker2d-v5", mode, 4, **parameters)
         ours.async_reset(seed=[bad[0]] * 5)
         observations, rewards, terminated, truncated, infos = ours.recv()
         assert not observations.any() and not rewards.any() and not truncated.any()

@@ -1,14 +1,10 @@
 """Gymnasium's wrappers of vector environments around WalkerVectorEnv."""
 
-import gymnasium
 import numpy as np
 import pytest
-import walker_sim  # noqa: F401  # registers the ids
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import vector as wrappers
-from vector_comparison import assert_same
+from walkers import assert_same, make_many, make_sync
 
-WALKER2D = "walker_sim/Walker2d-v5"
 NUM_ENVS = 3
 
 WRAPPERS = {
@@ -39,11 +35,8 @@ def without_times(result):
 @pytest.mark.parametrize("name", WRAPPERS)
 def test_wrappers_give_equal_results(name, mode):
     sides = [
-        gymnasium.make_vec(WALKER2D, NUM_ENVS, autoreset_mode=mode, max_episode_steps=20),
-        SyncVectorEnv(
-            [lambda: gymnasium.make(WALKER2D, max_episode_steps=20)] * NUM_ENVS,
-            autoreset_mode=AutoresetMode[mode.upper()],
-        ),
+        make_many("Walker2d-v5", NUM_ENVS, autoreset_mode=mode, max_episode_steps=20),
+        make_sync("Walker2d-v5", NUM_ENVS, mode, max_episode_steps=20),
     ]
     if mode == "same_step" and name in NEXT_STEP_ONLY:
         for side in sides:
