@@ -144,12 +144,10 @@ COUNTS = [
     ({"num_envs": "2"}, TypeError, "num_envs = '2': must be an integer"),
     ({"num_threads": HUGE}, ValueError, "num_threads = 1000000"),
     ({"num_threads": -1}, ValueError, "num_threads = -1: must be at least 0"),
-    ({"num_threads": 5000}, ValueError, "num_threads = 5000: must be in [0, 1024]"),
     ({"num_threads": "2"}, TypeError, "num_threads = '2': must be an integer"),
     ({"transport": "ros", "num_threads": 2}, ValueError, "num_threads = 2: over ROS"),
     ({"batch_size": HUGE}, ValueError, "batch_size = 1000000"),
     ({"batch_size": -2}, ValueError, "batch_size = -2: must be at least 0"),
-    ({"num_envs": 2, "batch_size": 3}, ValueError, "batch_size = 3: must be in [0, 2]"),
     ({"transport": "ros", "batch_size": 2}, ValueError, "batch_size = 2: over ROS"),
     ({"autoreset_mode": "never"}, ValueError, "autoreset_mode = 'never': must be next_step, s"),
     ({"autoreset_mode": 3}, ValueError, "autoreset_mode = 3: must be next_step, same_step or"),
@@ -171,15 +169,11 @@ ADDRESSES = [
     ({"server": None}, TypeError, "server = None: must be a str"),
     ({"server": LONGER}, TypeError, "server = (of type int"),
     ({"master_uri": 11311}, TypeError, "master_uri = 11311: must be a str"),
-    ({"master_uri": "localhost:11311"}, ValueError, 'master_uri = "localhost:11311"; must be'),
     ({"master_uri": SURROGATE}, ValueError, "master_uri = '\\udcff.xml'"),
     ({"master_uri": "http://localhost:11\x0011"}, ValueError, "http://localhost:11\\x0011"),
     ({"timeout": HUGE}, ValueError, "timeout = 1000000"),
     ({"timeout": LONGER}, ValueError, "timeout = (of type int"),
     ({"timeout": "10"}, TypeError, "timeout = '10': must be a number of seconds"),
-    ({"timeout": NAN}, ValueError, "timeout = nan s; must be above 0"),
-    ({"timeout": 0}, ValueError, "timeout = 0"),
-    ({"timeout": -1}, ValueError, "timeout = -1"),
 ]
 
 

@@ -39,7 +39,8 @@ def without_absent(infos):
 def test_equals_single_environments(environment_id, mode):
     limit = {"max_episode_steps": LIMITS[environment_id]}
     ours = make_many(environment_id, NUM_ENVS, autoreset_mode=mode, **limit)
-    theirs = [make_sync(environment_id, 1, mode, **limit) for _ in range(NUM_ENVS)]
+    name = f"walker_sim/{environment_id}"
+    theirs = [make_sync(name, 1, mode, **limit) for _ in range(NUM_ENVS)]
     random = np.random.default_rng(2)
     observations, _ = ours.reset(seed=7)
     for index, single in enumerate(theirs):

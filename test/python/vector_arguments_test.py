@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import walker_sim
 from gymnasium.error import ClosedEnvironmentError
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from walkers import assert_same, make_ours, run_python
+from gymnasium.vector import AutoresetMode
+from walkers import assert_same, make_sync, run_python
 
 BIPEDAL = "walker_sim/BipedalWalker-v3"
 NUM_ENVS = 3
@@ -17,10 +17,6 @@ NUM_ENVS = 3
 
 def make(name=BIPEDAL, num_envs=NUM_ENVS, **options):
     return gymnasium.make_vec(name, num_envs, **options)
-
-
-def make_single():
-    return make_ours("BipedalWalker-v3")
 
 
 @pytest.fixture()
@@ -100,7 +96,7 @@ def test_forms_of_seeds(envs, seed):
 
 def test_large_seeds():
     seeds = [2**64 - 1, 2**64, 2**200]
-    ours, theirs = make(), SyncVectorEnv([make_single] * NUM_ENVS)
+    ours, theirs = make(), make_sync(BIPEDAL, NUM_ENVS)
     assert_same(ours.reset(seed=seeds), theirs.reset(seed=seeds))
     assert ours.np_random_seed == theirs.np_random_seed
 
@@ -121,7 +117,7 @@ def test_without_a_seed_the_generator_is_seeded_once():
 
 
 def test_np_random_can_be_read_and_set(envs):
-    ours, theirs = make(), SyncVectorEnv([make_single] * NUM_ENVS)
+    ours, theirs = make(), make_sync(BIPEDAL, NUM_ENVS)
     generators = [np.random.default_rng(seed) for seed in (4, 5, 6)]
     generators[0].random(3)
     ours.set_attr("np_random", generators)
@@ -152,7 +148,7 @@ def test_np_random_can_be_read_and_set(envs):
     ids=["list", "floats", "shape", "none"],
 )
 def test_masks_that_sync_vector_env_refuses_too(envs, mask, error, message):
-    theirs = SyncVectorEnv([make_single] * NUM_ENVS)
+    theirs = make_sync(BIPEDAL, NUM_ENVS)
     theirs.reset(seed=1)
     with pytest.raises((error, AssertionError)):  # AssertionError before Gymnasium 1.2
         theirs.reset(options={"reset_mask": mask})

@@ -30,10 +30,10 @@ def make_many(environment_id, num_envs, **options):
     return gymnasium.make_vec(f"walker_sim/{environment_id}", num_envs, **options)
 
 
-def make_sync(environment_id, num_envs, mode, **parameters):
-    """Makes Gymnasium's vector environment of this package's single ones."""
+def make_sync(name, num_envs, mode="next_step", **parameters):
+    """Makes Gymnasium's vector environment of single ones."""
     return gymnasium.vector.SyncVectorEnv(
-        [lambda: make_ours(environment_id, **parameters)] * num_envs,
+        [lambda: gymnasium.make(name, **parameters)] * num_envs,
         autoreset_mode=gymnasium.vector.AutoresetMode[mode.upper()],
     )
 
