@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -22,16 +23,6 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-PoolOptions make_options(std::size_t num_envs, std::size_t num_threads,
-                         const std::string& autoreset_mode, std::size_t batch_size) {
-  const auto mode = find_autoreset_mode(autoreset_mode);
-  if (!mode) {
-    throw py::value_error("autoreset_mode = " + autoreset_mode +
-                          ": must be next_step, same_step or disabled");
-  }
-  return {num_envs, num_threads, *mode, batch_size};
-}
-
 /// A pool whose threads write rows into NumPy arrays. Thread-safe: a mutex serialises the calls.
 class PoolBinding {
  public:
@@ -39,7 +30,7 @@ class PoolBinding {
               std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
       : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
-        options_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
+        options_{num_envs, num_threads, find_autoreset_mode(autoreset_mode).value(), batch_size},
         pool_([this] { return make(id_, parameters_); }, options_),
         received_(pool_.options().batch_size) {
     if (options_.autoreset_mode != AutoresetMode::same_step) return;
@@ -177,17 +168,10 @@ class PoolBinding {
     return pool_.environment(index).generator_state();
   }
 
-  void set_generator_states(const std::vector<std::uint32_t>& environments,
-                            const std::vector<GeneratorState>& states) {
-    if (states.size() != environments.size()) {
-      throw py::value_error(std::to_string(states.size()) + " states; must be " +
-                            std::to_string(environments.size()) + " as the environments");
-    }
+  void set_generator_states(const std::map<std::size_t, GeneratorState>& states) {
     const GilFreeLock lock(mutex_);
-    for (const std::uint32_t index : environments) pool_.environment(index);  // checks all first
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      pool_.environment(environments[i]).set_generator_state(states[i]);
-    }
+    for (const auto& each : states) pool_.environment(each.first);  // checks all first
+    for (const auto& [index, state] : states) pool_.environment(index).set_generator_state(state);
   }
 
  private:

@@ -61,7 +61,7 @@ def test_walkers_in_flight_are_not_captured():
     env_id = "BipedalWalker-v3"
     action = np.zeros((1, 4))
     pool = _core.Pool(env_id, {}, 2, 1, "next_step", 1)
-    pool.set_generator_states([0, 1], [SEEDED, SEEDED])
+    pool.set_generator_states({0: SEEDED, 1: SEEDED})
     pool.reset([], np.empty((2, 24)), np.empty((2, 0)))
     pool.send(action, [1])
     with pytest.raises(RuntimeError, match="environment 1"):

@@ -74,9 +74,9 @@ class VecEnv(vec_env.VecEnv):
         made: VecEnvSpec | None = None
         if not isinstance(env_id, str):
             others = {**parameters, "render_mode": render_mode, "transport": transport}
-            others.update(max_episode_steps=max_episode_steps)
+            others.update(max_episode_steps=max_episode_steps, num_envs=num_envs)
             others.update(server=server, master_uri=master_uri, timeout=timeout)
-            made = spec_of(env_id, {**others, "num_envs": num_envs})
+            made = spec_of(env_id, others)
             env_id, num_envs, parameters = made.env_id, made.num_envs, dict(made.parameters)
             max_episode_steps, render_mode = made.max_episode_steps, made.render_mode
         env_id = without_namespace(env_id)

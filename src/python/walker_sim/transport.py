@@ -46,10 +46,12 @@ def libm_of(engine_version: str) -> str:
 def spaces_of(specification: Specification) -> tuple[Box, Box]:
     """Returns the spaces of observations, shape (observation size,), float32 or float64, and of
     actions, shape (action size,), float32."""
-    return (
-        _box(specification, "observation", np.dtype(specification["observation_dtype"])),
-        _box(specification, "action", np.dtype(np.float32)),
-    )
+
+    def box(what: str, dtype: str) -> Box:
+        low, high = (np.array(specification[f"{what}_{end}"], dtype) for end in ("low", "high"))
+        return Box(low, high, dtype=low.dtype.type)
+
+    return box("observation", specification["observation_dtype"]), box("action", "float32")
 
 
 def attributes_of(specification: Specification) -> dict[str, Any]:
@@ -68,11 +70,6 @@ def attributes_of(specification: Specification) -> dict[str, Any]:
             "qvel": size,
         }
     return attributes
-
-
-def _box(specification: Specification, what: str, dtype: np.dtype[Any]) -> Box:
-    low, high = (np.array(specification[f"{what}_{end}"], dtype) for end in ("low", "high"))
-    return Box(low, high, dtype=dtype.type)
 
 
 class ServerAddress(NamedTuple):

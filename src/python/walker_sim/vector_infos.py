@@ -53,11 +53,8 @@ def add_errors(
 def add_finals(
     infos: Infos, ended: NDArray[np.bool_], observations: NDArray[Any], final_info: Infos
 ) -> None:
-    """Adds ``final_obs`` and ``final_info`` of the episodes that ended in a same_step step.
-
-    `ended` is their mask, shape (n,). Copies their rows of `observations`, shape (n, observation
-    size).
-    """
+    """Adds ``final_obs`` and ``final_info`` of the episodes that ended in a same_step step: copies
+    the rows of `observations`, shape (n, observation size), in the mask `ended`, shape (n,)."""
     rows = ended.nonzero()[0]
     infos["final_obs"], infos["_final_obs"] = objects(len(ended), rows, observations[rows])
     infos["final_info"], infos["_final_info"] = final_info, ended.copy()

@@ -84,10 +84,8 @@ class Window:
         self._pace.begin()
 
     def wait(self) -> bool:
-        """Handles window events and blocks until the last step is due. Returns whether to show it.
-
-        Returns False at once if the user has closed the window.
-        """
+        """Handles window events and blocks until the last step is due. Returns whether to show it;
+        False at once if the user has closed the window."""
         self._handle_events()
         if self.is_closed:
             return False
