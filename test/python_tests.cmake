@@ -22,8 +22,7 @@ set(short_suites
   robots/mujoco/spaces_gymnasium_test)
 # Each takes about a minute. They start early, so that none runs alone at the end.
 set(slow_suites bench/bench_test robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
-  robots/bipedal_walker/renderer_gymnasium_test python/as_in_process_ros_test python/environment_memory_test
-  python/environment_render_test readme_test)
+  robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # stages.cmake runs these in separate virtual environments.
 set(other_suites python/normalization_test python/readme_wheel_test python/rosnodejs_test
   python/sb3_make_vec_env_test python/sb3_test python/torch_test python/train_test python/wheel_test)

@@ -1,25 +1,16 @@
-"""Over ROS as in process: pictures, saved states, check_env, another locale, the reference hash."""
+"""Over ROS as in process: pictures, saved states, check_env, another locale."""
 
 import locale
-import os
-import pathlib
 import re
 import subprocess
-import sys
-import threading
-import xmlrpc.client
 
 import gymnasium
 import numpy as np
 import pytest
 import walker_sim
 from gymnasium.utils.env_checker import check_env
-from reference_hashes import HASHES, STEPS
 from walker_sim import WalkerEnv
-from walker_sim.commands import main
 from walkers import IDS, follow, make_many, make_ours, parts, random_actions, through_pickle
-
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "server"))
 
 
 def make_remote(environment_id, server, **parameters):
@@ -263,51 +254,3 @@ def test_an_episode_and_its_states_under_another_locale(serve, german):
     anew.unwrapped.set_state(state)
     assert anew.unwrapped.get_state() == state
     assert follow(anew, actions[10:]) == ended
-
-
-# ---------------------------------------------------------------- the hash of the reference run
-
-
-def listen(name, namespace):
-    from bare_ros import CALLER, BareSubscriber
-    from nav_msgs.msg import Odometry
-    from sensor_msgs.msg import JointState
-    from tf2_msgs.msg import TFMessage
-    from visualization_msgs.msg import MarkerArray
-    from walker_sim.msg import Transition
-
-    uri = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"]).lookupNode(CALLER, name)[2]
-    topics = {
-        f"{namespace}/transition": Transition,
-        f"{namespace}/joint_states": JointState,
-        f"{namespace}/odom": Odometry,
-        f"{namespace}/state_markers": MarkerArray,
-        "/tf": TFMessage,
-    }
-    counts = {}
-
-    def read(topic, subscriber):
-        try:
-            while True:
-                subscriber.next()
-                counts[topic] = counts.get(topic, 0) + 1
-        except OSError:
-            pass
-
-    for topic, message_class in topics.items():
-        subscriber = BareSubscriber(uri, topic, message_class)
-        threading.Thread(target=read, args=(topic, subscriber), daemon=True).start()
-    return topics, counts
-
-
-@pytest.mark.parametrize("environment_id", IDS)
-@pytest.mark.parametrize(("num_envs", "listens"), [(1, False), (1, True), (7, True)])
-def test_the_hash_is_the_documented_one(capsys, serve, environment_id, num_envs, listens):
-    """With and without subscribers."""
-    name, _ = serve(environment_id, num_envs=num_envs)
-    topics, counts = listen(name, name.rpartition("/")[0]) if listens else ({}, {})
-    options = ["--transport", "ros", "--server", name, "--num-envs", str(num_envs)]
-    assert main(["hash", environment_id, "--steps", str(STEPS), *options]) == 0
-    found = capsys.readouterr().out.splitlines()[1].split()[0]
-    assert found == HASHES[STEPS][environment_id]
-    assert set(counts) == set(topics)
