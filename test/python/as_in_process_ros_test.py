@@ -213,18 +213,13 @@ def test_a_copy_by_the_unwrapped_spec_accepts_the_servers_limit(serve):
 
 @pytest.fixture
 def german(tmp_path, monkeypatch):
-    """Compiles a locale with a decimal comma. Returns a function that sets it."""
+    """Compiles a locale with a decimal comma. Returns its name."""
     subprocess.run(
         ["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / "de_DE.UTF-8")], check=True
     )
     monkeypatch.setenv("LOCPATH", str(tmp_path))
     before = locale.setlocale(locale.LC_ALL)
-
-    def set_it():
-        locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
-        assert locale.format_string("%.1f", 0.5) == "0,5"
-
-    yield set_it
+    yield "de_DE.UTF-8"
     monkeypatch.delenv("LOCPATH")
     locale.setlocale(locale.LC_ALL, before)
 
@@ -240,7 +235,8 @@ def test_an_episode_and_its_states_under_another_locale(serve, german):
     state = local.unwrapped.get_state()
     ended = follow(local, actions[10:])
 
-    german()
+    locale.setlocale(locale.LC_ALL, german)
+    assert locale.format_string("%.1f", 0.5) == "0,5"
     remote = make_remote(env_id, server, **parameters)
     remote.reset(seed=5)
     assert follow(remote, actions[:10]) == begun

@@ -148,10 +148,6 @@ def test_np_random_seed():
     assert environment.np_random_seed == 17
     environment.np_random = np.random.default_rng(1)
     assert environment.np_random_seed == -1
-
-
-def test_a_generator_must_be_pcg64():
-    environment = make_ours("Walker2d-v5").unwrapped
     environment.np_random = np.random.Generator(np.random.MT19937(1))
     with pytest.raises(ValueError, match="np_random is on MT19937; must be on PCG64"):
         environment.reset()

@@ -163,10 +163,7 @@ def test_the_limit_in_a_vector_environment(registered):
     assert gymnasium.vector.SyncVectorEnv([make]).envs[0].unwrapped.limit == 5
 
 
-def test_the_limit_without_make():
+def test_there_is_no_limit_without_make_or_of_another_environment(registered):
     assert Probe().limit is None
     assert Descendant().limit is None
-
-
-def test_the_limit_of_another_environment_is_none(registered):
     assert limit_of("Container-v0", max_episode_steps=5) is None
