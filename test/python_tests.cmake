@@ -13,8 +13,8 @@ set(short_suites
   python/bits_bipedal_walker_test
   python/bits_ros_test
   python/bits_mujoco_test
-  python/compilation_test
   python/environment_test
+  python/environment_threads_test
   python/keywords_test
   python/package_test
   python/refusals_ros_test

@@ -1,4 +1,4 @@
-// Binding functions of the module walker_sim._core, and guards that release and take the GIL.
+// Binding functions of the module walker_sim._core, and guards that release the GIL.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -13,19 +13,18 @@ void bind_client(pybind11::module& module);
 void bind_environment(pybind11::module& module);
 void bind_policy(pybind11::module& module);
 void bind_pool(pybind11::module& module);
-void bind_renderer(pybind11::module& module);
 
 /// The saved state of this thread while it does not hold the GIL.
 inline thread_local PyThreadState* released_state = nullptr;
 
-/// Takes the GIL again.
+/// Takes the GIL again, in a thread that has released it.
 ///
 /// While Python finalizes, PyEval_RestoreThread of Python 3.13 and earlier calls pthread_exit, and
 /// the forced unwinding ends in std::terminate at the first destructor. This function catches the
 /// unwinding and, as Python 3.14 does, blocks the thread until the process ends.
-inline void acquire_gil(PyThreadState* state) {
+inline void acquire_gil() {
   try {
-    PyEval_RestoreThread(state);
+    PyEval_RestoreThread(released_state);
   } catch (...) {  // abi::__forced_unwind; leaving the handler would abort the process
     while (true) pause();
   }
@@ -34,22 +33,10 @@ inline void acquire_gil(PyThreadState* state) {
 /// Releases the GIL during its lifetime.
 class GilRelease {
  public:
-  GilRelease() : state_(PyEval_SaveThread()) { released_state = state_; }
+  GilRelease() { released_state = PyEval_SaveThread(); }
   GilRelease(const GilRelease&) = delete;
   GilRelease& operator=(const GilRelease&) = delete;
-  ~GilRelease() { acquire_gil(state_); }
-
- private:
-  PyThreadState* state_;
-};
-
-/// Holds the GIL during its lifetime, in a thread that has released it.
-class GilAcquire {
- public:
-  GilAcquire() { acquire_gil(released_state); }
-  GilAcquire(const GilAcquire&) = delete;
-  GilAcquire& operator=(const GilAcquire&) = delete;
-  ~GilAcquire() { PyEval_SaveThread(); }
+  ~GilRelease() { acquire_gil(); }
 };
 
 /// Releases the GIL, then locks the mutex: the mutex's owner may be waiting for the GIL.

@@ -15,7 +15,6 @@
 #include "base/checks.h"
 #include "base/forks.h"
 #include "episode/episode_state.h"
-#include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/client.h"
@@ -31,8 +30,10 @@ namespace {
 /// Runs pending Python signal handlers and returns whether one raised, as that of Ctrl-C does; the
 /// exception is then set. Python handles signals in its main thread only.
 bool raises_after_signal() {
-  const GilAcquire acquire;
-  return PyErr_CheckSignals() != 0;
+  acquire_gil();
+  const bool raises = PyErr_CheckSignals() != 0;
+  PyEval_SaveThread();
+  return raises;
 }
 
 /// Copies values of an answer into the caller's array.

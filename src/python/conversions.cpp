@@ -3,7 +3,10 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cstring>
+#include <map>
 #include <string>
+#include <string_view>
 
 #include "base/printable_text.h"
 #include "episode/episode_record.h"
@@ -12,6 +15,16 @@
 namespace walker::python {
 namespace py = pybind11;
 namespace {
+
+/// Joins the names of the types, e.g. "float32 or float64".
+std::string type_names(std::string_view formats) {
+  const std::map<char, const char*> names{
+      {'?', "bool"}, {'B', "uint8"}, {'d', "float64"}, {'f', "float32"}};
+  std::string text;
+  for (const char format : formats)
+    text += (text.empty() ? "" : " or ") + std::string(names.at(format));
+  return text;
+}
 
 [[noreturn]] void refuse(const std::string& name, const py::handle& value) {
   throw py::type_error("parameter " + printable(name) + " = " + shown(value) +
@@ -88,17 +101,11 @@ ParameterValue to_value(const std::string& name, const py::handle& value) {
   return to_numbers(name, value);
 }
 
-py::list to_list(const std::vector<std::string>& values) {
-  py::list list;
-  for (const std::string& value : values) list.append(to_str(value));
-  return list;
-}
-
 template <typename Any>
 py::dict to_common_dict(const Any& specification) {
   py::dict dict;
-  dict["id"] = to_str(specification.id);
-  dict["observation_dtype"] = to_str(specification.observation_dtype);
+  dict["id"] = specification.id;
+  dict["observation_dtype"] = specification.observation_dtype;
   dict["observation_low"] = specification.observation_low;
   dict["observation_high"] = specification.observation_high;
   dict["action_low"] = specification.action_low;
@@ -106,14 +113,69 @@ py::dict to_common_dict(const Any& specification) {
   dict["dt"] = specification.dt;
   dict["max_episode_steps"] = specification.max_episode_steps;
   dict["reward_threshold"] = specification.reward_threshold;
-  dict["info_names"] = to_list(specification.info_names);
-  dict["engine"] = to_str(specification.engine);
-  dict["engine_version"] = to_str(specification.engine_version);
+  dict["info_names"] = specification.info_names;
+  dict["engine"] = specification.engine;
+  dict["engine_version"] = specification.engine_version;
   dict["engine_path"] = to_str(specification.engine_path);
   return dict;
 }
 
 }  // namespace
+
+Array::Array(py::handle object, const char* name, const char* formats, bool is_written,
+             std::optional<std::size_t> size)
+    : name_(name) {
+  const int wanted = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (is_written ? PyBUF_WRITABLE : 0);
+  const bool has_buffer = PyObject_GetBuffer(object.ptr(), &view_, wanted) == 0;
+  // NumPy marks an unaligned array with '=': native byte order and standard sizes, which equal the
+  // native ones here.
+  const bool is_unaligned = has_buffer && !is_written && *view_.format == '=';
+  format_ = has_buffer ? view_.format + (is_unaligned ? 1 : 0) : "";
+  if (std::strlen(format_) == 1 && std::strchr(formats, *format_) != nullptr) {
+    if (!size || this->size() == *size) return;
+    const std::string found = std::to_string(this->size());
+    PyBuffer_Release(&view_);
+    throw py::value_error(std::string(name_) + " has " + found + " values; must have " +
+                          std::to_string(*size));
+  }
+  std::string message = std::string(name) + ": must be a C-contiguous array of " +
+                        type_names(formats) + (is_written ? " that can be written" : "");
+  if (has_buffer) {
+    message += std::string("; its elements are of format ") + view_.format;
+    PyBuffer_Release(&view_);
+  } else {
+    PyErr_Clear();
+  }
+  throw py::type_error(message);
+}
+
+Input::Input(py::handle object, const char* name, std::optional<std::size_t> size)
+    : Array(object, name, "fd", false, size), data_(static_cast<const double*>(memory())) {
+  const bool is_aligned = reinterpret_cast<std::uintptr_t>(memory()) % alignof(double) == 0;
+  if (format() == 'd' && is_aligned) return;
+  copied_.resize(this->size());
+  if (format() == 'd') {
+    std::memcpy(copied_.data(), memory(), copied_.size() * sizeof(double));
+  } else {
+    const auto* bytes = static_cast<const char*>(memory());
+    for (double& value : copied_) {
+      float single = 0;
+      std::memcpy(&single, bytes, sizeof(single));
+      value = double{single};
+      bytes += sizeof(single);
+    }
+  }
+  data_ = copied_.data();
+}
+
+void Output::write(const double* values, std::size_t begin, std::size_t count) {
+  if (double* const to = doubles()) {
+    std::copy_n(values, count, to + begin);
+  } else {
+    std::transform(values, values + count, singles() + begin,
+                   [](double value) { return static_cast<float>(value); });
+  }
+}
 
 std::string shown(const py::handle& value) {
   PyObject* const text = is_too_long(value) ? nullptr : PyObject_Repr(value.ptr());
@@ -180,15 +242,14 @@ py::dict to_dict(const ServerSpecification& specification) {
   py::dict dict = to_common_dict(specification);
   py::dict parameters;
   for (std::size_t i = 0; i < specification.parameter_names.size(); ++i) {
-    parameters[to_str(specification.parameter_names[i])] =
-        to_str(specification.parameter_values[i]);
+    parameters[py::str(specification.parameter_names[i])] = specification.parameter_values[i];
   }
   dict["parameters"] = parameters;
-  dict["joint_names"] = to_list(specification.joint_names);
+  dict["joint_names"] = specification.joint_names;
   dict["num_envs"] = specification.num_envs;
-  dict["mode"] = to_str(specification.mode);
-  dict["autoreset_mode"] = to_str(specification.autoreset_mode);
-  dict["version"] = to_str(specification.version);
+  dict["mode"] = specification.mode;
+  dict["autoreset_mode"] = specification.autoreset_mode;
+  dict["version"] = specification.version;
   return dict;
 }
 

@@ -105,7 +105,6 @@ PYBIND11_MODULE(_core, module) {
       [](const std::string& id) { return to_list(camera_parameter_descriptions(id)); },
       py::arg("id"));
   module.def("registration_of", &registration_of, py::arg("id"));
-  bind_renderer(module);
   bind_environment(module);
   bind_pool(module);
   bind_client(module);

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/agent.h"

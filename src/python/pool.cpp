@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -12,7 +13,6 @@
 #include <vector>
 
 #include "episode/episode.h"
-#include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/pool.h"
@@ -23,16 +23,6 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-PoolOptions make_options(std::size_t num_envs, std::size_t num_threads,
-                         const std::string& autoreset_mode, std::size_t batch_size) {
-  const auto mode = find_autoreset_mode(autoreset_mode);
-  if (!mode) {
-    throw py::value_error("autoreset_mode = " + autoreset_mode +
-                          ": must be next_step, same_step or disabled");
-  }
-  return {num_envs, num_threads, *mode, batch_size};
-}
-
 /// A pool whose threads write rows into NumPy arrays. Thread-safe: a mutex serialises the calls.
 class PoolBinding {
  public:
@@ -40,7 +30,7 @@ class PoolBinding {
               std::size_t num_threads, const std::string& autoreset_mode, std::size_t batch_size)
       : id_(std::move(id)),
         parameters_(to_parameters(parameters)),
-        options_(make_options(num_envs, num_threads, autoreset_mode, batch_size)),
+        options_{num_envs, num_threads, find_autoreset_mode(autoreset_mode).value(), batch_size},
         pool_([this] { return make(id_, parameters_); }, options_),
         received_(pool_.options().batch_size) {
     if (options_.autoreset_mode != AutoresetMode::same_step) return;
@@ -178,17 +168,10 @@ class PoolBinding {
     return pool_.environment(index).generator_state();
   }
 
-  void set_generator_states(const std::vector<std::uint32_t>& environments,
-                            const std::vector<GeneratorState>& states) {
-    if (states.size() != environments.size()) {
-      throw py::value_error(std::to_string(states.size()) + " states; must be " +
-                            std::to_string(environments.size()) + " as the environments");
-    }
+  void set_generator_states(const std::map<std::size_t, GeneratorState>& states) {
     const GilFreeLock lock(mutex_);
-    for (const std::uint32_t index : environments) pool_.environment(index);  // checks all first
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      pool_.environment(environments[i]).set_generator_state(states[i]);
-    }
+    for (const auto& each : states) pool_.environment(each.first);  // checks all first
+    for (const auto& [index, state] : states) pool_.environment(index).set_generator_state(state);
   }
 
  private:
@@ -224,29 +207,26 @@ class PoolBinding {
   std::vector<double> final_info_;
 };
 
-/// Transposes rows of info into columns: NaN becomes 0, and its mask false. One native call is
-/// faster, because a step of many worlds evicts NumPy's code from the processor's caches.
+/// Copies rows of info into columns, and sets the masks of values that are not NaN. One native call
+/// is faster, because a step of many worlds evicts NumPy's code from the processor's caches.
+/// @param values, masks zeros, one row per column of `info`
 /// @return for each column, whether any row has a value
 std::vector<bool> info_columns(py::handle info, std::size_t num_columns, py::handle values,
                                py::handle masks) {
   const Input rows(info, "info");
-  Output values_output(values, "values", rows.size());
+  NumberOutput values_output(values, "values", rows.size());
   FlagOutput masks_output(masks, "masks", rows.size());
   const std::size_t num_rows = rows.size() / num_columns;
-  std::vector<double> columns(rows.size());
-  std::vector<std::uint8_t> is_present(rows.size());
   std::vector<bool> has_any(num_columns);
   for (std::size_t column = 0; column < num_columns; ++column) {
     for (std::size_t row = 0; row < num_rows; ++row) {
       const double value = rows.data()[row * num_columns + column];
       if (std::isnan(value)) continue;
-      columns[column * num_rows + row] = value;
-      is_present[column * num_rows + row] = 1;
+      values_output.data()[column * num_rows + row] = value;
+      masks_output.data()[column * num_rows + row] = 1;
       has_any[column] = true;
     }
   }
-  values_output.write(columns.data());
-  masks_output.write(is_present.data());
   return has_any;
 }
 

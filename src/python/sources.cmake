@@ -1,1 +1,1 @@
-walker_sim_sources(python_sources arrays client conversions environment module policy pool renderer)
+walker_sim_sources(python_sources client conversions environment module policy pool)

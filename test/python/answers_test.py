@@ -1,30 +1,16 @@
 """Malformed answers of a server or master raise an error and never access invalid memory."""
 
-import contextlib
 import os
-import socket
 import threading
 
-import gymnasium
+import fake_server as fake
 import numpy as np
 import pytest
-import walker_sim  # registers the ids
-from fake_server import (
-    ENV,
-    INFO,
-    NUM_ENVS,
-    RIGHT,
-    WIDTH,
-    FakeServer,
-    batch_reset,
-    batch_step,
-    outcome,
-    picture,
-    specification,
-    transition,
-)
+import walker_sim
+from fake_server import ENV, INFO, NUM_ENVS, RIGHT, WIDTH, batch_reset, batch_step, specification
 from walker_sim import _core
 from walker_sim.environment import WalkerEnv
+from walkers import make_many
 
 LARGEST = 2**32 - 1
 LONG = 60.0  # timeout that only a failing test reaches [s]
@@ -33,27 +19,27 @@ LOST = "the server or its episode was lost; reset first"
 
 @pytest.fixture
 def server():
-    fake = FakeServer()
-    yield fake
-    fake.close()
+    running = fake.FakeServer()
+    yield running
+    running.close()
 
 
-def make_batch(server, autoreset_mode="same_step", **options):
+def at(server):
+    return {"transport": "ros", "master_uri": server.master_uri, "timeout": LONG}
+
+
+def make_batch(server, autoreset_mode="same_step"):
     server.answers["get_spec"] = specification(autoreset_mode=autoreset_mode)
-    return gymnasium.make_vec(
-        f"walker_sim/{ENV}",
-        NUM_ENVS,
-        transport="ros",
-        master_uri=server.master_uri,
-        autoreset_mode=autoreset_mode,
-        timeout=LONG,
-        **options,
-    )
+    return make_many(ENV, NUM_ENVS, autoreset_mode=autoreset_mode, **at(server))
 
 
 def make_single(server, **options):
     server.answers["get_spec"] = specification(num_envs=1)
-    return WalkerEnv(ENV, transport="ros", master_uri=server.master_uri, timeout=LONG, **options)
+    return WalkerEnv(ENV, **at(server), **options)
+
+
+def connect(server):
+    return _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
 
 
 def zeros(environment):
@@ -70,26 +56,17 @@ CALLS = {
     "step": lambda environment: environment.step(zeros(environment)),
 }
 FEW = [0.5] * (WIDTH - 1)
-TEXT = {"failures": ["it broke"]}
 
 
-# test/client/answers_test.cpp has the other answers.
+# test/client/messages_test.cpp has the other answers.
 @pytest.mark.parametrize(
     ("service", "answer", "message"),
     [
-        ("reset", transition(0, observation=FEW), f"observation has {WIDTH - 1} elements;"),
-        ("step", transition(info=[]), f"info has 0 elements; must have {INFO};"),
-        ("reset_batch", batch_reset(info=[]), "info has 0 elements;"),
-        ("reset_batch", batch_reset(**TEXT), "failures has 1 elements; must have 0;"),
-        ("reset_batch", batch_reset(failures=[""] * 5), "array has 5 texts; must have at most 2;"),
-        ("step_batch", batch_step(rewards=[1.0]), "rewards has 1 elements; must have 2;"),
-        ("step_batch", batch_step(failures=[""] * 5), "array has 5 texts; must have at most 4;"),
-        ("step_batch", batch_step(failed_environments=[0]), "failures has 0 elements; must have 1"),
-        (
-            "step_batch",
-            batch_step(failed_at_reset=[1]),
-            "failed_at_reset has 1 elements; must have 0",
-        ),
+        ("reset", fake.transition(0, observation=FEW), f"observation has {WIDTH - 1} elements;"),
+        ("step", fake.transition(info=[]), f"info has 0 elements; must have {INFO};"),
+        ("reset_batch", batch_reset(failures=[""] * 5), "array has 5 texts; must have at most 2"),
+        ("step_batch", batch_step(failures=[""] * 5), "array has 5 texts; must have at most 4"),
+        ("step_batch", batch_step(failed_at_reset=[1]), "failed_at_reset has 1 elements;"),
     ],
 )
 def test_invalid_answers(server, service, answer, message):
@@ -106,14 +83,6 @@ def test_invalid_answers(server, service, answer, message):
     assert_works(environment)
 
 
-def test_an_invalid_specification(server):
-    server.answers["get_spec"] = specification(num_envs=LARGEST)
-    message = rf"/get_spec at .*: its answer's num_envs is {LARGEST}; must be in \[1, 100000\];"
-    with pytest.raises(walker_sim.ConnectionError, match=message):
-        connect(server.master_uri, LONG)
-    make_batch(server).reset(seed=1)
-
-
 @pytest.mark.parametrize("width", [0, 3, 10 * WIDTH])
 def test_answers_of_another_size_than_the_expected_environment(server, width):
     """They match the server's specification, but not the environment's observation size."""
@@ -121,7 +90,7 @@ def test_answers_of_another_size_than_the_expected_environment(server, width):
     server.answers["get_spec"] = specification(
         observation_size=width, observation_low=rows, observation_high=rows
     )
-    client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    client = connect(server)
     server.answers["reset_batch"] = batch_reset(observations=rows * NUM_ENVS)
     server.answers["step_batch"] = batch_step(observations=rows * NUM_ENVS, final_observations=rows)
     observations, info = np.zeros((NUM_ENVS, WIDTH)), np.zeros((NUM_ENVS, INFO))
@@ -131,7 +100,7 @@ def test_answers_of_another_size_than_the_expected_environment(server, width):
         client.reset_batch([], [], observations, info)
     assert client.is_lost
     wide = np.zeros((NUM_ENVS, width))
-    other = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    other = connect(server)
     other.reset_batch([], [], wide, info)
     other.step_batch(np.zeros((NUM_ENVS, 6)), (wide, np.zeros(NUM_ENVS), *flags, info))
     with pytest.raises(walker_sim.ConnectionError, match=words.format(NUM_ENVS * width)):
@@ -141,12 +110,11 @@ def test_answers_of_another_size_than_the_expected_environment(server, width):
 def test_an_index_out_of_range(server):
     """The client checks it even if the server accepts any index."""
     server.answers["get_spec"] = specification()
-    client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    client = connect(server)
     server.answers["reset_batch"] = batch_reset(observations=[0.5] * WIDTH, info=[0.0] * INFO)
     for environment in (NUM_ENVS, LARGEST):
-        with pytest.raises(
-            IndexError, match=rf"environment {environment}: must be in \[0, {NUM_ENVS - 1}\]"
-        ):
+        message = rf"environment {environment}: must be in \[0, {NUM_ENVS - 1}\]"
+        with pytest.raises(IndexError, match=message):
             client.reset_batch([environment], [], np.zeros((1, WIDTH)), np.zeros((1, INFO)))
     assert not client.is_lost
 
@@ -154,11 +122,11 @@ def test_an_index_out_of_range(server):
 def test_an_invalid_picture(server):
     environment = make_single(server, render_mode="rgb_array", width=3, height=2)
     environment.reset(seed=1)
-    server.answers["render"] = picture(data=bytes(17))
+    server.answers["render"] = fake.picture(data=bytes(17))
     message = "/render at .*: 17 bytes of data came instead of 18;"
     with pytest.raises(walker_sim.ConnectionError, match=message):
         environment.render()
-    server.answers["render"] = picture()
+    server.answers["render"] = fake.picture()
     rgb = environment.render()
     assert (rgb.shape, rgb.tobytes()) == ((2, 3, 3), bytes(range(18)))
     environment.step(zeros(environment))
@@ -180,17 +148,17 @@ def test_a_lost_master(server):
 
 def test_texts_that_are_not_utf_8(server):
     server.answers["get_spec"] = specification(num_envs=1, engine_path=b"/\xff", version=b"\xc3(")
-    client = _core.Client(ENV, {}, "/walker_sim", server.master_uri, LONG)
+    client = connect(server)
     assert client.server_specification["engine_path"] == "/\\xff"
     assert client.server_specification["version"] == "\\xc3("
     environment = make_single(server)
     environment.reset(seed=1)
-    server.answers["step"] = transition(error=b"it broke: \xff")
+    server.answers["step"] = fake.transition(error=b"it broke: \xff")
     *_, terminated, _, info = environment.step(zeros(environment))
     assert terminated
     assert info["error"] == "it broke: \\xff"
     environment.reset(seed=1)
-    server.answers["step"] = outcome(False, b"no\xfe") + transition()[5:]
+    server.answers["step"] = fake.outcome(False, b"no\xfe") + fake.transition()[5:]
     with pytest.raises(walker_sim.RequestRefused, match=r"^no\\xfe$"):
         environment.step(zeros(environment))
 
@@ -214,7 +182,7 @@ def test_a_specification_with_many_differences(server):
         num_envs=1, parameters={f"{i}" * 100: "\x1b" * 1000 for i in range(4000)}
     )
     with pytest.raises(walker_sim.ServerMismatch, match=r"and 39\d\d more") as mismatch:
-        WalkerEnv(ENV, transport="ros", master_uri=server.master_uri)
+        WalkerEnv(ENV, **at(server))
     assert len(str(mismatch.value)) < 10_000
     assert str(mismatch.value).isprintable()
 
@@ -263,37 +231,3 @@ def test_a_fork_amid_a_call(server):
     stepping.join()
     assert in_child(lambda: assert_works(environment)) == "None"
     assert_works(environment)
-
-
-# ---------------------------------------------------------------- an endless answer
-
-
-@pytest.fixture
-def dripping_master():
-    """A master that sends an endless header field byte by byte. Yields its URI."""
-    has_ended = threading.Event()
-
-    def drip(listener):
-        with contextlib.suppress(OSError):
-            connection, _ = listener.accept()
-            with connection:
-                connection.sendall(b"HTTP/1.1 200 OK\r\nfield: ")
-                while not has_ended.wait(0.002):
-                    connection.sendall(b"x")
-
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        thread = threading.Thread(target=drip, args=(listener,))
-        thread.start()
-        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
-        has_ended.set()
-        listener.shutdown(socket.SHUT_RDWR)
-        thread.join()
-
-
-def connect(uri, timeout):
-    return _core.Client(ENV, {}, "/walker_sim", uri, timeout)
-
-
-def test_an_endless_answer_of_the_master(dripping_master):
-    with pytest.raises(walker_sim.ConnectionError, match="timed out; is it running"):
-        connect(dripping_master, 0.1)

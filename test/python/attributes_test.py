@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 import walker_sim
 from walker_sim import WalkerEnv
-from walkers import IDS, make_ours, make_reference, make_theirs, random_actions
+from walkers import IDS, ROBOTS, make_many, make_ours, make_reference, make_theirs, random_actions
 
-ROBOTS = [env_id for env_id in IDS if env_id.startswith(("Walker2d", "Hopper"))]
-WALKERS = [env_id for env_id in IDS if env_id not in ROBOTS]
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs" / "python.md"
 
 
@@ -33,10 +31,18 @@ def test_the_docs_name_all_missing_attributes(env_id):
     assert missing - {*re.findall(r"`(\w+)`", " ".join(rows))} == set()
 
 
-@pytest.mark.parametrize("env_id", IDS)
-def test_constant_attributes(env_id):
-    theirs, ours = make_theirs(env_id).unwrapped, make_ours(env_id).unwrapped
-    many = gymnasium.make_vec(f"walker_sim/{env_id}", 2)
+WITH_POSITION = {"exclude_current_positions_from_observation": False}
+KEYWORDS = [
+    *((env_id, {}) for env_id in IDS),
+    ("BipedalWalker-v3", {"hardcore": True}),
+    *((env_id, WITH_POSITION) for env_id in ("Walker2d-v5", "Hopper-v5")),
+]
+
+
+@pytest.mark.parametrize(("env_id", "keywords"), KEYWORDS, ids=str)
+def test_constant_attributes(env_id, keywords):
+    theirs, ours = (make(env_id, **keywords).unwrapped for make in (make_theirs, make_ours))
+    many = make_many(env_id, 2, **keywords)
     for name in ("hardcore", "observation_structure"):
         assert hasattr(ours, name) == hasattr(theirs, name), name
         if hasattr(theirs, name):
@@ -47,18 +53,6 @@ def test_constant_attributes(env_id):
         else:
             with pytest.raises(AttributeError, match=f"{name}: {env_id} has no such attribute"):
                 getattr(ours, name)
-
-
-def test_hardcore_follows_the_keyword():
-    assert make_ours("BipedalWalker-v3", hardcore=True).unwrapped.hardcore is True
-    assert make_ours("BipedalWalker-v3").unwrapped.hardcore is False
-
-
-@pytest.mark.parametrize("env_id", ["Walker2d-v5", "Hopper-v5"])
-def test_observation_structure_with_the_position(env_id):
-    keywords = {"exclude_current_positions_from_observation": False}
-    theirs = make_theirs(env_id, **keywords).unwrapped.observation_structure
-    assert make_ours(env_id, **keywords).unwrapped.observation_structure == theirs
 
 
 @pytest.mark.parametrize("env_id", ROBOTS)
@@ -153,7 +147,7 @@ def test_refused_coordinates():
         robot.set_state(zeros, zeros)
 
 
-@pytest.mark.parametrize("env_id", WALKERS)
+@pytest.mark.parametrize("env_id", IDS[:2])
 def test_bipedal_walker_lacks_the_robots_attributes(env_id):
     ours = make_ours(env_id).unwrapped
     for when in ("before a reset", "after it"):

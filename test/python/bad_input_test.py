@@ -18,28 +18,22 @@ NAN, INFINITY = float("nan"), float("inf")
 TYPES = "must be a bool, an int"
 ROBOTS_MODES = "must be None or one of human, rgb_array, depth_array, rgbd_tuple"
 
-# Keyword, value, error, named value, allowed values.
+# Keyword, value, error, named value, allowed values. test/base/parameters_test.cpp has others.
 KEYWORDS = {
     "Walker2d-v5": [
         ("healthy_reward", HUGE, ValueError, "= 1000000", "between -1.8e+308 and"),
         ("healthy_reward", -HUGE, ValueError, "= -100000", "between -1.8e+308 and"),
         ("healthy_reward", LONGER, ValueError, "= (of type int, too long", "must be a"),
-        ("healthy_reward", NAN, ValueError, "= .nan", "must be a number in"),
-        ("healthy_reward", "much", ValueError, "= much", "must be a number"),
         ("healthy_reward", None, TypeError, "= None", TYPES),
         ("healthy_reward", 1j, TypeError, "= 1j", TYPES),
         ("healthy_reward", object, TypeError, "= <class", TYPES),
         ("healthy_reward", b"1", TypeError, "= b'1'", TYPES),
         ("healthy_reward", np.longdouble(1), TypeError, "= ", TYPES),
-        ("frame_skip", 0, ValueError, "= 0", "must be"),
         ("frame_skip", 1 << 63, ValueError, "= 9.223372036854776e+18", "integer in [1,"),
-        ("frame_skip", 10**30, ValueError, "= 1.0e", "must be"),
         ("frame_skip", HUGE, ValueError, "= 10000000", "must be a number between"),
-        ("frame_skip", 1.5, ValueError, "= 1.5", "must be an integer in [1,"),
         ("healthy_z_range", (0, HUGE), ValueError, "= (0, 1000", "between -1.8e+308"),
         ("healthy_z_range", "0.8", ValueError, "= 0.8", "must be a list of numbers"),
         ("healthy_z_range", {}, ValueError, "= []", "must be a list of 2 numbers"),
-        ("healthy_z_range", (1,), ValueError, "= [1.0]", "must be a list of 2 numbers"),
         ("healthy_z_range", (1, "2"), TypeError, "= (1, '2')", "a sequence of numbers"),
         ("healthy_z_range", itertools.count(), TypeError, "= count(", "a sequence of"),
         ("healthy_z_range", [0] * 999, ValueError, "= [0.0, 0.0, 0.0", "list of 2"),
@@ -48,16 +42,13 @@ KEYWORDS = {
         ("xml_file", pathlib.Path(SURROGATE), ValueError, "= '\\udcff.xml'", "UTF-8 can encode"),
         ("xml_file", b"model.xml", TypeError, "= b'model.xml'", TYPES),
         ("xml_file", b"\xff" * 9999, TypeError, "= b'\\xff\\xff", TYPES),
-        ("xml_file", "no.xml\0junk", ValueError, "= no.xml\\x00junk", "zero byte"),
         ("xml_file", "x" * 99999, ValueError, "= xxxxxx", "99699 bytes left out"),
         ("xml_file", "/dev/zero", ValueError, "= /dev/zero", "a regular one"),
-        ("xml_file", 7, ValueError, "= 7", "must be a text"),
         ("no_such", HUGE, ValueError, "= 10000000", "unknown"),
         ("no_such", LONGER, ValueError, "= (of type int, too long", "unknown"),
         ("\udcff", 1, ValueError, "\\udcff", "unknown"),
         ("max_episode_steps", HUGE, ValueError, "= 1000000", "between"),
         ("max_episode_steps", "long", (ValueError, TypeError), "= long", "must be an integer"),
-        ("max_episode_steps", -2, ValueError, "= -2", "must be"),
         ("transport", "udp", ValueError, "= 'udp'", "must be one of inprocess, ros"),
         ("transport", SURROGATE, ValueError, "= '\\udcff.xml'", "must be one of"),
         ("transport", HUGE, ValueError, "= 100000", "must be one of"),
@@ -84,11 +75,9 @@ KEYWORDS = {
         ("default_camera_config", {"distance": 2.0}, ValueError, "= {'distance'", "unknown"),
     ],
     "BipedalWalker-v3": [
-        ("hardcore", 0.5, ValueError, "= 0.5", "must be true or false"),
         ("hardcore", None, TypeError, "= None", TYPES),
         ("frame_skip", 4, ValueError, "= 4", "unknown"),
         ("camera_id", 0, ValueError, "= 0", "unknown"),
-        ("width", "wide", ValueError, "= wide", "must be"),
         ("render_mode", "depth_array", ValueError, "= 'depth_array'", "one of human, rgb_array"),
     ],
 }
@@ -155,12 +144,10 @@ COUNTS = [
     ({"num_envs": "2"}, TypeError, "num_envs = '2': must be an integer"),
     ({"num_threads": HUGE}, ValueError, "num_threads = 1000000"),
     ({"num_threads": -1}, ValueError, "num_threads = -1: must be at least 0"),
-    ({"num_threads": 5000}, ValueError, "num_threads = 5000: must be in [0, 1024]"),
     ({"num_threads": "2"}, TypeError, "num_threads = '2': must be an integer"),
     ({"transport": "ros", "num_threads": 2}, ValueError, "num_threads = 2: over ROS"),
     ({"batch_size": HUGE}, ValueError, "batch_size = 1000000"),
     ({"batch_size": -2}, ValueError, "batch_size = -2: must be at least 0"),
-    ({"num_envs": 2, "batch_size": 3}, ValueError, "batch_size = 3: must be in [0, 2]"),
     ({"transport": "ros", "batch_size": 2}, ValueError, "batch_size = 2: over ROS"),
     ({"autoreset_mode": "never"}, ValueError, "autoreset_mode = 'never': must be next_step, s"),
     ({"autoreset_mode": 3}, ValueError, "autoreset_mode = 3: must be next_step, same_step or"),
@@ -182,15 +169,11 @@ ADDRESSES = [
     ({"server": None}, TypeError, "server = None: must be a str"),
     ({"server": LONGER}, TypeError, "server = (of type int"),
     ({"master_uri": 11311}, TypeError, "master_uri = 11311: must be a str"),
-    ({"master_uri": "localhost:11311"}, ValueError, 'master_uri = "localhost:11311"; must be'),
     ({"master_uri": SURROGATE}, ValueError, "master_uri = '\\udcff.xml'"),
     ({"master_uri": "http://localhost:11\x0011"}, ValueError, "http://localhost:11\\x0011"),
     ({"timeout": HUGE}, ValueError, "timeout = 1000000"),
     ({"timeout": LONGER}, ValueError, "timeout = (of type int"),
     ({"timeout": "10"}, TypeError, "timeout = '10': must be a number of seconds"),
-    ({"timeout": NAN}, ValueError, "timeout = nan s; must be above 0"),
-    ({"timeout": 0}, ValueError, "timeout = 0"),
-    ({"timeout": -1}, ValueError, "timeout = -1"),
     ({"spin_us": -1}, ValueError, "spin_us = -1"),
     ({"spin_us": 1001}, ValueError, "spin_us = 1001 us; must be an integer in"),
     ({"spin_us": 1.5}, TypeError, "spin_us = 1.5"),
@@ -419,30 +402,14 @@ def test_refused_states_change_nothing(env, vector, state):
         assert driver.get_state() == before
 
 
-def test_damaged_states(env):
-    whole = env.get_state()
-    random = np.random.default_rng(0)
-    for _ in range(200):
-        damaged = bytearray(whole)
-        for index in random.integers(len(whole), size=random.integers(1, 4)):
-            damaged[index] ^= 1 << random.integers(8)
-        if random.random() < 0.3:
-            damaged = damaged[: random.integers(len(whole))]
-        if bytes(damaged) == whole:
-            continue
-        with pytest.raises(ValueError, match="state"):
-            env.set_state(bytes(damaged))
-    assert env.get_state() == whole
-
-
-POLICIES = ["no.safetensors\0junk", os.fsencode("\udcff"), "/dev/zero", "/"]
-
-
-@rows("name", POLICIES)
-def test_files_of_policies(name):
-    with pytest.raises(ValueError, match="policy ") as refused:
-        _core.Policy(name)
-    assert_names(refused, "it ")
+def test_files_of_policies(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    names = ["no.safetensors\0junk", os.fsencode("\udcff"), "/dev/zero", "/"]
+    for name in (*names, str(tmp_path / "pipe")):
+        with pytest.raises(ValueError, match="policy ") as refused:
+            _core.Policy(name)
+        assert_names(refused, "it ")
+    assert "must be a regular file" in str(refused.value)
 
 
 def test_policies_check_the_size_of_rows():
@@ -453,9 +420,3 @@ def test_policies_check_the_size_of_rows():
         policy.act(np.zeros((2, 17)), np.zeros(6))
     with pytest.raises(ValueError, match="policy after 7 steps: it has 3 bytes"):
         _core.Policy.from_bytes("after 7 steps", b"abc")
-
-
-def test_a_policy_must_be_a_regular_file(tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(ValueError, match="must be a regular file"):
-        _core.Policy(str(tmp_path / "pipe"))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from bipedal_walker_reference import IDS, KINDS, Actions, play, without_reward
 from gymnasium_reference import Plan, Session, equal_bits, first_difference, play_episode
-from walkers import make_ours, make_reference, random_actions
+from walkers import make_many, make_ours, make_reference, random_actions
 
 
 @pytest.fixture(autouse=True)
@@ -80,18 +80,14 @@ def test_a_generator_after_draws_and_assignment(environment_id):
     assert equal_bits(*rows)
 
 
-def make_vector(environment_id, mode, **parameters):
-    return gymnasium.make_vec(environment_id, 3, vectorization_mode=mode, **parameters)
-
-
 @pytest.mark.parametrize("mode", ["sync", "async"])
 @pytest.mark.parametrize("environment_id", IDS)
 def test_gymnasiums_vector_environments(environment_id, mode):
     if not hasattr(gymnasium.vector, "AutoresetMode"):
         pytest.skip("this Gymnasium's make_vec is another one")
     vectors = (
-        make_vector(f"walker_sim/{environment_id}", mode, reuse_world=True),
-        make_vector(environment_id, mode),
+        make_many(environment_id, 3, vectorization_mode=mode, reuse_world=True),
+        gymnasium.make_vec(environment_id, 3, vectorization_mode=mode),
     )
     actions = random_actions(environment_id, 3 * 250).reshape(250, 3, 4)
     rows = []

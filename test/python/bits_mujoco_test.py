@@ -5,19 +5,12 @@ Gymnasium and MuJoCo, resets are equal to the bit, and the first steps within th
 MuJoCo versions (see test/robots/mujoco/episodes_gymnasium_test.py).
 """
 
-import gymnasium
 import numpy as np
 import pytest
 
 pytest.importorskip("mujoco")  # the reference imports Gymnasium's module, which needs it
 
-from gymnasium_reference import (
-    Plan,
-    Session,
-    equal_bits,
-    hashes,
-    play_episode,
-)
+from gymnasium_reference import Plan, Session, equal_bits, hashes, play_episode
 from mujoco_reference import (
     IDS,
     INFO_NAMES,
@@ -31,8 +24,7 @@ from mujoco_reference import (
     robot_of,
 )
 from recording_file import read_sessions
-from vector_comparison import assert_same
-from walkers import make_ours, make_reference, random_actions
+from walkers import assert_same, make_many, make_ours, make_reference, random_actions
 
 STEPS = 20
 NEAR = 1e-9
@@ -95,8 +87,7 @@ def test_parameters(environment_id, parameters):
 def test_async_vector_env_equals_sync_vector_env():
     """SyncVectorEnv steps the environments that the tests above compare with Gymnasium."""
     ours, theirs = (
-        gymnasium.make_vec("walker_sim/Walker2d-v5", 3, vectorization_mode=mode)
-        for mode in ("async", "sync")
+        make_many("Walker2d-v5", 3, vectorization_mode=mode) for mode in ("async", "sync")
     )
     assert_same(ours.reset(seed=[5, 6, 7]), theirs.reset(seed=[5, 6, 7]))
     ends = 0

@@ -1,20 +1,24 @@
 """Episodes over ROS equal those in process and Gymnasium's BipedalWalker to the bit."""
 
-import gymnasium
 import numpy as np
 import pytest
-import walker_sim  # registers the ids
-from vector_comparison import assert_same
-from walkers import IDS, follow, make_ours, make_reference, overflowing, random_actions
+import walker_sim
+from walkers import (
+    IDS,
+    MODES,
+    assert_same,
+    follow,
+    make_many,
+    make_ours,
+    make_reference,
+    overflowing,
+    random_actions,
+)
 
 LARGEST_SEED = 2**64 - 1
-MODES = ("next_step", "same_step", "disabled")
 NUM_ENVS = 3
-LIMITS = {
-    "BipedalWalker-v3": 60,
-    "Walker2d-v5": 20,
-    "Hopper-v5": 20,
-}  # some episodes terminate before, some do not
+# Some episodes terminate before, some do not.
+LIMITS = {"BipedalWalker-v3": 60, "Walker2d-v5": 20, "Hopper-v5": 20}
 
 
 def first_episode(environment, seed, actions):
@@ -56,30 +60,23 @@ def test_single_is_gymnasiums(serve, environment_id):
         assert first_episode(remote, seed, actions) == first_episode(theirs, seed, actions)
 
 
-def make_pair(serve, environment_id, mode, **parameters):
-    limit = LIMITS[environment_id]
-    server, _ = serve(
-        environment_id,
-        num_envs=NUM_ENVS,
-        autoreset_mode=mode,
-        max_episode_steps=limit,
-        **parameters,
-    )
-    options = {"autoreset_mode": mode, "max_episode_steps": limit, **parameters}
-    name = f"walker_sim/{environment_id}"
-    remote = gymnasium.make_vec(name, NUM_ENVS, transport="ros", server=server, **options)
-    return remote, gymnasium.make_vec(name, NUM_ENVS, **options)
+def make_pair(serve, environment_id, num_envs=NUM_ENVS, **options):
+    """Makes vector environments over ROS and in process."""
+    server, _ = serve(environment_id, num_envs=num_envs, **options)
+    remote = make_many(environment_id, num_envs, transport="ros", server=server, **options)
+    return remote, make_many(environment_id, num_envs, **options)
 
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("environment_id", LIMITS)
 def test_vectorised(serve, environment_id, mode):
-    remote, local = make_pair(serve, environment_id, mode)
+    limit = LIMITS[environment_id]
+    remote, local = make_pair(serve, environment_id, autoreset_mode=mode, max_episode_steps=limit)
     random = np.random.default_rng(1)
     seeds = [5, LARGEST_SEED, 6]
     assert_same(remote.reset(seed=seeds), local.reset(seed=seeds))
     ends = 0
-    for _ in range(4 * LIMITS[environment_id]):
+    for _ in range(4 * limit):
         actions = random.uniform(-1.5, 1.5, remote.action_space.shape).astype(np.float32)
         ours, theirs = remote.step(actions), local.step(actions)
         assert_same(ours, theirs)
@@ -97,11 +94,7 @@ def test_vectorised(serve, environment_id, mode):
 
 
 def test_one_walker_as_a_batch(serve):
-    server, _ = serve(max_episode_steps=10)
-    options = {"max_episode_steps": 10}
-    name = "walker_sim/BipedalWalker-v3"
-    remote = gymnasium.make_vec(name, 1, transport="ros", server=server, **options)
-    local = gymnasium.make_vec(name, 1, **options)
+    remote, local = make_pair(serve, "BipedalWalker-v3", 1, max_episode_steps=10)
     assert_same(remote.reset(seed=LARGEST_SEED), local.reset(seed=LARGEST_SEED))
     for action in random_actions("BipedalWalker-v3", 25):
         assert_same(remote.step(action[None]), local.step(action[None]))
@@ -110,13 +103,7 @@ def test_one_walker_as_a_batch(serve):
 @pytest.mark.parametrize("mode", MODES)
 def test_failures_of_the_engine(serve, tmp_path, mode):
     parameters = {**overflowing(tmp_path), "max_episode_steps": 20}
-    server, _ = serve("Walker2d-v5", num_envs=20, autoreset_mode=mode, **parameters)
-    local, remote = (
-        gymnasium.make_vec(
-            "walker_sim/Walker2d-v5", 20, autoreset_mode=mode, **keywords, **parameters
-        )
-        for keywords in ({}, {"transport": "ros", "server": server})
-    )
+    remote, local = make_pair(serve, "Walker2d-v5", 20, autoreset_mode=mode, **parameters)
     result = remote.reset(seed=0)
     assert_same(result, local.reset(seed=0))
     failed = result[1]["_error"]

@@ -1,25 +1,26 @@
 """``render`` of a single environment, compared with Gymnasium's."""
 
 import copy
-import pickle
-import subprocess
-import sys
 
 import gymnasium
 import numpy as np
 import pytest
 import walker_sim
-from gymnasium.wrappers import (
-    AddRenderObservation,
-    HumanRendering,
-    RecordVideo,
-    RenderCollection,
-)
+from gymnasium.wrappers import AddRenderObservation, HumanRendering, RecordVideo, RenderCollection
 from walker_sim import WalkerEnv, _core
 from walker_sim.rendering import ALL_MODES, camera_parameters_of
-from walkers import IDS, follow, make_ours, make_theirs, random_actions
+from walkers import (
+    IDS,
+    ROBOTS,
+    follow,
+    make_ours,
+    make_theirs,
+    parts,
+    random_actions,
+    run_python,
+    through_pickle,
+)
 
-ROBOTS = [env_id for env_id in IDS if env_id.startswith(("Walker2d", "Hopper"))]
 PAIRS = pytest.mark.parametrize("env_id", IDS)
 
 
@@ -41,10 +42,6 @@ def after_some_steps(env_id, render_mode="rgb_array", make=make_ours, **keywords
     for action in random_actions(env_id, 8):
         environment.step(action)
     return environment
-
-
-def parts(picture):
-    return picture if isinstance(picture, tuple) else (picture,)
 
 
 @pytest.mark.parametrize(
@@ -108,8 +105,15 @@ def test_pictures_change_no_trajectory(env_id):
     shown.close()
 
 
+def restored(environment):
+    fresh = make_ours(environment.unwrapped.env_id, render_mode="rgb_array")
+    fresh.reset(seed=2)
+    fresh.unwrapped.set_state(environment.unwrapped.get_state())
+    return fresh
+
+
 @PAIRS
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+@pytest.mark.parametrize("copied", [copy.deepcopy, through_pickle, restored])
 def test_copies_draw_the_same(env_id, copied):
     environment = after_some_steps(env_id)
     before = copied(environment)
@@ -135,7 +139,7 @@ watched.render()
 assert loaded() == {"libcairo"}, loaded()
 assert "pygame" not in sys.modules
 """
-    subprocess.run([sys.executable, "-W", "ignore", "-c", program], check=True)
+    run_python(program)
 
 
 @PAIRS
@@ -168,20 +172,13 @@ def test_the_last_state_of_an_episode_is_drawn():
     assert not np.array_equal(environment.render(), before)
 
 
+FREE_CAMERA = {
+    **{"trackbodyid": 2, "distance": 6.0, "lookat": np.array([0.5, 0.0, 1.0])},
+    **{"elevation": -10.0, "azimuth": 60.0},
+}
 CHOICES = [
-    {"camera_id": 0},
-    {"camera_name": "track"},
-    {"camera_id": -1},
-    {"width": 300, "height": 200},
-    {
-        "default_camera_config": {
-            "trackbodyid": 2,
-            "distance": 6.0,
-            "lookat": np.array([0.5, 0.0, 1.0]),
-            "elevation": -10.0,
-            "azimuth": 60.0,
-        }
-    },
+    *({"camera_id": 0}, {"camera_name": "track"}, {"camera_id": -1}),
+    *({"width": 300, "height": 200}, {"default_camera_config": FREE_CAMERA}),
 ]
 
 
@@ -200,15 +197,11 @@ def test_default_cameras():
     """By default, pictures have Gymnasium's free camera, and windows track the robot."""
     known = {one["name"] for one in _core.camera_parameters_of("Walker2d-v5")}
     assert "camera_name" in known
+    free = {"default_camera_config": {"distance": 3.0}}
     names = [
         camera_parameters_of("Walker2d-v5", mode, keywords)["camera_name"]
         for mode in ("rgb_array", "human")
-        for keywords in (
-            {},
-            {"camera_name": "track"},
-            {"camera_id": -1},
-            {"default_camera_config": {"distance": 3.0}},
-        )
+        for keywords in ({}, {"camera_name": "track"}, {"camera_id": -1}, free)
     ]
     assert names == ["", "track", "", "", "track", "track", "", ""]
 

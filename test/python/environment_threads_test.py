@@ -1,21 +1,25 @@
-"""Threads: the core releases the GIL during calls, and serializes calls on a shared environment.
+"""Threads and signals: the core releases the GIL during calls, serializes calls on a shared
+environment, and lets signals interrupt a compilation.
 
 No test measures time. With a long switch interval, Python does not preempt a thread, so another
 thread runs only if the core releases the GIL.
 """
 
+import os
 import pickle
-import subprocess
+import signal
 import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 
+import gymnasium
 import numpy as np
 import pytest
+from mujoco_reference import MODELS
 from walker_sim import WalkerEnv
-from walkers import IDS
+from walkers import IDS, run_python, through_pickle
 
 ENDLESS = {"terminate_when_unhealthy": False}
 MOST_CALLS = 200000
@@ -144,7 +148,7 @@ def test_threads_pickle_a_moving_environment():
             return rows
         nexts = []
         while not stop.is_set():
-            nexts.append(pickle.loads(pickle.dumps(environment)).step(action)[0].tobytes())
+            nexts.append(through_pickle(environment).step(action)[0].tobytes())
         return nexts
 
     moved, *stored = in_threads(move_or_store, 3)
@@ -182,4 +186,95 @@ thread.start()
 thread.join()
 assert done
 """
-    subprocess.run([sys.executable, "-c", code, environment_id], check=True)
+    run_python(code, environment_id)
+
+
+# ---------------------------------------------------------------- compilation
+
+ID = "walker_sim/Walker2d-v5"
+MAKERS = {
+    "gymnasium.make": lambda path: gymnasium.make(ID, xml_file=path),
+    "gymnasium.make_vec": lambda path: gymnasium.make_vec(ID, num_envs=2, xml_file=path),
+    "WalkerEnv": lambda path: WalkerEnv("Walker2d-v5", xml_file=path),
+}
+
+
+class Compilation(threading.Thread):
+    """Has a model whose compilation blocks on a FIFO. Sends this process signals meanwhile."""
+
+    def __init__(self, folder, signals):
+        super().__init__()
+        self.path = folder / "model.xml"
+        self.path.write_text("<mujoco><include file='pipe.xml'/></mujoco>")
+        self._pipe = folder / "pipe.xml"
+        os.mkfifo(self._pipe)
+        self._signals = signals
+
+    def run(self):
+        self.writer = os.open(self._pipe, os.O_WRONLY)  # blocks until MuJoCo's process reads
+        for number in self._signals:
+            os.kill(os.getpid(), number)
+
+    def __exit__(self, *_):
+        if self.is_alive():  # the compilation has not started
+            os.close(os.open(self._pipe, os.O_RDONLY | os.O_NONBLOCK))
+        self.join()
+        os.close(self.writer)
+
+    def __enter__(self):
+        self.start()
+        return self
+
+
+def assert_no_child_is_left():
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+
+
+@pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
+def test_ctrl_c_ends_it(make, tmp_path):
+    with Compilation(tmp_path, [signal.SIGINT]) as compilation, pytest.raises(KeyboardInterrupt):
+        make(str(compilation.path))
+    assert_no_child_is_left()
+    gymnasium.make(ID, xml_file=str(MODELS["Walker2d-v5"])).close()
+
+
+def test_handlers_of_other_signals_run_meanwhile(tmp_path):
+    came = []
+
+    def raise_it(number, _):
+        came.append(number)
+        raise InterruptedError
+
+    before = signal.signal(signal.SIGUSR1, lambda number, _: came.append(number))
+    before_2 = signal.signal(signal.SIGUSR2, raise_it)
+    try:
+        compilation = Compilation(tmp_path, [signal.SIGUSR1, signal.SIGUSR2])
+        with compilation, pytest.raises(InterruptedError):
+            WalkerEnv("Walker2d-v5", xml_file=str(compilation.path))
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+        signal.signal(signal.SIGUSR2, before_2)
+    assert came == [signal.SIGUSR1, signal.SIGUSR2]
+    assert_no_child_is_left()
+
+
+def test_other_threads_make_walkers_meanwhile(tmp_path):
+    """A compiling thread holds no lock that others need."""
+    made = []
+
+    def compile_it(compilation):
+        with pytest.raises(ValueError, match="XML"):
+            WalkerEnv("Walker2d-v5", xml_file=str(compilation.path))
+        made.append("compiled")
+
+    with Compilation(tmp_path, []) as compilation:
+        thread = threading.Thread(target=compile_it, args=[compilation])
+        thread.start()
+        compilation.join()
+        for parameters in ({}, {"xml_file": str(MODELS["Walker2d-v5"])}):
+            WalkerEnv("Walker2d-v5", **parameters).close()
+            made.append("made")
+        (tmp_path / "pipe.xml").unlink()  # MuJoCo opens it again and must fail
+    thread.join()
+    assert made == ["made", "made", "compiled"]

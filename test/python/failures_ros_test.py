@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 import walker_sim
-from walkers import make_ours, through_pickle
+from walkers import make_many, make_ours, through_pickle
 
 LONG = 60.0  # timeout that only a failing test reaches [s]
 LOST = "the server or its episode was lost; reset first"
@@ -21,9 +21,7 @@ def make_single(server, **options):
 
 
 def make_batch(server, **options):
-    return gymnasium.make_vec(
-        "walker_sim/BipedalWalker-v3", 2, transport="ros", server=server, **options
-    )
+    return make_many("BipedalWalker-v3", 2, transport="ros", server=server, **options)
 
 
 def step(environment):
@@ -34,7 +32,7 @@ def assert_works(environment):
     if environment.action_space.shape == (4,):
         local = make_ours("BipedalWalker-v3")
     else:
-        local = gymnasium.make_vec("walker_sim/BipedalWalker-v3", 2)
+        local = make_many("BipedalWalker-v3", 2)
     observation, _ = environment.reset(seed=11)
     assert observation.tobytes() == local.reset(seed=11)[0].tobytes()
     for _ in range(3):

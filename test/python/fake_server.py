@@ -10,6 +10,8 @@ from walker_sim import _core
 
 ENV = "Walker2d-v5"  # has info names
 NUM_ENVS = 2
+LOCAL = _core.Environment(ENV, {}).specification
+WIDTH, INFO = len(LOCAL["observation_low"]), len(LOCAL["info_names"])
 
 
 # ---------------------------------------------------------------- wire format
@@ -35,16 +37,9 @@ def outcome(success=True, words=""):
 
 
 def specification(**changes):
-    local = _core.Environment(ENV, {}).specification
-    fields = {
-        **local,
-        "num_envs": NUM_ENVS,
-        "observation_size": len(local["observation_low"]),
-        "action_size": len(local["action_low"]),
-        "mode": "lockstep",
-        "autoreset_mode": "same_step",
-        **changes,
-    }
+    sizes = {"observation_size": WIDTH, "action_size": len(LOCAL["action_low"])}
+    modes = {"mode": "lockstep", "autoreset_mode": "same_step"}
+    fields = {**LOCAL, "num_envs": NUM_ENVS, **sizes, **modes, **changes}
     parts = [
         struct.pack("<I", 1),
         text(fields["id"]),
@@ -66,42 +61,30 @@ def specification(**changes):
     return b"".join(parts + [text(fields[name]) for name in names])
 
 
-WIDTH = len(_core.Environment(ENV, {}).specification["observation_low"])
-INFO = len(_core.Environment(ENV, {}).specification["info_names"])
-
-
 def transition(step=1, **changes):
     """Response of ~reset or ~step."""
     fields = {"observation": [0.5] * WIDTH, "info": [0.0] * INFO, "error": "", **changes}
-    return b"".join(
-        [
-            outcome(),
-            struct.pack("<III", 1, 2, 3),
-            text("odom"),
-            struct.pack("<III", fields.get("environment", 0), 1, step),
-            array("d", [0.0] * 6 if step > 0 else []),
-            array("d", fields["observation"]),
-            struct.pack("<dd??", 1.0, 1.0, bool(fields["error"]), False),
-            array("d", fields["info"]),
-            text(fields["error"]),
-        ]
-    )
+    parts = [
+        outcome(),
+        struct.pack("<III", 1, 2, 3),
+        text("odom"),
+        struct.pack("<III", 0, 1, step),
+        array("d", [0.0] * 6 if step > 0 else []),
+        array("d", fields["observation"]),
+        struct.pack("<dd??", 1.0, 1.0, bool(fields["error"]), False),
+        array("d", fields["info"]),
+        text(fields["error"]),
+    ]
+    return b"".join(parts)
 
 
-def batch_reset(**changes):
-    fields = {
-        "observations": [0.5] * (NUM_ENVS * WIDTH),
-        "info": [0.0] * (NUM_ENVS * INFO),
-        "failed_environments": [],
-        "failures": [],
-        **changes,
-    }
-    rows = array("d", fields["observations"]) + array("d", fields["info"])
-    failures = array("I", fields["failed_environments"]) + texts(fields["failures"])
-    return outcome() + rows + failures
-
-
-BATCH = {  # the second environment's episode has ended
+BATCH_RESET = {
+    "observations": ("d", [0.5] * (NUM_ENVS * WIDTH)),
+    "info": ("d", [0.0] * (NUM_ENVS * INFO)),
+    "failed_environments": ("I", []),
+    "failures": ("text", []),
+}
+BATCH_STEP = {  # the second environment's episode has ended
     "observations": ("d", [0.5] * (NUM_ENVS * WIDTH)),
     "rewards": ("d", [1.0, 2.0]),
     "terminated": ("B", [0, 1]),
@@ -118,10 +101,17 @@ BATCH = {  # the second environment's episode has ended
 }
 
 
+def batch(table, changes):
+    arrays = (array(kind, changes.get(name, values)) for name, (kind, values) in table.items())
+    return outcome() + b"".join(arrays)
+
+
+def batch_reset(**changes):
+    return batch(BATCH_RESET, changes)
+
+
 def batch_step(**changes):
-    return outcome() + b"".join(
-        array(kind, changes.get(name, values)) for name, (kind, values) in BATCH.items()
-    )
+    return batch(BATCH_STEP, changes)
 
 
 def picture(width=3, height=2, encoding="rgb8", data=bytes(range(18))):

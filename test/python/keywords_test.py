@@ -1,11 +1,12 @@
-"""Keyword arguments of environments."""
+"""Keyword arguments of environments, and the time limit that gymnasium.make keeps to itself."""
 
 import re
 
 import gymnasium
 import pytest
 import walker_sim
-from walkers import IDS, make_ours
+from walker_sim.over_ros import ANY, limit_of_make
+from walkers import IDS, make_many, make_ours
 
 SHARED = ["transport", "server", "master_uri", "timeout", "spin_us", "max_episode_steps", "render_mode"]
 VECTORS = ["num_envs", "num_threads", "batch_size", "autoreset_mode"]
@@ -23,7 +24,7 @@ def known_in(words):
 
 
 def make_vector(environment_id, **keywords):
-    return gymnasium.make_vec(f"walker_sim/{environment_id}", 2, **keywords)
+    return make_many(environment_id, 2, **keywords)
 
 
 @pytest.mark.parametrize(
@@ -88,3 +89,81 @@ def test_an_unknown_id_is_refused(kind, environment_id):
     name = environment_id.replace("walker_sim/", "")
     with pytest.raises(ValueError, match=re.escape(f"environment {name}: unknown")):
         kind(environment_id)
+
+
+# ---------------------------------------------------------------- the time limit
+
+
+class Probe(gymnasium.Env):
+    """An environment that records the limit found for it."""
+
+    observation_space = action_space = gymnasium.spaces.Discrete(1)
+
+    def __init__(self):
+        self.limit = limit_of_make(Probe)
+
+
+class Descendant(Probe):
+    def __init__(self):
+        super().__init__()
+
+
+class Container(Probe):
+    """An environment that asks for the limit of another class, as if it contained one."""
+
+    def __init__(self):
+        self.limit = limit_of_make(Descendant)
+
+
+@pytest.fixture(params=[70, None])
+def registered(request):
+    kinds = {f"{kind.__name__}-v0": kind for kind in (Probe, Descendant, Container)}
+    for name, kind in kinds.items():
+        gymnasium.register(name, entry_point=kind, max_episode_steps=request.param)
+    yield request.param or 0
+    for name in kinds:
+        del gymnasium.registry[name]
+
+
+def limit_of(*arguments, **options):
+    return gymnasium.make(*arguments, **options).unwrapped.limit
+
+
+@pytest.mark.parametrize("name", ["Probe-v0", "Descendant-v0"])
+def test_the_limit_of_make(name, registered):
+    assert limit_of(name) == registered
+    assert limit_of(name, max_episode_steps=None) == registered
+    assert limit_of(name, max_episode_steps=5) == 5
+    assert limit_of(name, 5) == 5
+    assert limit_of(name, max_episode_steps=-1) == 0
+
+
+@pytest.mark.parametrize("limit", [None, 5, -1])
+def test_an_unwrapped_spec_has_no_limit(registered, limit):
+    """An unwrapped spec has no limit; Gymnasium's check_env makes copies from it."""
+    made = gymnasium.make("Probe-v0", max_episode_steps=limit)
+    assert made.unwrapped.spec.max_episode_steps is None
+    assert limit_of(made.unwrapped.spec) == ANY
+    assert limit_of(made.unwrapped.spec, max_episode_steps=7) == 7
+    assert limit_of(made.unwrapped.spec, max_episode_steps=-1) == 0
+
+
+def test_the_limit_of_a_specification(registered):
+    specification = gymnasium.spec("Probe-v0")
+    assert limit_of(specification) == registered
+    specification.max_episode_steps = 9
+    assert limit_of(specification) == 9
+    assert limit_of(specification, max_episode_steps=5) == 5
+
+
+def test_the_limit_in_a_vector_environment(registered):
+    def make():
+        return gymnasium.make("Probe-v0", max_episode_steps=5)
+
+    assert gymnasium.vector.SyncVectorEnv([make]).envs[0].unwrapped.limit == 5
+
+
+def test_there_is_no_limit_without_make_or_of_another_environment(registered):
+    assert Probe().limit is None
+    assert Descendant().limit is None
+    assert limit_of("Container-v0", max_episode_steps=5) is None

@@ -13,13 +13,10 @@ import gymnasium
 import pytest
 import walker_sim
 from walker_sim import _core
+from walkers import IDS
 
 SOURCE = pathlib.Path(__file__).parents[2]
 WITH_CORE = pathlib.Path(_core.__file__).parents[1]
-IDS = (
-    *("BipedalWalker-v3", "BipedalWalkerHardcore-v3"),
-    *("Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"),
-)
 MAKE = "gymnasium.make('walker_sim/BipedalWalker-v3').reset(seed=1)"
 
 

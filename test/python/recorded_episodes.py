@@ -26,17 +26,13 @@ class RecordedEpisode(NamedTuple):
     steps: list  # the reset's first; its action is zero
 
 
-def read_bipedal_walker():
-    """BipedalWalker and BipedalWalkerHardcore. All numbers are float32."""
-    return list(read("full_episodes.txt", bipedal_walker_step))
-
-
-def read_walker2d():
-    return list(read("walker2d_full_episodes.txt", mujoco_step(6, 17)))
-
-
-def read_hopper():
-    return list(read("hopper_full_episodes.txt", mujoco_step(3, 11)))
+def read_all():
+    """Returns the episodes of both BipedalWalkers, Walker2d and Hopper."""
+    return [
+        *read("full_episodes.txt", bipedal_walker_step),
+        *read("walker2d_full_episodes.txt", mujoco_step(6, 17)),
+        *read("hopper_full_episodes.txt", mujoco_step(3, 11)),
+    ]
 
 
 def read(name, step_of):
@@ -54,6 +50,7 @@ def read(name, step_of):
 
 
 def bipedal_walker_step(words):
+    """All numbers are float32."""
     numbers = [single(word) for word in words[:29]]
     flags = (words[29] == "1", words[30] == "1")
     return RecordedStep(numbers[:4], numbers[4:28], numbers[28], *flags, [])

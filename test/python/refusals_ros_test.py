@@ -95,74 +95,48 @@ def test_the_time_limit(serve, limit):
 # ---------------------------------------------------------------- calls
 
 
-def refusal(call):
-    with pytest.raises(Exception) as caught:
-        call()
-    return type(caught.value), str(caught.value)
+@pytest.mark.parametrize("mode", ["single", "next_step", "disabled"])
+def test_steps_are_refused_as_in_process(serve, mode):
+    batch = {} if mode == "single" else {"num_envs": 3, "autoreset_mode": mode}
+    server, _ = serve(max_episode_steps=2, **batch)
+    make = walker_sim.WalkerVectorEnv if batch else WalkerEnv
+    remote, local = pair = [
+        make("BipedalWalker-v3", max_episode_steps=2, **batch, **where)
+        for where in ({"transport": "ros", "server": server}, {})
+    ]
+    good = np.zeros(local.action_space.shape, np.float32)
 
+    def assert_refused(error, actions=good):
+        texts = []
+        for environment in pair:
+            with pytest.raises(error) as caught:
+                environment.step(actions)
+            texts.append((type(caught.value), str(caught.value)))
+        assert texts[0] == texts[1]
 
-def test_a_single_walker_refuses_as_in_process(serve):
-    server, _ = serve(max_episode_steps=2)
-    remote = WalkerEnv("BipedalWalker-v3", transport="ros", server=server, max_episode_steps=2)
-    local = WalkerEnv("BipedalWalker-v3", max_episode_steps=2)
-
-    def same(call):
-        ours, theirs = refusal(lambda: call(remote)), refusal(lambda: call(local))
-        assert ours == theirs
-        return ours[0]
-
-    good = np.zeros(4, np.float32)
-    assert same(lambda walker: walker.step(good)) is walker_sim.ResetNeeded
-    for walker in (remote, local):
-        walker.reset(seed=1)
+    assert_refused(walker_sim.ResetNeeded)
+    for environment in pair:
+        environment.reset(seed=1)
     for value in (np.nan, np.inf, -np.inf):
-        bad = np.array([0, 0, value, 0], np.float32)
-        assert same(lambda walker: walker.step(bad)) is walker_sim.InvalidAction  # noqa: B023
-    assert same(lambda walker: walker.step(np.zeros(3))) is walker_sim.InvalidAction
-    for walker in (remote, local):
-        walker.step(good)
-        walker.step(good)
-    assert same(lambda walker: walker.step(good)) is walker_sim.ResetNeeded
-    for walker in (remote, local):
-        walker.close()
-        walker.close()
-    assert same(lambda walker: walker.step(good)) is gymnasium.error.ClosedEnvironmentError
-
-
-@pytest.mark.parametrize("mode", ["next_step", "disabled"])
-def test_a_batch_refuses_as_in_process(serve, mode):
-    options = {"max_episode_steps": 2, "autoreset_mode": mode}
-    server, _ = serve(num_envs=3, **options)
-    remote = gymnasium.make_vec(BATCH, 3, transport="ros", server=server, **options)
-    local = gymnasium.make_vec(BATCH, 3, **options)
-    good = np.zeros((3, 4), np.float32)
-
-    def same(call):
-        ours, theirs = refusal(lambda: call(remote)), refusal(lambda: call(local))
-        assert ours == theirs
-        return ours[0]
-
-    assert same(lambda walkers: walkers.step(good)) is walker_sim.ResetNeeded
-    for walkers in (remote, local):
-        walkers.reset(seed=1)
-    bad = good.copy()
-    bad[1, 2] = np.nan
-    assert same(lambda walkers: walkers.step(bad)) is walker_sim.InvalidAction
-    assert same(lambda walkers: walkers.step(good[:2])) is walker_sim.InvalidAction
-    for walkers in (remote, local):
-        walkers.step(good)
-        walkers.step(good)
-    if mode == "disabled":
-        assert same(lambda walkers: walkers.step(good)) is walker_sim.ResetNeeded
-        for walkers in (remote, local):
-            walkers.reset(options={"reset_mask": np.array([True, False, True])})
-        assert same(lambda walkers: walkers.step(good)) is walker_sim.ResetNeeded
-    else:
+        bad = good.copy()
+        bad.flat[-2] = value
+        assert_refused(walker_sim.InvalidAction, bad)
+    assert_refused(walker_sim.InvalidAction, good[:2])
+    for environment in pair:
+        environment.step(good)
+        environment.step(good)
+    if mode == "next_step":
         remote.step(good)
-    for walkers in (remote, local):
-        walkers.close()
-        walkers.close()
-    assert same(lambda walkers: walkers.step(good)) is gymnasium.error.ClosedEnvironmentError
+    else:
+        assert_refused(walker_sim.ResetNeeded)
+    if mode == "disabled":
+        for environment in pair:
+            environment.reset(options={"reset_mask": np.array([True, False, True])})
+        assert_refused(walker_sim.ResetNeeded)
+    for environment in pair:
+        environment.close()
+        environment.close()
+    assert_refused(gymnasium.error.ClosedEnvironmentError)
 
 
 def test_a_seed_beyond_64_bits(serve):

@@ -30,15 +30,12 @@ def drawn(renderer, captured):
     return rgb
 
 
-def sizes_of(env_id):
-    return {known["name"]: known["default"] for known in _core.camera_parameters_of(env_id)}
-
-
 @pytest.mark.parametrize("env_id", IDS)
 def test_the_camera_is_known_before_the_first_picture(env_id):
     camera = _core.Renderer(env_id, {}, {"width": 64}).camera
     assert camera["width"] == 64
-    assert camera["height"] == sizes_of(env_id)["height"]
+    known = {each["name"]: each["default"] for each in _core.camera_parameters_of(env_id)}
+    assert camera["height"] == known["height"]
     assert (camera["near"] > 0) == env_id.startswith(("Walker2d", "Hopper"))
     assert camera["near"] <= camera["far"]
 
@@ -64,7 +61,7 @@ def test_walkers_in_flight_are_not_captured():
     env_id = "BipedalWalker-v3"
     action = np.zeros((1, 4))
     pool = _core.Pool(env_id, {}, 2, 1, "next_step", 1)
-    pool.set_generator_states([0, 1], [SEEDED, SEEDED])
+    pool.set_generator_states({0: SEEDED, 1: SEEDED})
     pool.reset([], np.empty((2, 24)), np.empty((2, 0)))
     pool.send(action, [1])
     with pytest.raises(RuntimeError, match="environment 1"):

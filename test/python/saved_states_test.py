@@ -7,9 +7,18 @@ import gymnasium
 import numpy as np
 import pytest
 import walker_sim
-from vector_comparison import assert_same
 from walker_sim import WalkerEnv, _core
-from walkers import ASSETS, IDS, changed_model, follow, make_ours, random_actions, through_pickle
+from walkers import (
+    ASSETS,
+    IDS,
+    MODES,
+    assert_same,
+    follow,
+    make_many,
+    make_ours,
+    random_actions,
+    through_pickle,
+)
 
 MODEL = ASSETS / "walker2d_v4.xml"
 VARIANTS = (
@@ -21,7 +30,6 @@ VARIANTS = (
     ("Walker2d-v5", {"xml_file": MODEL, "max_episode_steps": 40}),
     ("Walker2d-v5", {"terminate_when_unhealthy": False, "ctrl_cost_weight": 0.1}),
 )
-MODES = ["next_step", "same_step", "disabled"]
 NUM_ENVS = 5
 
 
@@ -32,28 +40,23 @@ def restored(environment):
     return new
 
 
-def bring_into_episode(environment, actions):
-    environment.reset(seed=5)
-    follow(environment, actions[:9])
-
-
-def bring_into_later_episode(environment, actions):
+def play(environment, actions):
     environment.reset(seed=5)
     follow(environment, actions)
 
 
-def bring_to_drawn_generator(environment, actions):
-    bring_into_episode(environment, actions)
+def play_and_draw(environment, actions):
+    play(environment, actions[:9])
     environment.unwrapped.np_random.integers(7)  # leaves a buffered uint32
 
 
-def bring_to_set_generator(environment, actions):
-    bring_into_episode(environment, actions)
+def set_generator(environment, _):
     environment.unwrapped.np_random = np.random.default_rng(3)
 
 
-def bring_to_generator_before_first_reset(environment, actions):
-    environment.unwrapped.np_random = np.random.default_rng(3)
+def play_and_set_generator(environment, actions):
+    play(environment, actions[:9])
+    set_generator(environment, actions)
 
 
 def continue_with(environment, actions):
@@ -70,11 +73,8 @@ COPIED = pytest.mark.parametrize("copied", [through_pickle, copy.deepcopy, resto
 @pytest.mark.parametrize(
     "bring",
     [
-        bring_into_episode,
-        bring_into_later_episode,
-        bring_to_drawn_generator,
-        bring_to_set_generator,
-        bring_to_generator_before_first_reset,
+        lambda environment, actions: play(environment, actions[:9]),
+        *(play, play_and_draw, play_and_set_generator, set_generator),
     ],
 )
 @pytest.mark.parametrize(("environment_id", "parameters"), VARIANTS, ids=str)
@@ -83,7 +83,7 @@ def test_copies_continue_equally(environment_id, parameters, bring, copied):
     original, untouched = (make_ours(environment_id, **parameters) for _ in range(2))
     for environment in (original, untouched):
         bring(environment, actions)
-        environment.unwrapped.is_fresh = bring is bring_to_generator_before_first_reset
+        environment.unwrapped.is_fresh = bring is set_generator
     twin = copied(original)
     expected = continue_with(untouched, actions)
     assert continue_with(twin, actions) == expected
@@ -95,36 +95,38 @@ def test_copies_continue_equally(environment_id, parameters, bring, copied):
 
 @COPIED
 @pytest.mark.parametrize("environment_id", IDS)
-def test_before_the_first_reset(environment_id, copied):
+def test_before_the_first_reset_and_after_the_end(environment_id, copied):
     original = make_ours(environment_id).unwrapped
-    twin = copied(original)
-    with pytest.raises(walker_sim.ResetNeeded, match="there is no episode yet"):
-        twin.step(random_actions(environment_id, 1)[0])
-    observations = [environment.reset(seed=2)[0].tobytes() for environment in (original, twin)]
-    assert observations[0] == observations[1]
-
-
-@COPIED
-@pytest.mark.parametrize("environment_id", IDS)
-def test_after_the_end(environment_id, copied):
-    original = make_ours(environment_id).unwrapped
-    original.reset(seed=5)
     actions = random_actions(environment_id, 2000)
-    steps = next(i for i, action in enumerate(actions, 1) if original.step(action)[2])
-    twin = copied(original)
-    with pytest.raises(walker_sim.ResetNeeded, match=f"ended after {steps} steps"):
-        twin.step(actions[0])
-    observations = [environment.reset()[0].tobytes() for environment in (original, twin)]
-    assert observations[0] == observations[1]
+    message = "there is no episode yet"
+    for seed in (2, None):
+        twin = copied(original)
+        with pytest.raises(walker_sim.ResetNeeded, match=message):
+            twin.step(actions[0])
+        observations = [one.reset(seed=seed)[0].tobytes() for one in (original, twin)]
+        assert observations[0] == observations[1]
+        original.reset(seed=5)
+        steps = next(i for i, action in enumerate(actions, 1) if original.step(action)[2])
+        message = f"ended after {steps} steps"
 
 
+def make_envs(environment_id="Hopper-v5", mode="next_step", **options):
+    options = {"autoreset_mode": mode, "max_episode_steps": 60, **options}
+    return make_many(environment_id, NUM_ENVS, **options)
+
+
+@pytest.mark.parametrize("make", [lambda: make_ours("Hopper-v5"), make_envs])
 @pytest.mark.parametrize("copied", [through_pickle, copy.deepcopy])
-def test_a_copy_of_a_closed_environment_is_closed(copied):
-    original = make_ours("Walker2d-v5")
-    original.reset(seed=1)
+def test_copies_of_new_and_of_closed_environments(make, copied):
+    original = make()
+    twin = copied(original)
+    actions = np.zeros(original.action_space.shape)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        twin.step(actions)
+    assert twin.reset(seed=1)[0].tobytes() == original.reset(seed=1)[0].tobytes()
     original.close()
-    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="reset first"):
-        copied(original).step(np.zeros(6))
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+        copied(original).step(actions)
 
 
 @pytest.mark.parametrize("copied", [through_pickle, copy.deepcopy])
@@ -145,28 +147,6 @@ def test_another_version_is_refused():
     other = version[:-1] + b"x"
     with pytest.raises(ValueError, match=f"pickled by walker_sim {other.decode()} on Box2D"):
         pickle.loads(stored.replace(version, other))
-
-
-def test_a_changed_model_is_refused(tmp_path):
-    model = changed_model(tmp_path, 'gear="100"', 'gear="90"', MODEL.name)
-    environment = WalkerEnv("Walker2d-v5", xml_file=model)
-    environment.reset(seed=1)
-    environment.step(np.ones(6))
-    stored = pickle.dumps(environment)
-    pickle.loads(stored)
-    changed_model(tmp_path, 'gear="100"', 'gear="80"', MODEL.name)
-    with pytest.raises(ValueError, match="the state is of another model than this Walker2d-v5"):
-        pickle.loads(stored)
-
-
-def make_many(environment_id, mode="next_step", **parameters):
-    return gymnasium.make_vec(
-        f"walker_sim/{environment_id}",
-        num_envs=NUM_ENVS,
-        autoreset_mode=mode,
-        max_episode_steps=60,
-        **parameters,
-    )
 
 
 def rollout(envs, actions):
@@ -217,24 +197,17 @@ def test_the_size_of_a_state_does_not_grow(environment_id):
     assert max(sizes) < 20000
 
 
-def test_set_state_opens_a_closed_environment():
+def test_a_shallow_copy_has_its_own_walker_and_set_state_opens_a_closed_one():
     environment = WalkerEnv("Walker2d-v5")
     environment.reset(seed=1)
     state = environment.get_state()
+    copy.copy(environment).step(np.ones(6))
+    assert environment.get_state() == state
     environment.close()
     with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="get_state"):
         environment.get_state()
     environment.set_state(state)
     environment.step(np.zeros(6))
-
-
-def test_a_restored_state_can_be_drawn():
-    original, fresh = (make_ours("Walker2d-v5", render_mode="rgb_array") for _ in range(2))
-    original.reset(seed=1)
-    follow(original, random_actions("Walker2d-v5", 7))
-    fresh.reset(seed=2)
-    fresh.unwrapped.set_state(original.unwrapped.get_state())
-    assert np.array_equal(fresh.render(), original.render())
 
 
 def test_refused_states_change_nothing():
@@ -263,7 +236,7 @@ def test_refused_states_change_nothing():
 @pytest.mark.parametrize("environment_id", IDS)
 def test_restored_walkers_continue_equally(environment_id, mode):
     actions = random_actions(environment_id, 150)
-    original, other = (make_many(environment_id, mode) for _ in range(2))
+    original, other = (make_envs(environment_id, mode) for _ in range(2))
     original.reset(seed=3)
     other.reset(seed=99)
     rollout(original, actions[:50])
@@ -279,7 +252,7 @@ def test_restored_walkers_continue_equally(environment_id, mode):
 
 @pytest.mark.parametrize("environment_id", IDS)
 def test_a_walker_continues_as_a_single_environment(environment_id):
-    envs, single = make_many(environment_id), WalkerEnv(environment_id)
+    envs, single = make_envs(environment_id), WalkerEnv(environment_id)
     envs.reset(seed=3)
     actions = random_actions(environment_id, 20)
     rollout(envs, actions[:10])
@@ -289,16 +262,15 @@ def test_a_walker_continues_as_a_single_environment(environment_id):
         observations, rewards, *_ = envs.step(np.repeat(action[np.newaxis], NUM_ENVS, 0))
         assert observation.tobytes() == observations[4].tobytes()
         assert reward == rewards[4]
-        if single.get_state() != envs.get_state([4])[0]:
-            raise AssertionError
+        assert single.get_state() == envs.get_state([4])[0], "states differ"
     envs.set_state([single.get_state()], [0])
 
 
 def test_refused_states_of_walkers_change_nothing():
-    envs = make_many("Hopper-v5")
+    envs = make_envs()
     envs.reset(seed=1)
     states = envs.get_state()
-    others = make_many("Hopper-v5")
+    others = make_envs()
     others.reset(seed=5)
     damaged = others.get_state()
     damaged[3] = damaged[3][:-1]
@@ -323,7 +295,7 @@ def test_refused_states_of_walkers_change_nothing():
 def test_copies_of_vector_environments_continue_equally(environment_id, mode, copied):
     actions = random_actions(environment_id, 120)
     parameters = {"reuse_world": True} if environment_id.startswith("Bipedal") else {}
-    original, untouched = (make_many(environment_id, mode, **parameters) for _ in range(2))
+    original, untouched = (make_envs(environment_id, mode, **parameters) for _ in range(2))
     for envs in (original, untouched):
         envs.reset(seed=3)
         rollout(envs, actions[:50])
@@ -340,23 +312,8 @@ def test_copies_of_vector_environments_continue_equally(environment_id, mode, co
     assert twin.get_state() == original.get_state()
 
 
-def test_a_copied_vector_environment_needs_a_reset():
-    original = make_many("Hopper-v5")
-    twin = copy.deepcopy(original)
-    with pytest.raises(walker_sim.ResetNeeded):
-        twin.step(np.zeros((NUM_ENVS, 3)))
-    assert twin.reset(seed=1)[0].tobytes() == original.reset(seed=1)[0].tobytes()
-
-
-def test_a_copy_of_a_closed_vector_environment_is_closed():
-    original = make_many("Hopper-v5")
-    original.close()
-    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
-        copy.deepcopy(original).reset()
-
-
 def test_walkers_in_flight_have_no_state():
-    envs = make_many("Hopper-v5", batch_size=2)
+    envs = make_envs(batch_size=2)
     envs.reset(seed=1)
     states = envs.get_state()
     envs.send(np.zeros((2, 3)), [0, 1])
@@ -365,11 +322,3 @@ def test_walkers_in_flight_have_no_state():
             call()
     envs.recv()
     copy.deepcopy(envs).set_state(states)
-
-
-def test_a_shallow_copy_has_its_own_walker():
-    original = WalkerEnv("Walker2d-v5")
-    original.reset(seed=1)
-    state = original.get_state()
-    copy.copy(original).step(np.ones(6))
-    assert original.get_state() == state

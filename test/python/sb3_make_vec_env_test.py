@@ -68,7 +68,8 @@ def test_equals_dummy_vec_env(env_id):
 
 
 def test_monitors_write_their_files(tmp_path):
-    for environments, name in zip(both_with_files(tmp_path), ("ours", "theirs")):
+    for kind, name in ((VecEnv, "ours"), (DummyVecEnv, "theirs")):
+        environments = make(kind, monitor_dir=str(tmp_path / name))
         environments.reset()
         for _ in range(200):
             environments.step(np.full((NUM_ENVS, 4), 0.5, np.float32))
@@ -78,13 +79,6 @@ def test_monitors_write_their_files(tmp_path):
     assert len(ours) > NUM_ENVS
     columns = ["r", "l"]
     assert sorted(ours[columns].values.tolist()) == sorted(theirs[columns].values.tolist())
-
-
-def both_with_files(folder):
-    return (
-        make(kind, monitor_dir=str(folder / name))
-        for kind, name in ((VecEnv, "ours"), (DummyVecEnv, "theirs"))
-    )
 
 
 def test_parameters_and_threads_reach_the_walkers():

@@ -2,62 +2,32 @@
 
 import time
 
-import gymnasium
 import numpy as np
 import pytest
-import walker_sim  # noqa: F401  # registers the ids
-from gymnasium.vector import AutoresetMode
-from vector_comparison import assert_same
+from walkers import MODES, assert_same, make_many, make_sync
 
 NUM_ENVS = 5
 PATIENCE = 60.0  # timeout that only a failing test reaches [s]
 LIMITS = {"BipedalWalker-v3": 70, "Walker2d-v5": 20, "Hopper-v5": 20}
-MODES = ["next_step", "same_step", "disabled"]
 
 
-def make(environment_id="BipedalWalker-v3", num_envs=NUM_ENVS, **options):
-    options = {"max_episode_steps": LIMITS[environment_id], **options}
-    return gymnasium.make_vec(f"walker_sim/{environment_id}", num_envs, **options)
-
-
-def singles(environment_id, mode):
-
-    def make_one():
-        return gymnasium.make(
-            f"walker_sim/{environment_id}", max_episode_steps=LIMITS[environment_id]
-        )
-
-    kind = gymnasium.vector.SyncVectorEnv
-    return [kind([make_one], autoreset_mode=AutoresetMode[mode.upper()]) for _ in range(NUM_ENVS)]
-
-
-def row_of(outcome, row):
-    *arrays, infos = outcome
-    return [array[row : row + 1] for array in arrays], {
-        name: row_of_infos(value, row) for name, value in infos.items() if name != "env_id"
-    }
-
-
-def row_of_infos(value, row):
-    if isinstance(value, dict):
-        return {name: row_of_infos(one, row) for name, one in value.items()}
-    return value[row : row + 1]
-
-
-def without_absent(infos):
-    """Removes absent infos and masks, which a single environment does not have."""
+def infos_of(infos, row):
+    """Returns a row of infos without absent ones and masks, which a single environment lacks."""
     kept = {}
     for name, value in infos.items():
-        if name.startswith("_") or not infos[f"_{name}"][0]:
+        if name == "env_id" or name.startswith("_") or not infos[f"_{name}"][row]:
             continue
-        kept[name] = without_absent(value) if isinstance(value, dict) else value
+        kept[name] = infos_of(value, row) if isinstance(value, dict) else value[row : row + 1]
     return kept
 
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("environment_id", LIMITS)
 def test_equals_single_environments(environment_id, mode):
-    ours, theirs = make(environment_id, autoreset_mode=mode), singles(environment_id, mode)
+    limit = {"max_episode_steps": LIMITS[environment_id]}
+    ours = make_many(environment_id, NUM_ENVS, autoreset_mode=mode, **limit)
+    name = f"walker_sim/{environment_id}"
+    theirs = [make_sync(name, 1, mode, **limit) for _ in range(NUM_ENVS)]
     random = np.random.default_rng(2)
     observations, _ = ours.reset(seed=7)
     for index, single in enumerate(theirs):
@@ -79,35 +49,18 @@ def test_equals_single_environments(environment_id, mode):
         assert outcome[4]["env_id"].dtype == np.int32
         assert outcome[0].dtype == ours.observation_space.dtype
         for row, index in enumerate(env_id):
-            arrays, infos = row_of(outcome, row)
-            *expected, expected_infos = theirs[index].step(actions[row : row + 1])
-            assert_same(arrays, expected)
-            assert_same(without_absent(infos), without_absent(expected_infos))
+            *expected, infos = theirs[index].step(actions[row : row + 1])
+            assert_same([array[row : row + 1] for array in outcome[:4]], expected)
+            assert_same(infos_of(outcome[4], row), infos_of(infos, 0))
         ends = outcome[2] | outcome[3]
         ended[env_id] |= ends
         num_ends += ends.sum()
     assert num_ends > 10
 
 
-def test_other_walkers_do_not_change():
-    ours, twin = make("Walker2d-v5"), make("Walker2d-v5")
-    ours.reset(seed=3)
-    twin.reset(seed=3)
-    actions = np.full((NUM_ENVS, 6), 0.3, np.float32)
-    for _ in range(5):
-        ours.step(actions[:2], [4, 1])
-    everyone = ours.step(actions)
-    expected = twin.step(actions)
-    for index in (0, 2, 3):
-        assert everyone[0][index].tobytes() == expected[0][index].tobytes()
-    assert everyone[0][1].tobytes() != expected[0][1].tobytes()
-    mask = np.array([True, False, False, False, False])
-    assert ours.reset(options={"reset_mask": mask})[0][1].tobytes() == everyone[0][1].tobytes()
-
-
 def test_with_a_batch_size():
     """As in EnvPool, other environments may still be stepping."""
-    envs = make(batch_size=2, num_threads=2)
+    envs = make_many("BipedalWalker-v3", NUM_ENVS, batch_size=2, num_threads=2)
     envs.async_reset(seed=1)
     steps = np.zeros(NUM_ENVS, int)
     *_, infos = envs.recv()

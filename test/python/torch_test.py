@@ -4,17 +4,15 @@ Runs with the distribution's PyTorch. The package itself never imports it.
 """
 
 import re
-import subprocess
-import sys
 
-import gymnasium
 import numpy as np
 import pytest
 import torch
-import walker_sim  # registers the ids
+import walker_sim
 from gymnasium.wrappers import NumpyToTorch
 from gymnasium.wrappers import vector as vector_wrappers
-from walker_sim.actions import to_action, to_actions
+from walker_sim.arguments import to_action, to_actions
+from walkers import make_many, make_ours, run_python
 
 NUM_ENVS = 6
 IDS = ["BipedalWalker-v3", "Walker2d-v5", "Hopper-v5"]
@@ -22,7 +20,7 @@ IDS = ["BipedalWalker-v3", "Walker2d-v5", "Hopper-v5"]
 
 def make_vector(environment_id, **options):
     options = {"max_episode_steps": 20, **options}
-    return gymnasium.make_vec(f"walker_sim/{environment_id}", NUM_ENVS, **options)
+    return make_many(environment_id, NUM_ENVS, **options)
 
 
 class OnlyDlpack:
@@ -57,7 +55,7 @@ def test_results_become_tensors_without_a_copy():
     results = [observations]
     for _ in range(3):
         results += envs.step(torch.zeros(NUM_ENVS, 6))[:4]
-    single = gymnasium.make("walker_sim/BipedalWalker-v3")
+    single = make_ours("BipedalWalker-v3")
     results += [single.reset(seed=1)[0], single.step(torch.zeros(4))[0]]
     for result in results:
         assert result.flags.writeable and result.flags.c_contiguous
@@ -76,7 +74,7 @@ def test_results_become_tensors_without_a_copy():
 def test_tensors_and_arrays_give_the_same_bits(environment_id, dtype):
     ours, twin = make_vector(environment_id), make_vector(environment_id)
     size = ours.single_action_space.shape
-    single, single_twin = (gymnasium.make(f"walker_sim/{environment_id}") for _ in range(2))
+    single, single_twin = (make_ours(environment_id) for _ in range(2))
     for environment in (ours, twin, single, single_twin):
         environment.reset(seed=4)
     random = np.random.default_rng(0)
@@ -124,8 +122,7 @@ def test_vector_wrapper_numpy_to_torch():
 
 
 def test_wrapper_numpy_to_torch():
-    wrapped = NumpyToTorch(gymnasium.make("walker_sim/BipedalWalker-v3"))
-    plain = gymnasium.make("walker_sim/BipedalWalker-v3")
+    wrapped, plain = NumpyToTorch(make_ours("BipedalWalker-v3")), make_ours("BipedalWalker-v3")
     assert np.array_equal(wrapped.reset(seed=2)[0].numpy(), plain.reset(seed=2)[0])
     actions = torch.rand(4)
     assert np.array_equal(wrapped.step(actions)[0].numpy(), plain.step(actions.numpy())[0])
@@ -157,4 +154,4 @@ envs.reset(seed=1)
 envs.step(numpy.zeros((2, 4), numpy.float32))
 assert "torch" not in sys.modules
 """
-    subprocess.run([sys.executable, "-c", program], check=True)
+    run_python(program)

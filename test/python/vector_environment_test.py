@@ -4,24 +4,17 @@ The reference steps Gymnasium's BipedalWalker, compared with reuse_world because
 between episodes, and this package's single environments.
 """
 
-import gymnasium
 import numpy as np
 import pytest
-import walker_sim  # registers the ids
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+import walker_sim
+from gymnasium.wrappers import vector as wrappers
 from mujoco_reference import MODELS
-from vector_comparison import assert_same
-from walkers import OVERFLOW, diverging, overflowing
+from walkers import MODES, OVERFLOW, assert_same, diverging, make_many, make_sync, overflowing
 
 NUM_ENVS = 5
 NUM_STEPS = 300
-MODES = ["next_step", "same_step", "disabled"]
-LIMITS = {
-    "BipedalWalker-v3": 90,
-    "Walker2d-v4": 25,
-    "Walker2d-v5": 25,
-    "Hopper-v5": 25,
-}  # some episodes terminate before, some do not
+# Some episodes terminate before, some do not.
+LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 25, "Walker2d-v5": 25, "Hopper-v5": 25}
 OURS = [(f"walker_sim/{name}", limit, {}) for name, limit in LIMITS.items()]
 GYMNASIUMS = [("BipedalWalker-v3", LIMITS["BipedalWalker-v3"], {"reuse_world": True})]
 CASES = [
@@ -32,23 +25,15 @@ CASES = [
 ]
 
 
-def make_reference(name, mode, limit, parameters=None):
-    def make():
-        return gymnasium.make(name, max_episode_steps=limit, **(parameters or {}))
-
-    return SyncVectorEnv([make] * NUM_ENVS, autoreset_mode=AutoresetMode[mode.upper()])
-
-
-def make_ours(name, mode="next_step", limit=None, num_envs=NUM_ENVS, **options):
-    name = f"walker_sim/{name.split('/')[-1]}"
-    return gymnasium.make_vec(
-        name, num_envs, autoreset_mode=mode, max_episode_steps=limit, **options
-    )
+def make_ours(name, mode="next_step", limit=None, **options):
+    options = {"autoreset_mode": mode, "max_episode_steps": limit, **options}
+    return make_many(name.split("/")[-1], NUM_ENVS, **options)
 
 
 def make_pair(case, mode, **options):
     name, limit, parameters = case
-    theirs = make_reference(name, mode, limit, parameters if "/" in name else {})
+    parameters_of_theirs = parameters if "/" in name else {}
+    theirs = make_sync(name, NUM_ENVS, mode, max_episode_steps=limit, **parameters_of_theirs)
     return make_ours(name, mode, limit, **options, **parameters), theirs
 
 
@@ -72,12 +57,9 @@ def play(step, reset, mode, case, **options):
             mask[[1, 3]] = True
             seeds[3] = number
         if mask.any():
-            given = [reset, type(theirs).reset]
-            results = [
-                call(side, seed=list(seeds), options={"reset_mask": mask.copy()})
-                for call, side in zip(given, (ours, theirs))
-            ]
-            assert_same(*results, (number, mask))
+            result = reset(ours, seed=list(seeds), options={"reset_mask": mask.copy()})
+            expected = theirs.reset(seed=list(seeds), options={"reset_mask": mask.copy()})
+            assert_same(result, expected, (number, mask))
         actions = draw_actions(random, ours)
         result = step(ours, actions)
         assert_same(result, theirs.step(actions), number)
@@ -106,7 +88,7 @@ def test_walker2d_equals_gymnasiums(mode, tmp_path):
     model = MODELS["Walker2d-v5"].read_text()
     converging.write_text(model.replace("<option ", '<option tolerance="0" ', 1))
     parameters = {"xml_file": str(converging)}
-    theirs = make_reference("Walker2d-v5", mode, 10, parameters)
+    theirs = make_sync("Walker2d-v5", NUM_ENVS, mode, max_episode_steps=10, **parameters)
     ours = make_ours("Walker2d-v5", mode, 10, **parameters)
     random = np.random.default_rng(3)
     assert_same(ours.reset(seed=5), theirs.reset(seed=5), near=1e-9)
@@ -153,9 +135,7 @@ def sorted_seeds(parameters):
 def test_a_failed_reset_affects_no_other_walker(mode, tmp_path):
     parameters = overflowing(tmp_path)
     good, bad = sorted_seeds(parameters)
-    ours, undisturbed = (
-        make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters) for _ in range(2)
-    )
+    ours, undisturbed = (make_ours("Walker2d-v5", mode, 4, **parameters) for _ in range(2))
     observations, infos = ours.reset(seed=[*good[:2], bad[0], *good[2:4]])
     expected, _ = undisturbed.reset(seed=good[:5])
     assert infos["_error"].tolist() == [False, False, True, False, False]
@@ -164,10 +144,8 @@ def test_a_failed_reset_affects_no_other_walker(mode, tmp_path):
     assert not observations[2].any()
     actions = np.full(ours.action_space.shape, 0.5, np.float32)
     if mode == "disabled":
-        with pytest.raises(
-            walker_sim.ResetNeeded,
-            match="environment 2: the simulation failed at its reset; reset first",
-        ):
+        words = "environment 2: the simulation failed at its reset; reset first"
+        with pytest.raises(walker_sim.ResetNeeded, match=words):
             ours.step(actions)
         mask = np.arange(5) == 2
         infos = ours.reset(seed=good[4], options={"reset_mask": mask})[1]
@@ -195,7 +173,7 @@ def test_recv_reports_failed_resets(tmp_path):
     parameters = overflowing(tmp_path)
     _, bad = sorted_seeds(parameters)
     for mode in MODES:
-        ours = make_ours("walker_sim/Walker2d-v5", mode, 4, **parameters)
+        ours = make_ours("Walker2d-v5", mode, 4, **parameters)
         ours.async_reset(seed=[bad[0]] * 5)
         observations, rewards, terminated, truncated, infos = ours.recv()
         assert not observations.any() and not rewards.any() and not truncated.any()
@@ -279,3 +257,52 @@ def test_arrays_belong_to_the_caller():
     assert_same(kept[0], expected[0])
     for *arrays, _ in kept[1:]:
         assert all((values == 1).all() for values in arrays)
+
+
+# ---------------------------------------------------------------- Gymnasium's wrappers
+
+WRAPPERS = {
+    "RecordEpisodeStatistics": wrappers.RecordEpisodeStatistics,
+    "NormalizeObservation": wrappers.NormalizeObservation,
+    "NormalizeReward": wrappers.NormalizeReward,
+    "ClipReward": lambda envs: wrappers.ClipReward(envs, -0.1, 0.1),
+    "ClipAction": wrappers.ClipAction,
+    "RescaleAction": lambda envs: wrappers.RescaleAction(
+        envs, np.full(6, -2, np.float32), np.full(6, 2, np.float32)
+    ),
+    "FlattenObservation": wrappers.FlattenObservation,
+    "DictInfoToList": wrappers.DictInfoToList,
+    "several": lambda envs: wrappers.NormalizeObservation(
+        wrappers.NormalizeReward(wrappers.RecordEpisodeStatistics(envs))
+    ),
+}
+NEXT_STEP_ONLY = ("NormalizeObservation", "FlattenObservation", "several")
+
+
+def without_times(result):
+    if isinstance(result[-1], dict) and "episode" in result[-1]:
+        result[-1]["episode"].pop("t", None)
+    return result
+
+
+@pytest.mark.parametrize("mode", ["next_step", "same_step"])
+@pytest.mark.parametrize("name", WRAPPERS)
+def test_wrappers_give_equal_results(name, mode):
+    sides = make_pair(("walker_sim/Walker2d-v5", 20, {}), mode)
+    if mode == "same_step" and name in NEXT_STEP_ONLY:
+        for side in sides:
+            with pytest.raises((ValueError, AssertionError)):
+                WRAPPERS[name](side)
+        return
+    sides = [WRAPPERS[name](side) for side in sides]
+    random = np.random.default_rng(2)
+    assert_same(*(side.reset(seed=3) for side in sides))
+    num_ended = 0
+    for number in range(80):
+        actions = random.uniform(-1, 1, sides[0].action_space.shape).astype(np.float32)
+        results = [without_times(side.step(actions.copy())) for side in sides]
+        assert_same(*results, number)
+        num_ended += (results[0][2] | results[0][3]).sum()
+    assert num_ended > 5
+    for side in sides:
+        side.close()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import walker_sim
 from gymnasium.wrappers import vector
-from walkers import IDS, random_actions
+from walkers import IDS, make_many, parts, random_actions
 
 NUM_ENVS = 3
 WALKER = "BipedalWalker-v3"
@@ -21,15 +21,11 @@ def dummy_display(monkeypatch):
 
 
 def make(env_id, mode="rgb_array", **keywords):
-    return gymnasium.make_vec(
-        f"walker_sim/{env_id}", NUM_ENVS, vectorization_mode=None, render_mode=mode, **keywords
-    )
+    return make_many(env_id, NUM_ENVS, render_mode=mode, **keywords)
 
 
 def make_sync(env_id, mode="rgb_array"):
-    return gymnasium.make_vec(
-        f"walker_sim/{env_id}", NUM_ENVS, vectorization_mode="sync", render_mode=mode
-    )
+    return make(env_id, mode, vectorization_mode="sync")
 
 
 def bring(environments, num_steps=30):
@@ -46,7 +42,7 @@ def batches(environments, count):
 
 
 def flat(pictures):
-    return [part for one in pictures for part in (one if isinstance(one, tuple) else (one,))]
+    return [part for one in pictures for part in parts(one)]
 
 
 @pytest.mark.parametrize(

@@ -1,25 +1,41 @@
-"""Makes this package's environments and Gymnasium's, and plays them."""
+"""Makes this package's environments and Gymnasium's, plays them and compares the outcomes."""
 
 from __future__ import annotations
 
+import os
 import pathlib
 import pickle
+import subprocess
+import sys
 
 import gymnasium
 import numpy as np
 import pytest
+import walker_sim  # noqa: F401  # registers the ids
 
 ASSETS = pathlib.Path(__file__).resolve().parents[2] / "assets"
 IDS = (
     *("BipedalWalker-v3", "BipedalWalkerHardcore-v3"),
     *("Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"),
 )
+ROBOTS = IDS[2:]  # on MuJoCo
+MODES = ("next_step", "same_step", "disabled")
 
 
 def make_ours(environment_id, **parameters):
-    import walker_sim  # noqa: F401  # registers the ids
-
     return gymnasium.make(f"walker_sim/{environment_id}", **parameters)
+
+
+def make_many(environment_id, num_envs, **options):
+    return gymnasium.make_vec(f"walker_sim/{environment_id}", num_envs, **options)
+
+
+def make_sync(name, num_envs, mode="next_step", **parameters):
+    """Makes Gymnasium's vector environment of single ones."""
+    return gymnasium.vector.SyncVectorEnv(
+        [lambda: gymnasium.make(name, **parameters)] * num_envs,
+        autoreset_mode=gymnasium.vector.AutoresetMode[mode.upper()],
+    )
 
 
 def make_theirs(environment_id, **parameters):
@@ -66,6 +82,26 @@ def through_pickle(value):
     return pickle.loads(pickle.dumps(value))
 
 
+def parts(picture):
+    """Returns the arrays of a picture: colours, depths, or both."""
+    return picture if isinstance(picture, tuple) else (picture,)
+
+
+def run_python(program, *arguments, status=0, warns=False, **variables):
+    """Runs a program in a new process, whose exit status must be `status`. Returns its stdout and
+    stderr."""
+    done = subprocess.run(
+        [sys.executable, "-W", "default" if warns else "ignore", "-c", program, *arguments],
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == status, done.stderr
+    return done.stdout, done.stderr
+
+
 def random_actions(environment_id, count, seed=0):
     size = {"Walker2d": 6, "Hopper": 3}.get(environment_id.partition("-")[0], 4)
     return np.random.default_rng(seed).uniform(-1, 1, (count, size)).astype(np.float32)
@@ -82,3 +118,31 @@ def follow(environment, actions):
             observation, info = environment.reset()
             outcomes.append((observation.tobytes(), info))
     return outcomes
+
+
+def assert_same(ours, theirs, where="", near=None):
+    """Asserts equal types, keys, shapes and bits of a reset's or a step's outcome.
+
+    With `near`, numbers may differ by that much and have another precision: the type of Gymnasium's
+    Walker2d reward terms depends on NumPy's type promotion.
+    """
+    assert type(ours) is type(theirs), (where, ours, theirs)
+    if isinstance(ours, (tuple, list)):
+        assert len(ours) == len(theirs), where
+        for position, (one, other) in enumerate(zip(ours, theirs)):
+            assert_same(one, other, (where, position), near)
+    elif isinstance(ours, dict):
+        assert ours.keys() == theirs.keys(), (where, ours, theirs)
+        for key, value in ours.items():
+            assert_same(value, theirs[key], (where, key), near)
+    elif isinstance(ours, np.ndarray):
+        assert ours.shape == theirs.shape, (where, ours, theirs)
+        if ours.dtype == object:
+            assert_same(list(ours), list(theirs), where, near)
+        elif near is not None and ours.dtype.kind == theirs.dtype.kind == "f":
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=near, err_msg=str(where))
+        else:
+            assert ours.dtype == theirs.dtype, (where, ours.dtype, theirs.dtype)
+            assert ours.tobytes() == theirs.tobytes(), (where, ours, theirs)
+    else:
+        assert ours == theirs, (where, ours, theirs)

@@ -27,6 +27,7 @@ sys.path[:0] = [str(TEST), str(TEST / "server")]
 import recorded_episodes  # noqa: E402
 import try_wheel  # noqa: E402
 from elf import search_paths, strange_paths  # noqa: E402
+from walkers import run_python  # noqa: E402
 
 SITE = pathlib.Path(sysconfig.get_path("platlib"))
 DEVEL = pathlib.Path(os.environ["WALKER_SIM_DEVEL"])
@@ -34,7 +35,7 @@ WORKSPACE = DEVEL / "lib/python3/dist-packages"
 DISTRIBUTION = "/usr/lib/python3/dist-packages"
 GYMNASIUM = tuple(map(int, gymnasium.__version__.split(".")[:2]))
 PATIENCE = 60.0  # timeout that only a failing test reaches [s]
-EPISODE = recorded_episodes.read_bipedal_walker()[0]
+EPISODE = recorded_episodes.read_all()[0]
 
 
 def test_nothing_loads_libraries_from_the_current_directory():
@@ -158,16 +159,8 @@ def test_an_episode_over_ros():
 
 
 def run(program, *folders, **variables):
-    variables["PYTHONPATH"] = os.pathsep.join(map(str, folders))
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**os.environ, **variables},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    path = os.pathsep.join(map(str, folders))
+    return run_python(program, PYTHONPATH=path, **variables)[0].strip()
 
 
 @pytest.mark.parametrize(

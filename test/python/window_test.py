@@ -1,17 +1,12 @@
 """The window and its frame rate, on SDL's dummy display."""
 
 import copy
-import os
-import pickle
-import subprocess
-import sys
 
-import gymnasium
 import numpy as np
 import pytest
 from walker_sim import WalkerEnv
 from walker_sim.window import MAX_LAG, MAX_PICTURE_INTERVAL, MIN_PICTURE_INTERVAL, Pace, Window
-from walkers import follow, random_actions
+from walkers import follow, make_ours, random_actions, run_python, through_pickle
 
 DT = 1 / 50
 
@@ -101,14 +96,9 @@ def test_two_windows_share_the_display(pygame):
     assert np.array_equal(shown(pygame), picture(4))
 
 
-def make_human(env_id="BipedalWalker-v3", **keywords):
-    return gymnasium.make(f"walker_sim/{env_id}", render_mode="human", **keywords)
-
-
 def test_a_window_shows_what_render_returns(pygame):
     environment, drawn = (
-        make_human(),
-        gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="rgb_array"),
+        make_ours("BipedalWalker-v3", render_mode=mode) for mode in ("human", "rgb_array")
     )
     for one in (environment, drawn):
         one.reset(seed=3)
@@ -124,7 +114,7 @@ def test_a_window_shows_what_render_returns(pygame):
 
 @pytest.mark.parametrize("name", ["QUIT", "K_ESCAPE"])
 def test_a_closed_window_does_not_end_the_episode(pygame, name):
-    environment = make_human()
+    environment = make_ours("BipedalWalker-v3", render_mode="human")
     environment.reset(seed=3)
     event = pygame.event.Event(pygame.QUIT)
     if name == "K_ESCAPE":
@@ -134,7 +124,7 @@ def test_a_closed_window_does_not_end_the_episode(pygame, name):
     with pytest.warns(UserWarning, match="the window was closed; the episode continues"):
         outcomes = follow(environment, actions)
     assert pygame.display.get_surface() is None
-    unseen = gymnasium.make("walker_sim/BipedalWalker-v3")
+    unseen = make_ours("BipedalWalker-v3")
     unseen.reset(seed=3)
     assert outcomes == follow(unseen, actions)
     environment.close()
@@ -143,7 +133,7 @@ def test_a_closed_window_does_not_end_the_episode(pygame, name):
     environment.close()
 
 
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+@pytest.mark.parametrize("copied", [copy.deepcopy, through_pickle])
 def test_a_copy_has_its_own_window(pygame, copied):
     environment = WalkerEnv("BipedalWalker-v3", render_mode="human")
     environment.reset(seed=3)
@@ -161,32 +151,12 @@ def test_a_copy_has_its_own_window(pygame, copied):
     assert pygame.display.get_surface() is None
 
 
-def outcome_of(program, status=1, **variables):
-    clean = {name: os.environ[name] for name in os.environ if name != "SDL_VIDEODRIVER"}
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        clean.pop(name, None)
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**clean, **variables},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == status, done.stderr
-    return done.stderr
-
-
-MAKE = """
-import gymnasium, walker_sim
-gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="human").reset()
-"""
-
-
 @pytest.mark.parametrize("environment_id", ["BipedalWalker-v3", "Walker2d-v5"])
-def test_without_a_display_the_window_is_invisible(environment_id):
+def test_without_a_display_the_window_is_invisible(monkeypatch, environment_id):
     """As in Gymnasium, whose check_env opens a window and then renders in other modes."""
-    error = outcome_of(
-        f"""
+    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    program = f"""
 import gymnasium, pygame, walker_sim
 from gymnasium.utils.env_checker import check_env
 env = gymnasium.make("walker_sim/{environment_id}", render_mode="human")
@@ -194,17 +164,17 @@ check_env(env.unwrapped)
 env.reset(seed=1)
 assert pygame.surfarray.array3d(pygame.display.get_surface()).std() > 5
 env.close()
-""",
-        status=0,
-    )
-    assert (
-        "the window is invisible: there is no display; DISPLAY or WAYLAND_DISPLAY names one"
-        in error
-    )
+"""
+    words = "the window is invisible: there is no display; DISPLAY or WAYLAND_DISPLAY names one"
+    assert words in run_python(program, warns=True)[1]
 
 
 def test_without_pygame():
-    error = outcome_of("import sys; sys.modules['pygame'] = None" + MAKE)
-    assert (
-        'DependencyNotInstalled: a window needs pygame: pip install "walker_sim[window]"' in error
-    )
+    program = """
+import sys
+sys.modules["pygame"] = None
+import gymnasium, walker_sim
+gymnasium.make("walker_sim/BipedalWalker-v3", render_mode="human").reset()
+"""
+    words = 'DependencyNotInstalled: a window needs pygame: pip install "walker_sim[window]"'
+    assert words in run_python(program, status=1)[1]

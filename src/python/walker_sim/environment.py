@@ -10,13 +10,10 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import ArrayLike, NDArray
 
-from walker_sim.actions import to_action
-from walker_sim.attributes import attribute_of, control_cost_of, to_coordinates
-from walker_sim.keywords import refuse_unknown
+from walker_sim.arguments import refuse_unknown, to_action, to_coordinates
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import ALL_MODES, Picture, Pictures, metadata_of, split_keywords
-from walker_sim.time_limit import ANY, limit_of_make
-from walker_sim.transport import ServerAddress, State, by_name, spaces_of
+from walker_sim.transport import ServerAddress, State, attributes_of, by_name, spaces_of
 
 if TYPE_CHECKING:
     from walker_sim.in_process import InProcessWalker
@@ -34,7 +31,7 @@ def make_walker(
 
         limit = 0 if max_episode_steps in (None, -1) else max_episode_steps
         return InProcessWalker(env_id, {**parameters, "max_episode_steps": limit})
-    from walker_sim.over_ros import RemoteWalker
+    from walker_sim.over_ros import ANY, RemoteWalker, limit_of_make
 
     takes_any_limit = False
     if max_episode_steps is None:
@@ -43,7 +40,7 @@ def make_walker(
     if max_episode_steps is not None and not takes_any_limit:
         limit = 0 if max_episode_steps == -1 else max_episode_steps
         parameters = {**parameters, "max_episode_steps": limit}
-    return RemoteWalker(env_id, parameters, address, takes_any_limit)
+    return RemoteWalker(env_id, parameters, address, takes_any_limit=takes_any_limit)
 
 
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
@@ -133,13 +130,12 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def hardcore(self) -> bool:
         """BipedalWalker: whether the terrain has stumps, stairs and pits."""
-        return attribute_of(self._walker.specification, "hardcore")  # type: ignore[no-any-return]
+        return self._constant("hardcore")  # type: ignore[no-any-return]
 
     @property
     def observation_structure(self) -> dict[str, int]:
         """Walker2d-v5, Hopper-v5: numbers of skipped positions, positions and velocities."""
-        name = "observation_structure"
-        return attribute_of(self._walker.specification, name)  # type: ignore[no-any-return]
+        return self._constant("observation_structure")  # type: ignore[no-any-return]
 
     @property
     def is_healthy(self) -> bool:
@@ -149,7 +145,10 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
 
     def control_cost(self, action: ArrayLike) -> Any:
         """Walker2d, Hopper: returns the cost that an action subtracts from the reward."""
-        return control_cost_of(self._walker.specification, action)
+        weight = self._walker.specification["parameters"].get("ctrl_cost_weight")
+        if weight is None:
+            raise AttributeError(f"control_cost: {self.env_id} has no such method")
+        return float(weight) * np.sum(np.square(action))  # in the action's precision, as Gymnasium
 
     @property
     def np_random(self) -> np.random.Generator:
@@ -329,6 +328,12 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         self._walker.close()
         self._pictures.close()
         self._is_closed = True
+
+    def _constant(self, name: str) -> Any:
+        attributes = attributes_of(self._walker.specification)
+        if name not in attributes:
+            raise AttributeError(f"{name}: {self.env_id} has no such attribute")
+        return attributes[name]
 
     def _require_open(self, call: str) -> None:
         if self._is_closed:

@@ -47,10 +47,8 @@ def generator_of(state: GeneratorState) -> np.random.Generator | None:
 
 
 class InProcessWalker:
-    """One walker in this process. Copies and pickles carry its whole state.
-
-    Like `RemoteWalker`, it writes observations and infos into the caller's arrays.
-    """
+    """One walker in this process. Copies and pickles carry its whole state. Like `RemoteWalker`, it
+    writes observations and infos into the caller's arrays."""
 
     def __init__(self, env_id: str, parameters: Mapping[str, Any]) -> None:
         self._environment = _core.Environment(env_id, dict(parameters))
@@ -159,8 +157,8 @@ class InProcessWalkers(Walkers):
 
     def set_generators(self, generators: Sequence[np.random.Generator]) -> None:
         """Sets the generators from which resets without a seed continue; one per environment."""
-        states = [generator_state_of(generator) for generator in generators]
-        self._pool.set_generator_states(list(range(self.num_envs)), states)
+        states = dict(enumerate(map(generator_state_of, generators)))
+        self._pool.set_generator_states(states)
         self._seeds = [-1] * self.num_envs
 
     def pool(self, name: str) -> InProcessWalkers:
@@ -194,8 +192,8 @@ class InProcessWalkers(Walkers):
             for index, seed in zip(chosen, seeds or [None] * len(chosen))
             if seed is not None or self._seeds[index] is None
         }
-        states = [generator_state_of(generator) for generator, _ in fresh.values()]
-        self._pool.set_generator_states(list(fresh), states)
+        states = {index: generator_state_of(random) for index, (random, _) in fresh.items()}
+        self._pool.set_generator_states(states)
         for index, (_, seed) in fresh.items():
             self._seeds[index] = seed
 

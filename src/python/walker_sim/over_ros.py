@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import numbers
+import sys
+from types import FrameType
 from typing import Any, Mapping, Sequence
 
+import gymnasium
+import gymnasium.envs.registration
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.errors import ServerMismatch
-from walker_sim.keywords import to_count
+from walker_sim.arguments import to_count
 from walker_sim.rendering import Pictures
 from walker_sim.transport import (
     Batch,
@@ -23,8 +27,46 @@ from walker_sim.transport import (
     Walkers,
 )
 
+ANY = -1
+"""The limit is unspecified: any limit of the server is accepted."""
 MAX_LINES = 20
 MAX_VALUE_LENGTH = 200  # maximum length of a value in an error message
+
+
+def limit_of_make(environment: type[gymnasium.Env]) -> int | None:
+    """Returns the limit [steps] of the ``TimeLimit`` that the running `gymnasium.make` will add to
+    an `environment` or an object of a derived class.
+
+    Over ROS the server ends the episodes, so its limit must equal that of the caller's
+    ``TimeLimit``. But `make` uses ``max_episode_steps`` for its wrapper alone: it passes the limit
+    neither to the constructor nor to the specification that it stores in the environment. The limit
+    is only in the locals of `make`'s frame, whose names are the same since Gymnasium 0.29. If
+    another version renames them, the result is None.
+
+    Returns 0 for no limit; `ANY` if `make` copies an environment by its own specification
+    (``env.unwrapped.spec.make()``), which has no wrappers and so no limit; None if `make` does not
+    construct the environment.
+    """
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and frame.f_code is not gymnasium.envs.registration.make.__code__:
+        frame = frame.f_back
+    if frame is None:
+        return None
+    known = frame.f_locals
+    creator = known.get("env_creator")
+    if not (isinstance(creator, type) and issubclass(creator, environment)):
+        return None  # another environment, which contains a walker
+    limit = known.get("max_episode_steps")
+    specification: Any = known.get("env_spec")
+    if limit is None and specification is not None:
+        limit = specification.max_episode_steps
+        # make() sets order_enforce to False in the specification that it stores in an environment.
+        is_own = known.get("id") is specification and not getattr(
+            specification, "order_enforce", True
+        )
+        if limit is None and is_own:
+            return ANY
+    return 0 if limit in (None, -1) else limit
 
 
 def differences(
@@ -60,17 +102,18 @@ def shown(value: Any) -> str:
 class Connection:
     """Connection to a server, which is compared with the expected one at each connect.
 
-    The server's specification must have the values `required`, besides id and parameters.
-    `takes_any_limit` allows any ``max_episode_steps``.
+    The server must be in lock-step and have this id, these parameters, `num_envs` walkers and the
+    values `required` in its specification. `takes_any_limit` allows any ``max_episode_steps``.
     """
 
     def __init__(
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        required: Specification,
         address: ServerAddress,
+        num_envs: int = 1,
         takes_any_limit: bool = False,
+        **required: str,
     ) -> None:
         for name, value in (("server", address.server), ("master_uri", address.master_uri)):
             if not isinstance(value, str):
@@ -84,7 +127,7 @@ class Connection:
             timeout = float(address.timeout)
         except OverflowError:
             raise ValueError(f"{timeout_text}, as a float") from None
-        self._required: Specification = required
+        self._required: Specification = {"mode": "lockstep", "num_envs": num_envs, **required}
         self._takes_any_limit: bool = takes_any_limit
         spin_us = to_count("spin_us", address.spin_us, 0)
         self._options: tuple[str, dict[str, Any], str, str, float, int]
@@ -135,16 +178,6 @@ class Connection:
 class RemoteWalker(Connection):
     """The only walker of a server in lock-step. A copy is another connection to the server."""
 
-    def __init__(
-        self,
-        env_id: str,
-        parameters: Mapping[str, Any],
-        address: ServerAddress,
-        takes_any_limit: bool = False,
-    ) -> None:
-        required = {"mode": "lockstep", "num_envs": 1}
-        super().__init__(env_id, parameters, required, address, takes_any_limit)
-
     def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
         """Begins an episode. Without a seed the server's generator continues; ignores `random`."""
         self.open().reset(seed, *state)
@@ -189,8 +222,9 @@ class RemoteWalkers(Connection, Walkers):
         autoreset_mode: str,
         address: ServerAddress,
     ) -> None:
-        required = {"mode": "lockstep", "num_envs": num_envs, "autoreset_mode": autoreset_mode}
-        Connection.__init__(self, env_id, parameters, required, address)
+        Connection.__init__(
+            self, env_id, parameters, address, num_envs, autoreset_mode=autoreset_mode
+        )
         Walkers.__init__(self, self.specification, num_envs)
         self._observations, self._info = self._new_rows(num_envs)  # latest, for reset() of some
         self._observations[:], self._info[:] = 0, 0

@@ -13,8 +13,7 @@ from walker_sim.registration import NAMESPACE
 from walker_sim.window import Window
 
 Picture = Union[NDArray[Any], Tuple[NDArray[np.uint8], NDArray[np.float32]]]
-"""rgb_array: uint8, shape (height, width, 3), rows from top to bottom. depth_array: float32, shape
-(height, width), OpenGL's depth buffer from 0 (near) to 1 (far). rgbd_tuple: both."""
+"""`WalkerEnv.render` describes the forms of a picture."""
 
 Draw = Callable[["Pictures", Optional[NDArray[np.uint8]], Optional[NDArray[np.float32]]], None]
 """Draws a walker's present state into arrays of colours and depths [m]; None: not wanted."""
@@ -27,16 +26,10 @@ _IGNORED = ("type", "fixedcamid", "trackbodyid")
 ALL_MODES = ("human", "rgb_array", "depth_array", "rgbd_tuple")
 
 
-def render_modes_of(env_id: str) -> list[str]:
-    """Returns the render modes of Gymnasium's environment of this id."""
-    modes: list[str] = _core.registration_of(env_id)["render_modes"]
-    return modes
-
-
 def metadata_of(specification: Mapping[str, Any]) -> dict[str, Any]:
     """Returns the ``metadata`` of Gymnasium's environment."""
     return {
-        "render_modes": render_modes_of(specification["id"]),
+        "render_modes": _core.registration_of(specification["id"])["render_modes"],
         "render_fps": round(1 / specification["dt"]),
     }
 
@@ -97,23 +90,10 @@ class Pictures:
     Drawing libraries are loaded at the first picture. Copies and unpickled objects draw the same
     pictures with a renderer and a window of their own.
 
-    Parameters
-    ----------
-    env_id, parameters
-        Id and parameters of the walkers.
-    render_mode
-        None: no pictures.
-    keywords
-        The camera's keywords, as `split_keywords` returns them.
-    dt
-        Simulation time of a step [s].
-    modes
-        Allowed modes; None: all modes of the id.
-
-    Raises
-    ------
-    ValueError, TypeError
-        Naming the mode or the camera's parameter, its value and what is allowed.
+    `render_mode` is None for no pictures, or one of `modes`, by default all of the id; `keywords`
+    are the camera's, from `split_keywords`; `dt` is the simulation time of a step [s]. Raises
+    ValueError and TypeError that name the mode or the camera's parameter, its value and what is
+    allowed.
     """
 
     def __init__(
@@ -126,7 +106,7 @@ class Pictures:
         modes: Sequence[str] | None = None,
     ) -> None:
         if modes is None:
-            modes = render_modes_of(env_id)
+            modes = _core.registration_of(env_id)["render_modes"]
         if render_mode not in (None, *modes):
             raise ValueError(
                 f"render_mode = {_core.shown(render_mode)}: must be None or one of "
@@ -202,18 +182,7 @@ class Pictures:
 
 
 def to_depth_buffer(depth: NDArray[np.float32], near: float, far: float) -> NDArray[np.float32]:
-    """Converts distances along the optical axis to the values of OpenGL's depth buffer.
-
-    Parameters
-    ----------
-    depth
-        Distances [m].
-    near, far
-        Distances of the clipping planes [m].
-
-    Returns
-    -------
-    0 on the near plane to 1 on the far plane, linear in 1 / depth by perspective projection.
-    """
+    """Converts distances along the optical axis [m] to OpenGL's depth buffer: 0 on the near plane
+    to 1 on the far plane, linear in 1 / depth by perspective projection."""
     buffer = (1 / near - 1 / depth.astype(np.float64)) / (1 / near - 1 / far)
     return np.clip(buffer, 0, 1).astype(np.float32)

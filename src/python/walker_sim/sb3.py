@@ -12,13 +12,11 @@ from stable_baselines3.common import vec_env
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from walker_sim.actions import to_actions
-from walker_sim.attributes import attributes_of
-from walker_sim.keywords import refuse_unknown, to_count, to_indices
+from walker_sim.arguments import refuse_unknown, to_actions, to_count, to_indices
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.sb3_env_fns import EnvFns, VecEnvSpec, spec_of
-from walker_sim.transport import Batch, ServerAddress, by_name, make_walkers, spaces_of
+from walker_sim.transport import ServerAddress, attributes_of, by_name, make_walkers, spaces_of
 
 Infos = List[Dict[str, Any]]
 
@@ -77,10 +75,9 @@ class VecEnv(vec_env.VecEnv):
         made: VecEnvSpec | None = None
         if not isinstance(env_id, str):
             others = {**parameters, "render_mode": render_mode, "transport": transport}
-            others.update(max_episode_steps=max_episode_steps)
-            others.update(server=server, master_uri=master_uri, timeout=timeout)
-            others.update(spin_us=spin_us)
-            made = spec_of(env_id, {**others, "num_envs": num_envs})
+            others.update(max_episode_steps=max_episode_steps, num_envs=num_envs)
+            others.update(server=server, master_uri=master_uri, timeout=timeout, spin_us=spin_us)
+            made = spec_of(env_id, others)
             env_id, num_envs, parameters = made.env_id, made.num_envs, dict(made.parameters)
             max_episode_steps, render_mode = made.max_episode_steps, made.render_mode
         env_id = without_namespace(env_id)
@@ -180,7 +177,12 @@ class VecEnv(vec_env.VecEnv):
         is_cut_off = batch.truncated & ~batch.terminated
         for info, flag in zip(infos, is_cut_off.tolist()):
             info["TimeLimit.truncated"] = flag
-        self._feed_monitors(batch, infos)
+        for feed, reward, terminated, truncated, info in zip(
+            self._feeds, batch.rewards, batch.terminated, batch.truncated, infos
+        ):
+            feed.step(float(reward), bool(terminated), bool(truncated), info)
+            if terminated or truncated:
+                feed.reset()
         self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards.astype(np.float32), dones, infos
 
@@ -281,14 +283,6 @@ class VecEnv(vec_env.VecEnv):
                 final["error"] = error
             self.reset_infos[i], infos[i] = infos[i], final
             self._add_reset_error(i)
-
-    def _feed_monitors(self, batch: Batch, infos: Infos) -> None:
-        for feed, reward, terminated, truncated, info in zip(
-            self._feeds, batch.rewards, batch.terminated, batch.truncated, infos
-        ):
-            feed.step(float(reward), bool(terminated), bool(truncated), info)
-            if terminated or truncated:
-                feed.reset()
 
     def _add_reset_error(self, index: int) -> None:
         error = self._walkers.reset_error(index)

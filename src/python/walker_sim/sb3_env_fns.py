@@ -70,12 +70,8 @@ class VecEnvSpec:
 
 
 def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
-    """Calls the functions, inspects the walkers that they make, and closes them.
-
-    Parameters
-    ----------
-    others
-        Further keywords of the vector environment, which must have their defaults.
+    """Calls the functions, inspects the walkers that they make, and closes them. `others`, the
+    further keywords of the vector environment, must have their defaults.
 
     Raises
     ------

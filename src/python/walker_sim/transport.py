@@ -46,15 +46,30 @@ def libm_of(engine_version: str) -> str:
 def spaces_of(specification: Specification) -> tuple[Box, Box]:
     """Returns the spaces of observations, shape (observation size,), float32 or float64, and of
     actions, shape (action size,), float32."""
-    return (
-        _box(specification, "observation", np.dtype(specification["observation_dtype"])),
-        _box(specification, "action", np.dtype(np.float32)),
-    )
+
+    def box(what: str, dtype: str) -> Box:
+        low, high = (np.array(specification[f"{what}_{end}"], dtype) for end in ("low", "high"))
+        return Box(low, high, dtype=low.dtype.type)
+
+    return box("observation", specification["observation_dtype"]), box("action", "float32")
 
 
-def _box(specification: Specification, what: str, dtype: np.dtype[Any]) -> Box:
-    low, high = (np.array(specification[f"{what}_{end}"], dtype) for end in ("low", "high"))
-    return Box(low, high, dtype=dtype.type)
+def attributes_of(specification: Specification) -> dict[str, Any]:
+    """Returns the constant attributes: ``hardcore`` of BipedalWalker, ``observation_structure`` of
+    Walker2d-v5 and Hopper-v5."""
+    parameters = specification["parameters"]
+    attributes: dict[str, Any] = {}
+    if "hardcore" in parameters:
+        attributes["hardcore"] = parameters["hardcore"] == "true"
+    if "frame_skip" in parameters:  # v5
+        skipped = int(parameters["exclude_current_positions_from_observation"] == "true")
+        size = (len(specification["observation_low"]) + skipped) // 2  # slides and hinges: nq = nv
+        attributes["observation_structure"] = {
+            "skipped_qpos": skipped,
+            "qpos": size - skipped,
+            "qvel": size,
+        }
+    return attributes
 
 
 class ServerAddress(NamedTuple):
@@ -178,12 +193,10 @@ def make_walkers(
         )
     from walker_sim.over_ros import RemoteWalkers
 
-    if num_threads:
-        raise ValueError(
-            f"num_threads = {num_threads}: over ROS it is the server's parameter; must be 0"
-        )
-    if batch_size:
-        raise ValueError(
-            f"batch_size = {batch_size}: over ROS all walkers step together; must be 0"
-        )
+    for name, value, reason in (
+        ("num_threads", num_threads, "it is the server's parameter"),
+        ("batch_size", batch_size, "all walkers step together"),
+    ):
+        if value:
+            raise ValueError(f"{name} = {value}: over ROS {reason}; must be 0")
     return RemoteWalkers(env_id, parameters, num_envs, autoreset_mode, address)

@@ -5,22 +5,26 @@ from __future__ import annotations
 import copy
 from typing import Any, Callable, Mapping, Sequence, Tuple, cast
 
+import gymnasium
 import numpy as np
 from gymnasium.error import ClosedEnvironmentError
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from walker_sim import _core
-from walker_sim.actions import to_actions
-from walker_sim.attributes import attributes_of
+from walker_sim import _core, arguments
 from walker_sim.in_process import InProcessWalkers
-from walker_sim.keywords import refuse_unknown, to_count, to_indices
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import Draw, Picture, Pictures, metadata_of, split_keywords
-from walker_sim.transport import Batch, ServerAddress, make_walkers, spaces_of
-from walker_sim.vector_arguments import AutoresetMode, Seeds, to_mask, to_mode, to_seeds
+from walker_sim.transport import Batch, ServerAddress, attributes_of, make_walkers, spaces_of
 from walker_sim.vector_infos import Infos, add_errors, add_finals, to_infos
+
+try:
+    from gymnasium.vector import AutoresetMode
+except ImportError as error:
+    raise ImportError(
+        f"WalkerVectorEnv needs Gymnasium 1.1 or later; this is {gymnasium.__version__}"
+    ) from error
 
 Outcome = Tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], Infos]
 """Observations, rewards, terminated, truncated, infos."""
@@ -77,17 +81,17 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self.closed = True  # if the constructor raises, close() has nothing to do
         env_id = without_namespace(env_id)
         parameters, camera = split_keywords(env_id, parameters)
-        refuse_unknown(WalkerVectorEnv.__init__, env_id, parameters)
+        arguments.refuse_unknown(WalkerVectorEnv.__init__, env_id, parameters)
         self.render_mode = render_mode
-        self.autoreset_mode = to_mode(autoreset_mode)
+        self.autoreset_mode = arguments.to_mode(autoreset_mode)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
-        self.num_envs = to_count("num_envs", num_envs, 1)
+        self.num_envs = arguments.to_count("num_envs", num_envs, 1)
         self._walkers = make_walkers(
             *(env_id, self.num_envs, self.autoreset_mode.name.lower(), parameters),
             ServerAddress(transport, server, master_uri, timeout, spin_us),
-            to_count("num_threads", num_threads, 0),
-            to_count("batch_size", batch_size, 0),
+            arguments.to_count("num_threads", num_threads, 0),
+            arguments.to_count("batch_size", batch_size, 0),
         )
         specification = self._walkers.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
@@ -135,7 +139,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return self._pool("np_random_seed").seeds()
 
     def reset(
-        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
+        self, *, seed: arguments.Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[Any], Infos]:
         """Begins episodes.
 
@@ -165,19 +169,19 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             are unchanged.
         """
         self._require_open("reset")
-        seeds = to_seeds(seed, self.num_envs)
+        seeds = arguments.to_seeds(seed, self.num_envs)
         mask, chosen = np.ones(self.num_envs, np.bool_), []
         if not isinstance(options, (Mapping, type(None))):
             raise TypeError(f"options = {_core.shown(options)}: must be a dictionary, or None")
         if options is not None and "reset_mask" in options:
-            mask = to_mask(options["reset_mask"], self.num_envs)
+            mask = arguments.to_mask(options["reset_mask"], self.num_envs)
             chosen = np.flatnonzero(mask).tolist()
             seeds = [seeds[i] for i in chosen] if seeds else []
         observations, info = self._walkers.reset(chosen, seeds)
         if mask[0]:
             self._show_first(self._pictures.begin)
         infos = to_infos(self._info_names, info, mask)
-        add_errors(infos, mask, self._walkers.reset_error)
+        add_errors(infos, mask, range(self.num_envs), self._walkers.reset_error)
         return observations, infos
 
     def step(self, actions: ArrayLike, env_id: ArrayLike | None = None) -> Outcome:
@@ -215,13 +219,13 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self._require_open("step")
         if env_id is not None:
             return self._step_some(actions, env_id)
-        batch = self._walkers.step(to_actions(actions, self.num_envs, self._action_size))
+        batch = self._walkers.step(arguments.to_actions(actions, self.num_envs, self._action_size))
         return self._to_outcome(batch, range(self.num_envs))
 
-    def async_reset(self, *, seed: Seeds = None) -> None:
+    def async_reset(self, *, seed: arguments.Seeds = None) -> None:
         """In process: starts to reset all walkers and returns at once; `recv` returns their rows.
         `seed` is as for `reset`."""
-        self._pool("async_reset").send_resets([], to_seeds(seed, self.num_envs))
+        self._pool("async_reset").send_resets([], arguments.to_seeds(seed, self.num_envs))
 
     def send(self, actions: ArrayLike, env_ids: ArrayLike | None = None) -> None:
         """In process: starts to step n walkers and returns at once; `recv` returns their rows.
@@ -242,8 +246,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             If a walker is in flight. All states are unchanged.
         """
         pool = self._pool("send")
-        environments = to_indices("env_ids", env_ids, self.num_envs)
-        pool.send(to_actions(actions, len(environments), self._action_size), environments)
+        environments = arguments.to_indices("env_ids", env_ids, self.num_envs)
+        pool.send(arguments.to_actions(actions, len(environments), self._action_size), environments)
 
     def recv(self) -> Outcome:
         """In process: blocks until `batch_size` walkers in flight have arrived.
@@ -278,7 +282,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         """In process: returns the whole states of the walkers `indices` (None: all), as
         `WalkerEnv.get_state` does. RuntimeError if one of them is in flight."""
         pool = self._pool("get_state")
-        return pool.get_states(to_indices("indices", indices, self.num_envs))
+        return pool.get_states(arguments.to_indices("indices", indices, self.num_envs))
 
     def set_state(self, states: Sequence[bytes], indices: ArrayLike | None = None) -> None:
         """In process: restores the states of walkers, to the bit and independently of their past.
@@ -299,7 +303,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             If walkers are in flight.
         """
         pool = self._pool("set_state")
-        pool.set_states(to_indices("indices", indices, self.num_envs), states)
+        pool.set_states(arguments.to_indices("indices", indices, self.num_envs), states)
 
     def __copy__(self) -> WalkerVectorEnv:
         """Returns a deep copy: two environments must not drive the same walkers."""
@@ -361,8 +365,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if pool.batch_size < self.num_envs:
             self.send(actions, env_id)
             return self.recv()
-        environments = to_indices("env_id", env_id, self.num_envs)
-        values = to_actions(actions, len(environments), self._action_size)
+        environments = arguments.to_indices("env_id", env_id, self.num_envs)
+        values = arguments.to_actions(actions, len(environments), self._action_size)
         return self._to_outcome_of_some(pool.step_some(values, environments), environments)
 
     def _to_outcome_of_some(self, batch: Batch, environments: list[int]) -> Outcome:
@@ -385,18 +389,12 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         self, infos: Infos, ended: NDArray[np.bool_], environments: Sequence[int]
     ) -> None:
         """Adds final observations and infos, and the errors of steps and autoresets."""
-
-        def error(row: int) -> str:
-            return self._walkers.error(environments[row])
-
-        def reset_error(row: int) -> str:
-            return self._walkers.reset_error(environments[row])
-
+        error, reset_error = self._walkers.error, self._walkers.reset_error
         if self.autoreset_mode is not AutoresetMode.SAME_STEP:
-            add_errors(infos, ended, lambda row: error(row) or reset_error(row))
+            add_errors(infos, ended, environments, lambda i: error(i) or reset_error(i))
             return
         observations, info = self._walkers.final_rows(len(ended))
         last = to_infos(self._info_names, info, ended)
         add_finals(infos, ended, observations, last)
-        add_errors(last, ended, error)
-        add_errors(infos, ended, reset_error)
+        add_errors(last, ended, environments, error)
+        add_errors(infos, ended, environments, reset_error)

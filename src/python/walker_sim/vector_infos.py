@@ -16,23 +16,14 @@ Infos = Dict[str, Any]
 def to_infos(
     names: Sequence[str], info: NDArray[np.float64], rows: NDArray[np.bool_] | None = None
 ) -> Infos:
-    """Converts an array of info, without the columns that are absent in every row.
-
-    Parameters
-    ----------
-    names
-        Names of the columns.
-    info
-        Shape (n, number of names); NaN where absent.
-    rows
-        Mask of the rows to include, shape (n,); None: all.
-    """
+    """Converts an array of info, shape (n, number of names), NaN where absent, without the columns
+    that are absent in every row. `rows` is a mask of the rows to include, shape (n,); None: all."""
     if not names:
         return {}
     if rows is not None:
         info = np.where(rows[:, np.newaxis], info, np.nan)
-    columns = np.empty(info.shape[::-1])
-    masks = np.empty(info.shape[::-1], np.bool_)
+    columns = np.zeros(info.shape[::-1])
+    masks = np.zeros(info.shape[::-1], np.bool_)
     has_any = _core.info_columns(info, len(names), columns, masks)
     infos: Infos = {}
     for name, column, mask, is_anywhere in zip(names, columns, masks, has_any):
@@ -42,19 +33,18 @@ def to_infos(
     return infos
 
 
-def add_errors(infos: Infos, rows: NDArray[np.bool_], error_of: Callable[[int], str]) -> None:
+def add_errors(
+    infos: Infos,
+    rows: NDArray[np.bool_],
+    environments: Sequence[int],
+    error_of: Callable[[int], str],
+) -> None:
     """Adds ``error`` for rows whose engine failed in a step or a reset.
 
-    Parameters
-    ----------
-    infos
-        Infos of n rows.
-    rows
-        Mask of the rows that may have an error, shape (n,).
-    error_of
-        Returns a row's error, or an empty text.
+    `rows` is a mask of those that may have an error, shape (n,); `environments` has the environment
+    of each row, and `error_of` returns an environment's error, or an empty text.
     """
-    texts = {row: error_of(row) for row in rows.nonzero()[0].tolist()}
+    texts = {row: error_of(environments[row]) for row in rows.nonzero()[0].tolist()}
     texts = {row: text for row, text in texts.items() if text}
     if texts:
         infos["error"], infos["_error"] = objects(len(rows), texts.keys(), texts.values())
@@ -63,19 +53,8 @@ def add_errors(infos: Infos, rows: NDArray[np.bool_], error_of: Callable[[int], 
 def add_finals(
     infos: Infos, ended: NDArray[np.bool_], observations: NDArray[Any], final_info: Infos
 ) -> None:
-    """Adds ``final_obs`` and ``final_info`` of the episodes that ended in a same_step step.
-
-    Parameters
-    ----------
-    infos
-        Infos of n rows.
-    ended
-        Mask of the rows whose episode ended, shape (n,).
-    observations
-        Shape (n, observation size). The infos keep copies of the rows in `ended`.
-    final_info
-        Infos of the ended episodes, n rows.
-    """
+    """Adds ``final_obs`` and ``final_info`` of the episodes that ended in a same_step step: copies
+    the rows of `observations`, shape (n, observation size), in the mask `ended`, shape (n,)."""
     rows = ended.nonzero()[0]
     infos["final_obs"], infos["_final_obs"] = objects(len(ended), rows, observations[rows])
     infos["final_info"], infos["_final_info"] = final_info, ended.copy()

@@ -34,12 +34,7 @@ def load_pygame() -> Any:
 class Pace:
     """Synchronises simulation time with wall time. It drops pictures, never steps.
 
-    Parameters
-    ----------
-    dt
-        Simulation time of a step [s].
-    now
-        Clock [s].
+    `dt` is the simulation time of a step [s], `now` a clock [s].
     """
 
     def __init__(self, dt: float, now: Callable[[], float] = time.monotonic) -> None:
@@ -74,12 +69,7 @@ class Window:
     """Shows pictures in a window, which opens with the first picture.
 
     The process has one window. A `Window` that shows a picture takes it over from another `Window`.
-    A copy or an unpickled `Window` is not open.
-
-    Parameters
-    ----------
-    dt
-        Simulation time of a step [s].
+    A copy or an unpickled `Window` is not open. `dt` is the simulation time of a step [s].
     """
 
     _owner: ClassVar[Window | None] = None  # has the process's window
@@ -94,10 +84,8 @@ class Window:
         self._pace.begin()
 
     def wait(self) -> bool:
-        """Handles window events and blocks until the last step is due. Returns whether to show it.
-
-        Returns False at once if the user has closed the window.
-        """
+        """Handles window events and blocks until the last step is due. Returns whether to show it;
+        False at once if the user has closed the window."""
         self._handle_events()
         if self.is_closed:
             return False
@@ -108,13 +96,8 @@ class Window:
     def show(self, rgb: NDArray[np.uint8]) -> None:
         """Shows a picture, shape (height, width, 3).
 
-        Raises
-        ------
-        gymnasium.error.DependencyNotInstalled
-            If pygame is not installed.
-        RuntimeError
-            If no window can be opened. A missing display is no error: as with Gymnasium, the window
-            is invisible, and a warning is logged.
+        Raises DependencyNotInstalled without pygame, RuntimeError if no window can be opened. A
+        missing display is no error: as with Gymnasium, the window is invisible, with a warning.
         """
         pygame = load_pygame()
         if not self._is_open():

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.actions import to_action
+from walker_sim.arguments import to_action
 from walker_sim.commands.episodes import Policy
 from walker_sim.commands.options import InputError
 from walker_sim.errors import InvalidAction
