@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "base/forks.h"
+#include "base/posix.h"
 #include "base/shortest_text.h"
 #include "client/messages.h"
 #include "client/service_connection.h"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "base/checks.h"
-#include "base/forks.h"
+#include "base/posix.h"
 #include "episode/episode_state.h"
 #include "python/arrays.h"
 #include "python/bindings.h"

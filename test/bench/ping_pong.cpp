@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "base/checked.h"
+#include "base/posix.h"
 #include "bench/arguments.h"
 #include "bench/slice.h"
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "base/forks.h"
+#include "base/posix.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
 #include "error_message.h"
