@@ -14,7 +14,7 @@
 
 #include "base/checks.h"
 #include "base/posix.h"
-#include "episode/episode_state.h"
+#include "episode/episode.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
