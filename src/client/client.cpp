@@ -13,7 +13,6 @@
 #include "base/shortest_text.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
-#include "client/service_types.h"
 #include "walker_sim/parameters.h"
 #include "wire/master.h"
 

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "client/messages.h"
-#include "client/service_types.h"
 #include "wire/master.h"
 #include "wire/socket.h"
 #include "wire/tcpros.h"

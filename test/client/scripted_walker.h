@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "client/scripted_server.h"
-#include "client/service_types.h"
+#include "client/messages.h"
 #include "walker_sim/client.h"
 
 namespace walker::test {

@@ -9,7 +9,7 @@
 
 #include "episode/rollout.h"
 #include "kernel_variable.h"
-#include "simd/instruction_sets.h"
+#include "simd/choose_kernel.h"
 
 namespace walker {
 namespace {
