@@ -186,7 +186,7 @@ class Session {
 
   static Answer act(std::size_t count) {
     const std::vector<double> observations = read_numbers(count * kObservationSize);
-    bipedal_Heuristic heuristic;
+    bipedal_walker::Heuristic heuristic;
     std::array<double, kJointCount> action{};
     Answer answer;
     for (std::size_t i = 0; i < count; ++i) {
@@ -199,7 +199,7 @@ class Session {
   static Answer terrain(std::istream& words) {
     const bool hardcore = read<bool>(words);
     Answer answer;
-    answer.add_all(bipedal_terrain_numbers(hardcore, read<std::uint64_t>(words)));
+    answer.add_all(bipedal_walker::terrain_numbers(hardcore, read<std::uint64_t>(words)));
     return answer;
   }
 
