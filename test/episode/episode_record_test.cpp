@@ -118,12 +118,5 @@ TEST_F(EpisodeRecordTest, ChecksumsAreOfEachTransition) {
   EXPECT_EQ(refusal(), "checksums has 1 values; must have none or 2");
 }
 
-TEST(EpisodeRecord, EpisodesThatDependOnEarlierOnesAreNotRepeatable) {
-  const Specification fresh = make("BipedalWalker-v3")->specification();
-  EXPECT_NO_THROW(check_repeatable(describe_origin(fresh), fresh));
-  const Specification reused = make("BipedalWalker-v3", {{"reuse_world", true}})->specification();
-  EXPECT_NE(refusal(describe_origin(reused), reused).find("reuse_world"), std::string::npos);
-}
-
 }  // namespace
 }  // namespace walker

@@ -18,7 +18,6 @@
 #include "base/random.h"
 #include "bits.h"
 #include "cramped_walker.h"
-#include "episode_states.h"
 #include "error_message.h"
 #include "restorable.h"
 #include "stepper.h"

@@ -13,7 +13,7 @@
 #include "base/interruption.h"
 #include "bits.h"
 #include "episode/fake_walker.h"
-#include "episode/pool_arrays.h"
+#include "episode/rollout.h"
 #include "error_message.h"
 
 namespace walker {

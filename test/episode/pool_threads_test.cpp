@@ -1,17 +1,20 @@
 // Results are bit-identical for any number of threads, with step and with send and recv in any
-// order of arrival.
+// order of arrival, and for any kernel and grouping of the walkers that it steps together.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
 #include <optional>
 #include <ostream>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "base/random.h"
-#include "bits.h"
-#include "episode/pool_arrays.h"
-#include "walker_sim/registry.h"
+#include "episode/rollout.h"
+#include "kernel_variable.h"
+#include "simd/choose_kernel.h"
 
 namespace walker {
 namespace {
@@ -159,6 +162,65 @@ INSTANTIATE_TEST_SUITE_P(EveryWalker, PoolThreadsTest, testing::ValuesIn(cases()
                            std::string name = chosen.param.id + "_" + to_text(chosen.param.mode);
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
+                         });
+
+// ---------------------------------------------------------------- kernels that step several
+// walkers
+
+/// Instruction set of every processor of this architecture.
+const char* last_set() {
+  return simd::instruction_sets().empty() ? "off" : simd::instruction_sets().back().c_str();
+}
+
+struct Grouping {
+  const char* kernel;
+  std::size_t num_threads;
+};
+
+/// Returns the bits of all rows of 100 steps.
+std::vector<std::uint64_t> play(const std::string& id, const Grouping& grouping,
+                                std::size_t num_envs, AutoresetMode mode) {
+  const KernelVariable variable(grouping.kernel);
+  PoolOptions options;
+  options.num_envs = num_envs;
+  options.num_threads = grouping.num_threads;
+  options.autoreset_mode = mode;
+  Rollout rollout(id, options);
+  rollout.reset(0);
+  std::mt19937 random(9);
+  std::vector<std::uint64_t> all;
+  for (int step = 0; step < 100; ++step) {
+    rollout.step(random);
+    for (std::size_t i = 0; i < num_envs; ++i) {
+      const std::vector<std::uint64_t> row = rollout.row(i);
+      all.insert(all.end(), row.begin(), row.end());
+    }
+  }
+  return all;
+}
+
+class KernelPoolTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
+      const std::vector<std::uint64_t> expected = play(GetParam(), {"off", 1}, num_envs, mode);
+      for (const Grouping& grouping :
+           {Grouping{last_set(), 1}, Grouping{nullptr, 1}, Grouping{nullptr, 3}}) {
+        ASSERT_EQ(play(GetParam(), grouping, num_envs, mode), expected)
+            << num_envs << " environments, " << grouping.num_threads << " threads";
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Walkers, KernelPoolTest,
+                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
+                                         "Walker2d-v5"),
+                         [](const testing::TestParamInfo<const char*>& test) {
+                           const std::string id = test.param;
+                           return id.substr(0, id.find('-'));
                          });
 
 }  // namespace

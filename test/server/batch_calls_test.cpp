@@ -19,8 +19,8 @@
 #include "base/random.h"
 #include "bits.h"
 #include "cramped_walker.h"
-#include "episode_states.h"
 #include "error_message.h"
+#include "restorable.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
