@@ -1,4 +1,4 @@
-#include "episode/episode_record.h"
+#include "episode/episode.h"
 
 #include <cstddef>
 #include <map>
@@ -9,7 +9,6 @@
 #include "base/limits.h"
 #include "base/printable_text.h"
 #include "base/random.h"
-#include "episode/episode.h"
 
 namespace walker {
 namespace {

@@ -13,11 +13,7 @@ class PoolAllocationTest : public AllocationTest {
  protected:
   /// Walker2d's resets do not allocate either, so episodes may end.
   void make_pool(AutoresetMode mode) {
-    PoolOptions options;
-    options.num_envs = kCount;
-    options.num_threads = 3;
-    options.autoreset_mode = mode;
-    options.batch_size = 2;
+    const PoolOptions options{kCount, 3, mode, 2};
     rollout_ = std::make_unique<Rollout>("Walker2d-v5", options);
     rollout_->reset(1);
     pool_ = &rollout_->pool;

@@ -14,17 +14,10 @@ class PoolRaceTest : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override { rollout_.reset(0); }
 
-  static PoolOptions options() {
-    PoolOptions options;
-    options.num_envs = kCount;
-    options.num_threads = 3;
-    options.autoreset_mode = AutoresetMode::same_step;
-    options.batch_size = 2;
-    return options;
-  }
-
   std::mt19937 random_{1};
-  Rollout rollout_{GetParam(), options(), {{"max_episode_steps", std::int64_t{12}}}};
+  Rollout rollout_{GetParam(),
+                   {kCount, 3, AutoresetMode::same_step, 2},
+                   {{"max_episode_steps", std::int64_t{12}}}};
 };
 
 TEST_P(PoolRaceTest, StepsWithoutARace) {

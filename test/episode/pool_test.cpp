@@ -33,12 +33,7 @@ class PoolTest : public testing::Test {
  protected:
   void make(AutoresetMode mode, std::size_t batch_size = 0) {
     fakes_ = {};
-    PoolOptions options;
-    options.num_envs = kCount;
-    options.num_threads = 2;
-    options.autoreset_mode = mode;
-    options.batch_size = batch_size;
-    pool_ = std::make_unique<Pool>(fakes_, options);
+    pool_ = std::make_unique<Pool>(fakes_, PoolOptions{kCount, 2, mode, batch_size});
     arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kCount);
   }
   void SetUp() override { make(AutoresetMode::next_step); }

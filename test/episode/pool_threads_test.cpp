@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
-#include <optional>
 #include <ostream>
 #include <random>
 #include <string>
@@ -30,24 +29,12 @@ struct Case {
 /// Bits of each environment's results, one reset or step after another.
 using History = std::vector<std::vector<std::uint64_t>>;
 
-PoolOptions options_of(const Case& chosen, std::size_t num_threads) {
-  PoolOptions options;
-  options.num_envs = kCount;
-  options.num_threads = num_threads;
-  options.autoreset_mode = chosen.mode;
-  options.batch_size = 1;  // recv can wait for the last environment
-  return options;
-}
-
 class Player {
  public:
   Player(const Case& chosen, std::size_t num_threads)
-      : pool_(
-            [&] {
-              return make(chosen.id, {{"max_episode_steps", std::int64_t{30}}});
-            },
-            options_of(chosen, num_threads)),
-        arrays_(pool_.specification(), kCount),
+      // With batches of one, recv can wait for the last environment.
+      : rollout_(chosen.id, {kCount, num_threads, chosen.mode, 1},
+                 {{"max_episode_steps", std::int64_t{30}}}),
         action_size_(pool_.specification().action_size()),
         actions_(kSteps * kCount * action_size_),
         history_(kCount),
@@ -55,9 +42,7 @@ class Player {
         needs_reset_(kCount) {
     Generator generator(3);
     for (double& value : actions_) value = generator.uniform(-1.2, 1.2);
-    std::vector<std::optional<std::uint64_t>> seeds(kCount);
-    for (std::size_t i = 0; i < kCount; ++i) seeds[i] = 50 + i;
-    pool_.reset({}, seeds, arrays_.batch());
+    rollout_.reset(50);
     for (std::uint32_t i = 0; i < kCount; ++i) keep(i, i);
   }
 
@@ -120,8 +105,9 @@ class Player {
     arrays_.forget_final(row);
   }
 
-  Pool pool_;
-  PoolArrays arrays_;
+  Rollout rollout_;
+  Pool& pool_ = rollout_.pool;
+  PoolArrays& arrays_ = rollout_.arrays;
   std::size_t action_size_;
   std::vector<double> actions_;  // step x environment x action
   History history_;
@@ -181,11 +167,7 @@ struct Grouping {
 std::vector<std::uint64_t> play(const std::string& id, const Grouping& grouping,
                                 std::size_t num_envs, AutoresetMode mode) {
   const KernelVariable variable(grouping.kernel);
-  PoolOptions options;
-  options.num_envs = num_envs;
-  options.num_threads = grouping.num_threads;
-  options.autoreset_mode = mode;
-  Rollout rollout(id, options);
+  Rollout rollout(id, {num_envs, grouping.num_threads, mode, 0});
   rollout.reset(0);
   std::mt19937 random(9);
   std::vector<std::uint64_t> all;

@@ -33,10 +33,7 @@ class TogetherTest : public testing::Test {
   static constexpr std::size_t kEnvironments = 7;
 
   TogetherTest() {
-    PoolOptions options;
-    options.num_envs = kEnvironments;
-    options.num_threads = 1;
-    options.batch_size = 5;
+    const PoolOptions options{kEnvironments, 1, AutoresetMode::next_step, 5};
     pool_ = std::make_unique<Pool>(fakes_, options);
     arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kEnvironments);
     for (TogetherWalker* walker : *fakes_.all) walker->counts = &counts_;
