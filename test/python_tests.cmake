@@ -3,7 +3,6 @@
 set(short_suites
   base/exported_symbols_test
   simd/symbols_test
-  episode/pool_gymnasium_test
   base/random_numpy_test
   docs_test
   exports_test
@@ -35,7 +34,6 @@ set_target_properties(walker_sim_c_interface PROPERTIES INSTALL_RPATH "$ORIGIN")
 string(CONCAT suite_environment
   "PYTHONDONTWRITEBYTECODE=1"
   ";WALKER_SIM_ROLLOUT=$<TARGET_FILE:walker_sim_rollout>"
-  ";WALKER_SIM_POOL_ROLLOUT=$<TARGET_FILE:walker_sim_pool_rollout>"
   ";WALKER_SIM_CORE_LIBRARY=$<TARGET_FILE:walker_sim_core>"
   ";WALKER_SIM_C_INTERFACE=$<TARGET_FILE:walker_sim_c_interface>"
   ";WALKER_SIM_KERNEL_OBJECTS="
@@ -54,7 +52,7 @@ function(walker_sim_add_suite path)
   if(path IN_LIST slow_suites)
     set_tests_properties(${name} PROPERTIES COST 1)
   endif()
-  set(tools walker_sim_python walker_sim_c_interface walker_sim_core ${core_tools})
+  set(tools walker_sim_python walker_sim_c_interface walker_sim_core walker_sim_rollout)
   if(path STREQUAL "bench/bench_test")
     list(APPEND tools benchmarks)
   endif()

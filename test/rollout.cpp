@@ -1,5 +1,7 @@
-// Steps environments for tests that compare them with Gymnasium without the Python binding. Its
-// commands, in the format of pipe.h:
+// Steps environments for tests that compare them with Gymnasium without the Python binding. A
+// command is one line of tab-separated words on stdin; raw doubles follow if the command takes any.
+// The answer is a line `ok BYTES` followed by that many bytes, or a line `error MESSAGE`. Numbers
+// are 64 bits in native byte order. Commands:
 //   make ID [NAME=VALUE ...]
 //                          -> nothing; makes the environment for the commands below
 //   reset SEED|-           -> a row: observation, reward, terminated, truncated, info (NaN where
@@ -20,6 +22,8 @@
 //                             `random`, `uniform LOW HIGH` or `integers LOW HIGH`
 #include <array>
 #include <cstdint>
+#include <exception>
+#include <iostream>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -29,19 +33,61 @@
 
 #include "base/parameter_text.h"
 #include "base/random.h"
-#include "pipe.h"
 #include "robots/bipedal_walker/bipedal_walker.h"
 #include "robots/bipedal_walker/heuristic.h"
 #include "robots/bipedal_walker/terrain_numbers.h"
 #include "stepper.h"
 
+namespace walker {
 namespace {
 
-using walker::Answer;
-using walker::read;
-using walker::read_numbers;
-using walker::bipedal_walker::kJointCount;
-using walker::bipedal_walker::kObservationSize;
+using bipedal_walker::kJointCount;
+using bipedal_walker::kObservationSize;
+
+class Answer {
+ public:
+  void add(double value) { add_bytes(value); }
+  template <typename Range>
+  void add_all(const Range& range) {
+    for (const auto& element : range) add(element);
+  }
+  void add(const GeneratorState& state) {
+    for (const std::uint64_t word : state) add_bytes(word);
+  }
+  void add(const std::string& text) { bytes_ += text; }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  template <typename T>
+  void add_bytes(const T& value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+
+  std::string bytes_;
+};
+
+std::vector<double> read_numbers(std::size_t count) {
+  std::vector<double> numbers(count);
+  std::cin.read(reinterpret_cast<char*>(numbers.data()),
+                static_cast<std::streamsize>(count * sizeof(double)));
+  if (!std::cin) throw std::runtime_error("the input ended within the numbers of a command");
+  return numbers;
+}
+
+template <typename T>
+T read(std::istream& words) {
+  T value{};
+  if (!(words >> value)) throw std::invalid_argument("a word of the command is missing or wrong");
+  return value;
+}
+
+/// Reads the remaining words, which may contain spaces.
+std::vector<std::string> read_rest(std::istream& words) {
+  words >> std::ws;
+  std::vector<std::string> rest;
+  for (std::string word; std::getline(words, word, '\t');) rest.push_back(word);
+  return rest;
+}
 
 class Session {
  public:
@@ -64,8 +110,7 @@ class Session {
  private:
   Answer make(std::istream& words) {
     const auto id = read<std::string>(words);
-    walker_.emplace(id, walker::parse_assignments(walker::parameter_descriptions(id),
-                                                  walker::read_rest(words)));
+    walker_.emplace(id, parse_assignments(parameter_descriptions(id), read_rest(words)));
     renderer_.reset();
     return {};
   }
@@ -93,15 +138,15 @@ class Session {
 
   Answer render(std::istream& words) {
     const std::string& id = specification().id;
-    const walker::Parameters camera = walker::parse_assignments(
-        walker::camera_parameter_descriptions(id), walker::read_rest(words));
+    const Parameters camera =
+        parse_assignments(camera_parameter_descriptions(id), read_rest(words));
     if (!renderer_ || camera != camera_) {
-      renderer_ = walker::make_renderer(id, {}, camera);
+      renderer_ = make_renderer(id, {}, camera);
       camera_ = camera;
     }
-    walker::StateCapture captured;
-    walker::capture(*walker().environment, steps_, captured);
-    walker::Image image;
+    StateCapture captured;
+    capture(*walker().environment, steps_, captured);
+    Image image;
     renderer_->render(captured, {}, image);
     Answer answer;
     answer.add(std::string(image.rgb.begin(), image.rgb.end()));
@@ -115,7 +160,7 @@ class Session {
   }
 
   Answer spaces() {
-    const walker::Specification& all = specification();
+    const Specification& all = specification();
     Answer answer;
     answer.add(static_cast<double>(all.observation_size()));
     answer.add(static_cast<double>(all.action_size()));
@@ -134,14 +179,14 @@ class Session {
     for (const std::string& name : specification().info_names) answer.add(name + ' ');
     answer.add("\n");
     for (const auto& [name, value] : specification().parameters) {
-      answer.add(name + '=' + walker::to_string(value) + '\n');
+      answer.add(name + '=' + to_string(value) + '\n');
     }
     return answer;
   }
 
   static Answer act(std::size_t count) {
     const std::vector<double> observations = read_numbers(count * kObservationSize);
-    walker::bipedal_walker::Heuristic heuristic;
+    bipedal_walker::Heuristic heuristic;
     std::array<double, kJointCount> action{};
     Answer answer;
     for (std::size_t i = 0; i < count; ++i) {
@@ -154,12 +199,12 @@ class Session {
   static Answer terrain(std::istream& words) {
     const bool hardcore = read<bool>(words);
     Answer answer;
-    answer.add_all(walker::bipedal_walker::terrain_numbers(hardcore, read<std::uint64_t>(words)));
+    answer.add_all(bipedal_walker::terrain_numbers(hardcore, read<std::uint64_t>(words)));
     return answer;
   }
 
   static Answer random(std::istream& words) {
-    walker::Generator generator(read<std::uint64_t>(words));
+    Generator generator(read<std::uint64_t>(words));
     Answer answer;
     for (std::string draw; words >> draw;) {
       if (draw == "random") {
@@ -178,23 +223,32 @@ class Session {
     return answer;
   }
 
-  walker::Stepper& walker() {
+  Stepper& walker() {
     if (!walker_) throw std::logic_error("no environment yet; make one first");
     return *walker_;
   }
 
-  const walker::Specification& specification() { return walker().environment->specification(); }
+  const Specification& specification() { return walker().environment->specification(); }
 
-  std::optional<walker::Stepper> walker_;
+  std::optional<Stepper> walker_;
   std::uint32_t steps_ = 0;
-  std::unique_ptr<walker::Renderer> renderer_;  // of the last picture, made with camera_
-  walker::Parameters camera_;
+  std::unique_ptr<Renderer> renderer_;  // of the last picture, made with camera_
+  Parameters camera_;
 };
 
 }  // namespace
+}  // namespace walker
 
 int main() {
-  Session session;
-  walker::serve([&](const std::string& line) { return session.obey(line); });
+  std::ios::sync_with_stdio(false);
+  walker::Session session;
+  for (std::string line; std::getline(std::cin, line);) {
+    try {
+      const walker::Answer answer = session.obey(line);
+      std::cout << "ok " << answer.bytes().size() << '\n' << answer.bytes() << std::flush;
+    } catch (const std::exception& exception) {
+      std::cout << "error " << exception.what() << '\n' << std::flush;
+    }
+  }
   return 0;
 }

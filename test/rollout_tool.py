@@ -1,4 +1,4 @@
-"""Drives the programs rollout.cpp and episode/pool_rollout.cpp through pipes."""
+"""Drives the program rollout.cpp through a pipe."""
 
 import os
 import subprocess
@@ -19,11 +19,16 @@ def parameter_text(value):
     return str(value)
 
 
-class Pipe:
-    """A process with the command protocol of test/pipe.h."""
+class Rollout:
+    """A rollout.cpp process, which holds at most one environment.
 
-    def __init__(self, tool):
+    A row is observation, reward, terminated, truncated, info (NaN where absent).
+    """
+
+    def __init__(self, tool=None):
+        tool = tool or os.environ["WALKER_SIM_ROLLOUT"]
         self._process = subprocess.Popen([tool], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._row_size = 0
 
     def close(self):
         self._process.stdin.close()
@@ -38,17 +43,6 @@ class Pipe:
         if status != "ok":
             raise Refused(rest or "the tool has ended")
         return self._process.stdout.read(int(rest))
-
-
-class Rollout(Pipe):
-    """A rollout.cpp process, which holds at most one environment.
-
-    A row is observation, reward, terminated, truncated, info (NaN where absent).
-    """
-
-    def __init__(self, tool=None):
-        super().__init__(tool or os.environ["WALKER_SIM_ROLLOUT"])
-        self._row_size = 0
 
     def make(self, environment_id, **parameters):
         texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
@@ -99,37 +93,3 @@ class Rollout(Pipe):
         """Returns the draws (see rollout.cpp) as doubles, and the generator's state."""
         answer = self._ask("\t".join([f"random\t{seed}", *draws]))
         return np.frombuffer(answer[:-48]), np.frombuffer(answer[-48:], np.uint64)
-
-
-class PoolRollout(Pipe):
-    """A pool_rollout.cpp process, which holds at most one pool.
-
-    A row is reward, terminated, truncated, episodes, steps, observation, info, final observation,
-    final info. Numbers that a call did not write are -12345.
-    """
-
-    def __init__(self):
-        super().__init__(os.environ["WALKER_SIM_POOL_ROLLOUT"])
-        self._num_envs = 0
-
-    def make(self, environment_id, mode, num_envs, num_threads, **parameters):
-        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
-        self._ask(
-            "\t".join(["make", environment_id, mode, str(num_envs), str(num_threads), *texts])
-        )
-        self._num_envs = num_envs
-
-    def _rows(self, answer):
-        return np.frombuffer(answer).reshape(self._num_envs, -1)
-
-    def reset(self, seeds):
-        """Resets the environments in the keys of `seeds`. A seed None continues the generator."""
-        words = [f"{i}={'-' if seed is None else seed}" for i, seed in seeds.items()]
-        return self._rows(self._ask("\t".join(["reset", *words])))
-
-    def step(self, actions):
-        """actions: shape (num_envs, action size)."""
-        return self._rows(self._ask("step", actions))
-
-    def send_and_receive(self, actions):
-        return self._rows(self._ask("send", actions))

@@ -167,17 +167,13 @@ endif()
 include(test/fuzz/fuzz.cmake)
 
 # ---------------------------------------------------------------- programs that tests and benchmarks call
-# Python tests drive the first two through a pipe and compare their steps with Gymnasium's.
-foreach(program rollout episode/pool_rollout)
-  get_filename_component(name ${program} NAME)
-  add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/${program}.cpp)
-  list(APPEND core_tools walker_sim_${name})
-endforeach()
+# Python tests drive it through a pipe and compare its steps with Gymnasium's.
+add_executable(walker_sim_rollout EXCLUDE_FROM_ALL test/rollout.cpp)
 foreach(name benchmark ping_pong)
   add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/bench/${name}.cpp)
   list(APPEND benchmark_tools walker_sim_${name})
 endforeach()
-foreach(tool ${core_tools} ${benchmark_tools})
+foreach(tool walker_sim_rollout ${benchmark_tools})
   target_include_directories(${tool} PRIVATE test)
   target_link_libraries(${tool} PRIVATE walker_sim_core_objects Threads::Threads ${CMAKE_DL_LIBS})
 endforeach()

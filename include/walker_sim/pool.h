@@ -65,6 +65,12 @@ struct Batch {
 ///   observation. With next_step and same_step the environment's next step is another reset, with
 ///   the generator as it is; with disabled, steps are refused until the caller resets.
 /// - At the autoreset of same_step: reward, flags and final rows are those of the step before it.
+///
+/// A call that throws has moved nothing. Beyond what each names, calls throw
+/// - std::invalid_argument if an index is out of range or repeated,
+/// - std::logic_error if an environment that they concern is under way; for `reset`, `step` and
+///   `load_states` if any is,
+/// - InvalidAction, or ResetNeeded naming the environment, if they step.
 class WALKER_SIM_EXPORT Pool {
  public:
   /// @param make called `num_envs` times, in this thread; must create equal environments
@@ -81,38 +87,30 @@ class WALKER_SIM_EXPORT Pool {
 
   /// @param environments indices; empty: all. Other rows are unchanged
   /// @param seeds one per listed environment, or empty: their generators continue
-  /// @throws std::invalid_argument if an index is out of range or repeated or the number of seeds
-  ///         is wrong, std::logic_error if environments are under way; then nothing has moved
+  /// @throws std::invalid_argument if the number of seeds is wrong
   void reset(const std::vector<std::uint32_t>& environments,
              const std::vector<std::optional<std::uint64_t>>& seeds, const Batch& batch);
 
   /// Steps every environment once, or resets it if a reset is due.
   /// @param actions num_envs x action size, `size` values in total; finite even if ignored
-  /// @throws InvalidAction, ResetNeeded naming the environment, std::logic_error if environments
-  ///         are under way; then nothing has moved
   void step(const double* actions, std::size_t size, const Batch& batch);
 
   /// Steps the listed environments once, or resets those whose reset is due.
   /// @param actions      count x action size; finite even if ignored
   /// @param environments `count` indices, at least 1
   /// @param batch        receives a row per listed environment, in the list's order
-  /// @throws as `step`; std::invalid_argument if the list is empty, or an index is out of range or
-  ///         repeated; then nothing has moved
+  /// @throws std::invalid_argument if the list is empty
   void step(const double* actions, const std::uint32_t* environments, std::size_t count,
             const Batch& batch);
 
   /// Starts stepping the listed environments and returns at once.
-  /// @param environments `count` indices of environments that are not under way
+  /// @param environments `count` indices
   /// @param actions      count x action size; copied
-  /// @throws InvalidAction, ResetNeeded as `step`; std::invalid_argument if an index is out of
-  ///         range or repeated, std::logic_error if an environment is under way; then nothing has
-  ///         moved
   void send(const double* actions, const std::uint32_t* environments, std::size_t count);
 
   /// Starts resetting the listed environments and returns at once. `recv` writes their first rows,
   /// with reward 0. Their generators continue.
-  /// @param environments as for `reset`; not under way
-  /// @throws as `send`, except ResetNeeded
+  /// @param environments as for `reset`
   void send_resets(const std::vector<std::uint32_t>& environments);
 
   /// Blocks until `batch_size` of the environments under way are done, and receives the first
@@ -125,23 +123,19 @@ class WALKER_SIM_EXPORT Pool {
   /// Appends an environment's state as `Environment::save_state` does, with the outcome of the
   /// current episode's last reset or step. With same_step, the final state of the previous episode
   /// is not saved.
-  /// @throws std::invalid_argument if the index is out of range, std::logic_error if the
-  ///         environment is under way
   void save_state(std::size_t index, std::vector<std::byte>& state) const;
 
   /// Continues environments from saved states. `steps` continues from the state; `episodes` counts
   /// each as another episode. If it has ended, the autoreset mode applies as after any end.
   /// @param environments indices; empty: all. Other rows are unchanged
   /// @param states one per listed environment
-  /// @throws as `Environment::load_state`, naming the environment; std::invalid_argument if an
-  ///         index is out of range or repeated or the number of states is wrong, std::logic_error
-  ///         if environments are under way; then nothing has changed
+  /// @throws as `Environment::load_state`, naming the environment; std::invalid_argument if the
+  ///         number of states is wrong
   void load_states(const std::vector<std::uint32_t>& environments,
                    const std::vector<std::vector<std::byte>>& states, const Batch& batch);
 
   /// Returns an environment. Unless the mode is same_step, it may also be reset, stepped or loaded
-  /// alone. This and the next five throw std::invalid_argument if the index is out of range,
-  /// std::logic_error if the environment is under way.
+  /// alone.
   Environment& environment(std::size_t index);
   // For bindings and servers (src/episode/): the environment as an Episode, and its state after the
   // last step or reset. If same_step has just reset it, that is the ended episode's final state.

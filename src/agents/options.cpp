@@ -6,7 +6,7 @@
 #include <ros/package.h>
 
 #include "base/limits.h"
-#include "base/user_path.h"
+#include "base/posix.h"
 #include "ros/private_parameters.h"
 #include "walker_sim/policy.h"
 

@@ -26,11 +26,4 @@ inline std::string libm_of(const std::string& engine_version) {
   return at == std::string::npos ? "" : text.substr(at + std::string(kLibm).size());
 }
 
-/// Whether both versions name a variant and the variants differ.
-inline bool has_other_libm(const std::string& engine_version, const std::string& other) {
-  const std::string one = libm_of(engine_version);
-  const std::string two = libm_of(other);
-  return !one.empty() && !two.empty() && one != two;
-}
-
 }  // namespace walker

@@ -9,12 +9,11 @@
 #include <tuple>
 #include <utility>
 
-#include "base/forks.h"
+#include "base/posix.h"
 #include "base/shortest_text.h"
 #include "base/spin_wait.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
-#include "client/service_types.h"
 #include "walker_sim/parameters.h"
 #include "wire/master.h"
 

@@ -7,7 +7,6 @@
 
 #include "base/spin_wait.h"
 #include "client/messages.h"
-#include "client/service_types.h"
 #include "wire/master.h"
 #include "wire/socket.h"
 #include "wire/tcpros.h"

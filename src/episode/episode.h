@@ -1,4 +1,4 @@
-// Episode logic on top of a robot, shared by all environments.
+// Episodes, shared by all environments: the logic on top of a robot, state and record.
 #pragma once
 
 #include <chrono>
@@ -9,20 +9,78 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/limits.h"
 #include "base/random.h"
-#include "episode/episode_record.h"
-#include "episode/episode_state.h"
-#include "episode/state_header.h"
+#include "episode/saved_state.h"
 #include "robots/robot.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/export.h"
 #include "walker_sim/parameters.h"
+#include "walker_sim/pool.h"
 #include "walker_sim/renderer.h"
 
 namespace walker {
+
+// End reasons if the engine fails.
+inline constexpr const char* kStepFailed = "the simulation failed";
+inline constexpr const char* kResetFailed = "the simulation failed at its reset";
+
+/// The fields of a transition. Units as in Transition.msg.
+struct EpisodeState {
+  std::uint32_t environment = 0;  ///< index within its pool
+  std::uint32_t episode = 0;      ///< counts resets from 1; 0: no reset yet
+  std::uint32_t step = 0;         ///< since the reset
+  std::vector<double> action;     ///< of the last step, as given; empty right after a reset
+  std::vector<double> observation;
+  std::vector<double> info;
+  double reward = 0;
+  double episode_return = 0;
+  bool terminated = false;
+  bool truncated = false;
+  std::string
+      end_reason;     ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
+  std::string error;  ///< the engine's message if it failed; else empty
+  std::optional<std::uint64_t> seed;  ///< of the reset; nullopt: the generator continued
+  GeneratorState generator_state{};   ///< before the reset
+
+  bool has_begun() const { return episode != 0; }
+  bool has_ended() const { return terminated || truncated; }
+  /// Whether the engine failed at the reset, so that there is no state to observe.
+  bool failed_at_reset() const { return step == 0 && has_ended(); }
+  /// Why a step is refused, e.g. "the episode ended after 3 steps"; empty if it is allowed.
+  std::string step_refusal() const;
+  /// The same for a step of a vector environment, whose autoreset may allow steps after the end.
+  std::string step_refusal(AutoresetMode mode) const;
+  /// `end_reason` without "terminated: " or "truncated: ".
+  const char* end_reason_detail() const;
+};
+
+/// A record of an episode that suffices to repeat it with bitwise equal results.
+struct EpisodeRecord {
+  std::string id;
+  std::vector<std::pair<std::string, std::string>> parameters;  ///< complete, values as text
+  std::string engine;
+  std::string engine_version;
+  std::optional<std::uint64_t> seed;  ///< of the reset; nullopt: the generator continued
+  GeneratorState generator_state{};   ///< before the reset
+  std::uint32_t num_steps = 0;
+  std::vector<double> actions;  ///< steps x action size, as given [unitless]
+  /// Checksums of the transitions, the reset's first (EpisodeRecord.msg has the formula). They are
+  /// verified when the record is repeated; empty: not compared.
+  std::vector<std::uint64_t> checksums;
+};
+
+/// Returns a record with only the origin: id, parameters, engine and its version.
+WALKER_SIM_EXPORT EpisodeRecord describe_origin(const Specification& specification);
+
+/// Checks that an environment of this specification repeats the record with bitwise equal results.
+/// @throws std::invalid_argument naming the first field that differs or is malformed, with both
+///         values, or if episodes of the environment depend on earlier ones
+WALKER_SIM_EXPORT void check_repeatable(const EpisodeRecord& record,
+                                        const Specification& specification);
 
 struct EpisodeOptions {
   std::optional<std::uint64_t> first_seed;  ///< used if the first reset has no seed

@@ -12,8 +12,8 @@
 #include <ros/package.h>
 
 #include "base/parameter_text.h"
+#include "base/posix.h"
 #include "base/printable_text.h"
-#include "base/standard_descriptors.h"
 #include "description/urdf.h"
 #include "walker_sim/registry.h"
 

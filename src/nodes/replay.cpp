@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "base/posix.h"
 #include "base/printable_text.h"
-#include "base/standard_descriptors.h"
 #include "replay/replay.h"
 
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "base/checks.h"
-#include "base/forks.h"
-#include "episode/episode_state.h"
+#include "base/posix.h"
+#include "episode/episode.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/client.h"

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "base/printable_text.h"
-#include "episode/episode_record.h"
+#include "episode/episode.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {

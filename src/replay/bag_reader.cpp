@@ -12,7 +12,6 @@
 #include <rosbag/constants.h>
 
 #include "ros/checked_stream.h"
-#include "wire/message_reader.h"
 #include "wire/tcpros.h"
 
 namespace walker {

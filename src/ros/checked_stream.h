@@ -10,7 +10,7 @@
 #include <ros/serialization.h>
 
 #include "base/limits.h"
-#include "wire/message_reader.h"
+#include "wire/tcpros.h"
 
 namespace walker {
 

@@ -25,8 +25,8 @@
 #include <ros/this_node.h>
 
 #include "base/interruption.h"
+#include "base/posix.h"
 #include "base/printable_text.h"
-#include "base/standard_descriptors.h"
 #include "ros/library_fixes.h"
 #include "ros/listening.h"
 #include "wire/master.h"

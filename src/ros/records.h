@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "episode/episode_record.h"
+#include "episode/episode.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/EpisodeRecord.h"

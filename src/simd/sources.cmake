@@ -1,1 +1,1 @@
-walker_sim_sources(core_sources instruction_sets workspace)
+walker_sim_sources(core_sources choose_kernel workspace)

@@ -14,7 +14,7 @@
 #include <memory>
 #include <system_error>
 
-#include "base/descriptors.h"
+#include "base/posix.h"
 #include "walker_sim/client.h"
 
 namespace walker {

@@ -1,1 +1,1 @@
-walker_sim_sources(wire_sources master socket tcpros xml_rpc)
+walker_sim_sources(wire_sources master socket xml_rpc)

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "base/checked.h"
+#include "base/posix.h"
 #include "base/spin_wait.h"
 #include "bench/program.h"
 

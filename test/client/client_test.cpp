@@ -12,7 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "base/forks.h"
+#include "allocation_counter.h"
+#include "base/posix.h"
 #include "client/scripted_server.h"
 #include "client/scripted_walker.h"
 #include "error_message.h"
@@ -213,6 +214,25 @@ TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
   }});
   walker.client().step(actions.data(), actions.size(), walker.transition);
   EXPECT_EQ(size, 4 + actions.size() * sizeof(double));
+}
+
+using ClientAllocation = AllocationTest;
+
+TEST_F(ClientAllocation, StepsWithoutTheHeap) {
+  ScriptedWalker walker({[](Peer& peer) {
+    test::open(peer, kStep);
+    const std::string answer = test::example_answer();
+    // All requests have one size. This thread must not allocate: the counter covers it too.
+    std::string request(4 + 4 + sizeof(double), '\0');
+    while (peer.take(request)) peer.give(answer);
+  }});
+  walker.step();
+  walker.step();
+  {
+    const Counting counting;
+    for (int i = 0; i < 100; ++i) walker.step();
+  }
+  EXPECT_EQ(allocations, 0);
 }
 
 // ---------------------------------------------------------------- refusals

@@ -364,16 +364,6 @@ TEST(ClientOptions, DefaultToTheMasterOfTheEnvironment) {
   }
 }
 
-TEST(ClientOptions, NameAnUnknownServer) {
-  ScriptedServer master({test::unknowing_master("un\xFFknown")});
-  ClientOptions options = test::options_for(master);
-  options.server = "/gone";
-  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
-            "ROS master " + options.master_uri +
-                ": it does not know /gone/get_spec (un\\xffknown): is the server running, under "
-                "this name, and in a version that has this service?");
-}
-
 TEST(ClientOptions, NameAServerThatDied) {
   const std::string address = "127.0.0.1:" + std::to_string(test::dead_port());
   ScriptedServer master({test::master_of(address)});

@@ -1,15 +1,14 @@
-// The client against real servers: bit-identical episodes, and two clients.
+// The client against real servers: step_many, which Python does not call, and two clients.
+// python/bits_ros_test compares its other calls with the core.
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cmath>
 #include <memory>
-#include <random>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
-#include <ros/init.h>
 #include <ros/node_handle.h>
 #include <ros/service_client.h>
 
@@ -24,13 +23,13 @@ namespace {
 constexpr std::chrono::seconds kMaxWait{60};
 
 /// Retries on ConnectionError: servers need time to start.
-template <typename Call>
-void until_connected(const Call& call) {
+std::unique_ptr<Client> connect(const std::string& server) {
+  ClientOptions options;
+  options.server = server;
   const auto give_up = std::chrono::steady_clock::now() + kMaxWait;
   while (true) {
     try {
-      call();
-      return;
+      return std::make_unique<Client>(options);
     } catch (const ConnectionError&) {
       if (std::chrono::steady_clock::now() > give_up) throw;
     }
@@ -38,64 +37,11 @@ void until_connected(const Call& call) {
   }
 }
 
-std::unique_ptr<Client> connect(const std::string& server) {
-  ClientOptions options;
-  options.server = server;
-  std::unique_ptr<Client> client;
-  until_connected([&] { client = std::make_unique<Client>(options); });
-  return client;
-}
-
-/// Compares every step of an episode. @return the episode's length
-std::uint32_t compare_episode(Client& client, Twin& twin, std::optional<std::uint64_t> seed,
-                              unsigned draw) {
-  std::mt19937 generator(draw);
-  std::uniform_real_distribution<float> uniform(-1, 1);
-  std::vector<double> action(twin.environment().specification().action_size());
-  Transition received;
-  twin.reset(seed);
-  client.reset(seed, received);
-  EXPECT_TRUE(twin.equals(received));
-  EXPECT_TRUE(received.action.empty());
-  while (!twin.has_ended() && !testing::Test::HasFailure()) {
-    for (double& value : action) value = double{uniform(generator)};
-    twin.step(action);
-    const std::uint64_t stamp = received.stamp;
-    client.step(action.data(), action.size(), received);
-    EXPECT_TRUE(twin.equals(received));
-    EXPECT_EQ(received.action, action);
-    EXPECT_EQ(static_cast<std::int64_t>(received.stamp - stamp),
-              std::llround(1e9 * twin.environment().specification().dt));
-  }
-  return received.step;
-}
-
-void compare_episodes(const std::string& server, const std::string& id) {
-  const std::unique_ptr<Client> client = connect(server);
-  const ServerSpecification specification = client->specification();
-  Twin twin(id);
-  EXPECT_EQ(specification.id, id);
-  EXPECT_EQ(specification.num_envs, 1U);
-  EXPECT_EQ(bits(specification.action_low), bits(twin.environment().specification().action_low));
-  EXPECT_EQ(bits(specification.observation_high),
-            bits(twin.environment().specification().observation_high));
-  std::uint32_t steps = 0;
-  for (unsigned i = 0; i < 8; ++i) {
-    const std::optional<std::uint64_t> seed =
-        i % 2 == 0 ? std::optional<std::uint64_t>(i) : std::nullopt;
-    steps += compare_episode(*client, twin, seed, i);
-  }
-  EXPECT_GT(steps, 100U);
-}
-
-TEST(Episodes, EqualTheCoresForBipedalWalker) {
-  compare_episodes("/walker_sim", "BipedalWalker-v3");
-}
-
-TEST(Episodes, EqualTheCoresForWalker2d) { compare_episodes("/v5/walker_sim", "Walker2d-v5"); }
+class Episodes : public testing::TestWithParam<std::pair<const char*, const char*>> {};
 
 /// Compares step_many with repeated single steps, up to the episode's end.
-void compare_repeated_steps(const std::string& server, const std::string& id) {
+TEST_P(Episodes, EqualTheCoresWithRepeatedSteps) {
+  const auto& [server, id] = GetParam();
   const std::unique_ptr<Client> client = connect(server);
   Twin twin(id);
   const std::vector<double> action(twin.environment().specification().action_size(), 0.5);
@@ -123,12 +69,11 @@ void compare_repeated_steps(const std::string& server, const std::string& id) {
             std::string::npos);
 }
 
-TEST(Episodes, EqualTheCoresWithRepeatedSteps) {
-  compare_repeated_steps("/walker_sim", "BipedalWalker-v3");
-  compare_repeated_steps("/v5/walker_sim", "Walker2d-v5");
-}
+INSTANTIATE_TEST_SUITE_P(Servers, Episodes,
+                         testing::Values(std::pair{"/walker_sim", "BipedalWalker-v3"},
+                                         std::pair{"/v5/walker_sim", "Walker2d-v5"}));
 
-TEST(Episodes, AreSharedWithRoscpp) {
+TEST(SharedEpisode, IsSteppedByRoscppToo) {
   const std::unique_ptr<Client> ours = connect("/walker_sim");
   Twin twin("BipedalWalker-v3");
   Transition received;
@@ -155,10 +100,3 @@ TEST(Episodes, AreSharedWithRoscpp) {
 
 }  // namespace
 }  // namespace walker::test
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  ros::init(argc, argv, "client_episodes_test");
-  const ros::NodeHandle node;
-  return RUN_ALL_TESTS();
-}

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/checked.h"
+#include "base/posix.h"
 #include "wire/tcpros.h"
 
 namespace walker::test {

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "client/messages.h"
 #include "client/scripted_server.h"
-#include "client/service_types.h"
 #include "walker_sim/client.h"
 
 namespace walker::test {

@@ -1,5 +1,5 @@
 // The client's service types and MD5 sums equal those that ROS generates from the .srv files.
-#include "client/service_types.h"
+#include "client/messages.h"
 
 #include <gtest/gtest.h>
 

@@ -14,11 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "bare_robot.h"
 #include "base/random.h"
 #include "bits.h"
 #include "cramped_walker.h"
-#include "episode_states.h"
+#include "episode/fake_walker.h"
 #include "error_message.h"
 #include "restorable.h"
 #include "stepper.h"

@@ -1,4 +1,4 @@
-// A walker without an engine, whose episodes and failures the test controls.
+// Robots without an engine.
 #pragma once
 
 #include <cstdint>
@@ -6,13 +6,28 @@
 #include <stdexcept>
 #include <vector>
 
-#include "bare_robot.h"
 #include "episode/episode.h"
+#include "robots/robot.h"
 
 namespace walker {
 
-/// Two joints. The observation is the episode's number and its steps, the reward the action's sum.
-/// The info is the seed below 100 that the generator began with; -1 for none and after a step.
+/// A robot without observations, sensors or saved states. Derived classes fill the specification.
+class BareRobot : public Robot {
+ public:
+  const Specification& specification() const override { return specification_; }
+  void observe(double* /*observation*/) const override {}
+  void sense(Sensors& /*sensors*/) override {}
+  void scene(Scene& /*scene*/) const override {}
+  void save(StateWriter& /*writer*/) const override { throw std::logic_error("save"); }
+  std::function<void()> load(StateReader& /*reader*/) override { throw std::logic_error("load"); }
+
+ protected:
+  Specification specification_;
+};
+
+/// A walker of two joints, whose episodes and failures the test controls. The observation is the
+/// episode's number and its steps, the reward the action's sum. The info is the seed below 100 that
+/// the generator began with; -1 for none and after a step.
 class FakeWalker : public BareRobot {
  public:
   explicit FakeWalker(std::uint32_t max_episode_steps = 0) {

@@ -2,8 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "allocation_counter.h"
-#include "episode/pool_arrays.h"
-#include "walker_sim/registry.h"
+#include "episode/rollout.h"
 
 namespace walker {
 namespace {
@@ -14,20 +13,16 @@ class PoolAllocationTest : public AllocationTest {
  protected:
   /// Walker2d's resets do not allocate either, so episodes may end.
   void make_pool(AutoresetMode mode) {
-    PoolOptions options;
-    options.num_envs = kCount;
-    options.num_threads = 3;
-    options.autoreset_mode = mode;
-    options.batch_size = 2;
-    pool_ = std::make_unique<Pool>([] { return make("Walker2d-v5"); }, options);
-    arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kCount);
-    batch_ = arrays_->batch();
-    pool_->reset({}, {1, 2, 3, 4, 5}, batch_);
+    const PoolOptions options{kCount, 3, mode, 2};
+    rollout_ = std::make_unique<Rollout>("Walker2d-v5", options);
+    rollout_->reset(1);
+    pool_ = &rollout_->pool;
+    batch_ = rollout_->arrays.batch();
     actions_.assign(kCount * pool_->specification().action_size(), 0.7);
   }
 
-  std::unique_ptr<Pool> pool_;
-  std::unique_ptr<PoolArrays> arrays_;
+  std::unique_ptr<Rollout> rollout_;
+  Pool* pool_ = nullptr;
   Batch batch_;
   std::vector<double> actions_;
 };
@@ -37,7 +32,7 @@ TEST_F(PoolAllocationTest, StepsAndResetsWithoutTheHeap) {
     make_pool(mode);
     const Counting counting;
     for (int i = 0; i < 500; ++i) pool_->step(actions_.data(), actions_.size(), batch_);
-    EXPECT_GT(arrays_->episodes[0], 1U);
+    EXPECT_GT(batch_.episodes[0], 1U);
   }
   EXPECT_EQ(allocations, 0);
 }
@@ -48,7 +43,7 @@ TEST_F(PoolAllocationTest, StepsSomeWithoutTheHeap) {
   pool_->step(actions_.data(), environments.data(), 2, batch_);  // the first call allocates
   const Counting counting;
   for (int i = 0; i < 500; ++i) pool_->step(actions_.data(), environments.data(), 2, batch_);
-  EXPECT_GT(arrays_->episodes[0], 1U);
+  EXPECT_GT(batch_.episodes[0], 1U);
   EXPECT_EQ(allocations, 0);
 }
 

@@ -2,9 +2,7 @@
 // one thread often resets an environment while other threads step others.
 #include <gtest/gtest.h>
 
-#include "base/random.h"
-#include "episode/pool_arrays.h"
-#include "walker_sim/registry.h"
+#include "episode/rollout.h"
 
 namespace walker {
 namespace {
@@ -14,44 +12,29 @@ constexpr int kRounds = 60;
 
 class PoolRaceTest : public testing::TestWithParam<const char*> {
  protected:
-  void SetUp() override { pool_.reset({}, {}, arrays_.batch()); }
+  void SetUp() override { rollout_.reset(0); }
 
-  static PoolOptions options() {
-    PoolOptions options;
-    options.num_envs = kCount;
-    options.num_threads = 3;
-    options.autoreset_mode = AutoresetMode::same_step;
-    options.batch_size = 2;
-    return options;
-  }
-
-  std::vector<double> draw_actions(std::size_t count) {
-    std::vector<double> actions(count * pool_.specification().action_size());
-    for (double& value : actions) value = generator_.uniform(-1, 1);
-    return actions;
-  }
-
-  Generator generator_{1};
-  Pool pool_{[] { return make(GetParam(), {{"max_episode_steps", std::int64_t{12}}}); }, options()};
-  PoolArrays arrays_{pool_.specification(), kCount};
+  std::mt19937 random_{1};
+  Rollout rollout_{GetParam(),
+                   {kCount, 3, AutoresetMode::same_step, 2},
+                   {{"max_episode_steps", std::int64_t{12}}}};
 };
 
 TEST_P(PoolRaceTest, StepsWithoutARace) {
-  for (int i = 0; i < kRounds; ++i) {
-    const std::vector<double> actions = draw_actions(kCount);
-    pool_.step(actions.data(), actions.size(), arrays_.batch());
-  }
-  for (const std::uint32_t episode : arrays_.episodes) EXPECT_GE(episode, kRounds / 12);
+  rollout_.play(random_, kRounds);
+  for (const std::uint32_t episode : rollout_.arrays.episodes) EXPECT_GE(episode, kRounds / 12);
 }
 
 TEST_P(PoolRaceTest, SendsAndReceivesWithoutARace) {
-  pool_.send_resets({});
+  Pool& pool = rollout_.pool;
+  pool.send_resets({});
   std::vector<std::uint32_t> environments(2);
   for (int i = 0; i < 3 * kRounds; ++i) {
-    pool_.recv(arrays_.batch(), environments.data());
-    pool_.send(draw_actions(2).data(), environments.data(), 2);
+    pool.recv(rollout_.arrays.batch(), environments.data());
+    const std::vector<double> actions = rollout_.draw_actions(random_, 2);
+    pool.send(actions.data(), environments.data(), 2);
   }
-  EXPECT_GT(arrays_.episodes[0], 1U);
+  EXPECT_GT(rollout_.arrays.episodes[0], 1U);
 }
 
 INSTANTIATE_TEST_SUITE_P(BothEngines, PoolRaceTest,

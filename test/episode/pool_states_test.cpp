@@ -24,13 +24,8 @@ class PoolStatesTest
 TEST_P(PoolStatesTest, ContinueAlike) {
   const auto& [id, kernel, mode] = GetParam();
   const KernelVariable variable(kernel);
-  PoolOptions options;
-  options.num_envs = kCount;
-  options.autoreset_mode = mode;
-  options.num_threads = 2;
-  Rollout original(id, options);
-  options.num_threads = 1;
-  Rollout other(id, options);
+  Rollout original(id, {kCount, 2, mode, 0});
+  Rollout other(id, {kCount, 1, mode, 0});
   std::mt19937 random(1);
   original.reset(0);
   other.reset(100);
@@ -76,12 +71,7 @@ INSTANTIATE_TEST_SUITE_P(Pools, PoolStatesTest,
                                                           AutoresetMode::disabled)),
                          name_of);
 
-PoolOptions options_of(std::size_t num_envs) {
-  PoolOptions options;
-  options.num_envs = num_envs;
-  options.num_threads = 1;
-  return options;
-}
+PoolOptions options_of(std::size_t num_envs) { return {num_envs, 1, AutoresetMode::next_step, 0}; }
 
 TEST(PoolStates, EqualThoseOfSingleEnvironments) {
   Rollout rollout("Walker2d-v5", options_of(3));

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -13,7 +12,7 @@
 #include "base/interruption.h"
 #include "bits.h"
 #include "episode/fake_walker.h"
-#include "episode/pool_arrays.h"
+#include "episode/rollout.h"
 #include "error_message.h"
 
 namespace walker {
@@ -22,26 +21,24 @@ namespace {
 using List = std::vector<std::uint32_t>;
 using Flags = std::vector<std::uint8_t>;
 using Values = std::vector<double>;
+using Seeds = std::vector<std::optional<std::uint64_t>>;
 
 constexpr std::size_t kCount = 3;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr AutoresetMode kModes[] = {AutoresetMode::next_step, AutoresetMode::same_step,
+                                    AutoresetMode::disabled};
+const Values kOnes(2 * kCount, 1);
 
 class PoolTest : public testing::Test {
  protected:
   void make(AutoresetMode mode, std::size_t batch_size = 0) {
     fakes_ = {};
-    PoolOptions options;
-    options.num_envs = kCount;
-    options.num_threads = 2;
-    options.autoreset_mode = mode;
-    options.batch_size = batch_size;
-    pool_ = std::make_unique<Pool>(fakes_, options);
+    pool_ = std::make_unique<Pool>(fakes_, PoolOptions{kCount, 2, mode, batch_size});
     arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kCount);
   }
   void SetUp() override { make(AutoresetMode::next_step); }
 
-  void reset(const List& environments = {},
-             const std::vector<std::optional<std::uint64_t>>& seeds = {}) {
+  void reset(const List& environments = {}, const Seeds& seeds = {}) {
     pool_->reset(environments, seeds, arrays_->batch());
   }
   void step(const Values& actions = Values(kCount * 2)) {
@@ -72,6 +69,13 @@ class PoolTest : public testing::Test {
     if (row.size() == 8) row.resize(11, PoolArrays::kUntouched);
     EXPECT_EQ(to_bits(arrays_->row(index)), to_bits(row))
         << "row " << index << ": " << testing::PrintToString(arrays_->row(index));
+  }
+
+  /// Expects that environment 1 could not be reset; with same_step, its row is also a final one.
+  void expect_failed_reset(AutoresetMode mode, double episode) const {
+    Values row{0, 1, 0, episode, 0, /**/ 0, 0, kNan};
+    if (mode == AutoresetMode::same_step) row.insert(row.end(), {0, 0, kNan});
+    expect_row(1, row);
   }
 
   template <typename Exception, typename Call>
@@ -168,11 +172,11 @@ TEST_F(PoolTest, NextStepResetsInTheFollowingStepAndIgnoresItsAction) {
   fakes_[1].length = 2;
   reset();
   step();
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   expect_row(1, {2, 1, 0, 1, 2, /**/ 1, 2, -1});
   EXPECT_STREQ(pool_->end_reason(1), "fell");
   EXPECT_STREQ(pool_->end_reason(0), "");
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   expect_row(1, {0, 0, 0, 2, 0, /**/ 2, 0, -1});
   EXPECT_EQ(arrays_->steps, (List{3, 0, 3}));
   EXPECT_STREQ(pool_->end_reason(1), "");
@@ -185,12 +189,12 @@ TEST_F(PoolTest, SameStepResetsAtOnceAndReturnsTheFinalRow) {
   fakes_[1].length = 2;
   reset({}, {5, 6, 7});
   step();
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   expect_row(1, {2, 1, 0, 2, 0, /**/ 2, 0, -1, /**/ 1, 2, -1});
   EXPECT_STREQ(pool_->end_reason(1), "fell");
   EXPECT_EQ(arrays_->final_info[0], PoolArrays::kUntouched);
   arrays_->forget_final(1);
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   expect_row(1, {2, 0, 0, 2, 1, /**/ 2, 1, -1});
   EXPECT_STREQ(pool_->end_reason(1), "");
 }
@@ -221,9 +225,8 @@ TEST_F(PoolTest, ChecksAllActionsBeforeAnyStep) {
   reset();
   EXPECT_EQ(refusal<InvalidAction>([&] { step(Values(5)); }),
             "actions have 5 values; must have 6, 2 for each of 3 environments");
-  EXPECT_EQ(refusal<InvalidAction>([&] {
-              step({0, 0, 0, 0, 0, std::nan("")});
-            }),
+  const Values unknown{0, 0, 0, 0, 0, kNan};
+  EXPECT_EQ(refusal<InvalidAction>([&] { step(unknown); }),
             "environment 2: action[1] (knee) = nan; must be finite");
   const Values infinite{0, 0, -std::numeric_limits<double>::infinity(), 0};
   const List environments{2, 0};
@@ -242,6 +245,9 @@ TEST_F(PoolTest, ResetsTheListedEnvironmentsWithTheirSeeds) {
 
 TEST_F(PoolTest, RejectsMalformedLists) {
   reset();
+  const auto refused = [this](const auto& call) { return refusal<std::invalid_argument>(call); };
+  const List outside{0, 3};
+  const List twice{0, 1, 0};
   const std::function<void(const List&)> calls[] = {
       [this](const List& list) { reset(list); },
       [this](const List& list) { step_some(list); },
@@ -249,27 +255,14 @@ TEST_F(PoolTest, RejectsMalformedLists) {
       [this](const List& list) { pool_->send_resets(list); },
   };
   for (const auto& call : calls) {
-    EXPECT_EQ(refusal<std::invalid_argument>([&] {
-                call({0, 3});
-              }),
-              "environment 3: must be in [0, 2]");
-    EXPECT_EQ(refusal<std::invalid_argument>([&] {
-                call({0, 1, 0});
-              }),
-              "environment 0: listed twice");
+    EXPECT_EQ(refused([&] { call(outside); }), "environment 3: must be in [0, 2]");
+    EXPECT_EQ(refused([&] { call(twice); }), "environment 0: listed twice");
   }
-  EXPECT_EQ(refusal<std::invalid_argument>([&] {
-              reset({0, 1}, {7});
-            }),
-            "1 seeds; must be 0, or 2 as the environments");
-  EXPECT_EQ(refusal<std::invalid_argument>([&] {
-              reset({}, {7, 8});
-            }),
-            "2 seeds; must be 0, or 3 as the environments");
-  EXPECT_EQ(refusal<std::invalid_argument>([&] { step_some({}); }),
-            "step: no environment is listed");
-  EXPECT_EQ(refusal<std::invalid_argument>([&] { pool_->environment(3); }),
-            "environment 3: must be in [0, 2]");
+  const List two{0, 1};
+  EXPECT_EQ(refused([&] { reset(two, {7}); }), "1 seeds; must be 0, or 2 as the environments");
+  EXPECT_EQ(refused([&] { reset({}, Seeds(2)); }), "2 seeds; must be 0, or 3 as the environments");
+  EXPECT_EQ(refused([&] { step_some({}); }), "step: no environment is listed");
+  EXPECT_EQ(refused([&] { pool_->environment(3); }), "environment 3: must be in [0, 2]");
   EXPECT_EQ(fakes_[0].episode, 1);
 }
 
@@ -278,7 +271,7 @@ TEST_F(PoolTest, AFailedStepEndsItsOwnEpisodeOnly) {
   reset({}, {1, 2, 3});
   step();
   fakes_[1].step_fails = true;
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   expect_row(0, {2, 0, 0, 1, 2, /**/ 1, 2, -1});
   expect_row(1, {0, 1, 0, 2, 0, /**/ 2, 0, -1, /**/ 1, 1, kNan});
   expect_row(2, {2, 0, 0, 1, 2, /**/ 1, 2, -1});
@@ -302,15 +295,12 @@ TEST_F(PoolTest, AFailedStepKeepsTheLastObservationInAnyArrays) {
 }
 
 TEST_F(PoolTest, AFailedResetIsAnEndedEpisode) {
-  for (const AutoresetMode mode :
-       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+  for (const AutoresetMode mode : kModes) {
     make(mode);
     fakes_[1].reset_fails = true;
     reset({}, {5, 6, 7});
-    const bool has_final = mode == AutoresetMode::same_step;
     expect_row(0, {0, 0, 0, 1, 0, /**/ 1, 0, 5});
-    expect_row(1, has_final ? Values{0, 1, 0, 1, 0, /**/ 0, 0, kNan, /**/ 0, 0, kNan}
-                            : Values{0, 1, 0, 1, 0, /**/ 0, 0, kNan});
+    expect_failed_reset(mode, 1);
     expect_row(2, {0, 0, 0, 1, 0, /**/ 1, 0, 7});
     EXPECT_STREQ(pool_->reset_error(1), "no ground");
     EXPECT_STREQ(pool_->error(1), "");
@@ -333,18 +323,16 @@ TEST_F(PoolTest, AFailedResetIsRepeatedByTheNextStep) {
     fakes_[1].reset_fails = true;
     reset();
     arrays_->forget_final(1);
-    step({1, 1, 1, 1, 1, 1});
-    const bool has_final = mode == AutoresetMode::same_step;
+    step(kOnes);
     expect_row(0, {2, 0, 0, 1, 1, /**/ 1, 1, -1});
-    expect_row(1, has_final ? Values{0, 1, 0, 2, 0, /**/ 0, 0, kNan, /**/ 0, 0, kNan}
-                            : Values{0, 1, 0, 2, 0, /**/ 0, 0, kNan});
+    expect_failed_reset(mode, 2);
     EXPECT_STREQ(pool_->reset_error(1), "no ground");
     fakes_[1].reset_fails = false;
     arrays_->forget_final(1);
-    step({1, 1, 1, 1, 1, 1});
+    step(kOnes);
     expect_row(1, {0, 0, 0, 3, 0, /**/ 1, 0, -1});  // its action is ignored
     EXPECT_STREQ(pool_->reset_error(1), "");
-    step({1, 1, 1, 1, 1, 1});
+    step(kOnes);
     EXPECT_EQ(arrays_->steps, (List{3, 1, 3}));
   }
 }
@@ -364,7 +352,7 @@ TEST_F(PoolTest, AFailedAutoresetLeavesTheOthersAlone) {
   step();
   step();
   fakes_[1].reset_fails = true;
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   expect_row(0, {2, 0, 0, 1, 3, /**/ 1, 3, -1});
   expect_row(1, {0, 1, 0, 2, 0, /**/ 0, 0, kNan});
   EXPECT_STREQ(pool_->reset_error(1), "no ground");
@@ -377,14 +365,14 @@ TEST_F(PoolTest, AFailedAutoresetInTheSameStepKeepsTheEnd) {
   reset({}, {5, 6, 7});
   step();
   fakes_[1].reset_fails = true;
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   expect_row(0, {2, 0, 0, 1, 2, /**/ 1, 2, -1});
   expect_row(1, {2, 1, 0, 2, 0, /**/ 0, 0, kNan, /**/ 1, 2, -1});
   EXPECT_STREQ(pool_->end_reason(1), "fell");
   EXPECT_STREQ(pool_->error(1), "");
   EXPECT_STREQ(pool_->reset_error(1), "no ground");
   fakes_[1].reset_fails = false;
-  step({1, 1, 1, 1, 1, 1});
+  step(kOnes);
   EXPECT_EQ(arrays_->episodes[1], 3U);
   EXPECT_EQ(arrays_->steps, (List{3, 0, 3}));
 }
@@ -427,8 +415,7 @@ TEST_F(PoolTest, SendingCopiesTheActions) {
 }
 
 TEST_F(PoolTest, ResetsAreSentAndReceivedInEveryMode) {
-  for (const AutoresetMode mode :
-       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+  for (const AutoresetMode mode : kModes) {
     make(mode, 1);
     pool_->send_resets({});
     std::vector<int> received(kCount);
@@ -461,14 +448,12 @@ TEST_F(PoolTest, RejectsCallsWhileEnvironmentsAreUnderWay) {
   send({0});
   const std::string receive_first = ": 1 environments are under way; receive them first";
   const std::string first = "environment 0: is under way; receive it first";
+  const List both{1, 0};
   const std::pair<std::function<void()>, std::string> cases[] = {
       {[this] { step(); }, "step" + receive_first},
       {[this] { step_some({1}); }, "step" + receive_first},
       {[this] { reset({1}); }, "reset" + receive_first},
-      {[this] {
-         send({1, 0});
-       },
-       first},
+      {[&] { send(both); }, first},
       {[this] { pool_->send_resets({0}); }, first},
       {[this] { pool_->environment(0); }, first},
       {[this] { recv(); },

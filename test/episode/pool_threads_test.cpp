@@ -1,17 +1,19 @@
 // Results are bit-identical for any number of threads, with step and with send and recv in any
-// order of arrival.
+// order of arrival, and for any kernel and grouping of the walkers that it steps together.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
-#include <optional>
 #include <ostream>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "base/random.h"
-#include "bits.h"
-#include "episode/pool_arrays.h"
-#include "walker_sim/registry.h"
+#include "episode/rollout.h"
+#include "kernel_variable.h"
+#include "simd/choose_kernel.h"
 
 namespace walker {
 namespace {
@@ -27,24 +29,12 @@ struct Case {
 /// Bits of each environment's results, one reset or step after another.
 using History = std::vector<std::vector<std::uint64_t>>;
 
-PoolOptions options_of(const Case& chosen, std::size_t num_threads) {
-  PoolOptions options;
-  options.num_envs = kCount;
-  options.num_threads = num_threads;
-  options.autoreset_mode = chosen.mode;
-  options.batch_size = 1;  // recv can wait for the last environment
-  return options;
-}
-
 class Player {
  public:
   Player(const Case& chosen, std::size_t num_threads)
-      : pool_(
-            [&] {
-              return make(chosen.id, {{"max_episode_steps", std::int64_t{30}}});
-            },
-            options_of(chosen, num_threads)),
-        arrays_(pool_.specification(), kCount),
+      // With batches of one, recv can wait for the last environment.
+      : rollout_(chosen.id, {kCount, num_threads, chosen.mode, 1},
+                 {{"max_episode_steps", std::int64_t{30}}}),
         action_size_(pool_.specification().action_size()),
         actions_(kSteps * kCount * action_size_),
         history_(kCount),
@@ -52,9 +42,7 @@ class Player {
         needs_reset_(kCount) {
     Generator generator(3);
     for (double& value : actions_) value = generator.uniform(-1.2, 1.2);
-    std::vector<std::optional<std::uint64_t>> seeds(kCount);
-    for (std::size_t i = 0; i < kCount; ++i) seeds[i] = 50 + i;
-    pool_.reset({}, seeds, arrays_.batch());
+    rollout_.reset(50);
     for (std::uint32_t i = 0; i < kCount; ++i) keep(i, i);
   }
 
@@ -117,8 +105,9 @@ class Player {
     arrays_.forget_final(row);
   }
 
-  Pool pool_;
-  PoolArrays arrays_;
+  Rollout rollout_;
+  Pool& pool_ = rollout_.pool;
+  PoolArrays& arrays_ = rollout_.arrays;
   std::size_t action_size_;
   std::vector<double> actions_;  // step x environment x action
   History history_;
@@ -159,6 +148,61 @@ INSTANTIATE_TEST_SUITE_P(EveryWalker, PoolThreadsTest, testing::ValuesIn(cases()
                            std::string name = chosen.param.id + "_" + to_text(chosen.param.mode);
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
+                         });
+
+// ---------------------------------------------------------------- kernels that step several
+// walkers
+
+/// Instruction set of every processor of this architecture.
+const char* last_set() {
+  return simd::instruction_sets().empty() ? "off" : simd::instruction_sets().back().c_str();
+}
+
+struct Grouping {
+  const char* kernel;
+  std::size_t num_threads;
+};
+
+/// Returns the bits of all rows of 100 steps.
+std::vector<std::uint64_t> play(const std::string& id, const Grouping& grouping,
+                                std::size_t num_envs, AutoresetMode mode) {
+  const KernelVariable variable(grouping.kernel);
+  Rollout rollout(id, {num_envs, grouping.num_threads, mode, 0});
+  rollout.reset(0);
+  std::mt19937 random(9);
+  std::vector<std::uint64_t> all;
+  for (int step = 0; step < 100; ++step) {
+    rollout.step(random);
+    for (std::size_t i = 0; i < num_envs; ++i) {
+      const std::vector<std::uint64_t> row = rollout.row(i);
+      all.insert(all.end(), row.begin(), row.end());
+    }
+  }
+  return all;
+}
+
+class KernelPoolTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
+  for (const AutoresetMode mode :
+       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+    for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
+      const std::vector<std::uint64_t> expected = play(GetParam(), {"off", 1}, num_envs, mode);
+      for (const Grouping& grouping :
+           {Grouping{last_set(), 1}, Grouping{nullptr, 1}, Grouping{nullptr, 3}}) {
+        ASSERT_EQ(play(GetParam(), grouping, num_envs, mode), expected)
+            << num_envs << " environments, " << grouping.num_threads << " threads";
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Walkers, KernelPoolTest,
+                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
+                                         "Walker2d-v5"),
+                         [](const testing::TestParamInfo<const char*>& test) {
+                           const std::string id = test.param;
+                           return id.substr(0, id.find('-'));
                          });
 
 }  // namespace

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "episode/fake_walker.h"
-#include "episode/pool_arrays.h"
-#include "walker_sim/pool.h"
+#include "episode/rollout.h"
 
 namespace walker {
 namespace {
@@ -34,23 +33,17 @@ class TogetherTest : public testing::Test {
   static constexpr std::size_t kEnvironments = 7;
 
   TogetherTest() {
-    PoolOptions options;
-    options.num_envs = kEnvironments;
-    options.num_threads = 1;
-    options.batch_size = 5;
+    const PoolOptions options{kEnvironments, 1, AutoresetMode::next_step, 5};
     pool_ = std::make_unique<Pool>(fakes_, options);
+    arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kEnvironments);
     for (TogetherWalker* walker : *fakes_.all) walker->counts = &counts_;
-    pool_->reset({}, {}, arrays().batch());
-  }
-  PoolArrays& arrays() {
-    if (!arrays_) arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kEnvironments);
-    return *arrays_;
+    pool_->reset({}, {}, arrays_->batch());
   }
   void step() {
     counts_.clear();
     Values actions(kEnvironments * 2);
     std::iota(actions.begin(), actions.end(), 0);
-    pool_->step(actions.data(), actions.size(), arrays().batch());
+    pool_->step(actions.data(), actions.size(), arrays_->batch());
   }
 
   Fakes<TogetherWalker> fakes_;
@@ -62,7 +55,7 @@ class TogetherTest : public testing::Test {
 TEST_F(TogetherTest, StepsInGroupsOfItsSize) {
   step();
   EXPECT_EQ(counts_, (std::vector<std::size_t>{3, 3, 1}));
-  EXPECT_EQ(arrays().rewards, (Values{1001, 1005, 1009, 1013, 1017, 1021, 1025}));
+  EXPECT_EQ(arrays_->rewards, (Values{1001, 1005, 1009, 1013, 1017, 1021, 1025}));
 }
 
 TEST_F(TogetherTest, LeavesOutResetEnvironments) {
@@ -70,15 +63,15 @@ TEST_F(TogetherTest, LeavesOutResetEnvironments) {
   step();
   step();
   EXPECT_EQ(counts_, (std::vector<std::size_t>{2, 3, 1}));
-  EXPECT_EQ(arrays().rewards[1], 0);
-  EXPECT_EQ(arrays().episodes[1], 2U);
+  EXPECT_EQ(arrays_->rewards[1], 0);
+  EXPECT_EQ(arrays_->episodes[1], 2U);
 }
 
 TEST_F(TogetherTest, AFailureLeavesTheOthersAlone) {
   fakes_[4].step_fails = true;
   step();
   EXPECT_STREQ(pool_->error(4), "the engine gave up");
-  EXPECT_EQ(arrays().rewards, (Values{1001, 1005, 1009, 1013, 0, 1021, 1025}));
+  EXPECT_EQ(arrays_->rewards, (Values{1001, 1005, 1009, 1013, 0, 1021, 1025}));
 }
 
 TEST_F(TogetherTest, GroupsSentEnvironments) {
@@ -90,7 +83,7 @@ TEST_F(TogetherTest, GroupsSentEnvironments) {
   pool_->send(actions.data(), then.data(), 3);
   EXPECT_TRUE(counts_.empty()) << "one thread works in recv only";
   std::vector<std::uint32_t> arrived(5);
-  pool_->recv(arrays().batch(), arrived.data());
+  pool_->recv(arrays_->batch(), arrived.data());
   EXPECT_EQ(arrived, (std::vector<std::uint32_t>{6, 2, 0, 1, 5}));
   EXPECT_EQ(counts_, (std::vector<std::size_t>{3, 2}));
 }

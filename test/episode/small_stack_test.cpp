@@ -74,10 +74,7 @@ void play_alone(const std::string& id, const Parameters& parameters = {}) {
 }
 
 void play_in_pool(const std::string& id) {
-  PoolOptions options;
-  options.num_envs = 300;
-  options.num_threads = 3;
-  options.autoreset_mode = AutoresetMode::same_step;
+  const PoolOptions options{300, 3, AutoresetMode::same_step, 0};
   Rollout rollout(id, options);
   rollout.reset(0);
   std::mt19937 random(1);

@@ -1,5 +1,5 @@
 // Episode records, as ~restore and the replay read them.
-#include "episode/episode_record.h"
+#include "episode/episode.h"
 
 #include <stdexcept>
 

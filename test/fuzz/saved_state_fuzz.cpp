@@ -3,7 +3,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "episode/state_header.h"
+#include "episode/saved_state.h"
 #include "fuzz/input.h"
 #include "fuzz/target.h"
 #include "stepper.h"

@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "allocation_counter.h"
-#include "bare_robot.h"
 #include "base/random.h"
 #include "bits.h"
 #include "cramped_walker.h"
-#include "episode_states.h"
+#include "episode/fake_walker.h"
 #include "error_message.h"
+#include "restorable.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

@@ -14,7 +14,7 @@
 
 #include <ros/callback_queue.h>
 
-#include "bare_robot.h"
+#include "episode/fake_walker.h"
 #include "server/inbox.h"
 
 namespace walker::test {

@@ -99,8 +99,8 @@ TEST(LookUp, AcceptsAnAnswerInPieces) {
 }
 
 TEST(LookUp, NamesTheUnknownService) {
-  EXPECT_EQ(outcome(saying(test::http_answer(test::xml_answer(-1, "no provider", "")))),
-            "it does not know /walker_sim/step (no provider): is the server running, under this "
+  EXPECT_EQ(outcome(saying(test::http_answer(test::xml_answer(-1, "un\xFFknown", "")))),
+            "it does not know /walker_sim/step (un\\xffknown): is the server running, under this "
             "name, and in a version that has this service?");
 }
 

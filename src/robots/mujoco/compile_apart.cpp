@@ -22,8 +22,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "base/descriptors.h"
 #include "base/interruption.h"
+#include "base/posix.h"
 #include "robots/mujoco/mjcf_size.h"
 
 namespace walker::mujoco {

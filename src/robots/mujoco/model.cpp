@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/posix.h"
 #include "base/printable_text.h"
 #include "base/state_bytes.h"
-#include "base/user_path.h"
 #include "robots/mujoco/builtin_models.h"
 #include "robots/mujoco/compile_apart.h"
 #include "robots/mujoco/processor.h"

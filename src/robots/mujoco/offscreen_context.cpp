@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/forks.h"
+#include "base/posix.h"
 #include "base/shared_library.h"
 #include "base/shortest_text.h"
 

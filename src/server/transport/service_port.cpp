@@ -20,7 +20,7 @@
 #include <ros/transport/transport_tcp.h>
 #include <ros/xmlrpc_manager.h>
 
-#include "base/checked.h"
+#include "base/posix.h"
 
 namespace walker {
 namespace {

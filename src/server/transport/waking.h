@@ -8,7 +8,7 @@
 
 #include <ros/callback_queue.h>
 
-#include "base/checked.h"
+#include "base/posix.h"
 
 namespace walker {
 

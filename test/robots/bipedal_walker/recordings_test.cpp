@@ -4,7 +4,7 @@
 #include <memory>
 #include <set>
 
-#include "recorded_episode.h"
+#include "recording.h"
 #include "robots/bipedal_walker/player.h"
 
 namespace walker::bipedal_walker {

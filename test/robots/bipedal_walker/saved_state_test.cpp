@@ -4,7 +4,7 @@
 #include <random>
 #include <tuple>
 
-#include "episode/state_header.h"
+#include "episode/saved_state.h"
 #include "robots/bipedal_walker/player.h"
 #include "saved_states.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/engine_release.h"
-#include "episode/state_header.h"
+#include "episode/saved_state.h"
 #include "error_message.h"
 #include "robots/mujoco/processor.h"
 #include "walker_sim/registry.h"

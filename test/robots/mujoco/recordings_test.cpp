@@ -8,7 +8,7 @@
 #include <set>
 
 #include "base/parameter_text.h"
-#include "recorded_episode.h"
+#include "recording.h"
 #include "robots/mujoco/player.h"
 #include "stepper.h"
 

@@ -1,6 +1,6 @@
 #include "robots/bipedal_walker/kernel/kernel.h"
 
-#include "simd/instruction_sets.h"
+#include "simd/choose_kernel.h"
 
 namespace walker::bipedal_walker {
 

@@ -1,7 +1,7 @@
 #include "robots/walker2d/kernel/kernel.h"
 
 #include "robots/walker2d/kernel/assumptions.h"
-#include "simd/instruction_sets.h"
+#include "simd/choose_kernel.h"
 
 namespace walker::walker2d {
 

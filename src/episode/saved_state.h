@@ -1,6 +1,7 @@
-// Header of a saved state: identifies its environment and protects its integrity.
+// Saved states of an episode. A header identifies the environment and protects the integrity:
 //
-//   magic, format version, size and checksum of all that follows, origin, state
+//   magic, format version, size and checksum of all that follows, origin, then the episode (phase,
+//   last outcome), its generator and the robot's state
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "simd/instruction_sets.h"
+#include "simd/choose_kernel.h"
 
 namespace walker::simd {
 namespace {
