@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "robots/mujoco/locomotion_robot.h"
-#include "robots/mujoco/planar_base.h"
+#include "robots/mujoco/planar_model.h"
 
 namespace walker::hopper {
 namespace {
@@ -34,6 +34,7 @@ std::vector<Registration> registrations() {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   mujoco::LocomotionRobotKind kind;
   kind.name = "Hopper";
+  kind.model = "hopper";
   kind.num_hinges = 3;
   kind.reward_threshold = 3800;
   kind.camera_distance = 3;

@@ -10,10 +10,7 @@
 #include <utility>
 
 #include "base/limits.h"
-#include "robots/mujoco/layout.h"
 #include "robots/mujoco/offscreen_context.h"
-#include "robots/mujoco/planar_base.h"
-#include "robots/mujoco/specification.h"
 
 namespace walker::mujoco {
 namespace {
@@ -93,11 +90,11 @@ Camera describe_camera(const mjModel& model, const mjvCamera& chosen, const Para
 Pose optical_frame(const mjvScene& scene) {
   const mjvGLCamera& left_eye = scene.camera[0];
   const mjvGLCamera& right_eye = scene.camera[1];
-  Pose pose;
+  Vector3 position{};
   Vector3 forward{};
   Vector3 up{};
   for (std::size_t k = 0; k < 3; ++k) {
-    pose.position[k] = (double{left_eye.pos[k]} + double{right_eye.pos[k]}) / 2;
+    position[k] = (double{left_eye.pos[k]} + double{right_eye.pos[k]}) / 2;
     forward[k] = double{left_eye.forward[k]};
     up[k] = double{left_eye.up[k]};
   }
@@ -108,8 +105,7 @@ Pose optical_frame(const mjvScene& scene) {
                                    right[2], -up[2], forward[2]};
   std::array<mjtNum, 4> quaternion{};
   mju_mat2Quat(quaternion.data(), axes.data());
-  pose.orientation = {quaternion[1], quaternion[2], quaternion[3], quaternion[0]};
-  return pose;
+  return to_pose(position.data(), quaternion.data());
 }
 
 // ---------------------------------------------------------------- drawing
@@ -200,7 +196,6 @@ class MujocoRenderer : public Renderer {
       : robot_(std::move(robot)),
         model_(load_planar_model(model)),
         layout_(*model_),
-        base_(*model_),
         chosen_(choose_camera(*model_, camera)),
         camera_(describe_camera(*model_, chosen_, camera)),
         max_geom_(static_cast<int>(std::get<std::int64_t>(camera.at("max_geom")))) {}
@@ -255,7 +250,7 @@ class MujocoRenderer : public Renderer {
                                   " links: not one of " + robot_);
     }
     const Pose& trunk = sensors.link_poses.front();
-    base_.locate(trunk.position, trunk.orientation, data_->qpos);
+    write_base_position(*model_, trunk.position, trunk.orientation, data_->qpos);
     for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
       data_->qpos[model_->jnt_qposadr[layout_.joints[i]]] = sensors.joint_position[i];
     }
@@ -278,7 +273,6 @@ class MujocoRenderer : public Renderer {
   std::string robot_;
   ModelPointer model_;
   Layout layout_;
-  PlanarBase base_;
   mjvCamera chosen_;
   Camera camera_;
   int max_geom_;

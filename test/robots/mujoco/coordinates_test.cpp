@@ -10,8 +10,8 @@
 #include "episode/episode.h"
 #include "error_message.h"
 #include "kernel_variable.h"
-#include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
+#include "robots/mujoco/physics.h"
 #include "stepper.h"
 
 namespace walker::mujoco {

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "base/random.h"
-#include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
+#include "robots/mujoco/physics.h"
 #include "robots/mujoco/walker2d_sizes.h"
 
 namespace walker::mujoco {

@@ -4,17 +4,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "robots/mujoco/builtin_models.h"
+#include "robots/mujoco/model.h"
 #include "temporary_folder.h"
 
 namespace walker::mujoco {
 
-inline std::string builtin_text(const std::string& name) {
-  for (const BuiltinModel& model : builtin_models()) {
-    if (model.name == name) return model.text;
-  }
-  throw std::out_of_range(name);
-}
+inline std::string builtin_text(const std::string& name) { return builtin_models().at(name); }
 
 /// Replaces every `from` by `to`. At least one must exist, so that no test runs an unchanged model.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {

@@ -1,7 +1,7 @@
 // Sizes of Walker2d, which most tests in this folder use.
 #pragma once
 
-#include "robots/mujoco/planar_base.h"
+#include "robots/mujoco/planar_model.h"
 
 namespace walker::mujoco {
 

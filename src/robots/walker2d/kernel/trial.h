@@ -1,5 +1,8 @@
-// Compares the kernel's results with the library's on this machine.
+// Decides which kernel, if any, steps a model: one whose constants are the model's and whose
+// results on this machine are the library's.
 #pragma once
+
+#include <string>
 
 #include "robots/mujoco/engine.h"
 #include "robots/walker2d/kernel/kernel.h"
@@ -14,6 +17,17 @@ using KernelChoice = simd::KernelChoice<Kernel>;
 /// constants do not cover the model or no kernel passes.
 /// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
 KernelChoice choose_kernel(const mjModel& model);
+
+/// Returns the first field of the model that differs from the kernel's constants; empty if no field
+/// that a step reads differs.
+std::string unsupported_reason(const mjModel& model);
+
+/// @param model must be covered
+Ground ground_of(const mjModel& model);
+
+/// Selects the faster sincos for `sine_and_cosine_of` if it has the bits of sin and cos on 50,000
+/// angles: not in glibc 2.31, but in 2.36. Checks once per process.
+void choose_sine_and_cosine();
 
 /// Whether some 200 steps, from standing to extreme states, equal the library's to the bit.
 /// @param model must be covered

@@ -12,8 +12,8 @@
 #include "bits.h"
 #include "error_message.h"
 #include "kernel_variable.h"
-#include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
+#include "robots/mujoco/physics.h"
 #include "robots/walker2d/kernel/kernel.h"
 #include "walker_sim/agent.h"
 

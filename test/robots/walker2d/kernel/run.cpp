@@ -8,7 +8,6 @@
 #include <random>
 #include <sstream>
 
-#include "robots/walker2d/kernel/coverage.h"
 #include "robots/walker2d/kernel/trial.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
