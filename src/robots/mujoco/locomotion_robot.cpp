@@ -102,22 +102,20 @@ std::vector<ParameterDescription> parameters(const Version& version) {
   constexpr double kMaxWeight = 1e9;
   constexpr double kMaxNoise = 1e6;
   constexpr double kMaxFrames = 1000;
-  std::vector<ParameterDescription> all;
-  if (version.is_v5) {
-    all.push_back({"xml_file", version.model(), "",
-                   "MJCF file of the model; " + version.v4_model() + " and " + version.v5_model() +
-                       " are built in.",
-                   0, 0});
-    all.push_back({"frame_skip", std::int64_t{kFrameSkip}, "",
-                   "Engine steps of one environment step.", 1, kMaxFrames});
-  }
-  all.push_back({"forward_reward_weight", 1.0, "s/m", "Reward for the velocity along x.",
-                 -kMaxWeight, kMaxWeight});
-  all.push_back({"ctrl_cost_weight", 1e-3, "", "Cost of the sum of the squared actions.",
-                 -kMaxWeight, kMaxWeight});
-  all.push_back(
-      {"healthy_reward", 1.0, "", "Reward of a step that ends healthy.", -kMaxWeight, kMaxWeight});
-  all.push_back({"terminate_when_unhealthy", true, "", "End the episode when unhealthy.", 0, 0});
+  std::vector<ParameterDescription> all{
+      {"xml_file", version.model(), "",
+       "MJCF file of the model; " + version.v4_model() + " and " + version.v5_model() +
+           " are built in.",
+       0, 0},
+      {"frame_skip", std::int64_t{kFrameSkip}, "", "Engine steps of one environment step.", 1,
+       kMaxFrames},
+      {"forward_reward_weight", 1.0, "s/m", "Reward for the velocity along x.", -kMaxWeight,
+       kMaxWeight},
+      {"ctrl_cost_weight", 1e-3, "", "Cost of the sum of the squared actions.", -kMaxWeight,
+       kMaxWeight},
+      {"healthy_reward", 1.0, "", "Reward of a step that ends healthy.", -kMaxWeight, kMaxWeight},
+      {"terminate_when_unhealthy", true, "", "End the episode when unhealthy.", 0, 0}};
+  if (!version.is_v5) all.erase(all.begin(), all.begin() + 2);  // v4 has a fixed model and skip
   for (const HealthyRange& range : version.kind->healthy_ranges) {
     all.push_back({range.name, std::vector<double>(range.interval.begin(), range.interval.end()),
                    range.unit, range.description, -kInfinity, kInfinity});
@@ -254,24 +252,13 @@ RewardTerms reward_of_step(const RewardOptions& options, double x_velocity, bool
           (survives ? 1.0 : 0.0) * options.healthy_reward};
 }
 
-HealthyRange height_range(const std::string& robot, double low, double high) {
-  return {"healthy_z_range",
-          "m",
-          "Heights of the torso between which the " + robot + " is healthy.",
-          {low, high},
-          kBaseZ,
-          kBaseZ + 1,
-          "the torso's height left healthy_z_range"};
-}
-
-HealthyRange angle_range(const std::string& robot, double low, double high) {
-  return {"healthy_angle_range",
-          "rad",
-          "Angles of the torso between which the " + robot + " is healthy.",
-          {low, high},
-          kBasePitch,
-          kBasePitch + 1,
-          "the torso's angle left healthy_angle_range"};
+std::vector<HealthyRange> torso_ranges(const std::string& robot, std::array<double, 2> heights,
+                                       std::array<double, 2> angles) {
+  const std::string meaning = " of the torso between which the " + robot + " is healthy.";
+  return {{"healthy_z_range", "m", "Heights" + meaning, heights, kBaseZ, kBaseZ + 1,
+           "the torso's height left healthy_z_range"},
+          {"healthy_angle_range", "rad", "Angles" + meaning, angles, kBasePitch, kBasePitch + 1,
+           "the torso's angle left healthy_angle_range"}};
 }
 
 std::vector<Registration> registrations(LocomotionRobotKind kind) {

@@ -53,10 +53,10 @@ struct HealthyRange {
   const char* end_reason;          ///< static text
 };
 
-/// Return healthy_z_range and healthy_angle_range, which all these robots have.
-/// @param robot noun for the robot in the parameter's description
-HealthyRange height_range(const std::string& robot, double low, double high);
-HealthyRange angle_range(const std::string& robot, double low, double high);
+/// Returns healthy_z_range and healthy_angle_range, which all these robots have.
+/// @param robot noun for the robot in the parameters' descriptions
+std::vector<HealthyRange> torso_ranges(const std::string& robot, std::array<double, 2> heights,
+                                       std::array<double, 2> angles);
 
 /// One motor of a memoryless gait. Its control is the constant plus the weighted sum of the
 /// observed positions and velocities, clamped to [-1, 1].

@@ -46,17 +46,12 @@ void check_processor() {
 #endif
 }
 
-struct DeleteVirtualFiles {
-  void operator()(mjVFS* files) const {
-    mj_deleteVFS(files);
-    delete files;
-  }
-};
-
 /// @throws std::bad_alloc
-std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name, const void* bytes,
-                                                        std::size_t size) {
-  std::unique_ptr<mjVFS, DeleteVirtualFiles> files(new mjVFS);
+std::shared_ptr<mjVFS> virtual_file(const std::string& name, const void* bytes, std::size_t size) {
+  const std::shared_ptr<mjVFS> files(new mjVFS, [](mjVFS* made) {
+    mj_deleteVFS(made);
+    delete made;
+  });
   mj_defaultVFS(files.get());
   if (mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(size)) != 0) {
     throw std::bad_alloc();

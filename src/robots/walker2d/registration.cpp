@@ -52,8 +52,7 @@ std::vector<Registration> registrations() {
   kind.model = "walker2d";
   kind.num_hinges = 6;
   kind.camera_distance = 4;
-  kind.healthy_ranges = {mujoco::height_range("walker", 0.8, 2.0),
-                         mujoco::angle_range("walker", -1.0, 1.0)};
+  kind.healthy_ranges = mujoco::torso_ranges("walker", {0.8, 2.0}, {-1.0, 1.0});
   kind.gait = gait();
   kind.make_physics = make_kernel_physics;
   return mujoco::registrations(std::move(kind));

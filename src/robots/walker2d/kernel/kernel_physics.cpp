@@ -10,9 +10,6 @@
 #include <vector>
 
 #include "base/limits.h"
-#include "robots/mujoco/physics.h"
-#include "robots/walker2d/kernel/kernel.h"
-#include "robots/walker2d/kernel/trial.h"
 
 namespace walker::walker2d {
 namespace {

@@ -1,5 +1,4 @@
-#include "robots/walker2d/kernel/trial.h"
-
+// The choice of a kernel.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -7,7 +6,7 @@
 
 #include "base/bits.h"
 #include "base/random.h"
-#include "robots/mujoco/physics.h"
+#include "robots/walker2d/kernel/kernel_physics.h"
 #include "robots/walker2d/kernel/model_fields.h"
 #include "robots/walker2d/model_constants.h"
 

@@ -1,6 +1,6 @@
 // What the kernels' bits depend on: the model, of which any change that affects them is rejected,
 // and the C library's sine and cosine.
-#include "robots/walker2d/kernel/trial.h"
+#include "robots/walker2d/kernel/kernel_physics.h"
 
 #include <gtest/gtest.h>
 

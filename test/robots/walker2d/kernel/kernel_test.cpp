@@ -12,8 +12,8 @@
 
 #include "bits.h"
 #include "robots/walker2d/kernel/altered.h"
+#include "robots/walker2d/kernel/kernel_physics.h"
 #include "robots/walker2d/kernel/run.h"
-#include "robots/walker2d/kernel/trial.h"
 
 namespace walker::walker2d {
 namespace {
