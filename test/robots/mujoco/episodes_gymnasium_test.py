@@ -55,16 +55,6 @@ def test_first_steps_of_a_solver_that_converges(rollout, tmp_path, model, kind):
     assert (largest_differences(rollout, *sessions) <= NEAR).all()
 
 
-@pytest.mark.parametrize("environment_id", ["Walker2d-v5", "Hopper-v5"])
-def test_motors_in_the_parents_frame(rollout, tmp_path, environment_id):
-    model = tmp_path / "model.xml"
-    text = MODELS[environment_id].read_text().replace("<option ", '<option tolerance="0" ', 1)
-    assert ' joint="' in text
-    model.write_text(text.replace(' joint="', ' jointinparent="'))
-    session = Session(environment_id, {"xml_file": str(model)}, plans_of("random", 40))
-    assert (largest_differences(rollout, session, session) <= NEAR).all()
-
-
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize(
     ("kind", "near", "far"),

@@ -1,6 +1,9 @@
-// Model files for tests, made from the texts of the built-in models.
+// Model files for tests, made from the texts of the built-in models, and a fixture for them.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
@@ -37,5 +40,29 @@ inline std::string stock_text(const std::string& name) {
   text = without(text, "<contact>", "</contact>");
   return without(text, "<pair", "/>");
 }
+
+/// Tests of models, in an empty working directory, because MuJoCo writes its log file there. Fails
+/// if anything is printed or logged.
+class QuietTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::current_path(elsewhere_.path());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+  }
+
+  void TearDown() override {
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_TRUE(std::filesystem::is_empty(elsewhere_.path()));
+    std::filesystem::current_path(home_);
+  }
+
+  Folder folder_;
+
+ private:
+  Folder elsewhere_;
+  std::filesystem::path home_ = std::filesystem::current_path();
+};
 
 }  // namespace walker::mujoco

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <iomanip>
 #include <map>
 #include <set>
@@ -9,8 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "foreign_locale.h"
 #include "recording.h"
 #include "robots/mujoco/model.h"
+#include "robots/mujoco/model_file.h"
 
 #include <mujoco/mjxmacro.h>
 
@@ -230,6 +233,21 @@ TEST(RecordedModels, DifferInTheRightFootsFriction) {
     if (values != recorded.at("Walker2d-v5").at(name)) differing.insert(name);
   }
   EXPECT_EQ(differing, std::set<std::string>{"geom_friction"});
+}
+
+/// A model depends neither on the process's locale nor on whether it is built in or a file.
+TEST(Fingerprints, DoNotDependOnTheLocale) {
+  const Folder folder;
+  const std::string file = folder.write("model.xml", builtin_text("walker2d_v5.xml"));
+  const auto fingerprint_of = [](const std::string& name) {
+    return fingerprint(*load_model(name));  // compiles anew, because nothing keeps the model
+  };
+  const std::uint64_t walker = fingerprint_of("walker2d_v5.xml");
+  const std::uint64_t hopper = fingerprint_of("hopper_v5.xml");
+  const ForeignLocale locale;
+  EXPECT_EQ(fingerprint_of("walker2d_v5.xml"), walker);
+  EXPECT_EQ(fingerprint_of("hopper_v5.xml"), hopper);
+  EXPECT_EQ(fingerprint_of(file), walker);
 }
 
 }  // namespace

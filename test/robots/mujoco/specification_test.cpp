@@ -16,7 +16,7 @@
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
-#include "robots/mujoco/walker2d_sizes.h"
+#include "robots/mujoco/player.h"
 #include "solid_integral.h"
 #include "stepper.h"
 
