@@ -132,15 +132,6 @@ Value value_of(const Parameters& parameters, const std::string& name) {
   return std::get<Value>(parameters.at(name));
 }
 
-std::array<double, 2> interval(const Parameters& parameters, const std::string& name) {
-  const auto list = value_of<std::vector<double>>(parameters, name);
-  if (!(list[0] < list[1])) {
-    throw std::invalid_argument("parameter " + name + " = " + to_string(parameters.at(name)) +
-                                ": must be a lower number, then a higher one");
-  }
-  return {list[0], list[1]};
-}
-
 PlanarOptions to_options(const Version& version, const Parameters& given) {
   PlanarOptions options;
   Specification& specification = options.specification;
@@ -176,7 +167,15 @@ std::unique_ptr<Robot> create(const Version& version, const Parameters& given) {
                              value_of<double>(given, "healthy_reward"),
                              value_of<bool>(given, "terminate_when_unhealthy"), version.is_v5};
   std::vector<HealthyRange> ranges = version.kind->healthy_ranges;
-  for (HealthyRange& range : ranges) range.interval = interval(given, range.name);
+  for (HealthyRange& range : ranges) {
+    const auto limits = value_of<std::vector<double>>(given, range.name);
+    if (!(limits[0] < limits[1])) {
+      throw std::invalid_argument("parameter " + range.name + " = " +
+                                  to_string(given.at(range.name)) +
+                                  ": must be a lower number, then a higher one");
+    }
+    range.interval = {limits[0], limits[1]};
+  }
   return std::make_unique<LocomotionRobot>(to_options(version, given), reward, std::move(ranges));
 }
 

@@ -116,7 +116,11 @@ void check_settings(const mjModel& model) {
 }
 
 /// Parses the file in a child process. This process loads only what MuJoCo has compiled there.
-ModelPointer compile_file(const std::string& path) {
+ModelPointer compile_file(const std::string& xml_file) {
+  if (xml_file.find('\0') != std::string::npos) {
+    throw std::runtime_error("must not have a zero byte");
+  }
+  const std::string path = expand_home(xml_file);
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
   using Type = std::filesystem::file_type;
@@ -132,18 +136,6 @@ ModelPointer compile_file(const std::string& path) {
   ModelPointer result = load(compile_apart(path, limits));
   check_settings(*result);
   return result;
-}
-
-ModelPointer compile_any(const std::string& xml_file) {
-  try {
-    if (builtin_models().count(xml_file) != 0) return compile_builtin(xml_file);
-    if (xml_file.find('\0') != std::string::npos) {
-      throw std::runtime_error("must not have a zero byte");
-    }
-    return compile_file(expand_home(xml_file));
-  } catch (const std::runtime_error& error) {
-    refuse_model(xml_file, error.what());
-  }
 }
 
 /// Key of the cache of models: a built-in model's name, or a file's path, modification time and
@@ -177,7 +169,13 @@ ModelPointer load_model(const std::string& xml_file) {
   if (ModelPointer known = models[key].lock()) return known;
   // Compilation may take long; the host's other threads may load models or fork meanwhile.
   lock.unlock();
-  ModelPointer compiled = compile_any(xml_file);
+  ModelPointer compiled;
+  try {
+    compiled =
+        builtin_models().count(xml_file) != 0 ? compile_builtin(xml_file) : compile_file(xml_file);
+  } catch (const std::runtime_error& error) {
+    refuse_model(xml_file, error.what());
+  }
   lock.lock();
   ModelPointer model = models[key].lock();  // another thread may have compiled it too
   if (!model) models[key] = model = std::move(compiled);

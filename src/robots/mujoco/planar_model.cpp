@@ -37,13 +37,12 @@ void check_timestep(const mjModel& model, const PlanarModel& source) {
   refuse_model(source.xml_file, text.str());
 }
 
-/// Whether a joint of the trunk has the direction of the world's axis 0 (x), 1 (y) or 2 (z).
-bool has_axis(const mjModel& model, int joint, std::size_t axis) {
-  constexpr double kRounding = 1e-6;
-  std::array<mjtNum, 3> direction{};
-  mju_rotVecQuat(direction.data(), at(model.jnt_axis, joint, 3),
+/// Returns the axis of one of the trunk's joints in the world.
+Vector3 world_axis(const mjModel& model, int joint) {
+  Vector3 axis{};
+  mju_rotVecQuat(axis.data(), at(model.jnt_axis, joint, 3),
                  at(model.body_quat, model.jnt_bodyid[joint], 4));
-  return direction[axis] > 1 - kRounding;
+  return axis;
 }
 
 void check_base(const mjModel& model, const PlanarModel& source) {
@@ -56,8 +55,9 @@ void check_base(const mjModel& model, const PlanarModel& source) {
     refuse_model(source.xml_file,
                  "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
   }
-  if (!has_axis(model, kBaseX, 0) || !has_axis(model, kBaseZ, 2) ||
-      !has_axis(model, kBasePitch, 1)) {
+  constexpr double kAligned = 1 - 1e-6;  // for rounding
+  if (!(world_axis(model, kBaseX)[0] > kAligned && world_axis(model, kBaseZ)[2] > kAligned &&
+        world_axis(model, kBasePitch)[1] > kAligned)) {
     refuse_model(source.xml_file,
                  "the trunk must slide along the world's x, then z, and turn about its y");
   }
@@ -115,11 +115,8 @@ void check_actuator(const mjModel& model, const PlanarModel& source, int actuato
 
 /// Decomposes a vector along the slides, whose axes are the world's x and z up to rounding.
 void decompose(const mjModel& model, const Vector3& vector, double* along) {
-  const mjtNum* const attitude = at(model.body_quat, model.jnt_bodyid[kBaseX], 4);
-  Vector3 x_axis{};
-  Vector3 z_axis{};
-  mju_rotVecQuat(x_axis.data(), at(model.jnt_axis, kBaseX, 3), attitude);
-  mju_rotVecQuat(z_axis.data(), at(model.jnt_axis, kBaseZ, 3), attitude);
+  const Vector3 x_axis = world_axis(model, kBaseX);
+  const Vector3 z_axis = world_axis(model, kBaseZ);
   const double determinant = x_axis[0] * z_axis[2] - x_axis[2] * z_axis[0];
   along[kBaseX] = (vector[0] * z_axis[2] - vector[2] * z_axis[0]) / determinant;
   along[kBaseZ] = (vector[2] * x_axis[0] - vector[0] * x_axis[2]) / determinant;

@@ -11,7 +11,6 @@ then agree in every episode.
 
 import pathlib
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium_reference import Plan, Session, equal_bits
@@ -85,14 +84,3 @@ def test_parameters(rollout, environment_id, parameters):
 def test_frame_skip(rollout, environment_id, frame_skip):
     session = Session(environment_id, {"frame_skip": frame_skip}, plans_of("random", 30))
     assert (largest_differences(rollout, session, session) <= NEAR).mean() >= 0.96
-
-
-def test_generator_state_is_numpys(rollout):
-    environment = gymnasium.make("Walker2d-v5")
-    environment.reset(seed=2**63 + 5)
-    state = environment.unwrapped.np_random.bit_generator.state
-    rollout.make("Walker2d-v5")
-    rollout.reset(2**63 + 5)
-    high_low = [divmod(state["state"][name], 2**64) for name in ("state", "inc")]
-    expected = [*high_low[0], *high_low[1], state["has_uint32"], state["uinteger"]]
-    assert rollout.generator_state().tolist() == expected

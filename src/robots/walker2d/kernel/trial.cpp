@@ -69,15 +69,6 @@ bool is_sincos_the_same() {
   return true;
 }
 
-World world_of(const mjModel& model, const mjData& data) {
-  World world;
-  read_state(data, world);
-  for (std::size_t i = 0; i < World::kMotors; ++i) {
-    world.torque[i] = mujoco::at(model.actuator_gear, static_cast<int>(i), 6)[0] * data.ctrl[i];
-  }
-  return world;
-}
-
 /// Steps the same worlds with the kernel and with the library.
 class KernelCheck {
  public:
@@ -91,7 +82,11 @@ class KernelCheck {
     together.reserve(data_.size());
     for (const mujoco::DataPointer& each : data_) {
       std::generate_n(each->ctrl, World::kMotors, [this] { return generator_.uniform(-1, 1); });
-      together.push_back(world_of(model_, *each));
+      World& world = together.emplace_back();
+      read_state(*each, world);
+      for (int i = 0; i < model_.nu; ++i) {
+        world.torque[i] = mujoco::at(model_.actuator_gear, i, 6)[0] * each->ctrl[i];
+      }
     }
     std::vector<World> singly = together;
     std::vector<World*> worlds(together.size());
